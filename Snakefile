@@ -1,0 +1,49 @@
+# Recordings in, report out: `snakemake` runs everything that is not current.
+from pathlib import Path
+
+from snakemake.utils import min_version, validate
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.plan import plan
+from ajgdata.store.provenance import code_digest
+
+min_version("9.10")
+
+HERE = Path(workflow.basedir)
+
+
+configfile: HERE / "workflow/config/default.yaml"
+
+
+validate(config, str(HERE / "workflow/schemas/config.schema.yaml"))
+
+PATHS = Paths()
+# Only the main process looks at the recordings; its jobs see the manifests that it left.
+PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+RUNS = [
+    (dataset, task, model)
+    for dataset, one in PLANS.items()
+    for task, settings in one.spec.tasks.items()
+    for model in settings.models
+]
+
+
+wildcard_constraints:
+    dataset="[A-Za-z0-9_-]+",
+    session="[A-Za-z0-9_-]+",
+    task="[A-Za-z0-9_-]+",
+    model="[a-z]+",
+
+
+rule all:
+    input:
+        PATHS.report,
+        PATHS.results / "verify" / "summary.txt",
+    default_target: True
+
+
+include: "workflow/rules/acquire.smk"
+include: "workflow/rules/features.smk"
+include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/report.smk"
+include: "workflow/rules/verify.smk"

@@ -1,0 +1,59 @@
+"""Recipe -> grasps. Pure: which recordings a virtual session shall hold, and with which seeds."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ajgdata.acquire.source import Grasp
+from ajgdata.gripper import derive_seed
+from ajgdata.types import Recipe
+
+
+def session_names(recipe: Recipe) -> list[str]:
+    """Names of the sessions of a recipe, sorted."""
+    width = max(2, len(str(recipe.sessions)))
+    return [f"virtual-{number:0{width}d}" for number in range(1, recipe.sessions + 1)]
+
+
+def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[Grasp]:
+    """Every grasp of one session, objects in turn as a person would place them.
+
+    Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
+    number): adding an object or a grasp changes no other. `code` is a digest of the gripper's
+    sources; it enters the setup's digest, so that changed physics is simulated again.
+    """
+    grasps = []
+    for number in range(1, recipe.grasps_per_object + 1):
+        for made in recipe.objects:
+            seed = derive_seed(recipe.seed, dataset, session, made.name, number)
+            grasp = _grasp_settings(recipe, seed)
+            setup = {**recipe.scene, "object": made.shape, "grasp": grasp}
+            grasps.append(
+                Grasp(
+                    grasp_id=f"{session}_{made.name}_{number:02d}",
+                    object=made.name,
+                    samples=recipe.samples_per_grasp,
+                    targets=made.targets,
+                    setup=setup,
+                    digest=_digest({"setup": setup, "code": code}),
+                )
+            )
+    return grasps
+
+
+def _grasp_settings(recipe: Recipe, seed: int) -> dict[str, Any]:
+    generator = np.random.default_rng(seed)
+    drawn = {
+        key: round(float(generator.uniform(*limits)), 4)
+        for key, limits in sorted(recipe.vary.items())
+    }
+    return {**recipe.scene.get("grasp", {}), **drawn, "seed": seed}
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

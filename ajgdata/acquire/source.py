@@ -1,0 +1,56 @@
+"""What every source of recordings offers, and what is asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """One placement of one object, and how often it is recorded.
+
+    `setup` is what the source needs to know of it (for the virtual gripper: the scene), `digest`
+    identifies it, so that a recording already made of the same grasp is not made again.
+    """
+
+    grasp_id: str
+    object: str
+    samples: int
+    targets: Mapping[str, float | str]
+    setup: Mapping[str, Any]
+    digest: str
+
+
+@dataclass(frozen=True)
+class Take:
+    """One recording: samples (n,) in [-1, 1] of full scale, and how many were clipped."""
+
+    samples: np.ndarray
+    clipped: int = 0
+
+
+class Source(Protocol):
+    """A speaker and a microphone in a gripper, real or virtual.
+
+    A source is used for one session: `excitation()` once, then for each grasp `take` for each of
+    its samples, in order. `describe()` is kept in session.yaml.
+    """
+
+    kind: Literal["virtual", "soundcard"]
+    sample_rate_hz: int
+
+    def excitation(self) -> np.ndarray:
+        """The sound that is played, (n,) in [-1, 1]."""
+        ...
+
+    def take(self, grasp: Grasp, sample: int) -> Take:
+        """Play once and record. Raises ValueError for a grasp that cannot be made."""
+        ...
+
+    def describe(self) -> Mapping[str, Any]:
+        """Keys of Session: `gripper`, `medium`, `device`, `scene`."""
+        ...

@@ -1,0 +1,201 @@
+"""The `ajgdata` command: one line of work for each sub-command, the rest is showing it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ajgdata.types import DataError, ImportSettings
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    help="Acoustic sensing with jamming grippers: get recordings in and check them. "
+    "Everything after that (features, models, report) is done by the command [b]snakemake[/b].",
+)
+out = Console()
+err = Console(stderr=True)
+
+DatasetArgument = Annotated[str, typer.Argument(help="name of a folder below datasets/")]
+
+
+def main() -> None:
+    """Run the command; what is wrong with the data is said in one line."""
+    try:
+        app()
+    except (DataError, FileNotFoundError) as error:
+        err.print(f"[red]error[/red] {escape(str(error))}", soft_wrap=True)
+        sys.exit(1)
+
+
+@contextmanager
+def bar(what: str) -> Iterator[Callable[[int], Callable[[], object]]]:
+    """A progress bar, started when its total is known."""
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=err, transient=True) as progress:
+        task = progress.add_task(what, total=None)
+
+        def started(total: int) -> Callable[[], object]:
+            progress.update(task, total=total)
+            return lambda: progress.advance(task)
+
+        yield started
+
+
+@app.command("import")
+def import_command(
+    folder: Annotated[Path, typer.Argument(help="folder that holds the recordings")],
+    dataset: Annotated[str, typer.Option(help="data set that gets them; declared if it is new")],
+    pattern: Annotated[
+        str,
+        typer.Option(
+            help="'starter-kit' (<n>_<label>.wav, 0_<sound>.wav is the played sound), or a regular "
+            "expression for the whole path inside the folder, whose named groups are the labels; "
+            "(?P<session>), (?P<grasp>), (?P<object>), (?P<sample>) have their meaning. "
+            "Default: what dataset.yaml says, else starter-kit"
+        ),
+    ] = "",
+    table: Annotated[str, typer.Option(help="CSV of labels in the folder, one row a file")] = "",
+    file: Annotated[
+        str, typer.Option(help="with --table: path of a row's file, e.g. 'wav/{name}.wav'")
+    ] = "",
+    grasp: Annotated[
+        str, typer.Option(help="what one grasp is, e.g. '{stone}'; default: each file is one")
+    ] = "",
+    session: Annotated[str, typer.Option(help="what one session is, e.g. '{day}'")] = "",
+    target: Annotated[
+        list[str] | None, typer.Option(help="label to learn (repeat for more)")
+    ] = None,
+    reference: Annotated[
+        bool, typer.Option("--reference", help="leave the audio where it is instead of copying it")
+    ] = False,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="take over files whose bytes changed since")
+    ] = False,
+) -> None:
+    """Turn a folder of recordings into sessions of a data set. Audio is never altered.
+
+    Importing again adds what is new and takes over changed labels.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.importing import import_folder
+
+    given = {"pattern": pattern, "table": table, "file": file, "grasp": grasp, "session": session}
+    settings = _import_settings({key: value for key, value in given.items() if value})
+    paths = find_project()
+    with bar("importing") as started:
+        spec, found, result = import_folder(
+            paths,
+            dataset,
+            folder,
+            settings=settings,
+            targets=target or [],
+            copy=not reference,
+            replace=replace,
+            started=started,
+        )
+    out.print(
+        f"{result.added} added, {result.relabelled} changed, {result.unchanged} unchanged "
+        f"in {result.sessions} session(s) of [b]{dataset}[/b]"
+    )
+    for name in result.conflicts:
+        out.print(f"[yellow]kept[/yellow] {escape(name)}: its bytes changed; --replace takes over")
+    for name, reason in found.skipped:
+        out.print(f"[yellow]skipped[/yellow] {escape(name)}: {escape(reason)}", soft_wrap=True)
+    audio = spec.audio
+    out.print(
+        f"declared in {paths.dataset(dataset)}: {audio.sample_rate_hz} Hz, channel "
+        f"{audio.channel}, targets {', '.join(spec.targets) or 'none'}; "
+        f"next: ajgdata validate {dataset}",
+        soft_wrap=True,
+    )
+
+
+def _import_settings(given: dict[str, str]) -> ImportSettings | None:
+    from pydantic import ValidationError
+
+    from ajgdata.types import describe
+
+    try:
+        return ImportSettings(**given) if given else None
+    except ValidationError as error:
+        raise describe(error, "ajgdata import") from None
+
+
+@app.command()
+def validate(
+    dataset: Annotated[
+        list[str] | None, typer.Argument(help="data sets or folders; default: every data set")
+    ] = None,
+    notes: Annotated[
+        bool, typer.Option("--notes", help="also show what is fine though odd")
+    ] = False,
+) -> None:
+    """Check every recording; one line for each finding, with the fix. Exit code 1 if any.
+
+    Also checks a plain folder of audio files before it is imported.
+    """
+    from rich.table import Table
+
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.validate import validate_datasets
+
+    with bar("checking") as started:
+        checked, findings = validate_datasets(find_project, dataset or [], started)
+    shown = [f for f in findings if notes or f.level != "note"]
+    if shown:
+        table = Table("recording", "level", "what", "problem", "fix", box=None, pad_edge=False)
+        for finding in shown:
+            where = f"{finding.session_id}/{finding.recording_id}"
+            cells = (where, finding.level, finding.code, finding.problem, finding.fix)
+            table.add_row(*map(escape, cells))
+        out.print(table, soft_wrap=not out.is_terminal)
+    counts = {
+        level: sum(f.level == level for f in findings) for level in ("error", "warning", "note")
+    }
+    out.print(
+        f"{checked} recordings checked: {counts['error']} errors, {counts['warning']} warnings, "
+        f"{counts['note']} notes" + ("" if notes or not counts["note"] else " (--notes shows them)")
+    )
+    raise typer.Exit(bool(counts["error"] or counts["warning"]))
+
+
+@app.command()
+def seal(dataset: DatasetArgument) -> None:
+    """Accept recordings as they are now: write the sha256 of their present bytes."""
+    from ajgdata.paths import find_project
+    from ajgdata.store.importing import seal as seal_session
+    from ajgdata.store.sessions import list_sessions
+
+    paths = find_project()
+    for session in list_sessions(paths, dataset):
+        changed = seal_session(paths, dataset, session)
+        out.print(f"{dataset}/{session}: {changed} recordings sealed")
+
+
+@app.command()
+def acquire(
+    dataset: DatasetArgument,
+    source: Annotated[
+        Literal["virtual"], typer.Option(help="virtual: the physics simulation")
+    ] = "virtual",
+    session: Annotated[str, typer.Option(help="one session; default: all of the recipe")] = "",
+) -> None:
+    """Record what is missing of a data set's recipe. Stop it at any moment: it goes on there."""
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.acquire import acquire_virtual, recipe_sessions
+
+    paths = find_project()
+    for name in [session] if session else recipe_sessions(paths, dataset):
+        with bar(f"recording {name} ({source})") as started:
+            recorded, kept = acquire_virtual(paths, dataset, name, started)
+        out.print(f"{dataset}/{name}: {recorded} recorded, {kept} already there")

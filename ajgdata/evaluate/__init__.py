@@ -1,0 +1,1 @@
+"""Evaluation: splits that keep groups whole, metrics, cross-validation. Imports are left to you."""

@@ -1,0 +1,101 @@
+"""Folds for cross-validation: which rows train and which test.
+
+Every function returns a list of `(train, test)` pairs of sorted row numbers. The test parts are
+disjoint and together hold every row; each train part is the rest.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from sklearn.model_selection import (
+    GroupKFold,
+    KFold,
+    LeaveOneGroupOut,
+    StratifiedGroupKFold,
+    StratifiedKFold,
+)
+
+from ajgdata.types import Kind
+
+Folds = list[tuple[np.ndarray, np.ndarray]]
+
+
+def grouped_folds(
+    y: Sequence | np.ndarray, groups: Sequence | np.ndarray, kind: Kind, folds: int, seed: int
+) -> Folds:
+    """Folds in which no group is both trained on and tested on.
+
+    `y` (n,) holds the targets, `groups` (n,) any labels. Classes are spread over the folds as
+    evenly as whole groups allow. With as many groups as folds each group is one fold, in sorted
+    order, so that published folds can be given as groups.
+
+    A class with fewer groups than folds is allowed: some test parts lack it. Raises ValueError
+    when there are fewer groups than folds, or when some training part would lack a class.
+    """
+    y, group = np.asarray(y), np.unique(np.asarray(groups), return_inverse=True)[1]
+    if len(y) != len(group):
+        raise ValueError(f"{len(y)} targets but {len(group)} groups")
+    count = int(group.max(initial=-1)) + 1
+    if count < folds:
+        raise ValueError(f"{count} groups cannot make {folds} folds: lower folds, or record more")
+    if count == folds:
+        pairs = list(LeaveOneGroupOut().split(y, y, group))
+    elif kind == "regression":
+        splitter = GroupKFold(folds, shuffle=True, random_state=seed)
+        pairs = list(splitter.split(y, y, group))
+    else:
+        pairs = _stratified(y, group, folds, seed)
+    return _checked(pairs, y, kind, "groups")
+
+
+def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
+    """Folds that ignore groups: what a careless split would report.
+
+    Raises ValueError when there are fewer rows than folds, or when a class has a single row.
+    """
+    y = np.asarray(y)
+    if len(y) < folds:
+        raise ValueError(f"{len(y)} rows cannot make {folds} folds: lower folds, or record more")
+    cls = KFold if kind == "regression" or _rarest(y) < 2 else StratifiedKFold
+    if cls is StratifiedKFold and np.bincount(_codes(y)).max() < folds:
+        cls = KFold  # scikit-learn refuses to stratify when every class is rarer than the folds
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "The least populated class", UserWarning)
+        pairs = list(cls(folds, shuffle=True, random_state=seed).split(y, y))
+    return _checked(pairs, y, kind, "rows")
+
+
+def _stratified(y: np.ndarray, group: np.ndarray, folds: int, seed: int) -> Folds:
+    """StratifiedGroupKFold, or plain GroupKFold where it refuses or leaves a fold empty."""
+    plain = GroupKFold(folds, shuffle=True, random_state=seed)
+    if np.bincount(_codes(y)).max() < folds:
+        return list(plain.split(y, y, group))
+    splitter = StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "The least populated class", UserWarning)
+        pairs = list(splitter.split(y, y, group))
+    return pairs if all(len(test) for _, test in pairs) else list(plain.split(y, y, group))
+
+
+def _codes(y: np.ndarray) -> np.ndarray:
+    return np.unique(y, return_inverse=True)[1]
+
+
+def _rarest(y: np.ndarray) -> int:
+    return int(np.bincount(_codes(y)).min())
+
+
+def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, unit: str) -> Folds:
+    """Refuse folds whose training part has never seen a class that exists."""
+    result = [(np.sort(train), np.sort(test)) for train, test in pairs]
+    if kind == "classification":
+        for number, (train, _) in enumerate(result):
+            if missing := sorted(set(y.tolist()) - set(y[train].tolist())):
+                raise ValueError(
+                    f"class {missing[0]!r} is absent from the training part of fold {number}: "
+                    f"it needs more {unit}, or leave it out"
+                )
+    return result

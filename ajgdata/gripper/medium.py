@@ -1,0 +1,147 @@
+"""Air, and the grain bed as an equivalent fluid that a time-domain solver can march.
+
+Time convention e^{+iωt}. The Johnson-Champoux-Allard (JCA) fluid is not local in time; the solver
+marches its fit ρ(ω) = ρ∞ + σ'/(iω), C(ω) = C∞ (1 + Σ cj / (1 + iωτj)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+FIT_BAND_HZ = (80.0, 15_000.0)
+#: Twice the depth of the deepest bed that fits the gripper.
+FIT_PATH_M = 0.1
+Complex = NDArray[np.complex128]
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Air:
+    """Dry air as an ideal gas, viscosity by Sutherland's law (White, Viscous Fluid Flow, eq. 1-36).
+
+    SI units: density kg/m3, sound_speed m/s, viscosity Pa s, compressibility 1/Pa.
+    """
+
+    temperature_c: float = 20.0
+    pressure_pa: float = 101_325.0
+    gamma: float = 1.4
+    prandtl: float = 0.71
+
+    @property
+    def density(self) -> float:
+        """ρ = P / (R T)."""
+        return self.pressure_pa / (287.05 * (self.temperature_c + 273.15))
+
+    @property
+    def sound_speed(self) -> float:
+        """c = √(γ R T)."""
+        return float(np.sqrt(self.gamma * 287.05 * (self.temperature_c + 273.15)))
+
+    @property
+    def viscosity(self) -> float:
+        """η by Sutherland's law."""
+        kelvin = self.temperature_c + 273.15
+        return 1.716e-5 * (kelvin / 273.15) ** 1.5 * (273.15 + 110.4) / (kelvin + 110.4)
+
+    @property
+    def compressibility(self) -> float:
+        """Adiabatic, 1/(γ P)."""
+        return 1.0 / (self.gamma * self.pressure_pa)
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Random packing of spheres: diameter in m, porosity."""
+
+    diameter: float
+    porosity: float
+
+    def jca(self, omega: Real, air: Air) -> tuple[Complex, Complex]:
+        """Equivalent density (kg/m3) and compressibility (1/Pa) seen by the mean flow.
+
+        Johnson et al. (1987) and Champoux & Allard (1991) as in Allard & Atalla (2009), eqs 5.50
+        and 5.51; the packing's parameters by Kozeny-Carman and Bruggeman (tortuosity φ^-1/2).
+        """
+        phi, eta, rho0 = self.porosity, air.viscosity, air.density
+        k0 = phi**3 * self.diameter**2 / (180 * (1 - phi) ** 2)
+        tortuosity = phi**-0.5
+        thermal_length = phi * self.diameter / (3 * (1 - phi))
+        viscous_length = np.sqrt(8 * k0 * tortuosity / phi)
+        sigma, iw = eta / k0, 1j * omega
+        viscous = np.sqrt(
+            1 + 4 * iw * tortuosity**2 * eta * rho0 / (sigma * viscous_length * phi) ** 2
+        )
+        rho = tortuosity * rho0 / phi * (1 + sigma * phi / (iw * rho0 * tortuosity) * viscous)
+        heat = iw * rho0 * air.prandtl * thermal_length**2
+        thermal = 1 + 8 * eta / heat * np.sqrt(1 + heat / (16 * eta))
+        stiffness = air.gamma - (air.gamma - 1) / thermal
+        return rho, phi / (air.gamma * air.pressure_pa) * stiffness
+
+
+@dataclass(frozen=True)
+class Fluid:
+    """What the solver marches: density ρ∞, drag σ', compressibility C∞ and relaxation poles."""
+
+    density: float
+    drag: float
+    compressibility: float
+    strengths: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()
+
+    def response(self, omega: Real) -> tuple[Complex, Complex]:
+        """Density and compressibility at angular frequencies `omega`."""
+        iw = 1j * omega
+        relaxed = 1 + sum(
+            (c / (1 + iw * t) for c, t in zip(self.strengths, self.times, strict=True)),
+            start=np.zeros_like(iw),
+        )
+        return self.density + self.drag / iw, self.compressibility * relaxed
+
+
+def air_fluid(air: Air) -> Fluid:
+    """Free air has neither drag nor relaxation at this scale."""
+    return Fluid(air.density, 0.0, air.compressibility)
+
+
+def wave(rho: Complex, compressibility: Complex, omega: Real) -> tuple[Complex, Complex]:
+    """Wavenumber (1/m) and characteristic impedance (Pa s/m) of an equivalent fluid."""
+    return omega * np.sqrt(rho * compressibility), np.sqrt(rho / compressibility)
+
+
+@lru_cache(maxsize=64)
+def fit_fluid(packing: Packing, air: Air, poles: int = 2) -> Fluid:
+    """Fit ρ∞, σ', C∞ and `poles` relaxations to the JCA wavenumber and impedance.
+
+    Least squares over 80 Hz-15 kHz, equally weighted per octave: the impedance relative, the
+    wavenumber as phase and attenuation over FIT_PATH_M, because waves that cross the bed and come
+    back see its absolute error. All parameters are positive by their logarithms, so that the
+    fitted fluid is passive; the relaxation times stay within the band, so that no pole turns into
+    a second drag.
+    """
+    omega = 2 * np.pi * np.geomspace(*FIT_BAND_HZ, 80)
+    rho, compressibility = packing.jca(omega, air)
+    k, z = wave(rho, compressibility, omega)
+    scale = np.array([rho.real[-1], -(omega * rho.imag)[0], compressibility.real[-1]])
+
+    def fluid(logs: Real) -> Fluid:
+        values = np.exp(logs)
+        base, rest = values[:3] * scale, values[3:]
+        return Fluid(*map(float, base), tuple(rest[:poles].tolist()), tuple(rest[poles:].tolist()))
+
+    def misfit(logs: Real) -> Real:
+        k_fit, z_fit = wave(*fluid(logs).response(omega), omega)
+        error = np.concatenate([(k_fit - k) * FIT_PATH_M, z_fit / z - 1])
+        return np.concatenate([error.real, error.imag])
+
+    fastest, slowest = np.log(0.2 / omega[-1]), np.log(1 / omega[0])
+    times = np.linspace(np.log(1 / omega[-1]), slowest, poles + 2)[1:-1]
+    start = np.concatenate([np.zeros(3), np.full(poles, np.log(0.1)), times])
+    low = np.concatenate([start[: 3 + poles] - 5, np.full(poles, fastest)])
+    high = np.concatenate([start[: 3 + poles] + 5, np.full(poles, slowest)])
+    fitted = least_squares(misfit, start, bounds=(low, high), xtol=1e-10, ftol=1e-10)
+    return fluid(fitted.x)

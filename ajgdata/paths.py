@@ -1,0 +1,126 @@
+"""Every file name of a project, spelled once.
+
+A project is the folder that holds `datasets/`. `datasets/` is written by people, `data/` by
+acquisition and import, `results/` by the workflow, `.ajgdata/` is a cache that may be deleted.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+DATASET_FILE = "dataset.yaml"
+SESSION_FILE = "session.yaml"
+RECORDINGS_FILE = "recordings.csv"
+AUDIO_FOLDER = "audio"
+EXCITATION_FILE = "excitation.wav"
+FIGURE_FORMATS = ("svg", "png", "pdf")
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Where things are, relative to a project folder. Patterns keep `{wildcards}` untouched."""
+
+    root: Path = Path()
+
+    @property
+    def datasets(self) -> Path:
+        """Declarations of the data sets."""
+        return self.root / "datasets"
+
+    @property
+    def results(self) -> Path:
+        """Everything that the workflow makes."""
+        return self.root / "results"
+
+    def dataset(self, dataset: str) -> Path:
+        """Declaration of one data set."""
+        return self.datasets / dataset / DATASET_FILE
+
+    def sessions(self, dataset: str) -> Path:
+        """Raw sessions of one data set."""
+        return self.root / "data" / dataset / "sessions"
+
+    def session(self, dataset: str, session: str) -> Path:
+        """One raw session."""
+        return self.sessions(dataset) / session
+
+    def scenes(self, dataset: str, session: str) -> Path:
+        """What a virtual session shall hold: the input of its acquisition."""
+        return self.results / "manifest" / dataset / f"{session}.scenes.json"
+
+    def audio_manifest(self, dataset: str, session: str) -> Path:
+        """Files and hashes of a session: the input of its features."""
+        return self.results / "manifest" / dataset / f"{session}.audio.json"
+
+    def label_manifest(self, dataset: str, session: str) -> Path:
+        """Labels of a session: joined to its features on merging."""
+        return self.results / "manifest" / dataset / f"{session}.labels.csv"
+
+    def shard(self, dataset: str, session: str) -> Path:
+        """Features of one session."""
+        return self.results / "features" / dataset / f"{session}.nc"
+
+    def shard_findings(self, dataset: str, session: str) -> Path:
+        """What was found wrong or odd while making a shard."""
+        return self.results / "features" / dataset / f"{session}.findings.csv"
+
+    def features(self, dataset: str) -> Path:
+        """Features and labels of a whole data set."""
+        return self.results / "features" / f"{dataset}.nc"
+
+    def quarantine(self, dataset: str) -> Path:
+        """Recordings that were left out or flagged, with the reason and the fix."""
+        return self.results / "quarantine" / f"{dataset}.csv"
+
+    def task(self, dataset: str, task: str, model: str) -> Path:
+        """Folder of one evaluated model."""
+        return self.results / "tasks" / dataset / task / model
+
+    def metrics(self, dataset: str, task: str, model: str) -> Path:
+        """Errors per fold: the same bytes for the same inputs."""
+        return self.task(dataset, task, model) / "metrics.json"
+
+    def cost(self, dataset: str, task: str, model: str) -> Path:
+        """Times and memory: measured, hence never the same twice."""
+        return self.task(dataset, task, model) / "cost.json"
+
+    def predictions(self, dataset: str, task: str, model: str) -> Path:
+        """One row per recording and split."""
+        return self.task(dataset, task, model) / "predictions.csv"
+
+    def figure(self, name: str) -> Path:
+        """A figure without its suffix; see FIGURE_FORMATS."""
+        return self.results / "report" / "figures" / name
+
+    @property
+    def report(self) -> Path:
+        """The report."""
+        return self.results / "report" / "index.html"
+
+    def shard_cache(self, dataset: str, session: str) -> Path:
+        """Last good shard, kept where Snakemake does not delete it."""
+        return self.root / ".ajgdata" / "features" / dataset / f"{session}.nc"
+
+    @property
+    def hash_cache(self) -> Path:
+        """Known hashes by size, times and inode."""
+        return self.root / ".ajgdata" / "hashes.json"
+
+
+def find_project(start: Path | None = None) -> Paths:
+    """The project that holds `start` (default: AJGDATA_ROOT, else the working directory).
+
+    Raises FileNotFoundError when neither it nor a parent has a `datasets` folder.
+    """
+    if start is None and (root := os.environ.get("AJGDATA_ROOT")):
+        start = Path(root)
+    here = (start or Path.cwd()).absolute()
+    for folder in (here, *here.parents):
+        if (folder / "datasets").is_dir():
+            return Paths(folder)
+    raise FileNotFoundError(
+        f"no project at {here} or above it: go to the folder that holds datasets/, "
+        "or set AJGDATA_ROOT to it"
+    )

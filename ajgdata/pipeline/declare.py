@@ -1,0 +1,87 @@
+"""A folder of recordings -> the declaration of a data set, as far as it can be told."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ajgdata.store.audio import AudioInfo, inspect_audio
+from ajgdata.store.scan import Scan
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    ImportSettings,
+    Target,
+    Task,
+)
+
+FOLDS = 5
+MODELS_NEEDING = 2  # classes
+
+
+def declare(
+    name: str, folder: Path, found: Scan, settings: ImportSettings, targets: Sequence[str]
+) -> DatasetSpec:
+    """A first dataset.yaml for what an import found; people are meant to complete it.
+
+    The commonest rate is declared; several channels are averaged only if no recording is mono. A
+    column is a regression target when every cell is a number and there are more distinct ones than
+    folds can hold as classes; a class otherwise. `targets` are the label columns to learn (default:
+    all of a pattern's; a table's must be named).
+    """
+    columns = sorted({column for one in found.found for column in one.labels})
+    wanted = list(targets) or [c for c in columns if c not in ("n", "fold", "take", "clip")]
+    if unknown := [target for target in wanted if target not in columns]:
+        raise DataError("--target", f"there is no column {unknown[0]!r}", f"there are {columns}")
+    if settings.table and not targets:
+        raise DataError("--target", "a table has many columns", f"name labels among {columns}")
+    declared = {column: _target([one.labels[column] for one in found.found]) for column in wanted}
+    tasks = {
+        column: Task(target=column, folds=FOLDS)
+        for column, target in declared.items()
+        if target.kind == "regression" or _classes(found, column) >= MODELS_NEEDING
+    }
+    return DatasetSpec(
+        name=name,
+        title=name,
+        description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
+        audio=common_audio(folder / one.path for one in found.found),
+        targets=declared,
+        tasks=tasks,
+        imports=settings,
+    )
+
+
+def _target(cells: Sequence[str]) -> Target:
+    distinct = {cell for cell in cells if cell}
+    numbers = bool(distinct) and all(_is_number(cell) for cell in distinct)
+    return Target(kind="regression" if numbers and len(distinct) > 2 * FOLDS else "classification")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _classes(found: Scan, column: str) -> int:
+    return len({one.labels[column] for one in found.found} - {""})
+
+
+def common_audio(files: Iterable[Path]) -> AudioSettings:
+    """Commonest rate of the readable files; channels averaged only if no file is mono."""
+    infos: list[AudioInfo] = []
+    for file in files:
+        try:
+            infos.append(inspect_audio(file))
+        except DataError:
+            continue  # imported as it is, and named by `validate`
+    if not infos:
+        return AudioSettings()
+    rate = Counter(info.sample_rate_hz for info in infos).most_common(1)[0][0]
+    stereo = all(info.channels > 1 for info in infos)
+    return AudioSettings(sample_rate_hz=rate, channel="mean" if stereo else "mono")

@@ -1,0 +1,106 @@
+"""Feature store -> errors, cost and predictions of one model on one task."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
+from ajgdata.types import Kind
+
+PREDICTION_COLUMNS = ("recording", "split", "fold", "y_true", "y_pred", "probability")
+
+
+def evaluate_task(
+    store: Path,
+    *,
+    target: str,
+    kind: Kind,
+    unit: str,
+    groups: str,
+    folds: int,
+    model: str,
+    compare_random: bool,
+    seed: int,
+    metrics: Path,
+    cost: Path,
+    predictions: Path,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Cross-validate `model` on the recordings of `store` that have `target`.
+
+    Writes what is determined by the inputs (`metrics`, `predictions`) apart from what is measured
+    (`cost`). A task that cannot be evaluated, for instance with fewer groups than folds, is written
+    as such with the reason: the rest of the run goes on.
+    """
+    from ajgdata.evaluate.crossval import cross_validate
+
+    shard = read_store(store)
+    task = {"target": target, "kind": kind, "unit": unit, "groups": groups, "model": model}
+    document: dict[str, Any] = {**task, "seed": seed, "provenance": dict(shard.attrs)}
+    results = {}
+    try:
+        features, values, group, names = rows_of(shard, target, kind, groups)
+        splits = {"grouped": group, "random": None} if compare_random else {"grouped": group}
+        for split, labels in splits.items():
+            results[split] = cross_validate(
+                features, values, labels,
+                kind=kind, model=model, folds=folds, seed=seed, progress=progress,
+            )  # fmt: skip
+    except ValueError as error:
+        results = {}
+        document["skipped"] = str(error)
+    for split, result in results.items():
+        document[split] = plain(dataclasses.asdict(result.scores))
+    rows = [row for split, r in results.items() for row in _rows(names, split, r.predictions)]
+    write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, rows))
+    measured = {split: plain(dataclasses.asdict(r.cost)) for split, r in results.items()}
+    write_bytes(cost, json_bytes(measured))
+    write_bytes(metrics, json_bytes(document))
+
+
+def rows_of(
+    shard: Shard, target: str, kind: Kind, groups: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Features, target values, groups and names of the recordings whose target is not missing.
+
+    Raises ValueError when the store lacks a column, or when a recording belongs to no group.
+    """
+    for column in (target, groups):
+        if column not in shard.columns:
+            raise ValueError(f"there is no column {column!r}: add it to recordings.csv")
+    values = shard.columns[target].values
+    present = np.isfinite(values) if kind == "regression" else values != ""
+    if not present.any():
+        raise ValueError(f"no recording has a value of {target!r}")
+    group = shard.columns[groups].values.astype(str)
+    names = shard.columns["recording"].values
+    if (homeless := present & np.isin(group, ["", "nan"])).any():
+        raise ValueError(f"recording {names[homeless][0]!r} has no {groups!r}, which groups folds")
+    return shard.feature[present], values[present], group[present], names[present]
+
+
+def plain(value: Any) -> Any:
+    """Nested dataclass content as JSON: NaN becomes null, numpy becomes Python."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _rows(names: np.ndarray, split: str, found: Any) -> list[dict[str, object]]:
+    probability = found.probability if found.probability is not None else [""] * len(names)
+    columns = (names, found.fold, found.y_true, found.y_pred, probability)
+    return [
+        {"recording": n, "split": split, "fold": f, "y_true": t, "y_pred": p, "probability": q}
+        for n, f, t, p, q in zip(*(np.asarray(c).tolist() for c in columns), strict=True)
+    ]

@@ -1,0 +1,43 @@
+"""`ajgdata import`: a folder -> sessions of a data set, declared if it was not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.declare import declare
+from ajgdata.store.importing import Imported, import_scan
+from ajgdata.store.scan import Scan, scan
+from ajgdata.store.sessions import read_dataset, write_dataset
+from ajgdata.types import DatasetSpec, ImportSettings
+
+
+def import_folder(
+    paths: Paths,
+    dataset: str,
+    folder: Path,
+    *,
+    settings: ImportSettings | None,
+    targets: Sequence[str] = (),
+    copy: bool = True,
+    replace: bool = False,
+    started: Callable[[int], Callable[[], object]] = lambda total: lambda: None,
+) -> tuple[DatasetSpec, Scan, Imported]:
+    """Import `folder` into `dataset`.
+
+    `settings` say how file names or a table are read (default: what dataset.yaml says under
+    `imports`, else the starter kit's convention). `started(total)` returns what is called once a
+    recording. Nothing is written when the folder cannot be understood.
+    """
+    declared = read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
+    chosen = settings or (declared.imports if declared else ImportSettings(pattern="starter-kit"))
+    found = scan(folder, chosen, name=dataset)
+    spec = declared or declare(dataset, folder, found, chosen, targets)
+    advance = started(len(found.found))
+    result = import_scan(
+        paths, dataset, folder, found, copy=copy, replace=replace, progress=advance
+    )
+    if declared is None:
+        write_dataset(paths, spec)
+    return spec, found, result

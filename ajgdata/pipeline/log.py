@@ -1,0 +1,23 @@
+"""What a job says goes to its log; what went wrong also goes to the terminal, in one line."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from ajgdata.types import DataError
+
+
+@contextmanager
+def logged(log: str) -> Iterator[None]:
+    """Send output to `log`. A DataError ends the process with its line, a bug traceably."""
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
+        try:
+            with redirect_stdout(stream), redirect_stderr(stream):
+                yield
+        except DataError as error:
+            stream.write(f"{error}\n")
+            sys.exit(str(error))

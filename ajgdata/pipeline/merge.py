@@ -1,0 +1,72 @@
+"""Shards + labels -> the feature store of a data set, and the list of what was left out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ajgdata.store.features import Shard, concatenate, read_store, write_store
+from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
+from ajgdata.store.labels import labelled, select, with_columns, without_copies
+from ajgdata.store.provenance import software
+from ajgdata.types import Finding, Target
+
+FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
+
+
+def read_findings(path: Path) -> list[Finding]:
+    """A table of findings."""
+    return [Finding(**row) for row in read_csv(path, required=FINDING_COLUMNS)[1]]  # type: ignore[arg-type]  # level is checked where it is written
+
+
+def write_findings(path: Path, findings: Sequence[Finding]) -> None:
+    """Write a table of findings, sorted."""
+    write_bytes(path, csv_bytes(FINDING_COLUMNS, [vars(f) for f in sorted(findings)]))
+
+
+def merge(
+    *,
+    dataset: str,
+    shards: Sequence[Path],
+    labels: Sequence[Path],
+    findings: Sequence[Path],
+    targets: Mapping[str, Target],
+    store: Path,
+    quarantine: Path,
+) -> None:
+    """Join the shards of a data set (same order as `labels`) with their labels.
+
+    A recording whose target is no number, that is marked `reject`, or that stands a second time is
+    left out and listed in `quarantine`, together with what the shards found.
+    """
+    found = [finding for path in findings for finding in read_findings(path)]
+    parts = []
+    for shard_path, label_path in zip(shards, labels, strict=True):
+        shard = read_store(shard_path)
+        session = shard_path.stem
+        table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
+        kept, told = select(shard, table, targets, session)
+        found += told
+        parts.append(labelled(kept, table, targets, session))
+    columns = {name for part in parts for name in part.columns}
+    merged = concatenate([with_columns(part, columns, targets) for part in parts])
+    merged, told = without_copies(merged, [*targets])
+    found += told
+    write_store(store, with_attributes(merged, dataset), {"long_name": "spectrum", "units": "1"})
+    write_findings(quarantine, found)
+
+
+def with_attributes(shard: Shard, dataset: str) -> Shard:
+    """The shard with what identifies the data set and what made it."""
+    sources = set(shard.columns["source"].values) if "source" in shard.columns else set()
+    rows = zip(shard.columns["recording"].values, shard.columns["sha256"].values, strict=True)
+    inputs = sha256_of("\n".join(f"{name} {digest}" for name, digest in rows).encode())
+    attrs = {
+        **shard.attrs,
+        **software(),
+        "data_set": dataset,
+        "source": "simulated" if "virtual" in sources else "recorded",
+        "inputs_sha256": inputs,
+    }
+    return dataclasses.replace(shard, attrs=attrs)

@@ -1,0 +1,65 @@
+"""What a run of the workflow is about: data sets, their sessions, tasks and models.
+
+Called while Snakemake parses, in every one of its processes: light imports only, and nothing is
+written unless `refresh` is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.paths import SESSION_FILE, Paths
+from ajgdata.store import manifest
+from ajgdata.store.files import json_bytes, write_if_changed
+from ajgdata.store.provenance import code_digest
+from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset
+from ajgdata.types import DatasetSpec
+
+
+@dataclass(frozen=True)
+class DatasetPlan:
+    """One data set of a run. `virtual` are the sessions that its recipe makes."""
+
+    spec: DatasetSpec
+    virtual: tuple[str, ...]
+    sessions: tuple[str, ...]
+
+
+def plan(
+    paths: Paths, only: Sequence[str] | None = None, *, refresh: bool = False
+) -> dict[str, DatasetPlan]:
+    """Data sets by name: those of `only`, else every one that has sessions or a recipe.
+
+    With `refresh` the manifests and the scenes of virtual sessions are brought up to date first.
+    Raises DataError for a declaration that cannot be used.
+    """
+    names = list(only) if only is not None else list_datasets(paths)
+    plans = {}
+    for name in names:
+        spec = read_dataset(paths, name)
+        virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
+        if refresh:
+            write_scenes(paths, spec, virtual)
+            manifest.refresh(paths, name, incomplete=_incomplete(paths, name, virtual))
+        sessions = sorted({*virtual, *list_sessions(paths, name)})
+        if sessions:
+            plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
+    return plans
+
+
+def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:
+    """Write what each virtual session shall hold, if that changed."""
+    if spec.recipe is None:
+        return
+    code = code_digest("gripper")
+    for session in virtual:
+        grasps = plan_session(spec.recipe, spec.name, session, code)
+        content = [{**vars(grasp), "targets": dict(grasp.targets)} for grasp in grasps]
+        write_if_changed(paths.scenes(spec.name, session), json_bytes(content))
+
+
+def _incomplete(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
+    """Virtual sessions whose acquisition has not ended: their manifest is still to be made."""
+    return {s for s in virtual if not (paths.session(dataset, s) / SESSION_FILE).is_file()}

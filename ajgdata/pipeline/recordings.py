@@ -1,0 +1,105 @@
+"""One recording -> samples fit for a feature, with everything that was found on the way.
+
+The one place that decides whether a recording can be used: the workflow and `ajgdata validate`
+both come through here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ajgdata.features.align import delay_outliers, delay_samples
+from ajgdata.features.checks import check_samples
+from ajgdata.store.audio import AudioError, Remark, read_audio
+from ajgdata.types import AudioSettings, DataError, Finding
+
+#: A delay beyond this is not looked for: the sound would hardly overlap a one-second recording.
+MAX_DELAY_S = 0.5
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True)
+class Examined:
+    """Samples (n,) float32, None when the recording cannot be used; delay if it was asked for."""
+
+    samples: np.ndarray | None
+    remarks: tuple[Remark, ...]
+    delay: int | None = None
+
+
+def examine(
+    path: Path, audio: AudioSettings, window: int, excitation: np.ndarray | None = None
+) -> Examined:
+    """Read and check one recording; with `excitation` (m,), also measure when it arrives."""
+    try:
+        read = read_audio(path, audio)
+    except AudioError as error:
+        return Examined(None, (error.remark,))
+    remarks = (*read.remarks, *check_samples(read.recorded, read.info.subtype, window))
+    if any(remark.level == "error" for remark in remarks):
+        return Examined(None, remarks)
+    if len(read.samples) < window:  # long enough as recorded, too short after resampling
+        return Examined(None, tuple(check_samples(read.samples, read.info.subtype, window)))
+    if excitation is None:
+        return Examined(read.samples, remarks)
+    reach = int(MAX_DELAY_S * audio.sample_rate_hz)
+    return Examined(read.samples, remarks, delay_samples(read.samples, excitation, reach))
+
+
+def read_excitation(
+    root: Path, manifest: dict[str, Any], audio: AudioSettings
+) -> tuple[np.ndarray | None, list[Finding]]:
+    """The played sound of a session (m,), None if there is none or it cannot be used."""
+    declared = manifest["excitation"]
+    if declared is None:
+        return None, []
+    try:
+        return read_audio(root / declared["path"], audio).samples, []
+    except DataError as error:
+        finding = Finding(
+            manifest["session_id"], "*", Path(declared["path"]).name,
+            "warning", "bad_excitation", f"the played sound: {error.problem}", error.fix,
+        )  # fmt: skip
+        return None, [finding]
+
+
+def late_or_early(
+    session: str, names: Sequence[str], delays: Sequence[int], sample_rate_hz: int
+) -> list[Finding]:
+    """A warning for each recording whose excitation arrives at another time than the others'."""
+    usual = float(np.median(delays)) if delays else 0.0
+    odd = delay_outliers(delays, sample_rate_hz)
+    return [
+        Finding(
+            session, name, "", "warning", "other_delay",
+            f"the sound arrives {1e3 * (delay - usual) / sample_rate_hz:+.1f} ms from the "
+            "session's median",
+            "set features.align: true, or record it again",
+        )
+        for name, delay, is_odd in zip(names, delays, odd, strict=True)
+        if is_odd
+    ]  # fmt: skip
+
+
+def finding(session: str, recording_id: str, path: str, remark: Remark) -> Finding:
+    """A remark, with the recording it is about."""
+    return Finding(session, recording_id, Path(path).name, *remark)
+
+
+def in_threads(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> Iterator[Result]:
+    """`function` of each item, in order; numpy and the file system release the lock."""
+    if threads == 1:
+        yield from map(function, items)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        yield from pool.map(function, items)

@@ -1,0 +1,194 @@
+"""Stores, metrics and findings -> the report's page and figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ajgdata.models import MODELS
+from ajgdata.paths import Paths
+from ajgdata.pipeline.merge import read_findings
+from ajgdata.report.content import (
+    Cost,
+    DatasetSummary,
+    Predictions,
+    Provenance,
+    Report,
+    Score,
+    Spectra,
+    TaskResult,
+)
+from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.files import read_csv, read_json, read_yaml, write_bytes
+from ajgdata.store.provenance import PACKAGE, settings_digest, software
+from ajgdata.store.sessions import list_sessions, read_dataset, read_session
+from ajgdata.types import DatasetSpec, FeatureSettings
+
+#: As many mean spectra as can be told apart in one figure.
+MAX_SPECTRA = 8
+
+
+def build_report(
+    paths: Paths, *, datasets: Sequence[str], runs: Sequence[tuple[str, str, str]]
+) -> None:
+    """Write the report on `datasets` and on `runs`, triples of data set, task and model."""
+    from ajgdata.report.canvas import save_figure
+    from ajgdata.report.illustrations import illustrations
+    from ajgdata.report.page import render_page
+
+    paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
+    specs = {name: read_dataset(paths, name) for name in datasets}
+    stores = {name: read_store(paths.features(name)) for name in datasets}
+    documents = {run: read_json(paths.metrics(*run)) for run in runs}
+    report = Report(
+        title="Acoustic sensing with jamming grippers",
+        version=software()["ajgdata_version"],
+        commit=software()["git_commit"],
+        datasets=tuple(summary(paths, specs[name], stores[name]) for name in datasets),
+        results=tuple(
+            task_result(paths, specs[run[0]], run, document, paper)
+            for run, document in documents.items()
+            if "skipped" not in document
+        ),
+        skipped=tuple(
+            ("/".join(run), document["skipped"])
+            for run, document in documents.items()
+            if "skipped" in document
+        ),
+    )
+    svgs = {}
+    for name, illustration in illustrations(report).items():
+        saved = save_figure(illustration.draw(), paths.figure(name))
+        svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
+    write_bytes(paths.report, render_page(report, svgs).encode())
+
+
+def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
+    """What the report says of a data set."""
+    settings = json.loads(str(store.attrs["settings"]))
+    features = FeatureSettings(**settings["features"])
+    return DatasetSummary(
+        name=spec.name,
+        title=spec.title or spec.name,
+        source="simulated" if store.attrs["source"] == "simulated" else "recorded",
+        description=spec.description,
+        n_recordings=len(store.feature),
+        n_sessions=len(np.unique(store.columns["session_id"].values)),
+        sample_rate_hz=spec.audio.sample_rate_hz,
+        licence=spec.licence,
+        citation=spec.citation,
+        url=spec.url,
+        features=features,
+        provenance=Provenance(
+            version=str(store.attrs["ajgdata_version"]),
+            commit=str(store.attrs["git_commit"]),
+            config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),
+            inputs_hash=str(store.attrs["inputs_sha256"]),
+        ),
+        findings=tuple(read_findings(paths.quarantine(spec.name))),
+        spectra=mean_spectra(store, spec),
+        facts=_facts(paths, spec.name),
+    )
+
+
+def _facts(paths: Paths, dataset: str) -> Mapping[str, Any]:
+    """What the first session says of its source, flattened: `numerics dx_mm`, for instance."""
+    sessions = list_sessions(paths, dataset)
+    if not sessions:
+        return {}
+    session = read_session(paths.session(dataset, sessions[0]))
+    facts: dict[str, Any] = {"gripper": session.gripper, "medium": session.medium}
+    facts |= {"device": session.device, "written by": session.software}
+    for part, content in session.scene.items():
+        items = content.items() if isinstance(content, dict) else [("", content)]
+        facts |= {f"{part} {key}".strip(): value for key, value in items}
+    return {key: value for key, value in facts.items() if value not in ("unknown", "")}
+
+
+def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
+    """Mean spectrum of each class, or of equally filled bins, of the first task's target."""
+    if not spec.tasks or not len(store.feature):
+        return None
+    name = next(iter(spec.tasks.values())).target
+    target, values = spec.targets[name], store.columns[name].values
+    if target.kind == "classification":
+        classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
+        parts = [(str(c), values == c) for c in classes]
+    else:
+        present = values[np.isfinite(values)]
+        if not len(present):
+            return None
+        edges = np.unique(np.quantile(present, np.linspace(0, 1, 5)))
+        bins = np.clip(np.searchsorted(edges, values, "right") - 1, 0, max(0, len(edges) - 2))
+        bins[~np.isfinite(values)] = -1
+        parts = [
+            (f"{values[bins == b].min():g}–{values[bins == b].max():g} {target.unit}", bins == b)
+            for b in np.unique(bins[bins >= 0])
+        ]
+    mean = np.asarray([store.feature[rows].mean(axis=0, dtype=np.float64) for _, rows in parts])
+    return Spectra(store.frequency_hz, tuple(label for label, _ in parts), mean, name)
+
+
+def task_result(
+    paths: Paths,
+    spec: DatasetSpec,
+    run: tuple[str, str, str],
+    document: Mapping[str, Any],
+    paper: Mapping[str, PaperFigure],
+) -> TaskResult:
+    """What the report says of one model on one task."""
+    dataset, task, model = run
+    kind, scores = document["kind"], document["grouped"]
+    headline = "rmse" if kind == "regression" else "accuracy"
+    settings = spec.tasks[task]
+    random = document.get("random")
+    return TaskResult(
+        dataset=dataset,
+        dataset_title=spec.title or dataset,
+        task=task,
+        model=model,
+        model_label=getattr(MODELS[model], kind),
+        kind=kind,
+        target=document["target"],
+        unit=document["unit"],
+        source=document["provenance"]["source"],
+        metrics=_scores(scores),
+        chance=scores["chance"][headline],
+        n_recordings=scores["recordings"],
+        n_groups=scores["groups"],
+        group_column=document["groups"],
+        folds=scores["folds"],
+        cost=_cost(read_json(paths.cost(*run))["grouped"]),
+        predictions=_predictions(paths.predictions(*run), kind, scores["classes"]),
+        random_split=_scores(random)[headline] if random else None,
+        paper=paper[settings.paper] if settings.paper else None,
+    )
+
+
+def _scores(scores: Mapping[str, Any]) -> dict[str, Score]:
+    return {
+        name: Score(mean, scores["sd"][name], tuple(scores["per_fold"][name]))
+        for name, mean in scores["mean"].items()
+        if mean is not None and scores["sd"][name] is not None
+    }
+
+
+def _cost(cost: Mapping[str, Any]) -> Cost:
+    return Cost(
+        train_s=cost["train_s"],
+        inference_ms_per_recording=1e3 * cost["inference_s_per_recording"],
+        peak_memory_mb=cost["peak_rss_mb"],
+    )
+
+
+def _predictions(path: Path, kind: str, classes: Sequence[str]) -> Predictions:
+    rows = [row for row in read_csv(path)[1] if row["split"] == "grouped"]
+    dtype = np.float64 if kind == "regression" else np.str_
+    y_true, y_pred = (np.asarray([r[c] for r in rows], dtype) for c in ("y_true", "y_pred"))
+    fold = np.asarray([int(row["fold"]) for row in rows])
+    return Predictions(y_true, y_pred, fold, tuple(map(str, classes)))

@@ -1,0 +1,193 @@
+"""Manifest of a session -> its shard of features; only what changed is computed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ajgdata.features.align import shift
+from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.pipeline.merge import read_findings, write_findings
+from ajgdata.pipeline.recordings import (
+    Examined,
+    examine,
+    finding,
+    in_threads,
+    late_or_early,
+    read_excitation,
+)
+from ajgdata.store.features import (
+    Column,
+    Shard,
+    read_store,
+    settings_text,
+    text_column,
+    write_store,
+)
+from ajgdata.store.files import replacing
+from ajgdata.store.manifest import read_manifest
+from ajgdata.store.provenance import settings_digest, software
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Strict
+
+SETTINGS_ATTRIBUTE = "settings_digest"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One recording's part of a shard."""
+
+    feature: np.ndarray
+    delay: float
+    remarks: tuple[Finding, ...]
+
+
+class _Reference(Strict):
+    """What a feature depends on besides its recording and the settings."""
+
+    code: str
+    excitation: str
+
+
+def make_shard(
+    *,
+    root: Path,
+    manifest: Path,
+    audio: AudioSettings,
+    features: FeatureSettings,
+    code: str,
+    shard: Path,
+    findings: Path,
+    cache: Path,
+    threads: int = 1,
+) -> tuple[int, int]:
+    """Write `shard` and `findings`; returns how many features were computed and how many reused.
+
+    Rows of `cache`, the last shard made, are reused while recording_id, sha256, settings,
+    excitation and `code` are the same. A recording that cannot be used becomes a finding and has
+    no row.
+    """
+    content, told = read_manifest(manifest)
+    excitation = None
+    if features.align:
+        excitation, more = read_excitation(root, content, audio)
+        told += more
+        if excitation is None:
+            raise DataError(
+                manifest, "features.align needs the played sound", "add it to session.yaml"
+            )
+    played = content["excitation"]["sha256"] if features.align else ""
+    digest = settings_digest(audio, features, _Reference(code=code, excitation=played))
+    known = _cached(cache, digest)
+
+    def made(entry: Mapping[str, str]) -> Row | list[Finding]:
+        found = examine(root / entry["path"], audio, features.window, excitation)
+        return _row(content["session_id"], entry, found, audio, features)
+
+    entries = content["recordings"]
+    new = [e for e in entries if (e["recording_id"], e["sha256"]) not in known]
+    made_new = in_threads(made, new, threads)
+    results = {e["recording_id"]: r for e, r in zip(new, made_new, strict=True)}
+    rows: dict[str, Row] = {}
+    for entry in entries:
+        row = results.get(
+            entry["recording_id"], known.get((entry["recording_id"], entry["sha256"]))
+        )
+        if isinstance(row, Row):
+            rows[entry["recording_id"]] = row
+            told += row.remarks
+        else:
+            told += row or []
+    if features.align:
+        delays = [int(row.delay) for row in rows.values()]
+        told += late_or_early(content["session_id"], list(rows), delays, audio.sample_rate_hz)
+    _write(shard, content, rows, told, audio, features, digest)
+    write_findings(findings, told)
+    _keep(shard, cache)
+    _keep(findings, cache.with_suffix(".findings.csv"))
+    print(f"{len(new)} recordings read, {len(entries) - len(new)} features reused")
+    return len(new), len(entries) - len(new)
+
+
+def _row(
+    session: str,
+    entry: Mapping[str, str],
+    found: Examined,
+    audio: AudioSettings,
+    features: FeatureSettings,
+) -> Row | list[Finding]:
+    told = [finding(session, entry["recording_id"], entry["path"], r) for r in found.remarks]
+    if found.samples is None:
+        return told
+    samples = found.samples if found.delay is None else shift(found.samples, found.delay)
+    try:
+        feature = spectrum(samples, audio.sample_rate_hz, features)
+    except ValueError as error:  # for instance: not normalised, and beyond float32
+        fix = "change features in dataset.yaml, or set quality to reject"
+        return [
+            *told,
+            Finding(session, entry["recording_id"], "", "error", "no_feature", str(error), fix),
+        ]
+    return Row(feature, np.nan if found.delay is None else found.delay, tuple(told))
+
+
+def _write(
+    path: Path,
+    content: Mapping[str, Any],
+    rows: Mapping[str, Row],
+    told: list[Finding],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    digest: str,
+) -> None:
+    frequency = frequencies_hz(audio.sample_rate_hz, features)
+    hashes = {entry["recording_id"]: entry["sha256"] for entry in content["recordings"]}
+    flags = {name: sorted({f.code for f in told if f.recording_id == name}) for name in rows}
+    columns = {
+        "recording": text_column(list(rows)),
+        "sha256": text_column([hashes[name] for name in rows], long_name="SHA-256 of the file"),
+        "flags": text_column([",".join(flags[name]) for name in rows], long_name="findings"),
+    }
+    if features.align:
+        delay = np.asarray([row.delay for row in rows.values()], np.float64)
+        columns["delay_samples"] = Column(delay, {"long_name": "delay taken out", "units": "1"})
+    feature = np.asarray([row.feature for row in rows.values()], np.float32)
+    settings = {
+        "audio": audio.model_dump(mode="json"),
+        "features": features.model_dump(mode="json"),
+    }
+    attrs = {"settings": settings_text(settings), SETTINGS_ATTRIBUTE: digest, **software()}
+    shard = Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, attrs)
+    write_store(path, shard, {"long_name": "spectrum", "units": "1"})
+
+
+def _cached(cache: Path, digest: str) -> dict[tuple[str, str], Row]:
+    """Rows of the last shard by (recording_id, sha256); none when it was made otherwise."""
+    if not cache.is_file():
+        return {}
+    try:
+        shard = read_store(cache)
+        remarks = read_findings(cache.with_suffix(".findings.csv"))
+    except DataError:
+        return {}  # a cache: what cannot be read is computed again
+    if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
+        return {}
+    names, hashes = (shard.columns[c].values.tolist() for c in ("recording", "sha256"))
+    delays = shard.columns["delay_samples"].values if "delay_samples" in shard.columns else None
+    return {
+        (name, sha256): Row(
+            shard.feature[row],
+            np.nan if delays is None else float(delays[row]),
+            tuple(f for f in remarks if f.recording_id == name and f.code != "other_delay"),
+        )
+        for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
+    }
+
+
+def _keep(path: Path, cache: Path) -> None:
+    with replacing(cache) as temporary:
+        os.link(path, temporary)

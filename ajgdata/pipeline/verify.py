@@ -1,0 +1,25 @@
+"""The last rule: tests on what was built, and those too long for the test suite."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from ajgdata.store.files import write_bytes
+from ajgdata.types import DataError
+
+
+def verify(tests: Path, summary: Path) -> None:
+    """Run the tests of the built results and the slow tier; write pytest's closing line.
+
+    Raises DataError when one fails; pytest's output is in the log.
+    """
+    command = [sys.executable, "-m", "pytest", "-m", "artefact or slow", "-p", "no:cacheprovider"]
+    done = subprocess.run(
+        [*command, "--rootdir", str(tests.parent), str(tests)], capture_output=True, text=True
+    )
+    print(done.stdout, done.stderr)
+    if done.returncode:
+        raise DataError(tests, "a check of the results failed", "see results/logs/verify.log")
+    write_bytes(summary, (done.stdout.strip().splitlines()[-1].strip("= ") + "\n").encode())

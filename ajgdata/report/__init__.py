@@ -1,0 +1,1 @@
+"""Results -> figures and one offline page. Nothing here opens a file of the workflow."""

@@ -1,0 +1,171 @@
+"""All results of a report -> the figures that compare them: error against time, and splits."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter
+
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
+from ajgdata.report.content import Report, pareto_front
+from ajgdata.report.wording import headline, number, task_name
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+TIMES = {
+    "train_s": "training, all folds (s)",
+    "inference_ms_per_recording": "inference (ms / recording)",
+}
+# A time measured as zero has no place on a log axis.
+SHORTEST = 1e-4
+
+
+def _marker_area(peak_memory_mb: float, largest_mb: float) -> float:
+    """Area in points², proportional to memory, but never too small to see."""
+    return 18 + 110 * peak_memory_mb / (largest_mb or 1)
+
+
+@styled
+def cost_figure(report: Report) -> Figure:
+    """Normalised error against training time and inference time, one colour per task."""
+    figure = new_figure(
+        (WIDTH_IN, 3.9 + 0.17 * max(len(report.tasks()), 5)),
+        "Error against run time",
+        "normalised error of every model on every task",
+        [r.source for r in report.results],
+    )
+    panels = figure.subplots(1, 2, sharey=True)
+    models = dict.fromkeys(r.model for r in report.results)
+    markers = {model: MARKERS[i % len(MARKERS)] for i, model in enumerate(models)}
+    for axes, (time, label) in zip(panels, TIMES.items(), strict=True):
+        _cost_panel(axes, report, time, markers)
+        axes.set(xscale="log", xlabel=label)
+        axes.margins(x=0.12)
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda t, _: number(t)))
+        axes.axhline(1, color=GREY, ls=":", lw=1.1)
+        axes.annotate(
+            "chance",
+            (1, 1),
+            (-2, 2),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            ha="right",
+            fontsize=8,
+            color=GREY,
+        )
+    panels[1].tick_params(axis="y", length=0)
+    panels[0].set_ylim(bottom=0)
+    panels[0].set_ylabel("error (0 perfect, 1 chance)")
+    _cost_legends(figure, report, markers)
+    return figure
+
+
+def _cost_panel(axes: Axes, report: Report, time: str, markers: dict[str, str]) -> None:
+    """Every result as a marker, and a line through the Pareto front of each task."""
+    largest = _largest_mb(report)
+    for i, task in enumerate(report.tasks()):
+        colour, line = _task_style(i)
+        times = np.array([getattr(r.cost, time) for r in task])
+        error = np.array([r.error.mean for r in task])
+        front = pareto_front(times, error)
+        times = np.maximum(times, SHORTEST)
+        order = np.flatnonzero(front)[np.argsort(times[front])]
+        axes.plot(times[order], error[order], color=colour, ls=line, lw=1.2, alpha=0.7)
+        for r, x, on_front in zip(task, times, front, strict=True):
+            axes.scatter(
+                *(x, r.error.mean),
+                s=_marker_area(r.cost.peak_memory_mb, largest),
+                marker=markers[r.model],
+                facecolor=colour if on_front else "white",
+                edgecolor=colour,
+                linewidth=1.2,
+                zorder=3,
+            )
+
+
+def _task_style(index: int) -> tuple[str, str]:
+    """Colour and line style of a task: the palette once solid, then once dashed, then dotted."""
+    return COLOURS[index % len(COLOURS)], ("-", "--", ":")[index // len(COLOURS) % 3]
+
+
+def _largest_mb(report: Report) -> float:
+    return max((r.cost.peak_memory_mb for r in report.results), default=0.0)
+
+
+def _cost_legends(figure: Figure, report: Report, markers: dict[str, str]) -> None:
+    """Below the panels: tasks (colours); models (markers) and memory (areas)."""
+    tasks = []
+    for i, task in enumerate(report.tasks()):
+        colour, line = _task_style(i)
+        label = f"{task_name(task[0])} ({task[0].source})"
+        tasks.append(Line2D([], [], color=colour, ls=line, lw=2, label=label))
+
+    def grey(label: str, marker: str, area: float, face: str = GREY, line: str = "") -> Line2D:
+        size = float(np.sqrt(area))
+        return Line2D([], [], ls=line, marker=marker, c=GREY, mfc=face, ms=size, label=label)
+
+    shapes = []
+    for model, marker in markers.items():
+        labels = dict.fromkeys(r.model_label for r in report.results if r.model == model)
+        shapes.append(grey(" / ".join(labels), marker, 36))
+    largest = _largest_mb(report)
+    shapes += [grey("Pareto front", "o", 36, line="-"), grey("beaten", "o", 36, "white")]
+    for memory in (largest / 4, largest):
+        area = _marker_area(memory, largest)
+        shapes.append(grey(f"{number(memory, 2)} MB", "o", area, "white"))
+    figure.legend(handles=tasks, loc="outside lower left")
+    figure.legend(handles=shapes, loc="outside lower right", ncols=2)
+
+
+@styled
+def split_figure(report: Report) -> Figure:
+    """Grouped against random split: two bars per task and model.
+
+    Raises ValueError if no result was evaluated on both.
+    """
+    compared = report.compared()
+    if not compared:
+        raise ValueError("no task compares a random with a grouped split: set compare_random")
+    figure = new_figure(
+        (WIDTH_IN, 1.7 + 0.46 * len(compared)),
+        "Random against grouped splits",
+        "normalised error, mean ± sd over folds",
+        [r.source for r in compared],
+    )
+    axes = figure.subplots()
+    place = np.arange(len(compared))
+    for offset, colour, label, scores in (
+        (-0.19, COLOURS[0], "grouped", [r.score for r in compared]),
+        (0.19, COLOURS[5], "random", [r.random_split for r in compared]),
+    ):
+        errors = [r.normalise(s) for r, s in zip(compared, scores, strict=True) if s]
+        axes.barh(
+            place + offset,
+            [e.mean for e in errors],
+            0.34,
+            xerr=[e.sd for e in errors],
+            color=colour,
+            label=label,
+            error_kw={"lw": 1, "capsize": 2, "ecolor": "#333333"},
+        )
+        for y, r, s, e in zip(place + offset, compared, scores, errors, strict=True):
+            axes.annotate(
+                headline(r, s),
+                (e.mean + e.sd, y),
+                (5, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7.5,
+            )
+    axes.axvline(1, color=GREY, ls=":", lw=1.1)
+    labels = [f"{task_name(r)}\n{r.model_label} ({r.source})" for r in compared]
+    axes.set_yticks(place, labels)
+    axes.tick_params(axis="y", length=0)
+    axes.invert_yaxis()
+    axes.grid(False, axis="y")
+    axes.set_xlabel("error (0 perfect, 1 chance)")
+    axes.margins(x=0.18, y=0.03)
+    axes.set_xlim(left=0)
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
+    return figure

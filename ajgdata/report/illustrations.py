@@ -1,0 +1,62 @@
+"""Which figures a report has: their file names, captions, and how to draw them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from ajgdata.report.comparisons import cost_figure, split_figure
+from ajgdata.report.content import DatasetSummary, Report, TaskResult
+from ajgdata.report.figures import prediction_figure, spectra_figure
+from ajgdata.report.wording import (
+    Caption,
+    cost_caption,
+    prediction_caption,
+    spectra_caption,
+    split_caption,
+)
+
+COST, SPLITS = "error-against-run-time", "random-against-grouped"
+
+
+class Illustration(NamedTuple):
+    """A figure that is not drawn yet, with its words."""
+
+    caption: Caption
+    draw: Callable[[], Figure]
+
+
+def prediction_name(result: TaskResult) -> str:
+    """File name, without suffix, of a result's figure."""
+    return f"predictions--{result.dataset}--{result.task}--{result.model}"
+
+
+def spectra_name(dataset: DatasetSummary) -> str:
+    """File name, without suffix, of a data set's spectra."""
+    return f"spectra--{dataset.name}"
+
+
+def illustrations(report: Report) -> dict[str, Illustration]:
+    """Every figure of the report by name, in the order of the page; nothing is drawn yet.
+
+    Raises ValueError if names of tasks and models run together to one file name.
+    """
+    listed = []
+    if report.compared():
+        listed.append((SPLITS, Illustration(split_caption(report), partial(split_figure, report))))
+    if report.results:
+        listed.append((COST, Illustration(cost_caption(report), partial(cost_figure, report))))
+    for d in report.datasets:
+        if d.spectra is not None:
+            drawing = Illustration(spectra_caption(d), partial(spectra_figure, d))
+            listed.append((spectra_name(d), drawing))
+    for r in report.results:
+        drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
+        listed.append((prediction_name(r), drawing))
+    named = dict(listed)
+    if len(named) != len(listed):
+        raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
+    return named

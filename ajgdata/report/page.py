@@ -1,0 +1,123 @@
+"""Report and its figures -> one HTML page that needs no network and no other file to be read."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from pathlib import PurePosixPath
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from ajgdata.paths import FIGURE_FORMATS, Paths
+from ajgdata.report import illustrations as figures
+from ajgdata.report import wording
+from ajgdata.report.content import Report, TaskResult
+
+#: A page is read by people: further findings are in the file that it points to.
+MAX_FINDINGS = 50
+
+
+def render_page(report: Report, svgs: Mapping[str, bytes]) -> str:
+    """The page as HTML text: the same report and figures give the same text.
+
+    `svgs` holds the SVG file of each name of `illustrations(report)`; PNG and PDF are linked where
+    `Paths.figure` puts them. Raises ValueError if a figure is missing.
+    """
+    drawn = figures.illustrations(report)
+    if missing := [name for name in drawn if name not in svgs]:
+        raise ValueError(f"figures not drawn: {', '.join(missing)}")
+    environment = Environment(
+        loader=PackageLoader("ajgdata.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(
+        number=wording.number, words=wording.words, mean_sd=wording.mean_sd, setting=_setting
+    )
+    return environment.get_template("report.html.j2").render(
+        report=report,
+        figures=drawn,
+        figure_formats=FIGURE_FORMATS,
+        image={name: _data_uri(svgs[name]) for name in drawn},
+        max_findings=MAX_FINDINGS,
+        **_names(),
+    )
+
+
+def _names() -> dict[str, Any]:
+    """Functions that the template calls."""
+    return {
+        "COST": figures.COST,
+        "DASH": wording.DASH,
+        "SPLITS": figures.SPLITS,
+        "best": best,
+        "chance": wording.chance,
+        "figure_link": figure_link,
+        "headline": wording.headline,
+        "metric_name": wording.metric_name,
+        "paper_cells": paper_cells,
+        "prediction_name": figures.prediction_name,
+        "quarantine_link": quarantine_link,
+        "spectra_name": figures.spectra_name,
+        "web_link": web_link,
+    }
+
+
+def best(task: tuple[TaskResult, ...]) -> TaskResult:
+    """The model of lowest error; of equals, the first."""
+    return min(task, key=lambda r: r.error.mean)
+
+
+def paper_cells(task: tuple[TaskResult, ...]) -> list[tuple[str, str, int]]:
+    """Text, source and row span of the paper's cell per model; a span of 0 means no cell.
+
+    A figure that all models share is written once, across their rows.
+    """
+    cells = [
+        (r.paper.text, f"{r.paper.where}; {r.paper.source}") if r.paper else None for r in task
+    ]
+    shown = [cell or (wording.DASH, "") for cell in cells]
+    if len(set(cells)) == 1:
+        return [(*shown[0], len(task) if i == 0 else 0) for i in range(len(task))]
+    return [(*cell, 1) for cell in shown]
+
+
+def figure_link(name: str, suffix: str) -> str:
+    """Link from the page to a figure's file."""
+    return _from_page(PurePosixPath(f"{Paths().figure(name).as_posix()}.{suffix}"))
+
+
+def quarantine_link(dataset: str) -> str:
+    """Link from the page to the table of all findings of a data set."""
+    return _from_page(PurePosixPath(Paths().quarantine(dataset).as_posix()))
+
+
+def web_link(url: str) -> str:
+    """`url` if it is a web address that a reader may follow, else nothing."""
+    return url if url.startswith(("https://", "http://")) else ""
+
+
+def _from_page(target: PurePosixPath) -> str:
+    """`target` relative to the folder of the page."""
+    up, folder = 0, PurePosixPath(Paths().report.as_posix()).parent
+    while not target.is_relative_to(folder):
+        up, folder = up + 1, folder.parent
+    return str(PurePosixPath(*[".."] * up, target.relative_to(folder)))
+
+
+def _data_uri(svg: bytes) -> str:
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode('ascii')}"
+
+
+def _setting(value: object) -> str:
+    """A setting as people write it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return wording.number(value, 6)
+    if isinstance(value, tuple | list):
+        return " to ".join(_setting(part) for part in value)
+    return wording.DASH if value is None else str(value)

@@ -1,0 +1,157 @@
+"""Every number, caption and alternative text of the report, in one place."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import NamedTuple
+
+from ajgdata.report.content import DatasetSummary, Report, Score, TaskResult
+
+DASH = "—"
+
+
+class Caption(NamedTuple):
+    """What stands below a figure, and what a person who cannot see it is told."""
+
+    text: str
+    alt: str
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number to `digits` significant digits, without exponent or needless zeros."""
+    if not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:,.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def with_unit(text: str, unit: str) -> str:
+    """A space before a unit, none before the degree sign, nothing after a bare number."""
+    return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
+
+
+def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
+    """`2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have."""
+    mean, sd = score.mean * scale, score.sd * scale
+    if not math.isfinite(mean):
+        return DASH
+    if not (math.isfinite(sd) and sd > 0):
+        return with_unit(number(mean), unit)
+    decimals = min(max(0, 1 - math.floor(math.log10(sd))), 4)
+    return with_unit(f"{mean:.{decimals}f} ± {sd:.{decimals}f}", unit)
+
+
+def headline(result: TaskResult, score: Score | None = None) -> str:
+    """The headline metric (or `score`, in the same terms) with its unit."""
+    score = result.score if score is None else score
+    if result.kind == "classification":
+        return mean_sd(score, "%", 100)
+    return mean_sd(score, result.unit)
+
+
+def metric_name(result: TaskResult) -> str:
+    """`RMSE` or `accuracy`, as a reader says it."""
+    return "RMSE" if result.kind == "regression" else "accuracy"
+
+
+def chance(result: TaskResult) -> str:
+    """The headline metric of a predictor that ignores the sound."""
+    return headline(result, Score(result.chance, 0.0))
+
+
+def words(name: str) -> str:
+    """A column or task name as words: `edge_mm` -> `edge mm`, `grasp_id` -> `grasp id`."""
+    return name.replace("_", " ")
+
+
+def quantity(result: TaskResult) -> str:
+    """The target without the unit in its name, which is shown beside it: `edge_mm` -> `edge`."""
+    suffix = "deg" if result.unit == "°" else result.unit
+    return words(result.target.removesuffix(f"_{suffix}"))
+
+
+def task_name(result: TaskResult) -> str:
+    """Data set and task, as shown in legends and headings."""
+    return f"{result.dataset_title} · {words(result.task)}"
+
+
+def prediction_caption(result: TaskResult) -> Caption:
+    """Caption of `figures.prediction_figure`."""
+    head = (
+        f"{result.model_label} on {result.dataset_title}, {result.source}: "
+        f"{metric_name(result)} {headline(result)} (chance {chance(result)}), "
+        f"{result.folds} folds, no {words(result.group_column)} on both sides of a split."
+    )
+    count = f"{len(result.predictions.y_true):,} held-out predictions"
+    if result.kind == "regression":
+        return Caption(
+            f"{head} Small dots: {count}; large dots: mean ± one standard deviation per true "
+            "value (or per bin, where there are more than 30 values); dashed: perfect; dotted: "
+            "always predicting the mean.",
+            f"Predicted against true {quantity(result)} with the identity line. {head}",
+        )
+    return Caption(
+        f"{head} Rows are true classes and sum to one: colour is the share of a row, numbers "
+        f"count the {count}. The mark on the colour scale is chance.",
+        f"Confusion matrix, {len(result.predictions.classes)} classes. {head} {_mistakes(result)}",
+    )
+
+
+def _mistakes(result: TaskResult) -> str:
+    """The most frequent confusion, in words."""
+    p = result.predictions
+    pairs = zip(map(str, p.y_true), map(str, p.y_pred), strict=True)
+    confusions = Counter(sorted((true, taken) for true, taken in pairs if true != taken))
+    if not confusions:
+        return "There are no confusions."
+    ((true, taken), count) = confusions.most_common(1)[0]
+    return f"Most frequent confusion: {true} taken for {taken}, {count} times."
+
+
+def spectra_caption(dataset: DatasetSummary) -> Caption:
+    """Caption of `figures.spectra_figure`."""
+    grouping = words(dataset.spectra.grouping) if dataset.spectra else "class"
+    names = ", ".join(dataset.spectra.labels) if dataset.spectra else ""
+    return Caption(
+        f"What the models see of {dataset.title} ({dataset.source}). Top: mean feature over all "
+        f"recordings, in dB against its highest value, with the range of the means per {grouping}. "
+        f"Bottom: how each {grouping} differs from that mean.",
+        f"Mean spectrum, and its deviation in dB, for each {grouping}: {names}.",
+    )
+
+
+def cost_caption(report: Report) -> Caption:
+    """Caption of `figures.cost_figure`."""
+    best = [min(models, key=lambda r: r.error.mean) for models in report.tasks()]
+    listed = "; ".join(
+        f"{task_name(r)}: {r.model_label}, {number(r.error.mean, 2)} of chance error "
+        f"in {number(r.cost.train_s)} s"
+        for r in best
+    )
+    return Caption(
+        "Error against run time. The error is RMSE / chance RMSE or (1 − accuracy) / "
+        "(1 − chance accuracy), so that tasks share one axis: 0 is perfect, 1 is chance. Filled "
+        "markers joined by a line form the Pareto front of a task, its models which no other beats "
+        "in both error and time; hollow ones are beaten. The area of a marker is peak memory. "
+        "Times belong to the machine that made this page.",
+        f"Normalised error against training and inference time. Lowest errors: {listed}.",
+    )
+
+
+def split_caption(report: Report) -> Caption:
+    """Caption of `figures.split_figure`."""
+    listed = "; ".join(
+        f"{task_name(r)}, {r.model_label}: {headline(r)} grouped, "
+        f"{headline(r, r.random_split)} random"
+        for r in report.compared()
+    )
+    return Caption(
+        "The same models and recordings under two splits. Grouped: no group on both sides (used "
+        "everywhere else on this page). Random: groups ignored. Error as a share of chance, mean ± "
+        "one standard deviation over folds.",
+        f"Normalised error of grouped and random splits. {listed}.",
+    )

@@ -1,0 +1,132 @@
+"""Text files and atomic replacement. Readers raise DataError with file and fix."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ajgdata.types import DataError
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a temporary neighbour of `path`; on success it is synced and takes the place of `path`.
+
+    Whenever the process dies, `path` is the old file or the new one, never something between.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        with temporary.open("rb+") as stream:
+            os.fsync(stream.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Replace `path` atomically."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def write_if_changed(path: Path, content: bytes) -> bool:
+    """Replace `path` only when its bytes differ: its time tells when its content changed."""
+    if path.is_file() and path.read_bytes() == content:
+        return False
+    write_bytes(path, content)
+    return True
+
+
+def sha256_of(content: bytes) -> str:
+    """Hexadecimal SHA-256."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def read_text(path: Path) -> str:
+    """Text of a UTF-8 file (a byte-order mark is tolerated)."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise DataError(path, "there is no such file", "create it or correct the name") from None
+    except UnicodeDecodeError as error:
+        raise DataError(path, f"not UTF-8 text at byte {error.start}", "save it as UTF-8") from None
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """A YAML mapping (safe loader)."""
+    try:
+        content = yaml.safe_load(read_text(path))
+    except yaml.YAMLError as error:
+        line = getattr(error, "problem_mark", None)
+        place = f"{path}:{line.line + 1}" if line else path
+        raise DataError(place, "not valid YAML", "correct the indentation or quoting") from None
+    if not isinstance(content, dict):
+        raise DataError(path, "holds no keys", "write it as `key: value` lines")
+    return content
+
+
+def yaml_bytes(content: Mapping[str, Any]) -> bytes:
+    """YAML in the given key order."""
+    return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True).encode()
+
+
+def read_json(path: Path) -> Any:
+    """A JSON document."""
+    try:
+        return json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise DataError(
+            f"{path}:{error.lineno}", "not valid JSON", "delete it and run again"
+        ) from None
+
+
+def json_bytes(content: Any) -> bytes:
+    """JSON with sorted keys; NaN is refused, since JSON has none."""
+    return (json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
+
+
+def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[dict[str, str]]]:
+    """Header and rows of a CSV file; every row has every column, as stripped text.
+
+    Raises DataError for a missing or doubled column and for a row of another length.
+    """
+    reader = csv.reader(io.StringIO(read_text(path), newline=""))
+    header = [cell.strip() for cell in next(reader, [])]
+    if missing := [column for column in required if column not in header]:
+        raise DataError(
+            path, f"column {', '.join(missing)} is missing", f"the header is {','.join(header)!r}"
+        )
+    if doubled := {column for column in header if header.count(column) > 1}:
+        raise DataError(path, f"column {sorted(doubled)[0]!r} stands twice", "rename one of them")
+    rows = []
+    for cells in reader:
+        if not any(cell.strip() for cell in cells):
+            continue
+        if len(cells) != len(header):
+            raise DataError(
+                f"{path}:{reader.line_num}",
+                f"{len(cells)} cells, the header has {len(header)}",
+                "add or remove cells (quote cells that hold commas)",
+            )
+        rows.append(dict(zip(header, (cell.strip() for cell in cells), strict=True)))
+    return header, rows
+
+
+def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:
+    """CSV with Unix line ends."""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, header, lineterminator="\n", extrasaction="raise")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue().encode()

@@ -1,0 +1,161 @@
+"""Joins the features of sessions with their labels, and says what cannot be used."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.types import Finding, Target
+
+#: Columns of the label manifest that identify rows; all others become coordinates as they are.
+IDENTITY = ("recording_id", "grasp_id", "sample")
+
+
+def select(
+    shard: Shard,
+    table: Mapping[str, Mapping[str, str]],
+    targets: Mapping[str, Target],
+    session: str,
+) -> tuple[Shard, list[Finding]]:
+    """The rows of a shard whose labels can be used, and a finding for each other row."""
+    told, keep = [], []
+    for index, name in enumerate(shard.columns["recording"].values):
+        row = table.get(str(name))
+        problem = "has no label row" if row is None else label_problem(row, targets)
+        if problem is None:
+            keep.append(index)
+        elif row is not None and row["quality"] == "reject":
+            fix = "set quality to ok to use it"
+            told.append(Finding(session, name, "", "note", "rejected", problem, fix))
+        else:
+            fix = "correct recordings.csv, or declare the text under `missing` of the target"
+            told.append(Finding(session, name, "", "error", "bad_label", problem, fix))
+    return take_rows(shard, np.asarray(keep, int)), told
+
+
+def label_problem(row: Mapping[str, str], targets: Mapping[str, Target]) -> str | None:
+    """Why a row of labels cannot be used; None if it can."""
+    if row["quality"] == "reject":
+        return "quality is `reject`"
+    for name, target in targets.items():
+        try:
+            parse_label(row.get(name, ""), target)
+        except ValueError:
+            return f"{name} = {row[name]!r} is not a finite number"
+    return None
+
+
+def parse_label(text: str, target: Target) -> float | str:
+    """A cell as the value of a target; a missing value is NaN or "".
+
+    Raises ValueError for a regression target that is not a finite number.
+    """
+    missing = text == "" or text in target.missing
+    if target.kind == "classification":
+        return "" if missing else text
+    if missing:
+        return math.nan
+    if not math.isfinite(value := float(text)):
+        raise ValueError(text)
+    return value
+
+
+def take_rows(shard: Shard, rows: np.ndarray) -> Shard:
+    """Some rows of a shard."""
+    columns = {n: Column(c.values[rows], c.attrs) for n, c in shard.columns.items()}
+    return dataclasses.replace(shard, feature=shard.feature[rows], columns=columns)
+
+
+def labelled(
+    shard: Shard,
+    table: Mapping[str, Mapping[str, str]],
+    targets: Mapping[str, Target],
+    session: str,
+) -> Shard:
+    """The shard with its labels as columns; `recording` and `grasp_id` become unique in the data
+    set by putting the session before them."""
+    names = [str(name) for name in shard.columns["recording"].values]
+    rows = [table[name] for name in names]
+    columns = dict(shard.columns)
+    columns["recording"] = text_column([f"{session}/{name}" for name in names])
+    columns["session_id"] = text_column([session] * len(names))
+    columns["grasp_id"] = text_column([f"{session}/{row['grasp_id']}" for row in rows])
+    columns["sample"] = Column(np.asarray([int(row["sample"]) for row in rows], np.int32))
+    header = list(next(iter(table.values()), {}))
+    for name in [c for c in header if c not in IDENTITY]:
+        target = targets.get(name)
+        if target is None:
+            columns[name] = text_column([row[name] for row in rows])
+        else:
+            columns[name] = target_column([parse_label(row[name], target) for row in rows], target)
+    return dataclasses.replace(shard, columns=columns)
+
+
+def target_column(values: Sequence[float | str], target: Target) -> Column:
+    """Values of a target with their unit and meaning."""
+    attrs = {"long_name": target.description} if target.description else {}
+    if target.kind == "classification":
+        return text_column([str(v) for v in values], **attrs, role="target")
+    if target.unit:
+        attrs["units"] = target.unit
+    return Column(np.asarray(values, np.float64), {**attrs, "role": "target"})
+
+
+def with_columns(shard: Shard, names: set[str], targets: Mapping[str, Target]) -> Shard:
+    """The shard with every column of `names`; a session that lacks one has missing values."""
+    columns = dict(shard.columns)
+    empty = [""] * len(shard.feature)
+    for name in names - set(columns):
+        target = targets.get(name)
+        if target is None:
+            columns[name] = text_column(empty)
+        else:
+            columns[name] = target_column([parse_label("", target) for _ in empty], target)
+    return dataclasses.replace(shard, columns=columns)
+
+
+def without_copies(shard: Shard, targets: Sequence[str]) -> tuple[Shard, list[Finding]]:
+    """The shard without recordings whose bytes stand twice (see `copies`)."""
+    names = [str(name) for name in shard.columns["recording"].values]
+    columns = [shard.columns[t].values for t in targets if t in shard.columns]
+    labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
+    told = copies(names, [str(d) for d in shard.columns["sha256"].values], labels)
+    keep = np.asarray([i for i in range(len(names)) if i not in told], int)
+    return take_rows(shard, keep), list(told.values())
+
+
+def copies(
+    recordings: Sequence[str], digests: Sequence[str], labels: Sequence[tuple[str, ...]]
+) -> dict[int, Finding]:
+    """Findings, by row, of recordings that cannot be used because their bytes stand twice.
+
+    Of equal labels these are all but the first, since copies would leak between folds; of different
+    labels all, since nobody can tell which is right. `recordings` are `<session>/<recording_id>`.
+    """
+    rows_of: dict[str, list[int]] = defaultdict(list)
+    for row, digest in enumerate(digests):
+        rows_of[digest].append(row)
+    told = {}
+    for rows in (rows for rows in rows_of.values() if len(rows) > 1):
+        differ = len({labels[row] for row in rows}) > 1
+        for row in rows if differ else rows[1:]:
+            session, _, name = recordings[row].partition("/")
+            others = ", ".join(recordings[other] for other in rows if other != row)
+            told[row] = (
+                Finding(
+                    session, name, "", "error", "two_labels",
+                    f"the same bytes as {others}, which is labelled otherwise",
+                    "keep the row whose label is right",
+                )
+                if differ
+                else Finding(
+                    session, name, "", "warning", "copy",
+                    f"the same bytes as {others}; left out", "remove all rows but one",
+                )
+            )  # fmt: skip
+    return told

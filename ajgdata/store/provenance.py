@@ -1,0 +1,51 @@
+"""What made a result: version, commit, code, settings."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import subprocess
+from importlib.metadata import version
+from pathlib import Path
+
+from pydantic import BaseModel
+
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+@functools.cache
+def software() -> dict[str, str]:
+    """`ajgdata_version` and `git_commit` (`+` after it: the tree had changes; empty: no git)."""
+    return {"ajgdata_version": version("ajgdata"), "git_commit": _commit()}
+
+
+def _commit() -> str:
+    command = ["git", "-C", str(PACKAGE), "describe", "--always", "--abbrev=40", "--dirty=+"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return answer.stdout.strip()
+
+
+@functools.cache
+def code_digest(*parts: str) -> str:
+    """Digest of the sources of the named sub-packages or modules of ajgdata.
+
+    Snakemake does not see changes in imported modules; rules pass this as a parameter.
+    """
+    digest = hashlib.sha256()
+    for part in parts:
+        place = PACKAGE / part
+        files = sorted(place.rglob("*")) if place.is_dir() else [place.with_suffix(".py")]
+        for file in files:
+            if file.is_file() and "__pycache__" not in file.parts:
+                digest.update(str(file.relative_to(PACKAGE)).encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def settings_digest(*settings: BaseModel) -> str:
+    """Digest of settings, defaults included."""
+    content = [s.model_dump(mode="json") for s in settings]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]

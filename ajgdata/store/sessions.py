@@ -1,0 +1,134 @@
+"""Reads and writes what people and sources declare: dataset.yaml, session.yaml, recordings.csv."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.store.files import csv_bytes, read_csv, read_yaml, write_if_changed, yaml_bytes
+from ajgdata.types import (
+    RECORDING_COLUMNS,
+    DataError,
+    DatasetSpec,
+    Finding,
+    Recording,
+    Session,
+    describe,
+)
+
+
+def list_datasets(paths: Paths) -> list[str]:
+    """Names of the declared data sets."""
+    return sorted(file.parent.name for file in paths.datasets.glob("*/dataset.yaml"))
+
+
+def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
+    """The declaration of a data set; DataError names file, key, value and fix."""
+    path = paths.dataset(dataset)
+    if not path.is_file():
+        known = ", ".join(list_datasets(paths)) or "none"
+        raise DataError(path, "no such data set", f"declared here: {known}")
+    try:
+        spec = DatasetSpec.model_validate(read_yaml(path))
+    except ValidationError as error:
+        raise describe(error, path) from None
+    if spec.name != dataset:
+        raise DataError(path, f"name = {spec.name!r}", f"must be its folder's name, {dataset!r}")
+    return spec
+
+
+def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
+    """Write a declaration, without what equals the defaults."""
+    path = paths.dataset(spec.name)
+    content = spec.model_dump(mode="json", exclude_defaults=True)
+    write_if_changed(path, yaml_bytes(content))
+    return path
+
+
+def list_sessions(paths: Paths, dataset: str) -> list[str]:
+    """Session folders of a data set (complete or not)."""
+    folder = paths.sessions(dataset)
+    return sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
+
+
+def read_session(folder: Path) -> Session:
+    """session.yaml of a session folder."""
+    path = folder / SESSION_FILE
+    try:
+        session = Session.model_validate(read_yaml(path))
+    except ValidationError as error:
+        raise describe(error, path) from None
+    if session.session_id != folder.name:
+        raise DataError(
+            path, f"session_id = {session.session_id!r}", f"must be its folder's, {folder.name!r}"
+        )
+    return session
+
+
+def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
+    """Rows of recordings.csv in order of recording_id, and a finding for each row left out.
+
+    Raises DataError when the table itself cannot be read (no such file, a column missing).
+    """
+    path = folder / RECORDINGS_FILE
+    header, rows = read_csv(path, required=("recording_id", "file", "grasp_id"))
+    extra = [column for column in header if column not in RECORDING_COLUMNS]
+    recordings, findings = [], []
+    for line, row in enumerate(rows, start=2):
+        known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
+        try:
+            recording = Recording.model_validate({**known, "labels": {c: row[c] for c in extra}})
+        except ValidationError as error:
+            told = describe(error, f"row {line}")
+            findings.append(
+                Finding(
+                    folder.name, row["recording_id"] or f"row {line}", row["file"], "error",
+                    "bad_row", f"{RECORDINGS_FILE} row {line}: {told.problem}", told.fix,
+                )
+            )  # fmt: skip
+            continue
+        recordings.append(recording)
+    counts = Counter(recording.recording_id for recording in recordings)
+    findings += [
+        Finding(
+            folder.name, r.recording_id, r.file, "error", "duplicate_id",
+            f"{counts[r.recording_id]} rows share this recording_id", "give each row its own",
+        )
+        for r in recordings
+        if counts[r.recording_id] > 1
+    ]  # fmt: skip
+    kept = [r for r in recordings if counts[r.recording_id] == 1]
+    return sorted(kept, key=lambda r: r.recording_id), findings
+
+
+def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:
+    """Write recordings.csv if its content changed."""
+    columns = sorted({column for r in recordings for column in r.labels})
+    rows = [
+        {**r.model_dump(exclude={"labels"}), **{c: r.labels.get(c, "") for c in columns}}
+        for r in recordings
+    ]
+    write_if_changed(folder / RECORDINGS_FILE, csv_bytes([*RECORDING_COLUMNS, *columns], rows))
+
+
+def write_session(folder: Path, session: Session, recordings: Sequence[Recording]) -> None:
+    """Write recordings.csv, then session.yaml: a folder without session.yaml is incomplete."""
+    write_recordings(folder, recordings)
+    content = session.model_dump(mode="json", exclude_none=True)
+    write_if_changed(folder / SESSION_FILE, yaml_bytes(content))
+
+
+def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
+    """Where a recording's file is; DataError when the name would leave its folder."""
+    base = folder if session.audio_root is None else Path(session.audio_root)
+    path = base / recording.file
+    inside = path.resolve().is_relative_to(base.resolve())
+    if Path(recording.file).is_absolute() or ".." in Path(recording.file).parts or not inside:
+        raise DataError(
+            recording.file, f"leaves its folder {base}", "put the file inside and correct `file`"
+        )
+    return path

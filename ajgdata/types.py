@@ -1,0 +1,269 @@
+"""The nouns: what a data set declares, what a session says, what one recording is.
+
+Nothing here opens a file. Every model forbids unknown keys, so that a typing error is an error;
+`describe` turns pydantic's complaint into the one line that a person can act on.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
+Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
+Kind = Literal["regression", "classification"]
+
+#: Columns of recordings.csv that mean the same in every data set; all others are declared targets
+#: or free columns.
+RECORDING_COLUMNS = ("recording_id", "file", "sha256", "grasp_id", "sample", "object", "quality")
+
+
+class DataError(Exception):
+    """One thing wrong with the data, said in one line: where, what, and how to mend it."""
+
+    def __init__(self, where: object, problem: str, fix: str) -> None:
+        super().__init__(f"{where}: {problem}; {fix}")
+        self.where, self.problem, self.fix = str(where), problem, fix
+
+
+@dataclasses.dataclass(frozen=True, order=True)
+class Finding:
+    """What a check says of one recording (or, with recording_id `*`, of a whole session).
+
+    `level` is *error* (unusable: the recording is quarantined), *warning* (used, but somebody
+    should look) or *note* (unusual and fine). `code` is a stable slug such as `truncated`.
+    """
+
+    session_id: str
+    recording_id: str
+    file: str
+    level: Literal["error", "warning", "note"]
+    code: str
+    problem: str
+    fix: str
+
+
+class Strict(BaseModel):
+    """Base of every model: unknown keys are errors, instances are immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class FeatureSettings(Strict):
+    """Signal -> spectrum. The paper gives the window (2048), the sum over time and *a*
+    normalisation; window shape, hop, magnitude or power, and which norm are ours."""
+
+    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
+    hop: int = Field(512, ge=1, description="samples between windows (the paper leaves it open)")
+    window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
+        "hann", description="periodic window function (the paper leaves it open)"
+    )
+    quantity: Literal["magnitude", "power"] = Field(
+        "magnitude", description="|X| or |X|^2, summed over time (the paper leaves it open)"
+    )
+    normalisation: Literal["l1", "l2", "max", "none"] = Field(
+        "l1", description="what each spectrum is divided by (the paper says only 'normalise')"
+    )
+    band_hz: tuple[float, float] | None = Field(
+        None, description="keep bins with low <= f <= high; null keeps all window/2 + 1"
+    )
+    align: bool = Field(
+        False, description="shift each recording to the excitation by cross-correlation first"
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> FeatureSettings:
+        if self.hop > self.window:
+            raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
+        if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
+        return self
+
+
+class AudioSettings(Strict):
+    """What the recordings of a data set are, and what may be done to those that differ."""
+
+    sample_rate_hz: int = Field(44_100, ge=1_000, le=768_000, description="declared rate")
+    other_rate: Literal["reject", "resample"] = Field(
+        "reject", description="a recording at another rate is quarantined, or resampled (polyphase)"
+    )
+    channel: Literal["mono", "mean"] | Annotated[int, Field(ge=0)] = Field(
+        "mono", description="'mono': reject others; a number: take that channel; 'mean': average"
+    )
+
+
+class Target(Strict):
+    """One label column."""
+
+    kind: Kind
+    unit: str = Field("", description="unit of a regression target, e.g. mm; empty for classes")
+    description: str = ""
+    missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
+
+
+class Task(Strict):
+    """Target + split: one row of the report for each model."""
+
+    target: str
+    groups: str = Field("grasp_id", description="column whose values never straddle folds")
+    folds: int = Field(5, ge=2)
+    models: tuple[Literal["cnn", "linear", "knn"], ...] = ("cnn", "linear", "knn")
+    compare_random: bool = Field(
+        False, description="also evaluate a split that ignores the groups, to show what it flatters"
+    )
+    paper: str = Field("", description="row of the paper's figures to stand beside, e.g. size")
+
+
+class RecipeObject(Strict):
+    """One object of a recipe: its scene description and the labels it gets."""
+
+    name: Name
+    shape: dict[str, Any] = Field(description="the gripper's object description")
+    targets: dict[str, float | str] = {}
+
+
+class Recipe(Strict):
+    """How the virtual gripper makes a data set."""
+
+    source: Literal["virtual"] = "virtual"
+    seed: int = 0
+    sessions: int = Field(1, ge=1)
+    grasps_per_object: int = Field(
+        ge=1, description="grasps of each object per session, each with its own nuisances"
+    )
+    samples_per_grasp: int = Field(1, ge=1)
+    scene: dict[str, Any] = Field({}, description="overrides of the gripper's default scene")
+    vary: dict[str, tuple[float, float]] = Field(
+        {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
+    )
+    objects: tuple[RecipeObject, ...] = Field(min_length=1)
+
+    @field_validator("objects")
+    @classmethod
+    def _distinct(cls, objects: tuple[RecipeObject, ...]) -> tuple[RecipeObject, ...]:
+        names = [o.name for o in objects]
+        if len(set(names)) != len(names):
+            raise ValueError("two objects share a name")
+        return objects
+
+
+class ImportSettings(Strict):
+    """How a folder of recordings becomes sessions; the options of `ajgdata import`."""
+
+    pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
+    table: str = Field("", description="CSV of labels inside the folder, instead of a pattern")
+    file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
+    grasp: str = Field("", description="template of grasp_id, e.g. '{stone}'; default: the file")
+    object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
+    session: str = Field("", description="template of the session; default: the folder")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> ImportSettings:
+        if self.pattern and self.table:
+            raise ValueError("give pattern or table, not both")
+        if bool(self.table) != bool(self.file):
+            raise ValueError("table needs file (a template such as 'audio/{name}.wav')")
+        return self
+
+
+class DatasetSpec(Strict):
+    """dataset.yaml: what a data set is."""
+
+    name: Name
+    title: str = ""
+    description: str = ""
+    licence: str = "not stated"
+    citation: str = ""
+    url: str = ""
+    audio: AudioSettings = AudioSettings()
+    features: FeatureSettings = FeatureSettings()
+    targets: dict[Name, Target] = {}
+    tasks: dict[Name, Task] = {}
+    recipe: Recipe | None = None
+    imports: ImportSettings = ImportSettings()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> DatasetSpec:
+        for name in self.targets:
+            if name in RECORDING_COLUMNS and name != "object":
+                raise ValueError(f"target {name} has the name of a standard column")
+        for name, task in self.tasks.items():
+            if task.target not in self.targets:
+                raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
+        if self.recipe:
+            for made in self.recipe.objects:
+                if unknown := set(made.targets) - set(self.targets):
+                    raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
+        return self
+
+
+    def evaluation(self, task: str) -> dict[str, Any]:
+        """What an evaluation of `task` must know, by name."""
+        settings = self.tasks[task]
+        target = self.targets[settings.target]
+        return {
+            "target": settings.target,
+            "kind": target.kind,
+            "unit": target.unit,
+            "groups": settings.groups,
+            "folds": settings.folds,
+            "compare_random": settings.compare_random,
+        }
+
+
+class Excitation(Strict):
+    """The played sound."""
+
+    file: str = Field(description="relative to the session folder")
+    sha256: str
+    description: str = ""
+
+
+class Session(Strict):
+    """session.yaml: one uninterrupted acquisition with one gripper."""
+
+    session_id: Name
+    source: Literal["virtual", "soundcard", "import"]
+    gripper: str = "unknown"
+    medium: str = "unknown"
+    device: str = "unknown"
+    sample_rate_hz: int | None = Field(None, description="null when the recordings differ")
+    excitation: Excitation | None = None
+    audio_root: str | None = Field(
+        None, description="folder the files are relative to; null: the session folder"
+    )
+    software: str = Field("", description="what wrote this session")
+    scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
+    notes: str = ""
+
+
+class Recording(Strict):
+    """One row of recordings.csv. `labels` holds every further column as text."""
+
+    recording_id: Annotated[str, Field(min_length=1, max_length=200)]
+    file: Annotated[str, Field(min_length=1)]
+    sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
+        "", description="empty: not sealed yet"
+    )
+    grasp_id: Annotated[str, Field(min_length=1)]
+    sample: int = Field(0, ge=0)
+    object: str = ""
+    quality: str = Field("ok", description="'reject' keeps a recording out; other text is kept")
+    labels: dict[str, str] = {}
+
+
+def describe(error: ValidationError, where: object) -> DataError:
+    """Name file, key, value and fix of the first complaint in `error`."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    more = f" (and {len(error.errors()) - 1} more)" if len(error.errors()) > 1 else ""
+    if first["type"] == "extra_forbidden":
+        return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
+    if first["type"] == "missing":
+        return DataError(where, f"{key} is missing{more}", f"add {key}")
+    value = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
+    message = first["msg"].removeprefix("Value error, ")
+    return DataError(where, f"{key or 'content'}{value}: {message}{more}", "correct the value")

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+import scipy.signal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata.features.align import delay_outliers, delay_samples, shift
+
+RATE = 8_000
+TIME_S = np.arange(RATE) / RATE
+SWEEP = scipy.signal.chirp(TIME_S, 20, 1, 3_500, method="logarithmic")
+
+
+def delayed(delay, samples=SWEEP):
+    return shift(samples, -delay)
+
+
+@settings(deadline=None)
+@given(st.integers(-2000, 2000), st.floats(1e-6, 1e6), st.sampled_from([-1, 1]))
+def test_a_delayed_sweep_is_found_whatever_its_amplitude_and_sign(delay, gain, sign):
+    assert delay_samples(sign * gain * delayed(delay), SWEEP, 2000) == delay
+
+
+@pytest.mark.parametrize("delay", [-300, 0, 1500])
+def test_noise_hum_and_a_knock_do_not_decide(delay):
+    rng = np.random.default_rng(0)
+    heard = delayed(delay) + rng.standard_normal(RATE)  # 3 dB more noise than sweep
+    heard += 20 * np.sin(2 * np.pi * 12 * TIME_S)
+    heard[500:600] += 50 * rng.standard_normal(100)
+    assert delay_samples(heard, SWEEP, 4000) == delay
+
+
+def test_a_resonance_moves_the_delay_by_less_than_its_period():
+    pole = 0.98 * np.exp(2j * np.pi * 500 / RATE)
+    heard = scipy.signal.lfilter([1], np.real(np.poly([pole, pole.conj()])), delayed(700))
+    assert abs(delay_samples(heard, SWEEP, 2000) - 700) < RATE / 500
+
+
+def test_search_stays_within_max_delay():
+    assert abs(delay_samples(delayed(900), SWEEP, 500)) <= 500
+    assert delay_samples(delayed(900), SWEEP, 0) == 0
+    assert delay_samples(delayed(900), SWEEP, 10**9) == 900
+
+
+def test_recording_may_be_longer_or_shorter_than_the_excitation():
+    heard = np.zeros(3 * RATE)
+    heard[10_000:18_000] = SWEEP
+    assert delay_samples(heard, SWEEP, 20_000) == 10_000
+    assert delay_samples(SWEEP[1000:5000], SWEEP, 4_000) == -1000
+
+
+@pytest.mark.parametrize("bad", [np.zeros(RATE), np.r_[SWEEP, np.nan], np.zeros(0), SWEEP[None]])
+def test_nothing_to_correlate(bad):
+    for pair in ((bad, SWEEP), (SWEEP, bad)):
+        with pytest.raises(ValueError, match=r"run the checks|shape"):
+            delay_samples(*pair, 100)
+
+
+def test_shift_moves_and_pads_with_silence():
+    samples = np.array([1, 2, 3, 4], np.float32)
+    np.testing.assert_array_equal(shift(samples, 1), [2, 3, 4, 0])
+    np.testing.assert_array_equal(shift(samples, -3), [0, 0, 0, 1])
+    np.testing.assert_array_equal(shift(samples, 0), samples)
+    for far in (4, -4, 99):
+        np.testing.assert_array_equal(shift(samples, far), np.zeros(4))
+    assert shift(samples, 1).dtype == np.float32
+    np.testing.assert_array_equal(samples, [1, 2, 3, 4])
+
+
+@pytest.mark.parametrize(
+    ("delays", "outliers"),
+    [
+        ([], []),
+        ([7], []),
+        ([7, 9000], []),  # two disagree: nobody knows which is wrong
+        ([0, 0, 0, 0], []),
+        ([0, 0, 0, 220], []),  # 5 ms at 44.1 kHz are 220.5 samples
+        ([0, 0, 0, -221], [3]),
+        ([8800, 9000, 451, 9100, 8900], [2]),
+        ([1000, 3000, 5000, 7000, 9000, 11_000], []),  # a card without a common clock
+    ],
+)
+def test_delays_that_do_not_belong_to_the_session(delays, outliers):
+    assert np.flatnonzero(delay_outliers(delays, 44_100)).tolist() == outliers

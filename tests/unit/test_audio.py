@@ -1,0 +1,300 @@
+import io
+import struct
+
+import numpy as np
+import pytest
+import soundfile as sf
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata.store.audio import (
+    AudioError,
+    file_sha256,
+    inspect_audio,
+    read_audio,
+    resample,
+    write_pcm24,
+)
+from ajgdata.types import AudioSettings, DataError
+
+AS_IS = AudioSettings()
+ANY = AudioSettings(channel="mean", other_rate="resample")
+CODES = np.array([0, 1, -1, 2, -32768, 32767, 12345, -4321, 77], dtype="<i2")
+DATA = CODES.tobytes()
+
+
+def chunk(name: bytes, data: bytes, declared: int | None = None) -> bytes:
+    padding = b"\0" * (len(data) & 1)
+    return name + struct.pack("<I", len(data) if declared is None else declared) + data + padding
+
+
+def wave(
+    data=DATA, *, before=b"", after=b"", declared=None, riff=None, code=1, channels=1,
+    rate=44_100, bits=16, extra=b"",
+):  # fmt: skip
+    """A WAV file made by hand, as wrong as the arguments ask."""
+    frame = channels * bits // 8
+    fmt = struct.pack("<HHIIHH", code, channels, rate, rate * frame, frame, bits) + extra
+    body = b"WAVE" + chunk(b"fmt ", fmt) + before + chunk(b"data", data, declared) + after
+    return b"RIFF" + struct.pack("<I", len(body) if riff is None else riff) + body
+
+
+@pytest.fixture
+def put(tmp_path):
+    def _put(content: bytes, name="a.wav"):
+        path = tmp_path / name
+        path.write_bytes(content)
+        return path
+
+    return _put
+
+
+def noise(frames, channels=1, seed=0):
+    return np.random.default_rng(seed).uniform(-0.9, 0.9, (frames, channels))
+
+
+def encoded(samples, rate=44_100, **kind) -> bytes:
+    stream = io.BytesIO()
+    sf.write(stream, samples, rate, **kind)
+    return stream.getvalue()
+
+
+WAV_SUBTYPES = ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE", "ULAW", "IMA_ADPCM"]
+
+
+@pytest.mark.parametrize("frames", [1, 2, 1001])
+@pytest.mark.parametrize("channels", [1, 2])
+@pytest.mark.parametrize("container", ["WAV", "WAVEX"])
+@pytest.mark.parametrize("subtype", WAV_SUBTYPES)
+def test_every_wav_encoding_is_libsndfile_sample_for_sample(
+    put, container, subtype, channels, frames
+):
+    if not sf.check_format(container, subtype):
+        pytest.skip(f"libsndfile writes no {container} {subtype}")
+    path = put(encoded(noise(frames, channels), format=container, subtype=subtype))
+    expected = sf.read(path, dtype="float32", always_2d=True)[0]
+    got = read_audio(path, ANY)
+    assert got.recorded.dtype == got.samples.dtype == np.float32
+    np.testing.assert_array_equal(got.recorded, expected)
+    np.testing.assert_array_equal(got.samples, expected.mean(axis=1))
+    assert (got.info.subtype, got.info.channels) == (subtype, channels)
+    assert got.info.frames == got.info.declared_frames == len(expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("a.flac", {"format": "FLAC", "subtype": "PCM_24"}),
+        ("a.ogg", {"format": "OGG", "subtype": "VORBIS"}),
+        ("a.WAV", {"format": "WAV", "subtype": "PCM_16"}),
+        ("ogg inside.wav", {"format": "OGG", "subtype": "VORBIS"}),
+    ],
+)
+def test_other_containers(put, name, kind):
+    path = put(encoded(noise(5000), **kind), name)
+    got = read_audio(path, AS_IS)
+    np.testing.assert_array_equal(got.samples, sf.read(path, dtype="float32")[0])
+    assert (got.info.format, got.info.subtype) == (kind["format"], kind["subtype"])
+    assert got.remarks == ()
+
+
+@given(st.lists(st.integers(-(2**23), 2**23 - 1), min_size=1, max_size=50))
+def test_all_24_bit_codes_survive_writing_and_reading(tmp_path_factory, codes):
+    path = tmp_path_factory.getbasetemp() / "codes.wav"
+    samples = np.array(codes) / 2**23
+    write_pcm24(path, samples, 44_100)
+    np.testing.assert_array_equal(read_audio(path, AS_IS).samples, samples)
+    np.testing.assert_array_equal(sf.read(path)[0], samples)
+    assert (path.stat().st_size - 44 - 3 * len(codes)) == len(codes) % 2  # header, data, padding
+
+
+def test_write_rounds_to_the_nearest_code_and_repeats_its_bytes(tmp_path):
+    samples = noise(999)[:, 0]
+    for name in ("a.wav", "b.wav"):
+        write_pcm24(tmp_path / name, samples, 48_000)
+    read = sf.read(tmp_path / "a.wav")[0]
+    assert np.abs(read - samples).max() <= 2.0**-24  # half a code
+    assert file_sha256(tmp_path / "a.wav") == file_sha256(tmp_path / "b.wav")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.wav", "b.wav"]
+    assert inspect_audio(tmp_path / "a.wav").sample_rate_hz == 48_000
+
+
+@pytest.mark.parametrize("bad", [[0, 1.001], [0, -2], [np.nan, 0], [np.inf], [], [[0.1], [0.2]]])
+def test_write_refuses_what_it_would_have_to_alter(tmp_path, bad):
+    with pytest.raises(ValueError, match=r"full scale|shape"):
+        write_pcm24(tmp_path / "a.wav", np.array(bad, dtype=float), 44_100)
+    assert not list(tmp_path.iterdir())
+
+
+def test_float_samples_beyond_full_scale_are_untouched(put):
+    samples = np.array([0, 18.1, -7.5, 1e20, 1e-20], dtype=np.float32)
+    got = read_audio(put(encoded(samples, format="WAV", subtype="FLOAT")), AS_IS)
+    np.testing.assert_array_equal(got.samples, samples)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        wave(after=chunk(b"LIST", b"INFOabcd") + chunk(b"id3 ", b"x" * 11)),
+        wave(before=chunk(b"junk", b"abc") + chunk(b"bext", b"b" * 602)),
+        wave(before=b"junk\x03\0\0\0abc"),  # odd chunk without its padding
+        wave(riff=36 + 2 * len(CODES) + 1),
+        wave(riff=36 + 2 * len(CODES) - 1),
+        wave(riff=0),
+        wave(after=b"\0"),
+        wave(extra=struct.pack("<H", 0)),
+    ],
+    ids=["after", "before", "unpadded", "riff+1", "riff-1", "riff0", "stray-byte", "fmt18"],
+)
+def test_harmless_oddities(put, content):
+    got = read_audio(put(content), AS_IS)
+    np.testing.assert_array_equal(got.samples, CODES / np.float32(32768))
+    assert got.remarks == ()
+
+
+def test_odd_24_bit_data_without_its_padding(put):
+    content = wave(b"\1\0\0" * 3, bits=24)
+    got = read_audio(put(content[:-1]), AS_IS)
+    np.testing.assert_array_equal(got.samples, np.full(3, 2.0**-23))
+
+
+@pytest.mark.parametrize("declared", [0, 0xFFFFFFFF, 0x7FFFF000, 0x7FFFFFFF])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_streams_that_leave_the_length_open_are_read_to_the_end(put, declared, bits):
+    data = bytes(range(100, 118))
+    riff = 36 if declared == 0 else 0xFFFFFFFF
+    got = read_audio(put(wave(data, declared=declared, riff=riff, bits=bits)), AS_IS)
+    dtype, scale, offset = ("<i2", 32768, 0) if bits == 16 else ("u1", 128, 128)
+    expected = (np.frombuffer(data, dtype).astype(float) - offset) / scale
+    np.testing.assert_array_equal(got.samples, expected)
+    assert got.info.declared_frames is None
+    assert [r.code for r in got.remarks] == ["open_length"]
+
+
+def refusal(path, audio=AS_IS) -> AudioError:
+    with pytest.raises(AudioError) as caught:
+        read_audio(path, audio)
+    error = caught.value
+    assert isinstance(error, DataError)
+    assert "\n" not in str(error)
+    assert str(error) == f"{path}: {error.problem}; {error.fix}"
+    assert error.remark == ("error", error.code, error.problem, error.fix)
+    return error
+
+
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1234\n"
+BROKEN = {
+    "empty": (b"", "empty", "record it again"),
+    "pointer": (POINTER, "lfs_pointer", "git lfs pull"),
+    "text": (b"hello, this is no audio at all\n" * 9, "not_audio", "replace"),
+    "header only": (wave(b""), "no_samples", "record it again"),
+    "no samples, then a chunk": (wave(b"", after=chunk(b"LIST", b"INFO")), "no_samples", "record"),
+    "cut in header": (wave()[:30], "damaged", "record it again"),
+    "rate 0": (wave(rate=0), "damaged", "record it again"),
+    "cut 16": (wave()[:-2], "truncated", "record it again"),
+    "cut 8": (wave(bits=8)[:-5], "truncated", "record it again"),
+    "cut float": (wave(code=3, bits=32, data=b"\0" * 40)[:-4], "truncated", "record it again"),
+    "big-endian": (
+        encoded(noise(10), format="WAV", subtype="PCM_16", endian="BIG"),
+        "unsupported_format",
+        "ffmpeg",
+    ),
+    "aiff": (
+        encoded(noise(10), format="AIFF", subtype="PCM_16"),
+        "unsupported_format",
+        "ffmpeg",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_are_refused_with_a_remedy(put, name):
+    content, code, fix = BROKEN[name]
+    path = put(content)
+    error = refusal(path)
+    assert error.code == code
+    assert fix in error.fix
+    with pytest.raises(AudioError):
+        inspect_audio(path)
+
+
+def test_m4a_is_refused_with_the_command_that_converts_it(put):
+    error = refusal(put(b"\0\0\0\x1cftypM4A " + b"\0" * 64, "x.m4a"))
+    assert error.code == "unsupported_format"
+    assert 'ffmpeg -i "x.m4a" "x.wav"' in error.fix
+
+
+def test_missing_file_and_folder(tmp_path):
+    assert refusal(tmp_path / "none.wav").code == "missing"
+    assert refusal(tmp_path).code == "missing"
+    with pytest.raises(AudioError, match="no such file"):
+        file_sha256(tmp_path / "none.wav")
+
+
+def test_truncation_names_what_is_held_and_declared(put):
+    error = refusal(put(wave()[:-5]))
+    assert f"holds {2 * len(CODES) - 5} of the {2 * len(CODES)} bytes" in error.problem
+
+
+@settings(deadline=None)
+@given(st.data())
+def test_no_cut_goes_unnoticed(tmp_path_factory, data):
+    """Wherever a copy was interrupted, the file is refused."""
+    container, subtype = data.draw(
+        st.sampled_from(
+            ["WAV PCM_16", "WAV PCM_U8", "WAVEX PCM_24", "WAV FLOAT", "WAV IMA_ADPCM"]
+            + ["FLAC PCM_16", "OGG VORBIS"]
+        )
+    ).split()
+    whole = encoded(noise(3000), format=container, subtype=subtype)
+    path = tmp_path_factory.getbasetemp() / "cut.wav"
+    path.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))])
+    with pytest.raises(AudioError):
+        read_audio(path, AS_IS)
+
+
+def test_rate_and_channels_are_rejected_unless_declared(put):
+    path = put(encoded(noise(4800, 2), 48_000, format="WAV", subtype="PCM_16"))
+    assert "audio.other_rate: resample" in refusal(path).fix
+    error = refusal(path, AudioSettings(sample_rate_hz=48_000))
+    assert error.code == "channels"
+    assert "audio.channel: mean" in error.fix
+    assert refusal(path, AudioSettings(sample_rate_hz=48_000, channel=2)).code == "channels"
+
+
+def test_conversions_do_what_they_say_and_are_reported(put):
+    samples = noise(4800, 2)
+    path = put(encoded(samples, 48_000, format="WAV", subtype="DOUBLE"))
+    left = read_audio(path, AudioSettings(sample_rate_hz=48_000, channel=0))
+    np.testing.assert_array_equal(left.samples, samples[:, 0].astype(np.float32))
+    assert left.recorded.shape == (4800, 1)
+    right = read_audio(path, AudioSettings(sample_rate_hz=48_000, channel=1))
+    np.testing.assert_array_equal(right.samples, samples[:, 1].astype(np.float32))
+    both = read_audio(path, ANY)
+    assert both.samples.shape == (4410,)
+    assert both.recorded.shape == (4800, 2)
+    assert [r.code for r in both.remarks] == ["channel_converted", "resampled"]
+    assert "48000 to 44100 Hz" in both.remarks[1].problem
+    assert {r.level for r in both.remarks} == {"note"}
+
+
+@pytest.mark.parametrize("from_hz", [11_025, 22_254, 44_000, 44_101, 48_000, 96_000])
+def test_resampling_keeps_a_tone(from_hz):
+    """A tone in the pass band keeps frequency, amplitude and phase.
+
+    The filter is a Kaiser window of beta 5, whose ripple is 10**(-(5 / 0.1102 + 8.7) / 20) = 0.0020
+    (Oppenheim & Schafer); pass band and images add up to two of it. The ends see zeros outside.
+    """
+    tone_hz, to_hz = 1234.5, 44_100
+    played = np.sin(2 * np.pi * tone_hz * np.arange(from_hz) / from_hz).astype(np.float32)
+    got = resample(played, from_hz, to_hz)
+    assert got.dtype == np.float32
+    expected = np.sin(2 * np.pi * tone_hz * np.arange(len(got)) / to_hz)
+    assert len(got) == to_hz
+    assert np.abs(got - expected)[100:-100].max() < 2 * 0.0020
+
+
+def test_hash_is_that_of_the_bytes(put):
+    # FIPS 180-2, example B.1
+    expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert file_sha256(put(b"abc")) == expected

@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ajgdata.features.checks import check_samples
+
+WINDOW = 2048
+TIME_S = np.arange(44_100) / 44_100
+
+
+def sine(amplitude=0.5, frequency_hz=440.0):
+    return (amplitude * np.sin(2 * np.pi * frequency_hz * TIME_S)).astype(np.float32)
+
+
+def quantised(samples, bits):
+    """What an ideal converter of so many bits makes of samples: it saturates."""
+    steps = 2.0 ** (bits - 1)
+    return (np.clip(np.rint(samples * steps), -steps, steps - 1) / steps).astype(np.float32)
+
+
+def codes(samples, subtype="FLOAT"):
+    remarks = check_samples(samples, subtype, WINDOW)
+    assert all(r.problem and r.fix and "\n" not in r.problem + r.fix for r in remarks)
+    return [(r.level, r.code) for r in remarks]
+
+
+def with_value(value, index):
+    samples = sine()
+    samples[index] = value
+    return samples
+
+
+ERRORS = {
+    "short": (sine()[: WINDOW - 1], "too_short", "2047 samples are fewer than one window of 2048"),
+    "no samples": (sine()[:0], "too_short", "0 samples"),
+    "nan": (with_value(np.nan, [77, 99]), "not_finite", "2 samples are NaN or infinite"),
+    "inf": (with_value(-np.inf, [123]), "not_finite", "the first at index 123"),
+    "zero": (np.zeros(9000, np.float32), "silent", "zero"),
+    "minus zero": (-np.zeros(9000, np.float32), "silent", "zero"),
+    "denormal": (sine() * np.float32(1e-40), "too_quiet", "peak"),
+    "1e-31": (sine() * np.float32(1e-31), "too_quiet", "e-32"),
+    "offset": (np.full(9000, 0.25, np.float32), "constant", "every sample is 0.25"),
+    "full offset": (np.full(9000, -1, np.float32), "constant", "every sample is -1"),
+    "stereo offset": (np.full((9000, 2), [0.5, 0.0], np.float32), "constant", "offset"),
+    "stereo nan": (np.c_[sine(), with_value(np.nan, [5])], "not_finite", "index 5"),
+}
+
+
+@pytest.mark.parametrize("name", ERRORS)
+def test_unusable_samples_have_one_error(name):
+    samples, code, problem = ERRORS[name]
+    remarks = check_samples(samples, "FLOAT", WINDOW)
+    assert [(r.level, r.code) for r in remarks] == [("error", code)]
+    assert problem in remarks[0].problem
+
+
+@pytest.mark.parametrize("bits", [8, 16, 24, 32])
+@pytest.mark.parametrize("frequency_hz", [20.0, 440.0, 5_000.0])
+def test_converters_clip_at_full_scale(bits, frequency_hz):
+    subtype = "PCM_U8" if bits == 8 else f"PCM_{bits}"
+    fine = quantised(sine(0.95, frequency_hz), bits)
+    assert codes(fine, subtype) == []
+    clipped = quantised(sine(1.5, frequency_hz), bits)
+    assert codes(clipped, subtype) == [("warning", "clipped")]
+
+
+def test_number_of_clipped_samples_is_right():
+    samples = sine(0.3)
+    highest = 1 - 2.0**-15
+    samples[100:103] = highest
+    samples[200:210] = -1
+    samples[300:302] = highest  # two may be a coincidence
+    (remark,) = check_samples(samples, "PCM_16", WINDOW)
+    assert remark.problem.startswith("13 samples")
+
+
+def test_both_channels_are_looked_at():
+    samples = np.c_[quantised(sine(0.5), 16), quantised(sine(1.5), 16)]
+    assert codes(samples, "PCM_16") == [("warning", "clipped")]
+
+
+def test_float_samples_beyond_full_scale_are_not_clipped_by_that():
+    assert codes(sine(18)) == [("note", "beyond_full_scale")]
+    assert codes(sine(1.0)) == []
+
+
+@pytest.mark.parametrize("level", [0.2, 1.0, 7.0])
+def test_flat_tops_show_in_float_samples_at_any_level(level):
+    flat = np.clip(sine(1.3 * level), -level, level)
+    expected = [("warning", "clipped")]
+    expected += [("note", "beyond_full_scale")] if level > 1 else []
+    assert codes(flat) == expected
+    one_sided = np.minimum(sine(1.3 * level), np.float32(level))
+    assert ("warning", "clipped") in codes(one_sided)
+
+
+@given(st.floats(5, 3000), st.floats(0.05, 0.9), st.sampled_from([8, 12, 16]))
+def test_quantised_tones_in_float_files_are_not_clipped(frequency_hz, amplitude, bits):
+    """The flat tops of slow tones come from quantisation alone."""
+    assert codes(quantised(sine(amplitude, frequency_hz), bits)) == []
+
+
+def test_padding_of_a_one_sided_signal_is_not_clipping():
+    samples = np.zeros(9000, np.float32)
+    samples[:4000] = -np.abs(np.random.default_rng(0).uniform(0.1, 0.5, 4000))
+    assert codes(samples) == []
+
+
+def test_quiet_recordings_are_flagged_whatever_their_offset():
+    assert codes(sine(9e-5)) == [("warning", "quiet")]
+    assert codes(sine(9e-5) + np.float32(0.25)) == [("warning", "quiet")]
+    assert codes(sine(1.1e-4)) == []

@@ -1,0 +1,254 @@
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import scipy.signal
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ajgdata.features.spectrum import frequencies_hz, spectra, spectrum
+from ajgdata.types import FeatureSettings
+
+RATE = 44_100
+U = 2.0**-24  # unit round-off of float32
+RAW = FeatureSettings(normalisation="none")
+
+
+def noise(n=RATE, seed=0):
+    return np.random.default_rng(seed).standard_normal(n).astype(np.float32)
+
+
+def reference(samples, settings):
+    """Frames' transforms (bins, frames) in float64, by scipy.signal."""
+    window = scipy.signal.get_window(settings.window_shape, settings.window)
+    _, _, values = scipy.signal.stft(
+        samples.astype(np.float64), 1.0, window, settings.window,
+        settings.window - settings.hop, boundary=None, padded=False,
+    )  # fmt: skip
+    return values * window.sum()
+
+
+def bound(settings, frames):
+    """Largest error of the sum over time relative to the sum of the frames' 2-norms.
+
+    A float32 FFT of N points errs by at most eta log2 N in the 2-norm, eta = u (1 + 4 sqrt 2)
+    (Higham, Accuracy and Stability of Numerical Algorithms, Theorem 24.2); window, product and
+    magnitude add about 4 u, and a sum of `frames` magnitudes at most frames u.
+    """
+    return U * ((1 + 4 * np.sqrt(2)) * np.log2(settings.window) + 4 + frames)
+
+
+@pytest.mark.parametrize("shape", ["hann", "hamming", "blackman", "boxcar"])
+@pytest.mark.parametrize(("window", "hop"), [(2048, 512), (2048, 2048), (512, 100), (1000, 333)])
+def test_magnitude_is_that_of_a_float64_reference(shape, window, hop):
+    settings = FeatureSettings(window=window, hop=hop, window_shape=shape, normalisation="none")
+    samples = noise()
+    transforms = reference(samples, settings)
+    error = spectrum(samples, RATE, settings) - np.abs(transforms).sum(axis=1)
+    frame_norms = np.linalg.norm(transforms, axis=0).sum()
+    in_one_sum = max(1, 65_536 // window)
+    assert np.linalg.norm(error) < bound(settings, in_one_sum) * frame_norms
+
+
+@pytest.mark.parametrize("normalisation", ["l1", "l2", "max"])
+@pytest.mark.parametrize("quantity", ["magnitude", "power"])
+def test_normalised_features_of_white_noise(quantity, normalisation):
+    """White noise and its errors spread evenly over the bins: the bound holds for each of them.
+
+    Power doubles the relative error, and the norm adds the error of the spectrum once more.
+    """
+    settings = FeatureSettings(quantity=quantity, normalisation=normalisation)
+    samples = noise()
+    expected = (np.abs(reference(samples, settings)) ** (1 + (quantity == "power"))).sum(axis=1)
+    expected /= np.linalg.norm(expected, {"l1": 1, "l2": 2, "max": np.inf}[normalisation])
+    got = spectrum(samples, RATE, settings)
+    np.testing.assert_allclose(got, expected, rtol=4 * bound(settings, 32))
+
+
+def frames_of(n, settings):
+    return 1 + (n - settings.window) // settings.hop
+
+
+@pytest.mark.parametrize("k", [5, 100, 1000])
+def test_a_tone_at_a_bin_centre_fills_three_bins_of_a_hann_window(k):
+    """Hann's transform is N/2 at 0, N/4 at +-1 and 0 at all other bins; a real tone has half."""
+    tone = (0.3 * np.cos(2 * np.pi * k * np.arange(8192) / 2048 + 0.7)).astype(np.float32)
+    expected = np.zeros(1025)
+    expected[k - 1 : k + 2] = 0.3 * 2048 * np.array([1 / 8, 1 / 4, 1 / 8])
+    expected *= frames_of(8192, RAW)
+    tolerance = bound(RAW, 13) * np.linalg.norm(expected)
+    np.testing.assert_allclose(spectrum(tone, RATE, RAW), expected, rtol=0, atol=tolerance)
+    assert frequencies_hz(RATE, RAW)[k] == k * RATE / 2048
+
+
+def test_an_impulse_is_flat():
+    """Four Hann windows a quarter apart add up to 2 wherever the impulse is."""
+    impulse = np.zeros(10_000, np.float32)
+    impulse[4321] = 1
+    np.testing.assert_allclose(spectrum(impulse, RATE, RAW), 2, rtol=bound(RAW, 4))
+    flat = spectrum(impulse, RATE, FeatureSettings())
+    np.testing.assert_allclose(flat, 1 / 1025, rtol=2 * bound(RAW, 4))
+
+
+def test_parseval():
+    """With adjoining boxcar windows, power over both halves of the spectrum is N times energy."""
+    settings = FeatureSettings(
+        hop=2048, window_shape="boxcar", quantity="power", normalisation="none"
+    )
+    samples = noise(2048 * 20)
+    twice = np.full(1025, 2.0)
+    twice[[0, -1]] = 1
+    energy = 2048 * np.sum(samples.astype(np.float64) ** 2)
+    total = twice @ spectrum(samples, RATE, settings)
+    assert total == pytest.approx(energy, rel=2 * bound(settings, 20))
+
+
+@pytest.mark.parametrize("quantity", ["magnitude", "power"])
+@pytest.mark.parametrize("exponent", [-60, -3, 1, 40])
+def test_without_normalisation_the_amplitude_stays(quantity, exponent):
+    settings = FeatureSettings(quantity=quantity, normalisation="none")
+    power = 2 if quantity == "power" else 1
+    louder = spectrum(np.ldexp(noise(5000), exponent), RATE, settings)
+    expected = np.ldexp(spectrum(noise(5000), RATE, settings), power * exponent)
+    np.testing.assert_array_equal(louder, expected)  # powers of two are exact
+
+
+@given(
+    st.floats(1e-36, 1e36),
+    st.sampled_from(["magnitude", "power"]),
+    st.sampled_from(["l1", "l2", "max"]),
+    st.sampled_from([-1, 1]),
+)
+def test_normalised_features_do_not_depend_on_amplitude(scale, quantity, normalisation, sign):
+    settings = FeatureSettings(window=256, hop=64, quantity=quantity, normalisation=normalisation)
+    samples = noise(2000)
+    scaled = np.float32(sign * scale) * samples  # rounds each sample by u
+    np.testing.assert_allclose(
+        spectrum(scaled, RATE, settings),
+        spectrum(samples, RATE, settings),
+        rtol=8 * bound(settings, frames_of(2000, settings)),
+    )
+
+
+@pytest.mark.parametrize("scale", [1e-20, 1e20, 1e-200, 1e200])
+def test_extreme_amplitudes_in_float64(scale):
+    got = spectrum(noise().astype(np.float64) * scale, RATE, FeatureSettings())
+    expected = spectrum(noise(), RATE, FeatureSettings())
+    np.testing.assert_allclose(got, expected, rtol=8 * bound(RAW, 32))
+
+
+def test_denormal_float32_samples_still_have_a_feature():
+    tiny = noise(5000) * np.float32(1e-41)  # about 2**-136: some ten bits are left
+    expected = spectrum(tiny.astype(np.float64), RATE, FeatureSettings())
+    np.testing.assert_array_equal(spectrum(tiny, RATE, FeatureSettings()), expected)
+    assert expected.sum() == pytest.approx(1, rel=1025 * U)
+
+
+@given(st.integers(0, 8), st.integers(300, 1000))
+def test_a_delay_of_whole_hops_changes_nothing(hops, length):
+    """With silence around the sound, the frames are the same, in another order of summation."""
+    settings = FeatureSettings(window=256, hop=64, normalisation="none")
+    shifted = np.zeros(256 + 8 * 64 + 1000 + 256, np.float32)
+    at_start = shifted.copy()
+    at_start[256 : 256 + length] = noise(length)
+    shifted[256 + 64 * hops : 256 + 64 * hops + length] = noise(length)
+    a, b = spectrum(at_start, RATE, settings), spectrum(shifted, RATE, settings)
+    np.testing.assert_allclose(a, b, rtol=2 * frames_of(len(shifted), settings) * U)
+
+
+@given(st.integers(0, 30), st.sampled_from(["l1", "l2", "max", "none"]))
+def test_time_reversal_changes_nothing(frames, normalisation):
+    settings = FeatureSettings(
+        window=128, hop=50, window_shape="boxcar", normalisation=normalisation
+    )
+    samples = noise(128 + 50 * frames)
+    forward = spectrum(samples, RATE, settings)
+    backward = spectrum(samples[::-1], RATE, settings)
+    tolerance = 2 * bound(settings, frames + 1) * np.sqrt(65) * forward.max()
+    np.testing.assert_allclose(forward, backward, rtol=0, atol=tolerance)
+
+
+def test_only_whole_frames_count():
+    samples = noise(2048 + 512 * 3 + 511)
+    changed = samples.copy()
+    changed[-511:] = 99
+    np.testing.assert_array_equal(spectrum(samples, RATE, RAW), spectrum(changed, RATE, RAW))
+    changed[-512] = 99
+    assert not np.array_equal(spectrum(samples, RATE, RAW), spectrum(changed, RATE, RAW))
+
+
+def test_more_frames_than_fit_one_block_are_all_summed():
+    """A periodic signal has the same spectrum in every frame, however many there are."""
+    period = noise(512)
+    few = spectrum(np.tile(period, 8), RATE, RAW) / 5
+    many = spectrum(np.tile(period, 4 + 100), RATE, RAW) / 101
+    np.testing.assert_allclose(many, few, rtol=2 * 32 * U)
+
+
+def test_band_keeps_its_bins_and_is_normalised_by_itself():
+    band = FeatureSettings(band_hz=(1000, 5000), normalisation="none")
+    frequencies = frequencies_hz(RATE, RAW)
+    inside = (frequencies >= 1000) & (frequencies <= 5000)
+    np.testing.assert_array_equal(frequencies_hz(RATE, band), frequencies[inside])
+    cropped = spectrum(noise(), RATE, band)
+    np.testing.assert_array_equal(cropped, spectrum(noise(), RATE, RAW)[inside])
+    unit = spectrum(noise(), RATE, FeatureSettings(band_hz=(1000, 5000)))
+    assert unit.sum() == pytest.approx(1, rel=len(unit) * U)
+    edges = FeatureSettings(band_hz=(RATE / 2048 * 3, RATE / 2048 * 5))
+    np.testing.assert_array_equal(frequencies_hz(RATE, edges), frequencies[3:6])
+
+
+@pytest.mark.parametrize("band", [(30_000.0, 40_000.0), (1.0, 2.0)])
+def test_band_without_bins(band):
+    with pytest.raises(ValueError, match="no bin lies within band_hz"):
+        frequencies_hz(RATE, FeatureSettings(band_hz=band))
+
+
+@pytest.mark.parametrize(
+    ("samples", "message"),
+    [
+        (np.ones(2047), "2047 samples are fewer than one window of 2048"),
+        (np.ones(0), "0 samples"),
+        (np.ones((3000, 2)), r"shape \(n,\)"),
+        (np.r_[np.ones(3000), np.nan], "NaN"),
+        (np.r_[np.ones(3000), -np.inf], "infinity"),
+    ],
+)
+def test_bad_samples(samples, message):
+    with pytest.raises(ValueError, match=message):
+        spectrum(samples, RATE, FeatureSettings())
+
+
+def test_silence_is_zero_and_an_overflow_is_said():
+    np.testing.assert_array_equal(spectrum(np.zeros(3000), RATE, FeatureSettings()), np.zeros(1025))
+    settings = FeatureSettings(quantity="power", normalisation="none")
+    with pytest.raises(ValueError, match="exceeds float32"):
+        spectrum(noise(3000) * np.float32(1e20), RATE, settings)
+
+
+def test_input_is_left_alone_and_read_only_input_is_fine():
+    samples = noise(5000)
+    samples.flags.writeable = False
+    before = samples.copy()
+    result = spectrum(samples, RATE, FeatureSettings())
+    np.testing.assert_array_equal(samples, before)
+    assert (result.dtype, result.shape) == (np.float32, (1025,))
+
+
+def test_threads_with_different_windows_do_not_disturb_each_other():
+    kinds = [FeatureSettings(window=w, hop=w // 4) for w in (256, 1024, 2048)]
+    jobs = [(noise(6000, seed), kinds[seed % 3]) for seed in range(60)]
+    alone = [spectrum(samples, RATE, kind) for samples, kind in jobs]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda job: spectrum(job[0], RATE, job[1]), jobs))
+    for a, b in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_batch_is_row_by_row():
+    batch = np.stack([noise(4000, seed) for seed in range(3)])
+    got = spectra(batch, RATE, FeatureSettings())
+    assert got.dtype == np.float32
+    for row, samples in zip(got, batch, strict=True):
+        np.testing.assert_array_equal(row, spectrum(samples, RATE, FeatureSettings()))
+    assert spectra(batch[:0], RATE, FeatureSettings()).shape == (0, 1025)

@@ -1,0 +1,207 @@
+"""The page: self-contained, escaped, honest about sources, and the same each time."""
+
+import dataclasses
+import itertools
+import re
+from html.parser import HTMLParser
+
+import pytest
+from report_samples import (
+    SCRIPT,
+    classes_result,
+    dataset,
+    regression_result,
+    sample_report,
+)
+
+from ajgdata.report.content import Report, SkippedTask
+from ajgdata.report.illustrations import illustrations
+from ajgdata.report.page import MAX_FINDINGS, figure_link, paper_cells, quarantine_link, render_page
+from ajgdata.types import Finding
+
+VOID = {"meta", "img", "br", "link"}
+
+
+class Page(HTMLParser):
+    """Tags with attributes, the text of each table row, and proof that tags are balanced."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags, self.rows, self.words, self._open = [], [], [], []
+        self.feed(html)
+        assert self._open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag == "tr":
+            self.rows.append([])
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        if "style" in self._open or not data.strip():
+            return
+        self.words.append(" ".join(data.split()))
+        if "tr" in self._open:
+            self.rows[-1].append(self.words[-1])
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.tags if name == tag]
+
+    def row(self, start):
+        return next(row for row in self.rows if row[: len(start)] == start)
+
+
+def render(report: Report) -> str:
+    return render_page(report, {name: b"<svg/>" for name in illustrations(report)})
+
+
+@pytest.fixture(scope="module")
+def html():
+    return render(sample_report())
+
+
+def test_labels_are_escaped(html):
+    assert SCRIPT not in html and "<b>granite" not in html
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html
+    assert SCRIPT in " ".join(Page(html).words)
+
+
+def test_nothing_is_fetched(html):
+    page = Page(html)
+    for tag, attributes in page.tags:
+        assert tag not in {"script", "link", "iframe", "object", "embed", "base", "source"}
+        assert not any(name.startswith("on") for name in attributes)
+        assert attributes.get("src", "data:").startswith("data:image/svg+xml;base64,") or (
+            "src" not in attributes
+        )
+        assert "srcset" not in attributes
+    assert not re.search(r"@import|url\(|@font-face", html)
+    policy = next(m["content"] for m in page.all("meta") if "http-equiv" in m)
+    assert policy == "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
+
+def test_links_stay_on_the_page_or_beside_it(html):
+    page = Page(html)
+    ids = {a["id"] for _, a in page.tags if "id" in a}
+    links = [a["href"] for a in page.all("a")]
+    assert {link[1:] for link in links if link.startswith("#")} <= ids
+    files = {link for link in links if not link.startswith("#")}
+    expected = {
+        figure_link(n, s) for n in illustrations(sample_report()) for s in ("svg", "png", "pdf")
+    }
+    assert files == expected | {"../quarantine/stones.csv"}
+    assert figure_link("x", "png") == "figures/x.png"
+    assert quarantine_link("stones") == "../quarantine/stones.csv"
+
+
+def test_only_web_addresses_become_links():
+    for url, linked in (("https://example.org/a?b=1&c", True), ("javascript:alert(1)", False)):
+        report = Report("t", "1", "c", (dataset("size", "simulated", url=url),), ())
+        assert (url in [a["href"] for a in Page(render(report)).all("a")]) == linked
+
+
+def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(html):
+    page = Page(html)
+    assert page.row(["Cube size", "· edge"])[-1] == "simulated"
+    assert page.row([SCRIPT, "· kind"])[-1] == "recorded"
+    assert page.row(["CNN", "RMSE"]) == [
+        "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm", "3.2", "0.21", "512",
+        "RMSE 2.6 mm overall", "cubes; arXiv 2603.00351",
+    ]  # fmt: skip
+    assert page.row(["k-NN", "RMSE"]) == [
+        "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "0", "0.05", "128",
+    ]  # fmt: skip
+    assert "Simulated is not recorded." in page.words
+
+
+def test_a_missing_paper_figure_is_a_dash(html):
+    assert Page(html).row(["CNN", "accuracy"])[-1] == "—"
+
+
+def test_a_shared_paper_figure_is_written_once():
+    shared = regression_result(), regression_result(model="knn")
+    assert paper_cells(shared) == [
+        ("RMSE 2.6 mm overall", "cubes; arXiv 2603.00351", 2),
+        ("RMSE 2.6 mm overall", "cubes; arXiv 2603.00351", 0),
+    ]
+    mixed = regression_result(), regression_result(model="knn", paper=None)
+    assert [cell[0::2] for cell in paper_cells(mixed)] == [("RMSE 2.6 mm overall", 1), ("—", 1)]
+
+
+def test_the_lowest_error_is_bold_and_shown_first(html):
+    assert re.findall(r"<strong>(\d.*?)</strong>", html) == ["2.20 ± 0.30 mm", "70.0 ± 5.0 %"]
+    cnn, knn = (html.index(f'<figure id="predictions--size--edge--{m}"') for m in ("cnn", "knn"))
+    assert cnn < html.index("<summary>k-NN: RMSE 4.00 ± 0.40 mm</summary>") < knn
+
+
+def test_quarantine(html):
+    page = Page(html)
+    assert page.words.count("Nothing was quarantined.") == 1
+    assert page.row(["s1 / r7"])[1:3] == ["error", f"{SCRIPT} ("]
+    assert any("1 quarantined (errors), 1 used but flagged." in words for words in page.words)
+
+
+def test_a_long_quarantine_is_cut_and_says_so():
+    rows = tuple(
+        Finding("s1", f"r{i}", "f.wav", "error", "silent", "is silent", "repeat it")
+        for i in range(MAX_FINDINGS + 1)
+    )
+    html = render(Report("t", "1", "c", (dataset("size", "simulated", findings=rows),), ()))
+    assert f"s1 / r{MAX_FINDINGS - 1}<" in html and f"s1 / r{MAX_FINDINGS}<" not in html
+    assert f"its first {MAX_FINDINGS} rows are here" in html
+
+
+def test_headings_tables_and_images_are_accessible(html):
+    page = Page(html)
+    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch("h[1-6]", tag)]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(b - a <= 1 for a, b in itertools.pairwise(levels))
+    assert all(a.get("scope") in {"row", "col", "rowgroup"} for a in page.all("th"))
+    assert all(len(a["alt"]) > 40 for a in page.all("img"))
+    assert len(page.all("img")) == len(illustrations(sample_report()))
+    assert page.all("html") == [{"lang": "en"}]
+    assert html.startswith("<!DOCTYPE html>")
+
+
+def test_settings_and_provenance_are_shown(html):
+    page = Page(html)
+    assert page.row(["Cube size", "2,048"]) == [
+        "Cube size", "2,048", "512", "hann", "magnitude", "l1", "100 to 18,000", "no",
+    ]  # fmt: skip
+    assert page.row(["Cube size", "0.1.0"])[1:] == ["0.1.0", "abc1234", "c0ffee", "f00d"]
+    assert "grid spacing (mm)" in page.words
+
+
+def test_an_undefined_metric_is_a_dash(html):
+    assert Page(html).row(["CNN", "r2"]) == ["CNN", "r2", "—", "—", "—"]
+
+
+def test_what_was_not_evaluated_is_said_with_its_reason():
+    skipped = SkippedTask("size", "edge", "CNN", "4 groups for 5 folds")
+    html = render(dataclasses.replace(sample_report(), skipped=(skipped,)))
+    assert "<li>size · edge · CNN: 4 groups for 5 folds</li>" in html
+
+
+def test_recorded_data_alone_need_no_warning_about_simulation():
+    report = Report("t", "1", "c", (dataset("stones", "recorded"),), (classes_result(),))
+    html = render(report)
+    assert "Simulated is not recorded" not in html and 'class="badge simulated"' not in html
+
+
+def test_an_empty_report_is_a_page():
+    html = render(Report("Nothing yet", "1", "c", (), ()))
+    assert html.count("No task has been evaluated.") == 2
+    Page(html)
+
+
+def test_the_same_report_gives_the_same_page(html):
+    assert render(sample_report()) == html
+
+
+def test_figures_must_be_there():
+    with pytest.raises(ValueError, match="figures not drawn: random-against-grouped"):
+        render_page(sample_report(), {})

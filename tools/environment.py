@@ -1,0 +1,40 @@
+"""Write environment.yml from pyproject.toml and requirements.lock (`make lock` runs this)."""
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def pins(lock: str) -> dict[str, str]:
+    """Package -> exact version, of the lines without an environment marker."""
+    found = (re.match(r"([A-Za-z0-9._-]+)==([^ ;]+)", line) for line in lock.splitlines())
+    return {match[1].lower(): match[2] for match in found if match}
+
+
+def environment(project: dict, lock: str) -> str:
+    """Text of environment.yml: the direct requirements pinned, all others constrained."""
+    locked = pins(lock)
+    direct = [*project["dependencies"], *project["optional-dependencies"]["test"]]
+    names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement)[0].lower() for requirement in direct)
+    lines = [
+        "# The pins of requirements.lock for conda; made by tools/environment.py: do not edit.",
+        "# conda env create -f environment.yml && conda activate ajgdata && snakemake",
+        "name: ajgdata",
+        "channels: [conda-forge]",
+        "dependencies:",
+        "  - python >=3.11",
+        "  - pip",
+        "  - pip:",
+        "    - --constraint requirements.lock",
+        *(f"    - {name}=={locked[name]}" for name in names),
+        "    - --editable .",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    text = environment(project, (ROOT / "requirements.lock").read_text())
+    (ROOT / "environment.yml").write_text(text)

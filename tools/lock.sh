@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Resolve pyproject.toml into requirements.lock (needs `uv`; only maintainers run this, through `make lock`).
+# torch's plain pin is kept without its CUDA packages: torch pins those itself, and a CPU build has none.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+{
+  echo "# Every version this project is tested with; used as pip constraints. Made by tools/lock.sh: do not edit."
+  uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --fork-strategy fewest \
+    --no-header --no-annotate --quiet "$@" |
+    grep -vE '^(nvidia-|cuda-|triton==|torch==)' |
+    cat - <(echo 'torch==2.13.0') | LC_ALL=C sort
+} >requirements.lock.new
+mv requirements.lock.new requirements.lock
