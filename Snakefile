@@ -5,7 +5,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
-from ajgdata.store.provenance import code_digest
+from ajgdata.store.provenance import code_digest, settings_digest
 
 min_version("9.10")
 

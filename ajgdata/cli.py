@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ajgdata.types import DataError, ImportSettings
+from ajgdata.types import DataError, Finding, ImportSettings
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -41,7 +42,7 @@ def main() -> None:
 def bar(what: str) -> Iterator[Callable[[int], Callable[[], object]]]:
     """A progress bar, started when its total is known."""
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=err, transient=True) as progress:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task(what, total=None)
 
         def started(total: int) -> Callable[[], object]:
@@ -144,8 +145,6 @@ def validate(
 
     Also checks a plain folder of audio files before it is imported.
     """
-    from rich.table import Table
-
     from ajgdata.paths import find_project
     from ajgdata.pipeline.validate import validate_datasets
 
@@ -153,12 +152,7 @@ def validate(
         checked, findings = validate_datasets(find_project, dataset or [], started)
     shown = [f for f in findings if notes or f.level != "note"]
     if shown:
-        table = Table("recording", "level", "what", "problem", "fix", box=None, pad_edge=False)
-        for finding in shown:
-            where = f"{finding.session_id}/{finding.recording_id}"
-            cells = (where, finding.level, finding.code, finding.problem, finding.fix)
-            table.add_row(*map(escape, cells))
-        out.print(table, soft_wrap=not out.is_terminal)
+        _print_findings(shown)
     counts = {
         level: sum(f.level == level for f in findings) for level in ("error", "warning", "note")
     }
@@ -167,6 +161,23 @@ def validate(
         f"{counts['note']} notes" + ("" if notes or not counts["note"] else " (--notes shows them)")
     )
     raise typer.Exit(bool(counts["error"] or counts["warning"]))
+
+
+def _print_findings(findings: Sequence[Finding]) -> None:
+    """A table with one line for each finding, however wide the terminal is."""
+    from rich.table import Table
+
+    table = Table("recording", "level", "what", "problem", "fix", box=None, pad_edge=False)
+    for one in findings:
+        where = f"{one.session_id}/{one.recording_id}"
+        table.add_row(*map(escape, (where, one.level, one.code, one.problem, one.fix)))
+    wide = Console(width=10_000, color_system=None)
+    with wide.capture() as capture:
+        wide.print(table)
+    for line in capture.get().splitlines():
+        out.print(escape(line.rstrip()), soft_wrap=True)
+    kinds = Counter(one.code for one in findings)
+    out.print("\n" + ", ".join(f"{code} {count}" for code, count in kinds.most_common()))
 
 
 @app.command()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.acquire.source import Grasp
-from ajgdata.gripper import derive_seed
+from ajgdata.gripper.scene import derive_seed
 from ajgdata.types import Recipe
 
 

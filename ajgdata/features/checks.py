@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.store.audio import Remark
+from ajgdata.store.audio import Audio, Remark
 
 _TOO_QUIET = 1e-30  # no microphone: below this float32 loses digits (1.2e-38), then everything
 _QUIET = 1e-4  # -80 dB of full scale: three bits of a 16-bit recording
@@ -21,6 +21,19 @@ _RUN = 3  # samples at the extreme, one after another, before it is called clipp
 _CLIFF_QUANTA = 8
 _BITS = {"PCM_U8": 8, "PCM_S8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 _GAIN = "lower the gain and record again, or set quality to reject"
+
+
+def check_audio(audio: Audio, window: int) -> list[Remark]:
+    """Everything there is to say of a recording that could be read.
+
+    Conversion hides clipping, hence the samples are judged as recorded; but those as converted must
+    still make a feature (opposite channels average to silence).
+    """
+    remarks = check_samples(audio.recorded, audio.info.subtype, 0)
+    unusable = any(remark.level == "error" for remark in remarks)
+    if not unusable and (error := _unusable(audio.samples[:, np.newaxis], window)):
+        remarks = [error]
+    return [*audio.remarks, *remarks]
 
 
 def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Remark]:

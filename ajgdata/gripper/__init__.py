@@ -1,0 +1,52 @@
+"""The virtual gripper: a 3-D wave simulation of the cavity, usable alone.
+
+    from ajgdata.gripper import Scene, excitation_sweep, record, simulate
+
+    scene = Scene.model_validate({"object": {"kind": "cube", "edge_mm": 20}})
+    take = record(simulate(scene), excitation_sweep(), seed=1)
+
+Scenes are plain data; the solver and its compiler are imported when they are first used.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from ajgdata.gripper.scene import Scene, derive_seed, scene_digest
+
+if TYPE_CHECKING:
+    from ajgdata.gripper.geometry import SceneError
+    from ajgdata.gripper.signal import SignalChain, Take, excitation_sweep, record
+    from ajgdata.gripper.simulation import SAMPLE_RATE_HZ, ImpulseResponse, simulate
+
+_HOME = {
+    "SceneError": "geometry",
+    "ImpulseResponse": "simulation",
+    "SAMPLE_RATE_HZ": "simulation",
+    "simulate": "simulation",
+    "SignalChain": "signal",
+    "Take": "signal",
+    "excitation_sweep": "signal",
+    "record": "signal",
+}
+
+__all__ = [
+    "SAMPLE_RATE_HZ",
+    "ImpulseResponse",
+    "Scene",
+    "SceneError",
+    "SignalChain",
+    "Take",
+    "derive_seed",
+    "excitation_sweep",
+    "record",
+    "scene_digest",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper.scene import derive_seed
 
 MODES = 200
-Real = NDArray[np.float64]
+Real = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -39,5 +39,7 @@ class RandomField:
             factor = np.exp(1j * np.outer(positions, self.vectors[:, axis]))
             waves = (waves[:, None, :] * factor[None]).reshape(-1, MODES)
         last = np.exp(1j * np.outer(axes[-1], self.vectors[:, -1]))
-        values = (waves.real @ last.real.T - waves.imag @ last.imag.T) * np.sqrt(2 / MODES)
-        return values.reshape([len(axis) for axis in axes])
+        # Not a matrix product: BLAS rounds differently with another number of threads.
+        values = np.einsum("am,bm->ab", waves.real, last.real)
+        values -= np.einsum("am,bm->ab", waves.imag, last.imag)
+        return values.reshape([len(axis) for axis in axes]) * np.sqrt(2 / MODES)

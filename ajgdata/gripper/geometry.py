@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, map_coordinates, shift
+from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
@@ -19,14 +19,14 @@ from ajgdata.gripper.scene import Box, Cube, Cylinder, Ellipsoid, Gripper, Scene
 
 RASTER_M = 0.5e-3
 MM = 1e-3
-Real = NDArray[np.float64]
+Real = NDArray[np.floating]
 #: Steps of the raster in all directions within 5 pixels: their cone is round to 0.2 %.
 RING = [
     (i, j) for i in range(-5, 6) for j in range(-5, 6) if np.gcd(i, j) == 1 and i * i + j * j <= 26
 ]
 
 
-class InvalidScene(ValueError):
+class SceneError(ValueError):
     """A scene that cannot exist, e.g. an object that would pinch the cavity shut."""
 
 
@@ -108,19 +108,22 @@ def _drape_slope(gripper: Gripper) -> float:
 
 def _drape(height: Real, steepest: float) -> Real:
     """Lowest surface above `height` that is nowhere steeper than `steepest`."""
+    rows, columns = height.shape
     while True:
-        before = height
-        for step in RING:
-            drop = steepest * RASTER_M * np.hypot(*step)
-            height = np.maximum(height, shift(height, step, order=0, mode="nearest") - drop)
-        if np.max(height - before) < 1e-6:
-            return height
+        wide = np.pad(height, 5, mode="edge")
+        higher = height
+        for i, j in RING:
+            moved = wide[5 + i : 5 + i + rows, 5 + j : 5 + j + columns]
+            higher = np.maximum(higher, moved - steepest * RASTER_M * np.hypot(i, j))
+        if np.max(higher - height) < 1e-6:
+            return higher
+        height = higher
 
 
 def cavity(scene: Scene) -> Cavity:
     """Press the gripper on the object until force and stiffness agree, and settle the grains.
 
-    Raises InvalidScene if the object does not fit under the gripper.
+    Raises SceneError if the object does not fit under the gripper.
     """
     gripper = scene.gripper
     rim, roof_z = gripper.rim_radius_mm * MM, gripper.height_mm * MM
@@ -134,7 +137,7 @@ def cavity(scene: Scene) -> Cavity:
     free = -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
     floor, contact = _press(scene, x, y, free)
     if np.max(np.where(radius < rim, floor, -1)) > roof_z - gripper.clearance_mm * MM:
-        raise InvalidScene(
+        raise SceneError(
             f"object {_title(scene)} pinches the cavity: it needs more room than the gripper has; "
             "use a lower object or less force"
         )
@@ -164,14 +167,14 @@ def _press(scene: Scene, x: Real, y: Real, free: Real) -> tuple[Real, Real]:
     lowest = float(np.min((free - shape.height)[within]))
     highest = gripper.height_mm * MM
     if excess(highest) < 0:
-        raise InvalidScene(
+        raise SceneError(
             f"object {_title(scene)} is so small or far off the axis that {force:.3g} N is never"
             " reached: move it under the balloon or lower the force"
         )
     table = brentq(excess, lowest, highest, xtol=1e-9)
     under_rim = table + np.where(shape.inside > 0, shape.height, 0.0)[~within]
     if under_rim.max() > 0:
-        raise InvalidScene(
+        raise SceneError(
             f"object {_title(scene)} would stand against the housing's rim: it must be smaller, "
             "lower, or nearer to the axis"
         )
@@ -204,12 +207,12 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
 
     span = scene.gripper.height_mm * MM
     if excess(span * 2) < 0:
-        raise InvalidScene("the grains no longer fit: lower medium.bed_depth_mm or the force")
+        raise SceneError("the grains no longer fit: lower medium.bed_depth_mm or the force")
     height = brentq(excess, -span * 2, span * 2, xtol=1e-9)
     surface = np.maximum(floor, height + shape)
     ceiling = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     if np.max(surface) > ceiling:
-        raise InvalidScene(
+        raise SceneError(
             "the grains would fill the cavity up to the roof: lower medium.bed_depth_mm"
         )
     return surface

@@ -16,8 +16,8 @@ from scipy.optimize import least_squares
 FIT_BAND_HZ = (80.0, 15_000.0)
 #: Twice the depth of the deepest bed that fits the gripper.
 FIT_PATH_M = 0.1
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
+Complex = NDArray[np.complexfloating]
+Real = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Packing:
         heat = iw * rho0 * air.prandtl * thermal_length**2
         thermal = 1 + 8 * eta / heat * np.sqrt(1 + heat / (16 * eta))
         stiffness = air.gamma - (air.gamma - 1) / thermal
-        return rho, phi / (air.gamma * air.pressure_pa) * stiffness
+        return rho, np.asarray(phi / (air.gamma * air.pressure_pa) * stiffness)
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Fluid:
             (c / (1 + iw * t) for c, t in zip(self.strengths, self.times, strict=True)),
             start=np.zeros_like(iw),
         )
-        return self.density + self.drag / iw, self.compressibility * relaxed
+        return self.density + self.drag / iw, np.asarray(self.compressibility * relaxed)
 
 
 def air_fluid(air: Air) -> Fluid:
@@ -110,7 +110,7 @@ def air_fluid(air: Air) -> Fluid:
 
 def wave(rho: Complex, compressibility: Complex, omega: Real) -> tuple[Complex, Complex]:
     """Wavenumber (1/m) and characteristic impedance (Pa s/m) of an equivalent fluid."""
-    return omega * np.sqrt(rho * compressibility), np.sqrt(rho / compressibility)
+    return np.asarray(omega * np.sqrt(rho * compressibility)), np.sqrt(rho / compressibility)
 
 
 @lru_cache(maxsize=64)
@@ -130,8 +130,9 @@ def fit_fluid(packing: Packing, air: Air, poles: int = 2) -> Fluid:
 
     def fluid(logs: Real) -> Fluid:
         values = np.exp(logs)
-        base, rest = values[:3] * scale, values[3:]
-        return Fluid(*map(float, base), tuple(rest[:poles].tolist()), tuple(rest[poles:].tolist()))
+        density, drag, compressibility = (values[:3] * scale).tolist()
+        strengths, times = values[3 : 3 + poles].tolist(), values[3 + poles :].tolist()
+        return Fluid(density, drag, compressibility, tuple(strengths), tuple(times))
 
     def misfit(logs: Real) -> Real:
         k_fit, z_fit = wave(*fluid(logs).response(omega), omega)

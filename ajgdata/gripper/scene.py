@@ -50,8 +50,9 @@ class Gripper(Plain):
     height_mm: Positive = Field(45.0, description="rim to roof")
     balloon_depth_mm: Positive = Field(45.0, description="rim to tip of the free balloon")
     speaker_mm: tuple[Finite, Finite] = Field(
-        (-35.0, 3.0), description="x, y on the roof; off the mirror planes, or angles could not"
-        " be told from their mirror images"
+        (-35.0, 3.0),
+        description="x, y on the roof; off the mirror planes, or angles could not"
+        " be told from their mirror images",
     )
     microphone_mm: tuple[Finite, Finite] = (34.0, -5.0)
     transducer_sigma_mm: Positive = Field(2.5, description="Gaussian volume of each transducer")
@@ -207,7 +208,7 @@ class Numerics(Plain):
     )
     precision: Literal["float32", "float64"] = "float32"
     decay_db: Annotated[float, Field(ge=20, le=160)] = Field(
-        70.0, description="stop when the energy in the cavity has fallen by this much"
+        60.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
 

@@ -19,6 +19,7 @@ from ajgdata.report.content import (
     Provenance,
     Report,
     Score,
+    SkippedTask,
     Spectra,
     TaskResult,
 )
@@ -56,7 +57,7 @@ def build_report(
             if "skipped" not in document
         ),
         skipped=tuple(
-            ("/".join(run), document["skipped"])
+            SkippedTask(run[0], run[1], _label(run[2], document), document["skipped"])
             for run, document in documents.items()
             if "skipped" in document
         ),
@@ -152,7 +153,7 @@ def task_result(
         dataset_title=spec.title or dataset,
         task=task,
         model=model,
-        model_label=getattr(MODELS[model], kind),
+        model_label=_label(model, document),
         kind=kind,
         target=document["target"],
         unit=document["unit"],
@@ -170,12 +171,24 @@ def task_result(
     )
 
 
+def _label(model: str, document: Mapping[str, Any]) -> str:
+    return str(getattr(MODELS[model], document["kind"]))
+
+
 def _scores(scores: Mapping[str, Any]) -> dict[str, Score]:
     return {
-        name: Score(mean, scores["sd"][name], tuple(scores["per_fold"][name]))
+        name: Score(
+            _number(mean),
+            _number(scores["sd"][name]),
+            tuple(map(_number, scores["per_fold"][name])),
+        )
         for name, mean in scores["mean"].items()
-        if mean is not None and scores["sd"][name] is not None
     }
+
+
+def _number(value: float | None) -> float:
+    """JSON has no NaN: null stands for it."""
+    return np.nan if value is None else value
 
 
 def _cost(cost: Mapping[str, Any]) -> Cost:

@@ -87,7 +87,9 @@ def new_figure(
     badges = sorted(set(sources))
     for i, source in enumerate(badges):
         figure.text(
-            *((0.13 + BADGE_IN * i) / width, 1 - 0.09 / height, source),
+            (0.13 + BADGE_IN * i) / width,
+            1 - 0.09 / height,
+            source,
             va="top",
             fontsize=8.5,
             fontweight="bold",

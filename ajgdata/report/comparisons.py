@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import Report, pareto_front
+from ajgdata.report.content import Report, Score, TaskResult, pareto_front
 from ajgdata.report.wording import headline, number, task_name
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -74,7 +74,8 @@ def _cost_panel(axes: Axes, report: Report, time: str, markers: dict[str, str]) 
         axes.plot(times[order], error[order], color=colour, ls=line, lw=1.2, alpha=0.7)
         for r, x, on_front in zip(task, times, front, strict=True):
             axes.scatter(
-                *(x, r.error.mean),
+                x,
+                r.error.mean,
                 s=_marker_area(r.cost.peak_memory_mb, largest),
                 marker=markers[r.model],
                 facecolor=colour if on_front else "white",
@@ -134,38 +135,39 @@ def split_figure(report: Report) -> Figure:
         [r.source for r in compared],
     )
     axes = figure.subplots()
-    place = np.arange(len(compared))
-    for offset, colour, label, scores in (
-        (-0.19, COLOURS[0], "grouped", [r.score for r in compared]),
-        (0.19, COLOURS[5], "random", [r.random_split for r in compared]),
-    ):
-        errors = [r.normalise(s) for r, s in zip(compared, scores, strict=True) if s]
-        axes.barh(
-            place + offset,
-            [e.mean for e in errors],
-            0.34,
-            xerr=[e.sd for e in errors],
-            color=colour,
-            label=label,
-            error_kw={"lw": 1, "capsize": 2, "ecolor": "#333333"},
-        )
-        for y, r, s, e in zip(place + offset, compared, scores, errors, strict=True):
-            axes.annotate(
-                headline(r, s),
-                (e.mean + e.sd, y),
-                (5, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=7.5,
-            )
+    axes.grid(False, axis="y")
+    grouped = [r.score for r in compared]
+    random = [r.random_split for r in compared if r.random_split]
+    _split_bars(axes, compared, grouped, offset=-0.19, colour=COLOURS[0], label="grouped")
+    _split_bars(axes, compared, random, offset=0.19, colour=COLOURS[5], label="random")
     axes.axvline(1, color=GREY, ls=":", lw=1.1)
     labels = [f"{task_name(r)}\n{r.model_label} ({r.source})" for r in compared]
-    axes.set_yticks(place, labels)
+    axes.set_yticks(range(len(compared)), labels)
     axes.tick_params(axis="y", length=0)
     axes.invert_yaxis()
-    axes.grid(False, axis="y")
     axes.set_xlabel("error (0 perfect, 1 chance)")
     axes.margins(x=0.18, y=0.03)
     axes.set_xlim(left=0)
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
     return figure
+
+
+def _split_bars(
+    axes: Axes,
+    compared: list[TaskResult],
+    scores: list[Score],
+    *,
+    offset: float,
+    colour: str,
+    label: str,
+) -> None:
+    """One bar per result; the text at its end is in the unit of the task."""
+    place = np.arange(len(compared)) + offset
+    errors = [r.normalise(s) for r, s in zip(compared, scores, strict=True)]
+    mean, sd = [e.mean for e in errors], [e.sd for e in errors]
+    whiskers = {"lw": 1, "capsize": 2, "ecolor": "#333333"}
+    axes.barh(place, mean, 0.34, xerr=sd, color=colour, label=label, error_kw=whiskers)
+    for y, r, s, e in zip(place, compared, scores, errors, strict=True):
+        tip = (e.mean + e.sd, y)
+        text = headline(r, s)
+        axes.annotate(text, tip, (5, 0), textcoords="offset points", va="center", fontsize=7.5)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, PercentFormatter
 
@@ -60,34 +64,27 @@ def regression_figure(result: TaskResult) -> Figure:
     y_pred = np.asarray(result.predictions.y_pred, float)
     figure = _result_figure(result, (6.2, 5.0))
     axes = figure.subplots()
-    low = min(y_true.min(), y_pred.min())
-    high = max(y_true.max(), y_pred.max())
+    low, high = min(y_true.min(), y_pred.min()), max(y_true.max(), y_pred.max())
     ends = np.array([low, high]) + 0.04 * (high - low or 1) * np.array([-1, 1])
     axes.plot(ends, ends, color=GREY, ls=(0, (5, 3)), lw=1.1, label="perfect")
     axes.axhline(y_true.mean(), color=GREY, ls=":", lw=1.1, label="chance: the mean")
     many = len(y_true) > MAX_VECTOR_POINTS
-    axes.plot(
-        *(y_true, y_pred, "o"),
-        ms=3,
-        mew=0,
-        color=COLOURS[4],
-        alpha=0.25 if many else 0.5,
-        rasterized=many,
-        label="one recording",
-    )
+    points: dict[str, Any] = {
+        "ms": 3,
+        "mew": 0,
+        "color": COLOURS[4],
+        "alpha": 0.25 if many else 0.5,
+    }
+    axes.plot(y_true, y_pred, "o", rasterized=many, label="one recording", **points)
+    bars: dict[str, Any] = {
+        "ms": 5.5,
+        "mec": "white",
+        "mew": 0.8,
+        "capsize": 2.5,
+        "elinewidth": 1.2,
+    }
     true, mean, sd = group_by_true_value(y_true, y_pred)
-    axes.errorbar(
-        *(true, mean, sd),
-        fmt="o",
-        ms=5.5,
-        color=COLOURS[0],
-        ecolor=COLOURS[0],
-        mec="white",
-        mew=0.8,
-        capsize=2.5,
-        elinewidth=1.2,
-        label="mean ± sd",
-    )
+    axes.errorbar(true, mean, sd, fmt="o", color=COLOURS[0], label="mean ± sd", **bars)
     unit = f" ({result.unit})" if result.unit else ""
     axes.set(xlabel=f"true {quantity(result)}{unit}", ylabel=f"predicted {quantity(result)}{unit}")
     axes.set(xlim=ends, ylim=ends, aspect="equal")
@@ -113,16 +110,11 @@ def confusion_figure(result: TaskResult) -> Figure:
     axes.set_xticks(range(n), p.classes, rotation=45 if n > 4 else 0, rotation_mode="xtick")
     axes.set_yticks(range(n), p.classes)
     axes.set(xlabel="predicted", ylabel="true")
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8 if n <= 8 else 7}
     for row, column in np.argwhere(counts):
-        fraction = share[row, column]
-        text = f"{counts[row, column]}"
-        axes.text(
-            *(column, row, f"{100 * fraction:.0f} %\n{text}" if n <= 8 else text),
-            ha="center",
-            va="center",
-            fontsize=8 if n <= 8 else 7,
-            color="white" if fraction > 0.55 else "#222222",
-        )
+        fraction, text = share[row, column], f"{counts[row, column]}"
+        text = f"{100 * fraction:.0f} %\n{text}" if n <= 8 else text
+        axes.text(column, row, text, color="white" if fraction > 0.55 else "#222222", **style)
     bar = figure.colorbar(
         image, ax=axes, format=PercentFormatter(1, symbol=" %"), shrink=0.8, pad=0.02
     )
@@ -132,13 +124,13 @@ def confusion_figure(result: TaskResult) -> Figure:
     return figure
 
 
-def _decibels(spectra: Spectra, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Frequencies > 0, overall mean, and mean per label, in dB against the overall maximum."""
+def _decibels(spectra: Spectra, magnitude: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies > 0, mean over labels, and mean per label, in dB against the overall maximum."""
     audible = spectra.frequency_hz > 0
     mean = np.asarray(spectra.mean, float)[:, audible]
     overall = mean.mean(axis=0)
     peak = overall.max() or 1.0
-    factor = 20.0 if quantity == "magnitude" else 10.0
+    factor = 20.0 if magnitude else 10.0
     # 120 dB below the peak is silence; it keeps empty bins finite.
     floor = peak * 10 ** (-120 / factor)
     levels = [factor * np.log10(np.maximum(m, floor) / peak) for m in (overall, mean)]
@@ -154,7 +146,7 @@ def spectra_figure(dataset: DatasetSummary) -> Figure:
     spectra = dataset.spectra
     if spectra is None or not len(spectra.labels):
         raise ValueError(f"data set {dataset.name} has no spectra")
-    frequency, overall, each = _decibels(spectra, dataset.features.quantity)
+    frequency, overall, each = _decibels(spectra, dataset.features.quantity == "magnitude")
     n = len(spectra.labels)
     height = 0.5 + 0.19 * max(n, 4)
     subtitle = f"{dataset.n_recordings:,} recordings, means per {words(spectra.grouping)}"
@@ -163,32 +155,37 @@ def spectra_figure(dataset: DatasetSummary) -> Figure:
     )
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, height])
     upper.fill_between(
-        *(frequency, each.min(axis=0), each.max(axis=0)),
+        frequency,
+        each.min(axis=0),
+        each.max(axis=0),
         color=COLOURS[4],
         alpha=0.45,
         lw=0,
         label=f"range of the means per {words(spectra.grouping)}",
     )
-    upper.plot(frequency, overall, color=COLOURS[0], lw=1.1, label="all recordings")
+    upper.plot(frequency, overall, color=COLOURS[0], lw=1.1, label="mean of all")
     upper.set(ylabel="level (dB)", xscale="log", xlim=(frequency[0], frequency[-1]))
-    difference = each - overall
-    limit = max(float(np.quantile(np.abs(difference), 0.99)), 0.1)
-    # One cell per bin, its edges halfway between bins: the log axis stretches the low ones.
-    middle = (frequency[1:] + frequency[:-1]) / 2
-    edges = np.concatenate([frequency[:1], middle, frequency[-1:]])
-    mesh = lower.pcolormesh(
-        *(edges, np.arange(n + 1), difference),
-        cmap="PuOr_r",
-        vmin=-limit,
-        vmax=limit,
-        rasterized=True,
-    )
-    lower.grid(False)
-    lower.set_yticks(np.arange(n) + 0.5, spectra.labels)
-    lower.tick_params(axis="y", length=0)
-    lower.invert_yaxis()
-    lower.set(xlabel="frequency (Hz)", ylabel=words(spectra.grouping))
-    lower.xaxis.set_major_formatter(FuncFormatter(lambda hz, _: number(hz)))
-    figure.colorbar(mesh, ax=lower, label="difference (dB)", pad=0.02, extend="both")
     upper.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0)
+    mesh = _difference_panel(lower, spectra, frequency, each - overall)
+    figure.colorbar(mesh, ax=lower, label="difference (dB)", pad=0.02, extend="both")
     return figure
+
+
+def _difference_panel(
+    axes: Axes, spectra: Spectra, frequency_hz: np.ndarray, difference_db: np.ndarray
+) -> QuadMesh:
+    """One row of colour per label."""
+    limit = max(float(np.quantile(np.abs(difference_db), 0.99)), 0.1)
+    # One cell per bin, its edges halfway between bins: the log axis stretches the low ones.
+    middle = (frequency_hz[1:] + frequency_hz[:-1]) / 2
+    edges = np.concatenate([frequency_hz[:1], middle, frequency_hz[-1:]])
+    n = len(spectra.labels)
+    colours: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -limit, "vmax": limit}
+    mesh = axes.pcolormesh(edges, np.arange(n + 1), difference_db, rasterized=True, **colours)
+    axes.grid(False)
+    axes.set_yticks(np.arange(n) + 0.5, spectra.labels)
+    axes.tick_params(axis="y", length=0)
+    axes.invert_yaxis()
+    axes.set(xlabel="frequency (Hz)", ylabel=words(spectra.grouping))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda hz, _: number(hz)))
+    return mesh

@@ -117,9 +117,9 @@ def spectra_caption(dataset: DatasetSummary) -> Caption:
     grouping = words(dataset.spectra.grouping) if dataset.spectra else "class"
     names = ", ".join(dataset.spectra.labels) if dataset.spectra else ""
     return Caption(
-        f"What the models see of {dataset.title} ({dataset.source}). Top: mean feature over all "
-        f"recordings, in dB against its highest value, with the range of the means per {grouping}. "
-        f"Bottom: how each {grouping} differs from that mean.",
+        f"What the models see of {dataset.title} ({dataset.source}). Top: mean over the rows "
+        "below (each counts the same), in dB against its highest value, with the range of the "
+        f"rows. Bottom: how the mean of each {grouping} differs from it.",
         f"Mean spectrum, and its deviation in dB, for each {grouping}: {names}.",
     )
 

@@ -2,8 +2,7 @@
 
 Nothing is altered silently. libsndfile reads a truncated WAV without complaint, so the size that
 the header declares is compared with the bytes that are there; formats whose truncation cannot be
-told are refused. Plain PCM16, PCM24 and float32 WAVs are decoded here with numpy, which is several
-times faster than, and equal sample for sample to, libsndfile, which decodes all the others.
+told are refused. Plain WAVs are decoded by `riff`, all others by libsndfile.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.store.files import write_bytes
+from ajgdata.store.riff import Wave, decode, encode_pcm24, parse_wave
 from ajgdata.types import AudioSettings, DataError
 
 if TYPE_CHECKING:
@@ -28,26 +28,9 @@ if TYPE_CHECKING:
 
 Float32 = NDArray[np.float32]
 
-_PCM, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
-#: WAV encodings that are decoded here: (format code, bits) -> libsndfile's name.
-_PLAIN = {(_PCM, 16): "PCM_16", (_PCM, 24): "PCM_24", (_FLOAT, 32): "FLOAT"}
 #: libsndfile's names of the containers whose truncation is noticed.
 _ACCEPTED = ("WAV", "WAVEX", "FLAC", "OGG")
-#: What programs that write to a pipe put for "length unknown" (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
-_UNKNOWN_SIZE = 0x7FFF_F000
-_OTHER_AUDIO = (
-    ".aac",
-    ".aif",
-    ".aiff",
-    ".au",
-    ".caf",
-    ".m4a",
-    ".mp3",
-    ".mp4",
-    ".opus",
-    ".w64",
-    ".wma",
-)
+_OTHER_AUDIO = (".aac", ".m4a", ".mp3", ".mp4", ".opus", ".wma")
 _AGAIN = "record it again, or fetch a whole copy"
 
 
@@ -99,56 +82,6 @@ class Audio:
     remarks: tuple[Remark, ...]
 
 
-@dataclass(frozen=True)
-class _Wave:
-    """Layout of a WAV file: offsets and sizes in bytes."""
-
-    code: int
-    channels: int
-    sample_rate_hz: int
-    frame_bytes: int
-    bits: int
-    start: int
-    stop: int
-    declared: int | None
-
-    @property
-    def held(self) -> int:
-        """Bytes of samples that are there."""
-        return self.stop - self.start
-
-    @property
-    def subtype(self) -> str | None:
-        """libsndfile's name of an encoding that is decoded here."""
-        samples_fill_frame = self.frame_bytes * 8 == self.bits * self.channels
-        return _PLAIN.get((self.code, self.bits)) if samples_fill_frame else None
-
-
-def _parse_wave(content: bytes) -> _Wave | None:
-    """Walk the chunks up to `data`; None when that is not there (libsndfile then says why)."""
-    fmt: tuple[int, ...] | None = None
-    at = 12
-    while at + 8 <= len(content):
-        name, size = struct.unpack_from("<4sI", content, at)
-        at += 8
-        if name == b"fmt " and at + 16 <= len(content):
-            fmt = struct.unpack_from("<HHIIHH", content, at)
-        if name == b"data" and fmt:
-            code, channels, rate, _, frame_bytes, bits = fmt
-            if not (channels and rate and frame_bytes):
-                return None
-            riff_end = struct.unpack_from("<I", content, 4)[0] + 8
-            unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
-            stop = len(content) if unfinished else min(at + size, len(content))
-            is_open = unfinished or (size >= _UNKNOWN_SIZE and at + size > stop)
-            declared = None if is_open else size
-            return _Wave(code, channels, rate, frame_bytes, bits, at, stop, declared)
-        at += size
-        if size & 1 and content[at : at + 1] == b"\0":  # some writers forget the padding
-            at += 1
-    return None
-
-
 def inspect_audio(path: Path) -> AudioInfo:
     """Say what an audio file is. Raises AudioError (a DataError), as `read_audio` does."""
     content = _content(path)
@@ -176,7 +109,8 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     _check_rate(path, info, audio)
     taken, remark = _take_channel(path, _decode(path, content, info, wave), audio.channel)
     remarks += [remark] if remark else []
-    samples = taken[:, 0] if taken.shape[1] == 1 else taken.mean(axis=1)
+    with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
+        samples = taken[:, 0] if taken.shape[1] == 1 else taken.mean(axis=1)
     if info.sample_rate_hz != audio.sample_rate_hz:
         samples = resample(samples, info.sample_rate_hz, audio.sample_rate_hz)
         remarks.append(
@@ -210,19 +144,19 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _layout(path: Path, content: bytes) -> tuple[AudioInfo, _Wave | None]:
+def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
     """Header of a file, checked against what the file holds."""
     is_wave = content[:4] == b"RIFF" and content[8:12] == b"WAVE"
-    wave = _parse_wave(content) if is_wave else None
+    wave = parse_wave(content) if is_wave else None
     if wave and wave.subtype:
-        name, subtype, frames = "WAV", wave.subtype, wave.held // wave.frame_bytes
+        name, subtype, frames = "WAV", wave.subtype, wave.frames
         rate, channels = wave.sample_rate_hz, wave.channels
     else:
         with _open(path, content, wave) as file:
             name, subtype, frames = file.format, file.subtype, file.frames
             rate, channels = file.samplerate, file.channels
     is_open = wave is not None and wave.declared is None
-    if wave and wave.declared and wave.held // wave.frame_bytes < wave.declared // wave.frame_bytes:
+    if wave and wave.is_cut:
         lost = f"holds {wave.held} of the {wave.declared} bytes of samples that its header declares"
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
     if name == "OGG" and not _ogg_is_whole(content):
@@ -243,7 +177,7 @@ def _ogg_is_whole(content: bytes) -> bool:
     return bool(content[at + 5] & 4) and at + 27 + len(segments) + sum(segments) <= len(content)
 
 
-def _open(path: Path, content: bytes, wave: _Wave | None) -> soundfile.SoundFile:
+def _open(path: Path, content: bytes, wave: Wave | None) -> soundfile.SoundFile:
     """Hand the bytes to libsndfile."""
     import soundfile
 
@@ -274,35 +208,22 @@ def _unsupported(path: Path, what: str) -> AudioError:
     return AudioError(path, "unsupported_format", f"{what} audio is not supported", command)
 
 
-def _decode(path: Path, content: bytes, info: AudioInfo, wave: _Wave | None) -> Float32:
+def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> Float32:
     """Samples (frames, channels), full scale ±1."""
-    if not (wave and wave.subtype):
-        import soundfile
+    if wave and wave.subtype:
+        return decode(content, wave)
+    import soundfile
 
-        try:
-            with _open(path, content, wave) as file:
-                samples: Float32 = file.read(dtype="float32", always_2d=True)
-        except soundfile.LibsndfileError as error:
-            raise AudioError(
-                path, "damaged", f"cannot be decoded ({error.error_string.rstrip('.')})", _AGAIN
-            ) from None
-        if len(samples) < info.frames:
-            lost = f"holds {len(samples)} of the {info.frames} frames that its header declares"
-            raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
-        return samples
-    count = info.frames * info.channels
-    if wave.subtype == "PCM_16":
-        flat = np.frombuffer(content, "<i2", count, wave.start) * np.float32(2.0**-15)
-    elif wave.subtype == "FLOAT":
-        flat = np.frombuffer(content, "<f4", count, wave.start).astype(np.float32)
-    else:
-        # Each sample with the byte before it (there always is one) is an int32 whose upper three
-        # bytes are the sample.
-        wide: NDArray[np.int32] = np.ndarray(
-            (count,), "<i4", content, offset=wave.start - 1, strides=(3,)
-        )
-        flat = (wide >> 8) * np.float32(2.0**-23)
-    return flat.astype(np.float32, copy=False).reshape(info.frames, info.channels)
+    try:
+        with _open(path, content, wave) as file:
+            samples: Float32 = file.read(dtype="float32", always_2d=True)
+    except soundfile.LibsndfileError as error:
+        problem = f"cannot be decoded ({error.error_string.rstrip('.')})"
+        raise AudioError(path, "damaged", problem, _AGAIN) from None
+    if len(samples) < info.frames:
+        lost = f"holds {len(samples)} of the {info.frames} frames that its header declares"
+        raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
+    return samples
 
 
 def _check_rate(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
@@ -374,16 +295,7 @@ def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:
     peak = float(np.abs(samples).max())
     if not peak <= 1:
         raise ValueError(f"{path}: peak {peak:g} exceeds full scale 1; scale the samples down")
-    codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1).astype("<i4")
-    data = codes.view(np.uint8).reshape(-1, 4)[:, :3].tobytes()
-    padding = b"\0" * (len(data) & 1)
-    header = struct.pack(
-        "<4sI4s4sIHHIIHH4sI",
-        *(b"RIFF", 36 + len(data) + len(padding), b"WAVE"),
-        *(b"fmt ", 16, _PCM, 1, sample_rate_hz, 3 * sample_rate_hz, 3, 24),
-        *(b"data", len(data)),
-    )
-    write_bytes(path, header + data + padding)
+    write_bytes(path, encode_pcm24(samples, sample_rate_hz))
 
 
 def file_sha256(path: Path) -> str:

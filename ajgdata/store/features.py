@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHUNK_ROWS = 256
+#: Keeps h5netcdf from choosing chunks larger than an array without rows.
+_NO_CHUNKS = {"chunking_heuristic": "h5py"}
 CONVENTIONS = "CF-1.11"
 
 
@@ -72,10 +74,7 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
             "feature",
             ("recording", "frequency"),
             "f4",
-            chunks=(max(1, min(CHUNK_ROWS, rows)), max(1, bins)),
-            compression="gzip",
-            compression_opts=4,
-            shuffle=True,
+            **_layout(min(CHUNK_ROWS, rows), bins),
         )
         coordinates = " ".join(sorted(c for c in shard.columns if c != "recording"))
         feature.attrs.update({**feature_attrs, "coordinates": coordinates})
@@ -83,10 +82,23 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
             feature[...] = shard.feature.astype(np.float32, copy=False)
 
 
+def _layout(rows: int, width: int) -> dict[str, Any]:
+    """Chunks and compression; HDF5 takes neither for an array without rows."""
+    if not rows:
+        return _NO_CHUNKS
+    return {
+        "chunks": (rows, width),
+        "compression": "gzip",
+        "compression_opts": 4,
+        "shuffle": True,
+    }
+
+
 def _write_column(store: h5netcdf.File, name: str, column: Column) -> None:
     values = column.values
     if values.dtype.kind != "U":
-        variable = store.create_variable(name, ("recording",), data=values)
+        layout = {} if len(values) else _NO_CHUNKS
+        variable = store.create_variable(name, ("recording",), data=values, **layout)
     else:
         encoded = np.char.encode(values, "utf-8") if len(values) else np.empty(0, "S1")
         width = max(1, encoded.dtype.itemsize)
@@ -95,9 +107,8 @@ def _write_column(store: h5netcdf.File, name: str, column: Column) -> None:
             store.dimensions[dimension] = width
         characters = encoded.astype(f"S{width}").view("S1").reshape(len(values), width)
         variable = store.create_variable(
-            name, ("recording", dimension), "S1", compression="gzip", shuffle=True,
-            chunks=(max(1, len(values)), width),
-        )  # fmt: skip
+            name, ("recording", dimension), "S1", **_layout(len(values), width)
+        )
         if len(values):
             variable[...] = characters
         variable.attrs["_Encoding"] = "utf-8"
@@ -114,7 +125,7 @@ def read_store(path: Path) -> Shard:
             columns = {
                 name: _read_column(variable)
                 for name, variable in store.items()
-                if name not in ("feature", "frequency") and "recording" in _dimensions(variable)
+                if name != "feature" and (name == "recording" or "recording" in _axes(variable))
             }
     except (OSError, KeyError) as error:
         raise DataError(
@@ -123,7 +134,8 @@ def read_store(path: Path) -> Shard:
     return Shard(feature, frequency, columns, attrs)
 
 
-def _dimensions(variable: h5py.Dataset) -> list[str]:
+def _axes(variable: h5py.Dataset) -> list[str]:
+    """Names of a variable's dimensions; none for a variable that is itself a dimension."""
     if "DIMENSION_LIST" not in variable.attrs:
         return []
     owner = variable.file

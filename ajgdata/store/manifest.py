@@ -81,9 +81,9 @@ def survey(
         session = read_session(folder)
         recordings, findings = read_recordings(folder)
     except DataError as error:
-        whole = Finding(
-            name, WHOLE_SESSION, error.where, "error", "bad_session", error.problem, error.fix
-        )
+        file = Path(error.where.split(":")[0]).name
+        problem = f"{file}: {error.problem}"
+        whole = Finding(name, WHOLE_SESSION, file, "error", "bad_session", problem, error.fix)
         return _manifest(paths, folder, None, [], [whole]), []
     files = []
     for recording in recordings:

@@ -25,6 +25,7 @@ PAPER = PaperFigure(
     where="cubes",
     source="arXiv 2603.00351",
 )
+COST = Cost(3.2, 0.21, 512.0)
 # Rows: true basalt 3 + 1, true granite 2 + 4; the tag must never reach a page as a tag.
 CLASSES = ("basalt", "<b>granite</b>")
 TRUE = np.repeat(CLASSES, (4, 6))
@@ -53,7 +54,7 @@ def regression_result(**changes) -> TaskResult:
         "n_groups": 6,
         "group_column": "grasp_id",
         "folds": 2,
-        "cost": Cost(3.2, 0.21, 512.0),
+        "cost": COST,
         "predictions": Predictions(y_true, y_pred, np.arange(12) % 2),
         "random_split": Score(1.1, 0.2),
         "paper": PAPER,

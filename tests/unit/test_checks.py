@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
-from hypothesis import given
+import soundfile as sf
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.features.checks import check_samples
+from ajgdata.features.checks import check_audio, check_samples
+from ajgdata.store.audio import read_audio
+from ajgdata.types import AudioSettings
 
 WINDOW = 2048
 TIME_S = np.arange(44_100) / 44_100
@@ -95,6 +98,7 @@ def test_flat_tops_show_in_float_samples_at_any_level(level):
     assert ("warning", "clipped") in codes(one_sided)
 
 
+@settings(deadline=None)
 @given(st.floats(5, 3000), st.floats(0.05, 0.9), st.sampled_from([8, 12, 16]))
 def test_quantised_tones_in_float_files_are_not_clipped(frequency_hz, amplitude, bits):
     """The flat tops of slow tones come from quantisation alone."""
@@ -111,3 +115,30 @@ def test_quiet_recordings_are_flagged_whatever_their_offset():
     assert codes(sine(9e-5)) == [("warning", "quiet")]
     assert codes(sine(9e-5) + np.float32(0.25)) == [("warning", "quiet")]
     assert codes(sine(1.1e-4)) == []
+
+
+def checked(tmp_path, samples, subtype, rate=44_100):
+    sf.write(tmp_path / "a.wav", samples, rate, subtype=subtype)
+    settings = AudioSettings(channel="mean", other_rate="resample")
+    return [r.code for r in check_audio(read_audio(tmp_path / "a.wav", settings), WINDOW)]
+
+
+def test_clipping_shows_despite_conversion(tmp_path):
+    both = np.c_[sine(0.5), sine(1.5).clip(-1, 1)]
+    expected = ["channel_converted", "resampled", "clipped"]
+    assert checked(tmp_path, both, "PCM_16", 48_000) == expected
+
+
+def test_samples_must_suffice_after_conversion(tmp_path):
+    assert checked(tmp_path, sine()[:2100], "PCM_16", 48_000) == ["resampled", "too_short"]
+    assert checked(tmp_path, sine()[:2000], "PCM_16", 32_000) == ["resampled"]
+
+
+def test_opposite_channels_average_to_silence(tmp_path):
+    both = np.c_[sine(), -sine()]
+    assert checked(tmp_path, both, "FLOAT") == ["channel_converted", "silent"]
+
+
+def test_infinities_are_named_where_they_are(tmp_path):
+    both = np.c_[with_value(np.inf, [9]), with_value(-np.inf, [9])]
+    assert checked(tmp_path, both, "FLOAT", 48_000)[-1] == "not_finite"

@@ -3,7 +3,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ajgdata.features.spectrum import frequencies_hz, spectra, spectrum
@@ -113,6 +113,7 @@ def test_without_normalisation_the_amplitude_stays(quantity, exponent):
     np.testing.assert_array_equal(louder, expected)  # powers of two are exact
 
 
+@settings(deadline=None)
 @given(
     st.floats(1e-36, 1e36),
     st.sampled_from(["magnitude", "power"]),
@@ -144,6 +145,7 @@ def test_denormal_float32_samples_still_have_a_feature():
     assert expected.sum() == pytest.approx(1, rel=1025 * U)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 8), st.integers(300, 1000))
 def test_a_delay_of_whole_hops_changes_nothing(hops, length):
     """With silence around the sound, the frames are the same, in another order of summation."""
@@ -156,6 +158,7 @@ def test_a_delay_of_whole_hops_changes_nothing(hops, length):
     np.testing.assert_allclose(a, b, rtol=2 * frames_of(len(shifted), settings) * U)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 30), st.sampled_from(["l1", "l2", "max", "none"]))
 def test_time_reversal_changes_nothing(frames, normalisation):
     settings = FeatureSettings(

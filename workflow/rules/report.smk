@@ -19,7 +19,7 @@ rule report:
         root=str(PATHS.root),
         datasets=list(PLANS),
         runs=RUNS,
-        declared=[one.spec.model_dump_json(exclude={"recipe"}) for one in PLANS.values()],
+        declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=code_digest("report", "pipeline/report"),
     log:
         "results/logs/report.log",

@@ -1,0 +1,132 @@
+"""From impulse response to recording: excitation, transducers, noise, converter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
+
+from ajgdata.gripper.scene import Finite, NonNegative, Plain, Positive
+from ajgdata.gripper.simulation import SAMPLE_RATE_HZ, ImpulseResponse
+
+Real = NDArray[np.floating]
+REFERENCE_PA = 20e-6
+#: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
+STEPS = 2.0**23
+
+
+class SignalChain(Plain):
+    """Loudspeaker, microphone and converter. Level and frequency responses of the paper's parts
+    are not published with it; these are of their kind (balanced armature, MEMS)."""
+
+    level_db_spl: Finite = Field(
+        100.0, description="full-scale 1 kHz sine in a rigid reference volume of 0.5 l"
+    )
+    full_scale_db_spl: Finite = Field(
+        124.0, description="sine that just reaches full scale: overload point of MEMS microphones"
+    )
+    gain_db: Finite = Field(0.0, description="preamplifier, before the converter")
+    noise_db_spl: Finite | None = Field(
+        42.0, description="microphone and room, white over the band; null for none"
+    )
+    coupling_hz: Positive = Field(100.0, description="AC coupling of speaker and of microphone")
+    peaks_hz: tuple[Positive, ...] = Field((3_000.0, 9_000.0), description="armature resonances")
+    peaks_db: tuple[NonNegative, ...] = (10.0, 8.0)
+    peaks_q: tuple[Positive, ...] = (2.5, 3.5)
+    rolloff_hz: Positive = Field(14_000.0, description="second order, Q 0.7")
+
+
+DEFAULT_CHAIN = SignalChain()
+
+
+@dataclass(frozen=True)
+class Take:
+    """One recording: samples (n,) in [-1, 1), exact multiples of 2^-23, and how many clipped."""
+
+    samples: Real
+    clipped_count: int
+
+
+def excitation_sweep(
+    duration_s: float = 1.0,
+    low_hz: float = 20.0,
+    high_hz: float = 20_000.0,
+    amplitude: float = 0.9,
+    fade_s: float = 0.005,
+) -> Real:
+    """Logarithmic sweep (Farina 2000, eq. 2) with raised-cosine fades, (n,) in [-1, 1]."""
+    if not (0 < low_hz < high_hz < SAMPLE_RATE_HZ / 2 and 0 < 2 * fade_s <= duration_s):
+        raise ValueError("a sweep needs 0 < low_hz < high_hz < 22050 and 0 < 2 fade_s <= duration")
+    time = np.arange(round(duration_s * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
+    octaves = np.log(high_hz / low_hz)
+    sweep = np.sin(
+        2 * np.pi * low_hz * duration_s / octaves * np.expm1(time / duration_s * octaves)
+    )
+    edge = np.clip(np.minimum(time, time[::-1]) / fade_s, 0, 1)
+    return amplitude * sweep * np.sin(np.pi / 2 * edge) ** 2
+
+
+@lru_cache(maxsize=8)
+def transducers(chain: SignalChain) -> Real:
+    """Second-order sections of speaker and microphone together, unit gain at 1 kHz.
+
+    A bell b(s) = (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per armature resonance, two first-order
+    high passes, one second-order low pass; mapped by the bilinear rule.
+    """
+    peaks = zip(chain.peaks_hz, chain.peaks_db, chain.peaks_q, strict=True)
+    zeros, poles = [0.0, 0.0], [-_warp(chain.coupling_hz)] * 2
+    for frequency, gain_db, q in peaks:
+        omega = _warp(frequency)
+        zeros += list(np.roots([1, 10 ** (gain_db / 20) * omega / q, omega**2]))
+        poles += list(np.roots([1, omega / q, omega**2]))
+    omega = _warp(chain.rolloff_hz)
+    poles += list(np.roots([1, omega / 0.7, omega**2]))
+    sections = zpk2sos(*bilinear_zpk(np.array(zeros), np.array(poles), 1.0, SAMPLE_RATE_HZ))
+    z = np.exp(-2j * np.pi * 1_000 / SAMPLE_RATE_HZ)
+    at_1k = np.prod(sections[:, :3] @ [1, z, z * z] / (sections[:, 3:] @ [1, z, z * z]))
+    sections[0, :3] /= abs(at_1k)
+    return sections
+
+
+def _warp(frequency_hz: float) -> float:
+    """Analogue frequency that the bilinear rule maps to `frequency_hz`."""
+    return float(2 * SAMPLE_RATE_HZ * np.tan(np.pi * frequency_hz / SAMPLE_RATE_HZ))
+
+
+def record(
+    ir: ImpulseResponse, excitation: Real, chain: SignalChain = DEFAULT_CHAIN, seed: int = 0
+) -> Take:
+    """Play `excitation` (n,), full scale 1, in the scene of `ir` and record it, (n,).
+
+    Recording = (excitation ∗ speaker ∗ h ∗ microphone) gain + noise, clipped and quantised to 24
+    bits; playing and recording start together. `seed` draws the noise of this one take.
+    """
+    excitation = np.asarray(excitation, dtype=np.float64)
+    if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
+        raise ValueError("excitation must be one-dimensional and finite")
+    late = ir.latency_samples
+    driven = sosfilt(transducers(chain), excitation)
+    pressure = fftconvolve(driven, ir.samples)[late : late + len(excitation)]
+    pressure += ir.static * np.cumsum(driven)
+    pressure *= _volume_velocity(chain)
+    if chain.noise_db_spl is not None:
+        floor = REFERENCE_PA * 10 ** (chain.noise_db_spl / 20)
+        pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
+    full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
+    return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
+
+
+def _volume_velocity(chain: SignalChain) -> float:
+    """Amplitude q (m³/s) of the speaker: p = ρc² q / (ω V) at 1 kHz, ρc² = 1.4e5 Pa, V = 0.5 l."""
+    pressure = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.level_db_spl / 20)
+    return float(pressure * 2 * np.pi * 1_000 * 0.5e-3 / 1.4e5)
+
+
+def _convert(signal: Real) -> Take:
+    codes = np.round(signal * STEPS)
+    clipped = int(np.count_nonzero((codes > STEPS - 1) | (codes < -STEPS)))
+    return Take(np.clip(codes, -STEPS, STEPS - 1) / STEPS, clipped)

@@ -1,0 +1,186 @@
+"""The kernel: staggered leapfrog in pressure and volume velocity, one horizontal slab at a time.
+
+U <- decay U - gain (p₊ - p);  p <- keep p + Σ return_j q_j - yield ΣU;  then source and walls.
+Velocity and pressure of a slab are updated while it is in the first-level cache. Indices are
+unsigned, so that the compiler needs no wrap-around and vectorises every loop. No fast-math: the
+order of all operations is fixed, hence the result does not depend on the machine's vector width.
+No literal factors in the kernel either: they would turn float32 into float64.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, uint64
+from numpy.typing import NDArray
+
+from ajgdata.gripper.system import System
+
+Real = NDArray[np.floating]
+
+
+class State(NamedTuple):
+    """Flat arrays of the cells (p, q) and faces (u), and per wall 2m v/Δt, k x, and old p."""
+
+    p: NDArray
+    ux: NDArray
+    uy: NDArray
+    uz: NDArray
+    q1: NDArray
+    q2: NDArray
+    momentum: NDArray
+    tension: NDArray
+    before: NDArray
+
+
+class Probe(NamedTuple):
+    """A small volume that sound enters or leaves: cells (flat index) and weights of sum 1."""
+
+    cell: NDArray
+    weight: NDArray
+
+
+def at_rest(system: System) -> State:
+    """A state of silence for `system`."""
+    dtype = system.capacities.yield_.dtype
+    cells = (np.zeros(system.mass.size, dtype) for _ in range(6))
+    walls = (np.zeros(len(system.walls.cell), dtype) for _ in range(3))
+    return State(*cells, *walls)
+
+
+@njit(nogil=True, cache=True)
+def _velocity(u, gain, p, lo, hi, step):
+    for i in range(lo, hi):
+        u[i] -= gain[i] * (p[i + step] - p[i])
+
+
+@njit(nogil=True, cache=True)
+def _damped_velocity(u, decay, gain, p, lo, hi, step):
+    for i in range(lo, hi):
+        u[i] = decay[i] * u[i] - gain[i] * (p[i + step] - p[i])
+
+
+@njit(nogil=True, cache=True)
+def _pressure(p, yield_, ux, uy, uz, lo, hi, row, slab):
+    one = uint64(1)
+    for i in range(lo, hi):
+        out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
+        p[i] -= yield_[i] * out
+
+
+@njit(nogil=True, cache=True)
+def _divergence(out, ux, uy, uz, lo, hi, row, slab):
+    one = uint64(1)
+    for i in range(lo, hi):
+        out[i - lo] = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
+
+
+@njit(nogil=True, cache=True)
+def _relax(p, q1, q2, capacities, out, lo, hi):
+    yield_, keep, return1, return2, rates = capacities
+    rate1, rate2 = rates[0], rates[1]
+    for i in range(lo, hi):
+        old = p[i]
+        new = keep[i] * old + return1[i] * q1[i] + return2[i] * q2[i] - yield_[i] * out[i - lo]
+        q1[i] += rate1 * ((old - q1[i]) + (new - q1[i]))
+        q2[i] += rate2 * ((old - q2[i]) + (new - q2[i]))
+        p[i] = new
+
+
+@njit(nogil=True, cache=True)
+def _sweep(state, faces, capacities, span, scratch):
+    p, ux, uy, uz = state.p, state.ux, state.uy, state.uz
+    one, row, slab = uint64(1), uint64(span.row), uint64(span.slab)
+    for k in range(len(span.lo)):
+        lo, hi = span.lo[k], span.hi[k]
+        if k < span.bed_slabs:
+            _damped_velocity(ux, faces.decay_x, faces.gain_x, p, lo, hi, one)
+            _damped_velocity(uy, faces.decay_y, faces.gain_y, p, lo, hi, row)
+            _damped_velocity(uz, faces.decay_z, faces.gain_z, p, lo, hi, slab)
+            _divergence(scratch, ux, uy, uz, lo, hi, row, slab)
+            _relax(p, state.q1, state.q2, capacities, scratch, lo, hi)
+        else:
+            _velocity(ux, faces.gain_x, p, lo, hi, one)
+            _velocity(uy, faces.gain_y, p, lo, hi, row)
+            _velocity(uz, faces.gain_z, p, lo, hi, slab)
+            _pressure(p, capacities.yield_, ux, uy, uz, lo, hi, row, slab)
+
+
+@njit(nogil=True, cache=True)
+def _drive(p, q1, q2, rate1, rate2, bed_end, yield_, cell, weight, flow):
+    for m in range(len(cell)):
+        i = cell[m]
+        change = yield_[i] * weight[m] * flow
+        p[i] += change
+        if i < bed_end:
+            q1[i] += rate1 * change
+            q2[i] += rate2 * change
+
+
+@njit(nogil=True, cache=True)
+def _react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls):
+    """All walls at once: first their part of the new pressures, then their new motion."""
+    cell, coupling, admittance, inertia, half_spring = walls
+    for n in range(len(cell)):
+        i = cell[n]
+        change = -coupling[n] * (before[n] + (momentum[n] - tension[n]))
+        p[i] += change
+        if i < bed_end:
+            q1[i] += rate1 * change
+            q2[i] += rate2 * change
+    for n in range(len(cell)):
+        new = p[cell[n]]
+        force = momentum[n] - tension[n]
+        # w: twice the mean velocity of the step; v <- w - v and x <- x + Δt w/2, kept as forces.
+        w = admittance[n] * ((before[n] + force) + (new + force))
+        momentum[n] = inertia[n] * w - momentum[n]
+        tension[n] += half_spring[n] * w
+        before[n] = new
+
+
+@njit(nogil=True, cache=True)
+def _listen(p, cell, weight):
+    heard = 0.0
+    for m in range(len(cell)):
+        heard += weight[m] * p[cell[m]]
+    return heard
+
+
+@njit(nogil=True, cache=True)
+def _march(state, faces, capacities, walls, span, source, receiver, drive, out):
+    # Tuples of arrays are unpacked once: handing them on costs reference counts each time.
+    p, _, _, _, q1, q2, momentum, tension, before = state
+    yield_, _, _, _, rates = capacities
+    rate1, rate2 = rates[0], rates[1]
+    bed_end = uint64(span.bed_slabs * span.slab)
+    scratch = np.zeros(span.slab, p.dtype)
+    for n in range(len(out)):
+        _sweep(state, faces, capacities, span, scratch)
+        if n < len(drive):
+            _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source.cell, source.weight, drive[n])
+        _react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls)
+        out[n] = _listen(p, receiver.cell, receiver.weight)
+
+
+def march(
+    system: System, state: State, source: Probe, receiver: Probe, drive: Real, steps: int
+) -> Real:
+    """Advance `state` in place by `steps`; return the pressure at `receiver` after each.
+
+    `drive` is the volume velocity (m³/s) at `source` in each step; missing steps are silent.
+    """
+    out = np.zeros(steps)
+    dtype = state.p.dtype
+    _march(
+        state,
+        system.faces,
+        system.capacities,
+        system.walls,
+        system.span,
+        Probe(source.cell, source.weight.astype(dtype)),
+        Probe(receiver.cell, receiver.weight.astype(dtype)),
+        np.ascontiguousarray(drive, dtype=dtype),
+        out,
+    )
+    return out

@@ -1,0 +1,116 @@
+"""Layout of WAV files: where the samples are, and decoding those that need no library.
+
+Plain PCM16, PCM24 and float32 are decoded with numpy, several times faster than by libsndfile and
+equal to it sample for sample.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_PCM, _FLOAT = 1, 3
+#: Encodings that are decoded here: (format code, bits) -> libsndfile's name.
+_PLAIN = {(_PCM, 16): "PCM_16", (_PCM, 24): "PCM_24", (_FLOAT, 32): "FLOAT"}
+#: What programs that write to a pipe put for "length unknown" (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
+_UNKNOWN_SIZE = 0x7FFF_F000
+
+
+@dataclass(frozen=True)
+class Wave:
+    """Layout of a WAV file: offsets and sizes in bytes.
+
+    `declared` is the size of the samples by the header, None when that leaves it open (a stream).
+    """
+
+    code: int
+    channels: int
+    sample_rate_hz: int
+    frame_bytes: int
+    bits: int
+    start: int
+    stop: int
+    declared: int | None
+
+    @property
+    def held(self) -> int:
+        """Bytes of samples that are there."""
+        return self.stop - self.start
+
+    @property
+    def frames(self) -> int:
+        """Whole frames (or blocks, of compressed encodings) that are there."""
+        return self.held // self.frame_bytes
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether frames that the header declares are missing."""
+        return self.declared is not None and self.frames < self.declared // self.frame_bytes
+
+    @property
+    def subtype(self) -> str | None:
+        """libsndfile's name of an encoding that is decoded here."""
+        samples_fill_frame = self.frame_bytes * 8 == self.bits * self.channels
+        return _PLAIN.get((self.code, self.bits)) if samples_fill_frame else None
+
+
+def parse_wave(content: bytes) -> Wave | None:
+    """Walk the chunks up to `data`; None when that is not there (libsndfile then says why)."""
+    fmt: tuple[int, ...] | None = None
+    at = 12
+    while at + 8 <= len(content):
+        name, size = struct.unpack_from("<4sI", content, at)
+        at += 8
+        if name == b"fmt " and at + 16 <= len(content):
+            fmt = struct.unpack_from("<HHIIHH", content, at)
+        if name == b"data" and fmt:
+            code, channels, rate, _, frame_bytes, bits = fmt
+            if not (channels and rate and frame_bytes):
+                return None
+            riff_end = struct.unpack_from("<I", content, 4)[0] + 8
+            unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
+            stop = len(content) if unfinished else min(at + size, len(content))
+            is_open = unfinished or (size >= _UNKNOWN_SIZE and at + size > stop)
+            declared = None if is_open else size
+            return Wave(code, channels, rate, frame_bytes, bits, at, stop, declared)
+        at += size
+        if size & 1 and content[at : at + 1] == b"\0":  # some writers forget the padding
+            at += 1
+    return None
+
+
+def decode(content: bytes, wave: Wave) -> NDArray[np.float32]:
+    """Samples (frames, channels), full scale +-1, of a wave whose `subtype` is not None."""
+    count = wave.frames * wave.channels
+    if wave.subtype == "FLOAT":
+        flat = np.frombuffer(content, "<f4", count, wave.start).astype(np.float32)
+    elif wave.subtype == "PCM_16":
+        flat = np.frombuffer(content, "<i2", count, wave.start).astype(np.float32)
+        flat *= np.float32(2.0**-15)
+    else:
+        # Each sample with the byte before it (there always is one) is an int32 whose upper three
+        # bytes are the sample.
+        wide: NDArray[np.int32] = np.ndarray(
+            (count,), "<i4", content, offset=wave.start - 1, strides=(3,)
+        )
+        flat = (wide >> 8).astype(np.float32)
+        flat *= np.float32(2.0**-23)
+    return flat.reshape(wave.frames, wave.channels)
+
+
+def encode_pcm24(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
+    """A mono 24-bit file of samples (n,) within +-1, rounded to the nearest code."""
+    codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1).astype("<i4")
+    data = codes.view(np.uint8).reshape(-1, 4)[:, :3].tobytes()
+    padding = b"\0" * (len(data) & 1)
+    header = struct.pack(
+        "<4sI4s4sIHHIIHH4sI",
+        *(b"RIFF", 36 + len(data) + len(padding), b"WAVE"),
+        *(b"fmt ", 16, _PCM, 1, sample_rate_hz, 3 * sample_rate_hz, 3, 24),
+        *(b"data", len(data)),
+    )
+    return header + data + padding

@@ -1,0 +1,190 @@
+"""Time of reading a recording and computing its feature, beside the usual ways of doing so.
+
+Run `python benchmarks/features.py` (librosa: `pip install -e .[bench]`). The recordings are made
+up (noisy sweeps through random resonances, seeded): this measures time, and that all routes agree,
+nothing else. Repeats are interleaved, so that a busy machine disturbs all routes alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import itertools
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from time import perf_counter, process_time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+import scipy.signal
+import soundfile as sf
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from ajgdata.features.spectrum import spectrum
+from ajgdata.store.audio import read_audio
+from ajgdata.types import AudioSettings, FeatureSettings
+
+RATE_HZ = 44_100
+SETTINGS = FeatureSettings()
+WINDOW, HOP = SETTINGS.window, SETTINGS.hop
+AUDIO = AudioSettings()
+Route = Callable[[Sequence[Path]], NDArray[np.floating]]
+
+
+def ours_one(path: Path) -> NDArray[np.float32]:
+    return spectrum(read_audio(path, AUDIO).samples, RATE_HZ, SETTINGS)
+
+
+def ours(paths: Sequence[Path]) -> NDArray[np.floating]:
+    return np.stack([ours_one(path) for path in paths])
+
+
+def ours_two_threads(paths: Sequence[Path]) -> NDArray[np.floating]:
+    half = len(paths) // 2
+    with ThreadPoolExecutor(2) as pool:
+        return np.concatenate(list(pool.map(ours, (paths[:half], paths[half:]))))
+
+
+def by_scipy_stft(paths: Sequence[Path]) -> NDArray[np.floating]:
+    rows = []
+    for path in paths:
+        samples, _ = sf.read(path)
+        _, _, transform = scipy.signal.stft(
+            samples, nperseg=WINDOW, noverlap=WINDOW - HOP, boundary=None, padded=False
+        )
+        rows.append(normalised(transform, axis=1))
+    return np.stack(rows)
+
+
+def by_short_time_fft(paths: Sequence[Path]) -> NDArray[np.floating]:
+    window = scipy.signal.get_window("hann", WINDOW)
+    transformer = scipy.signal.ShortTimeFFT(window, HOP, RATE_HZ)
+    rows = []
+    for path in paths:
+        samples, _ = sf.read(path)
+        first, last = WINDOW // 2 // HOP, (len(samples) - WINDOW // 2) // HOP + 1
+        rows.append(normalised(transformer.stft(samples, p0=first, p1=last), axis=1))
+    return np.stack(rows)
+
+
+def by_librosa(paths: Sequence[Path]) -> NDArray[np.floating]:
+    import librosa
+
+    rows = []
+    for path in paths:
+        samples, _ = librosa.load(path, sr=None)
+        transform = librosa.stft(samples, n_fft=WINDOW, hop_length=HOP, center=False)
+        rows.append(normalised(transform, axis=1))
+    return np.stack(rows)
+
+
+def normalised(transform: NDArray[np.complexfloating], axis: int) -> NDArray[np.floating]:
+    summed = np.abs(transform).sum(axis=axis)
+    return summed / summed.sum()
+
+
+def routes() -> dict[str, Route]:
+    found: dict[str, Route] = {"ours, 1 thread": ours, "ours, 2 threads": ours_two_threads}
+    if importlib.util.find_spec("librosa"):
+        found["librosa.load + librosa.stft"] = by_librosa
+    found["soundfile + scipy.signal.stft"] = by_scipy_stft
+    found["soundfile + scipy ShortTimeFFT"] = by_short_time_fft
+    return found
+
+
+def make_recordings(folder: Path, count: int, subtype: str) -> list[Path]:
+    """One-second sweeps through four random resonances each, with noise."""
+    rng = np.random.default_rng(0)
+    time_s = np.arange(RATE_HZ) / RATE_HZ
+    sweep = scipy.signal.chirp(time_s, 20, 1, 20_000, method="logarithmic")
+    paths = []
+    for number in range(count):
+        centres = 2 * np.pi * np.exp(rng.uniform(np.log(200), np.log(15_000), 4)) / RATE_HZ
+        poles = rng.uniform(0.95, 0.995, 4) * np.exp(1j * centres)
+        sound = scipy.signal.lfilter([1], np.real(np.poly([*poles, *poles.conj()])), sweep)
+        sound = 0.5 * sound / np.abs(sound).max() + 1e-3 * rng.standard_normal(RATE_HZ)
+        paths.append(folder / f"{number}_{subtype}.wav")
+        sf.write(paths[-1], sound, RATE_HZ, subtype=subtype)
+    return paths
+
+
+def check_agreement(paths: Sequence[Path]) -> float:
+    """Largest difference between routes relative to the largest bin; float32 allows 1e-5."""
+    expected = by_scipy_stft(paths)
+    worst = 0.0
+    for name, route in routes().items():
+        difference = float((np.abs(route(paths) - expected) / expected.max(axis=1)[:, None]).max())
+        assert difference < 1e-5, f"{name} differs by {difference:.1e}"
+        worst = max(worst, difference)
+    return worst
+
+
+def timed(paths: Sequence[Path], repeats: int) -> dict[str, NDArray[np.floating]]:
+    """Wall and CPU seconds (2, repeats) of each route, interleaved."""
+    chosen = routes()
+    seconds = {name: np.empty((2, repeats)) for name in chosen}
+    for repeat in range(repeats):
+        for name, route in chosen.items():
+            wall, cpu = perf_counter(), process_time()
+            route(paths)
+            seconds[name][:, repeat] = perf_counter() - wall, process_time() - cpu
+    return seconds
+
+
+def compare(console: Console, paths: Sequence[Path], title: str, repeats: int) -> None:
+    """Print medians; ratios are medians of the ratios within each repeat."""
+    seconds = timed(paths, repeats)
+    single, threaded = seconds["ours, 1 thread"], seconds["ours, 2 threads"]
+    table = Table(title=f"{title}: {len(paths)} recordings of one second, {repeats} repeats")
+    table.add_column("route", no_wrap=True)
+    for heading in ("wall ms", "CPU ms", "wall/1 thread", "CPU/1 thread", "wall/2 threads"):
+        table.add_column(heading, justify="right")
+    for name, values in seconds.items():
+        each_ms = 1e3 * np.median(values, axis=1) / len(paths)
+        to_single = np.median(values / single, axis=1)
+        to_threaded = np.median(values[0] / threaded[0])
+        cells = (*each_ms, *to_single, to_threaded)
+        table.add_row(name, *(f"{cell:.2f}" for cell in cells))
+    console.print(table)
+
+
+def growth(console: Console, paths: Sequence[Path]) -> None:
+    table = Table(title="ours, 1 thread, as the work grows")
+    for heading in ("recordings", "seconds", "ms per recording"):
+        table.add_column(heading, justify="right")
+    for count in (100, 300, 1000):
+        some = list(itertools.islice(itertools.cycle(paths), count))
+        start = perf_counter()
+        ours(some)
+        seconds = perf_counter() - start
+        table.add_row(str(count), f"{seconds:.2f}", f"{1e3 * seconds / count:.2f}")
+    console.print(table)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-n", "--recordings", type=int, default=300)
+    parser.add_argument("--repeats", type=int, default=5)
+    arguments = parser.parse_args()
+    console = Console()
+    console.print(
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}: "
+        "two threads gain only what other programs leave free"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        for subtype in ("PCM_24", "PCM_16"):
+            paths = make_recordings(Path(folder), arguments.recordings, subtype)
+            worst = check_agreement(paths[:10])
+            console.print(f"{subtype}: all routes agree within {worst:.1e} of the largest bin")
+            compare(console, paths, subtype, arguments.repeats)
+        growth(console, paths)
+
+
+if __name__ == "__main__":
+    main()

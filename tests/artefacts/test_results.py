@@ -1,0 +1,108 @@
+"""What the workflow built is consistent in itself. Rule `verify` runs this in the project."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sklearn.metrics import accuracy_score, root_mean_squared_error
+
+import ajgdata
+from ajgdata.paths import Paths
+from ajgdata.store.features import read_store
+
+pytestmark = pytest.mark.artefact
+
+PATHS = Paths()
+STORES = sorted((PATHS.results / "features").glob("*.nc"))
+METRICS = sorted((PATHS.results / "tasks").glob("*/*/*/metrics.json"))
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_something_was_built():
+    assert STORES
+    assert METRICS
+    assert PATHS.report.is_file()
+
+
+@pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
+def test_stored_spectra_are_finite_and_normalised(path):
+    with ajgdata.load_features(path.stem, PATHS.root) as store:
+        feature = store["feature"].values
+        settings = json.loads(store.attrs["settings"])["features"]
+    assert feature.dtype == np.float32
+    assert np.isfinite(feature).all()
+    assert (feature >= 0).all()
+    if settings["normalisation"] == "l1":
+        # a float32 sum of n values rounded to 2**-24 each errs by at most n 2**-24 of itself
+        error = feature.shape[1] * 2**-24
+        np.testing.assert_allclose(feature.sum(axis=1, dtype=np.float64), 1, atol=error)
+
+
+@pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
+def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
+    name = path.stem
+    declared = set()
+    for manifest in PATHS.audio_manifest(name, "x").parent.glob("*.audio.json"):
+        content = json.loads(manifest.read_text())
+        session = content["session_id"]
+        declared |= {f"{session}/{entry['recording_id']}" for entry in content["recordings"]}
+    stored = set(read_store(path).columns["recording"].values.tolist())
+    listed = {
+        f"{row['session_id']}/{row['recording_id']}" for row in rows_of(PATHS.quarantine(name))
+    }
+    assert stored <= declared
+    assert declared - stored <= listed
+
+
+@pytest.mark.parametrize("path", METRICS, ids=lambda p: "-".join(p.parts[-4:-1]))
+def test_reported_errors_follow_from_the_predictions(path):
+    document = json.loads(path.read_text())
+    if "skipped" in document:
+        assert len(document["skipped"]) > 10
+        return
+    rows = rows_of(path.with_name("predictions.csv"))
+    for split in {row["split"] for row in rows}:
+        folds = {}
+        for row in rows:
+            if row["split"] == split:
+                folds.setdefault(int(row["fold"]), []).append((row["y_true"], row["y_pred"]))
+        assert len(folds) == document[split]["folds"]
+        errors = []
+        for _, pairs in sorted(folds.items()):
+            true, predicted = zip(*pairs, strict=True)
+            if document["kind"] == "regression":
+                numbers = (np.asarray(values, float) for values in (true, predicted))
+                errors.append(root_mean_squared_error(*numbers))
+            else:
+                errors.append(accuracy_score(true, predicted))
+        name = "rmse" if document["kind"] == "regression" else "accuracy"
+        np.testing.assert_allclose(document[split]["per_fold"][name], errors, rtol=1e-9)
+        np.testing.assert_allclose(document[split]["mean"][name], np.mean(errors), rtol=1e-9)
+        np.testing.assert_allclose(document[split]["sd"][name], np.std(errors, ddof=1), rtol=1e-9)
+
+
+@pytest.mark.parametrize("path", METRICS, ids=lambda p: "-".join(p.parts[-4:-1]))
+def test_no_group_is_in_two_folds(path):
+    document = json.loads(path.read_text())
+    store = read_store(PATHS.features(path.parts[-4]))
+    names = store.columns["recording"].values.tolist()
+    groups = dict(zip(names, store.columns[document["groups"]].values.tolist(), strict=True))
+    fold_of = {}
+    for row in rows_of(path.with_name("predictions.csv")):
+        if row["split"] == "grouped":
+            assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
+
+
+def test_the_report_needs_no_network_and_has_every_figure():
+    page = PATHS.report.read_text(encoding="utf-8")
+    assert not re.search(r"<(script|img|iframe|source)[^>]+src=[\"'](?!data:)", page)
+    assert not re.search(r"@import|url\(\s*[\"']?http|<link[^>]+href=[\"']http", page)
+    for link in re.findall(r"href=\"(figures/[^\"]+)\"", page):
+        assert (PATHS.report.parent / link).is_file()

@@ -1,0 +1,66 @@
+"""environment.yml, pyproject.toml, requirements.lock and the docs name the same packages."""
+
+import importlib.util
+import re
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+LOCK = (ROOT / "requirements.lock").read_text()
+EXTRAS = PROJECT["optional-dependencies"]
+
+
+def name_of(requirement: str) -> str:
+    return re.split(r"[^A-Za-z0-9._-]", requirement)[0].lower()
+
+
+DIRECT = [name_of(r) for r in [*PROJECT["dependencies"], *EXTRAS["test"]]]
+
+
+def locked() -> dict[str, str]:
+    return dict(re.findall(r"^([A-Za-z0-9._-]+)==([^ ;\n]+)", LOCK, flags=re.M))
+
+
+def conda_pins() -> dict[str, str]:
+    content = yaml.safe_load((ROOT / "environment.yml").read_text())
+    pip = next(entry["pip"] for entry in content["dependencies"] if isinstance(entry, dict))
+    return dict(entry.split("==") for entry in pip if "==" in entry)
+
+
+def test_conda_pins_are_the_locked_versions_of_all_direct_requirements():
+    assert conda_pins() == {name: locked()[name] for name in DIRECT}
+
+
+def test_environment_file_is_what_its_maker_writes():
+    spec = importlib.util.spec_from_file_location("environment", ROOT / "tools/environment.py")
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    assert maker.environment(PROJECT, LOCK) == (ROOT / "environment.yml").read_text()
+
+
+@pytest.mark.parametrize("name", DIRECT)
+def test_installed_version_is_the_locked_one(name):
+    assert version(name).split("+")[0] == locked()[name]
+
+
+def test_torch_keeps_its_plain_pin():
+    assert locked()["torch"] == "2.13.0"
+    assert not re.search(r"^(nvidia|cuda|triton)", LOCK, flags=re.M)
+
+
+def test_each_dependency_is_justified_in_one_line():
+    table = (ROOT / "docs/dependencies.md").read_text()
+    named = {
+        n.strip()
+        for row in re.findall(r"^\| ([a-z][^|]+) \|", table, flags=re.M)
+        for n in row.split(",")
+    }
+    wanted = {
+        name_of(r) for r in [*PROJECT["dependencies"], *(r for e in EXTRAS.values() for r in e)]
+    }
+    assert named - {"package"} == wanted

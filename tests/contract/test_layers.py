@@ -1,0 +1,79 @@
+"""Imports go one way. Read from the sources, so that an import inside a function counts too."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[2] / "ajgdata"
+#: Lower may not import higher; equal rank may not import one another.
+RANKS = {
+    "paths": 0,
+    "types": 0,
+    "gripper": 1,
+    "store": 2,
+    "features": 3,
+    "models": 4,
+    "embed": 4,
+    "evaluate": 5,
+    "acquire": 6,
+    "report": 6,
+    "pipeline": 7,
+    "cli": 8,
+}
+#: Packages that use nothing of ours but what is named.
+ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}
+HEAVY = {"torch", "umap", "matplotlib", "sounddevice", "sklearn", "numba", "xarray", "pandas"}
+
+
+def parts_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).with_suffix("").parts[0]
+
+
+def imports(path: Path) -> set[str]:
+    """Dotted names of everything that a module imports, at any depth."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            assert node.level == 0, f"{path}: relative import"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names} | {node.module}
+    return names
+
+
+MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p.parent != PACKAGE or p.stem != "__init__")
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_go_downward(path):
+    here = parts_of(path)
+    ours = {name.split(".")[1] for name in imports(path) if name.startswith("ajgdata.")} - {here}
+    for other in ours & set(RANKS):
+        assert RANKS[other] < RANKS[here], f"{here} imports {other}"
+    if here in ALLOWED_ONLY:
+        assert ours & set(RANKS) <= ALLOWED_ONLY[here]
+
+
+def test_every_part_has_a_rank():
+    assert {parts_of(path) for path in MODULES} <= set(RANKS)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_nobody_knows_snakemake_or_unpickles(path):
+    roots = {name.split(".")[0] for name in imports(path)}
+    assert not roots & {"snakemake", "pickle", "joblib", "dill", "cloudpickle"}
+
+
+def test_what_snakemake_parses_is_light(run_python):
+    """Every process of the workflow imports this; a dry run must not pay for torch."""
+    code = (
+        "import sys, ajgdata.pipeline.plan, ajgdata.paths, ajgdata.store.provenance, ajgdata;"
+        "print(*{name.split('.')[0] for name in sys.modules})"
+    )
+    assert not set(run_python(code).split()) & HEAVY
+
+
+def test_the_command_line_starts_light(run_python):
+    code = "import sys, ajgdata.cli; print(*{name.split('.')[0] for name in sys.modules})"
+    assert not set(run_python(code).split()) & HEAVY

@@ -1,0 +1,169 @@
+"""Each change redoes exactly what depends on it. Jobs are those that a dry run announces."""
+
+import csv
+import json
+import os
+import time
+
+import numpy as np
+import pytest
+import yaml
+from conftest import DECLARATION, write_tone
+
+from ajgdata.paths import RECORDINGS_FILE
+from ajgdata.store.features import read_store
+from ajgdata.store.importing import seal
+
+#: What follows from a changed store.
+TASKS = {"evaluate": 1, "report": 1}
+END = ("results/report/index.html",)
+#: Enough of a run where only the features are looked at.
+STORE = ("results/features/tones.nc",)
+
+
+def edit_table(project, session, change):
+    """Rewrite a session's recordings.csv with `change` applied to its list of rows."""
+    path = project.folder(session) / RECORDINGS_FILE
+    with path.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    rows = change(rows) or rows
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def redeclare(project, **changes):
+    project.paths.dataset("tones").write_text(yaml.safe_dump({**DECLARATION, **changes}))
+
+
+def test_nothing_changed_nothing_to_do(project):
+    assert project.planned(*END) == {}
+
+
+def test_touching_redoes_nothing(project):
+    for path in project.folder("day1").rglob("*"):
+        os.utime(path)
+    os.utime(project.paths.dataset("tones"))
+    assert project.planned(*END) == {}
+
+
+def test_a_new_recording_redoes_its_session_only_and_computes_one_feature(project):
+    write_tone(project.folder("day1") / "audio/new.wav", 500, seed=7)
+    new = {"recording_id": "new", "file": "audio/new.wav", "grasp_id": "new", "pitch": "low"}
+    edit_table(project, "day1", lambda rows: [*rows, {**rows[0], **new, "sha256": ""}])
+    before = read_store(project.paths.features("tones"))
+    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
+    assert project.shards() == {"day1": 1}
+    project.snakemake(*STORE)
+    log = (project.root / "results/logs/features/tones.day1.log").read_text()
+    assert log == "1 recordings read, 8 features reused\n"
+    after = read_store(project.paths.features("tones"))
+    assert len(after.feature) == len(before.feature) + 1
+    old = [name != "day1/new" for name in after.columns["recording"].values]
+    np.testing.assert_array_equal(after.feature[old], before.feature)
+    assert project.planned(*END) == TASKS
+
+
+def test_an_edited_recording_is_left_out_until_it_is_sealed(project):
+    seal(project.paths, "tones", "day2")
+    project.snakemake(*STORE)
+    write_tone(project.folder("day2") / "audio/3.wav", 1234, seed=8)
+    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
+    assert project.shards() == {"day2": 1}
+    project.snakemake(*STORE)
+    names = read_store(project.paths.features("tones")).columns["recording"].values
+    assert "day2/3" not in names
+    assert "changed" in project.paths.quarantine("tones").read_text()
+    assert seal(project.paths, "tones", "day2") == 1
+    project.snakemake(*STORE)
+    log = (project.root / "results/logs/features/tones.day2.log").read_text()
+    assert log == "1 recordings read, 7 features reused\n"
+
+
+def test_an_edit_that_keeps_size_and_time_is_noticed(project):
+    path = project.folder("day2") / "audio/3.wav"
+    stat = path.stat()
+    write_tone(path, 1234, seed=8)
+    os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    assert path.stat().st_size == stat.st_size
+    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
+
+
+def test_a_removed_recording_redoes_its_session_only(project):
+    (project.folder("day2") / "audio/0.wav").unlink()
+    edit_table(project, "day2", lambda rows: rows[1:])
+    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
+    assert project.shards() == {"day2": 1}
+    project.snakemake(*STORE)
+    names = read_store(project.paths.features("tones")).columns["recording"].values
+    assert "day2/0" not in names
+    log = (project.root / "results/logs/features/tones.day2.log").read_text()
+    assert log == "0 recordings read, 7 features reused\n"
+
+
+def test_a_new_label_recomputes_no_feature(project):
+    edit_table(project, "day1", lambda rows: rows[0].update(pitch="high"))
+    assert project.planned(*END) == {"merge": 1, **TASKS}
+
+
+def test_a_new_session_redoes_no_other(project):
+    day1, day3 = project.folder("day1"), project.folder("day3")
+    (day3 / "audio").mkdir(parents=True)
+    write_tone(day3 / "audio/0.wav", 555, seed=9)
+    (day3 / "session.yaml").write_text("session_id: day3\nsource: import\n")
+    header = (day1 / RECORDINGS_FILE).read_text().splitlines()[0]
+    cells = {"recording_id": "0", "file": "audio/0.wav", "grasp_id": "0", "pitch": "low"}
+    row = ",".join(cells.get(column, "") for column in header.split(","))
+    (day3 / RECORDINGS_FILE).write_text(f"{header}\n{row}\n")
+    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
+    assert project.shards() == {"day3": 1}
+
+
+@pytest.mark.parametrize(
+    ("changes", "jobs"),
+    [
+        ({"title": "Other"}, {"report": 1}),
+        ({"features": {"hop": 256}}, {"features": 2, "merge": 1, **TASKS}),
+        ({"audio": {"channel": "mean"}}, {"features": 2, "merge": 1, **TASKS}),
+        (
+            {"tasks": {"pitch": {"target": "pitch", "folds": 2, "models": ["knn"]}}},
+            {"evaluate": 1, "report": 1},
+        ),
+        (
+            {"tasks": {"pitch": {"target": "pitch", "folds": 3, "models": ["knn", "linear"]}}},
+            {"evaluate": 1, "report": 1},
+        ),
+    ],
+    ids=["title", "hop", "channel", "folds", "model"],
+)
+def test_a_setting_redoes_what_it_concerns(project, changes, jobs):
+    redeclare(project, **changes)
+    assert project.planned(*END) == jobs
+
+
+def test_the_seed_redoes_the_evaluation(project):
+    assert project.planned(*END, "--config", "seed=1") == TASKS
+
+
+def test_a_broken_session_is_reported_and_the_rest_goes_on(project):
+    (project.folder("day2") / "session.yaml").write_text("session_id: [")
+    project.snakemake(*STORE)
+    quarantine = project.paths.quarantine("tones").read_text()
+    assert "bad_session" in quarantine
+    assert "not valid YAML" in quarantine
+    sessions = read_store(project.paths.features("tones")).columns["session_id"].values
+    assert set(sessions) == {"day1"}
+
+
+def test_same_inputs_give_the_same_bytes(project):
+    store, metrics = project.paths.features("tones"), project.paths.metrics("tones", "pitch", "knn")
+    before = store.read_bytes(), metrics.read_bytes()
+    time.sleep(1.1)  # HDF5 would store whole seconds
+    project.snakemake(str(metrics.relative_to(project.root)), "--forceall")
+    assert (store.read_bytes(), metrics.read_bytes()) == before
+    assert "accuracy" in json.loads(metrics.read_text())["grouped"]["mean"]
+
+
+def test_plain_all_includes_the_checks_of_the_results(project):
+    assert project.planned() == {"all": 1, "verify": 1}
