@@ -7,10 +7,23 @@ Nothing here opens a file. Every model forbids unknown keys, so that a typing er
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
-from typing import Annotated, Any, Literal
+import reprlib
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    JsonValue,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
@@ -19,6 +32,10 @@ Kind = Literal["regression", "classification"]
 #: Columns of recordings.csv that mean the same in every data set; all others are declared targets
 #: or free columns.
 RECORDING_COLUMNS = ("recording_id", "file", "sha256", "grasp_id", "sample", "object", "quality")
+#: Columns that session.yaml gives to every recording of a session.
+SESSION_COLUMNS = ("source", "gripper", "medium")
+#: Names that the feature store uses itself.
+STORE_NAMES = ("recording", "session_id", "flags", "delay_samples", "feature", "frequency")
 
 
 class DataError(Exception):
@@ -49,7 +66,7 @@ class Finding:
 class Strict(BaseModel):
     """Base of every model: unknown keys are errors, instances are immutable."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class FeatureSettings(Strict):
@@ -121,7 +138,7 @@ class RecipeObject(Strict):
     """One object of a recipe: its scene description and the labels it gets."""
 
     name: Name
-    shape: dict[str, Any] = Field(description="the gripper's object description")
+    shape: dict[str, JsonValue] = Field(description="the gripper's object description")
     targets: dict[str, float | str] = {}
 
 
@@ -135,7 +152,7 @@ class Recipe(Strict):
         ge=1, description="grasps of each object per session, each with its own nuisances"
     )
     samples_per_grasp: int = Field(1, ge=1)
-    scene: dict[str, Any] = Field({}, description="overrides of the gripper's default scene")
+    scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
     vary: dict[str, tuple[float, float]] = Field(
         {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
     )
@@ -148,6 +165,15 @@ class Recipe(Strict):
         if len(set(names)) != len(names):
             raise ValueError("two objects share a name")
         return objects
+
+    @model_validator(mode="after")
+    def _drawable(self) -> Recipe:
+        for key, (low, high) in self.vary.items():
+            if low > high:
+                raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
+        if not isinstance(self.scene.get("grasp", {}), dict):
+            raise ValueError("scene.grasp must hold keys")
+        return self
 
 
 class ImportSettings(Strict):
@@ -188,7 +214,7 @@ class DatasetSpec(Strict):
     @model_validator(mode="after")
     def _consistent(self) -> DatasetSpec:
         for name in self.targets:
-            if name in RECORDING_COLUMNS and name != "object":
+            if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
         for name, task in self.tasks.items():
             if task.target not in self.targets:
@@ -197,8 +223,12 @@ class DatasetSpec(Strict):
             for made in self.recipe.objects:
                 if unknown := set(made.targets) - set(self.targets):
                     raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
+        if self.features.band_hz:
+            bins_per_hz = self.features.window / self.audio.sample_rate_hz
+            low, high = (edge * bins_per_hz for edge in self.features.band_hz)
+            if math.ceil(low) > min(math.floor(high), self.features.window // 2):
+                raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
         return self
-
 
     def evaluation(self, task: str) -> dict[str, Any]:
         """What an evaluation of `task` must know, by name."""
@@ -255,15 +285,37 @@ class Recording(Strict):
     labels: dict[str, str] = {}
 
 
+def is_reserved(name: str) -> bool:
+    """Whether a label column cannot have this name, because another column of the store has it."""
+    standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, *STORE_NAMES)
+    return name in standard or re.fullmatch(r"string\d+", name) is not None  # netCDF dimensions
+
+
 def describe(error: ValidationError, where: object) -> DataError:
     """Name file, key, value and fix of the first complaint in `error`."""
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"])
-    more = f" (and {len(error.errors()) - 1} more)" if len(error.errors()) > 1 else ""
+    errors = error.errors()
+    first, *others = errors
+    place = first["loc"]
+    # Where a value may be of several types, pydantic complains once for each: say it together.
+    alternatives = []
+    if place and re.fullmatch(r"float|str|(constrained-)?int|.*\[.*\]", str(place[-1])):
+        place = place[:-1]
+        alternatives = [e for e in others if e["loc"][:-1] == place]
+    key = " ".join(".".join(str(part) for part in place).split())
+    left = len(others) - len(alternatives)
+    more = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
         return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
     if first["type"] == "missing":
         return DataError(where, f"{key} is missing{more}", f"add {key}")
-    value = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
-    message = first["msg"].removeprefix("Value error, ")
+    value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
+    message = " or ".join(
+        [_message(first), *(_message(e, "Input should be ") for e in alternatives)]
+    )
     return DataError(where, f"{key or 'content'}{value}: {message}{more}", "correct the value")
+
+
+def _message(error: ErrorDetails, without: str = "Value error, ") -> str:
+    if error["type"] == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME.pattern:
+        return "Names are letters, digits, _ and -, and begin with a letter or digit"
+    return error["msg"].removeprefix(without)

@@ -140,10 +140,16 @@ def cross_validate(
             if progress is not None:
                 progress(len(done), folds)
     predictions = _predictions(target, parts, done)
-    n_groups = len(target) if groups is None else len(set(np.asarray(groups).tolist()))
+    n_groups = len(target) if groups is None else len(np.unique(np.asarray(groups)))
     return CrossValidation(
-        _scores(
-            predictions, parts, kind, "random" if groups is None else "grouped", n_groups, seed
+        Scores(
+            kind=kind,
+            split="random" if groups is None else "grouped",
+            folds=folds,
+            seed=seed,
+            recordings=len(target),
+            groups=n_groups,
+            **_errors(predictions, parts, kind),
         ),
         predictions,
         _cost(done, rss_mb),
@@ -210,9 +216,8 @@ def _predictions(target: np.ndarray, parts: Folds, done: list[_Fold]) -> Predict
     )
 
 
-def _scores(
-    predictions: Predictions, parts: Folds, kind: Kind, split: str, groups: int, seed: int
-) -> Scores:
+def _errors(predictions: Predictions, parts: Folds, kind: Kind) -> dict[str, Any]:
+    """The fields of `Scores` that are computed."""
     y_true, y_pred = predictions.y_true, predictions.y_pred
     each = [metrics.score(y_true[test], y_pred[test], kind) for _, test in parts]
     chance = [metrics.chance(y_true[train], y_true[test], kind) for train, test in parts]
@@ -220,21 +225,15 @@ def _scores(
     per_fold = {name: tuple(fold[name] for fold in each) for name in names}
     classes = np.unique(y_true) if kind == "classification" else np.array([])
     confusion = metrics.confusion(y_true, y_pred, classes).tolist() if len(classes) else []
-    return Scores(
-        kind=kind,
-        split=split,
-        folds=len(parts),
-        seed=seed,
-        recordings=len(y_true),
-        groups=groups,
-        per_fold=per_fold,
-        mean={name: float(np.mean(values)) for name, values in per_fold.items()},
-        sd={name: float(np.std(values, ddof=1)) for name, values in per_fold.items()},
-        pooled=metrics.score(y_true, y_pred, kind),
-        chance={name: float(np.mean([fold[name] for fold in chance])) for name in names},
-        classes=tuple(classes.tolist()),
-        confusion=tuple(tuple(row) for row in confusion),
-    )
+    return {
+        "per_fold": per_fold,
+        "mean": {name: float(np.mean(values)) for name, values in per_fold.items()},
+        "sd": {name: float(np.std(values, ddof=1)) for name, values in per_fold.items()},
+        "pooled": metrics.score(y_true, y_pred, kind),
+        "chance": {name: float(np.mean([fold[name] for fold in chance])) for name in names},
+        "classes": tuple(classes.tolist()),
+        "confusion": tuple(tuple(row) for row in confusion),
+    }
 
 
 def _cost(done: list[_Fold], rss_mb: float) -> Cost:

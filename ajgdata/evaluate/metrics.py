@@ -46,7 +46,7 @@ def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
 
 
 def confusion(y_true: np.ndarray, y_pred: np.ndarray, classes: np.ndarray) -> np.ndarray:
-    """Counts (n_classes, n_classes): row = true class, column = predicted, in order of `classes`."""
+    """Counts (n_classes, n_classes): rows true, columns predicted, as `classes`."""
     return metrics.confusion_matrix(y_true, y_pred, labels=classes)
 
 

@@ -65,6 +65,10 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     low, high = np.maximum(floor, lower), np.minimum(roof, upper)
     volume = _blocks(np.clip(high - low, 0, None)) * tile
     bed = _blocks(np.clip(np.minimum(high, surface) - low, 0, None)) * tile
+    # Rounding must not open a film of air above a roof that coincides with a face.
+    volume[volume < 1e-9 * h**3] = 0.0
+    if any(np.any(np.take(volume, (0, -1), axis)) for axis in range(3)):
+        raise ValueError("the domain reaches the edge of its grid: enlarge half_width or bottom")
     below, above = _slope(floor, h / FINER), _slope(roof, h / FINER)
     opening = np.clip((upper - floor) / below + 0.5, 0, 1) + np.clip(
         (roof - upper) / above + 0.5, 0, 1

@@ -192,6 +192,8 @@ def _impulse(model: Model, numerics: Numerics) -> tuple[Real, float, int, int]:
         heard = march(system, state, model.speaker, model.microphone, drive, CHUNK * factor)
         pieces.append(heard[::factor])
         before, (level, unrest) = level, _mean_and_unrest(system, state)
+        if not np.isfinite(unrest):
+            raise FloatingPointError("the wave field is not finite: this is a fault of the solver")
         energy = unrest + (level - before) ** 2
         strongest = max(strongest, energy)
         if not len(drive) and energy < strongest * 10 ** (-numerics.decay_db / 10):

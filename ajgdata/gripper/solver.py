@@ -77,9 +77,8 @@ def _divergence(out, ux, uy, uz, lo, hi, row, slab):
 
 
 @njit(nogil=True, cache=True)
-def _relax(p, q1, q2, capacities, out, lo, hi):
-    yield_, keep, return1, return2, rates = capacities
-    rate1, rate2 = rates[0], rates[1]
+def _relax(p, q1, q2, capacities, rate1, rate2, out, lo, hi):
+    yield_, keep, return1, return2, _ = capacities
     for i in range(lo, hi):
         old = p[i]
         new = keep[i] * old + return1[i] * q1[i] + return2[i] * q2[i] - yield_[i] * out[i - lo]
@@ -90,21 +89,24 @@ def _relax(p, q1, q2, capacities, out, lo, hi):
 
 @njit(nogil=True, cache=True)
 def _sweep(state, faces, capacities, span, scratch):
-    p, ux, uy, uz = state.p, state.ux, state.uy, state.uz
-    one, row, slab = uint64(1), uint64(span.row), uint64(span.slab)
-    for k in range(len(span.lo)):
-        lo, hi = span.lo[k], span.hi[k]
-        if k < span.bed_slabs:
-            _damped_velocity(ux, faces.decay_x, faces.gain_x, p, lo, hi, one)
-            _damped_velocity(uy, faces.decay_y, faces.gain_y, p, lo, hi, row)
-            _damped_velocity(uz, faces.decay_z, faces.gain_z, p, lo, hi, slab)
+    p, ux, uy, uz, q1, q2, _, _, _ = state
+    decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
+    first, last, bed_slabs, row, slab = span
+    rate1, rate2 = capacities[4][0], capacities[4][1]
+    one = uint64(1)
+    for k in range(len(first)):
+        lo, hi = first[k], last[k]
+        if k < bed_slabs:
+            _damped_velocity(ux, decay_x, gain_x, p, lo, hi, one)
+            _damped_velocity(uy, decay_y, gain_y, p, lo, hi, row)
+            _damped_velocity(uz, decay_z, gain_z, p, lo, hi, slab)
             _divergence(scratch, ux, uy, uz, lo, hi, row, slab)
-            _relax(p, state.q1, state.q2, capacities, scratch, lo, hi)
+            _relax(p, q1, q2, capacities, rate1, rate2, scratch, lo, hi)
         else:
-            _velocity(ux, faces.gain_x, p, lo, hi, one)
-            _velocity(uy, faces.gain_y, p, lo, hi, row)
-            _velocity(uz, faces.gain_z, p, lo, hi, slab)
-            _pressure(p, capacities.yield_, ux, uy, uz, lo, hi, row, slab)
+            _velocity(ux, gain_x, p, lo, hi, one)
+            _velocity(uy, gain_y, p, lo, hi, row)
+            _velocity(uz, gain_z, p, lo, hi, slab)
+            _pressure(p, capacities[0], ux, uy, uz, lo, hi, row, slab)
 
 
 @njit(nogil=True, cache=True)
@@ -149,18 +151,20 @@ def _listen(p, cell, weight):
 
 @njit(nogil=True, cache=True)
 def _march(state, faces, capacities, walls, span, source, receiver, drive, out):
-    # Tuples of arrays are unpacked once: handing them on costs reference counts each time.
+    # Plain tuples, because a compiled function in the cache does not notice that a named one has
+    # changed; unpacked once, because handing them on costs reference counts each time.
     p, _, _, _, q1, q2, momentum, tension, before = state
     yield_, _, _, _, rates = capacities
     rate1, rate2 = rates[0], rates[1]
-    bed_end = uint64(span.bed_slabs * span.slab)
-    scratch = np.zeros(span.slab, p.dtype)
+    _, _, bed_slabs, _, slab = span
+    bed_end = bed_slabs * slab
+    scratch = np.zeros(slab, p.dtype)
     for n in range(len(out)):
         _sweep(state, faces, capacities, span, scratch)
         if n < len(drive):
-            _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source.cell, source.weight, drive[n])
+            _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source[0], source[1], drive[n])
         _react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls)
-        out[n] = _listen(p, receiver.cell, receiver.weight)
+        out[n] = _listen(p, receiver[0], receiver[1])
 
 
 def march(
@@ -172,14 +176,15 @@ def march(
     """
     out = np.zeros(steps)
     dtype = state.p.dtype
+    span = system.span
     _march(
-        state,
-        system.faces,
-        system.capacities,
-        system.walls,
-        system.span,
-        Probe(source.cell, source.weight.astype(dtype)),
-        Probe(receiver.cell, receiver.weight.astype(dtype)),
+        tuple(state),
+        tuple(system.faces),
+        tuple(system.capacities),
+        tuple(system.walls),
+        (span.lo, span.hi, *(np.uint64(n) for n in (span.bed_slabs, span.row, span.slab))),
+        (source.cell, source.weight.astype(dtype)),
+        (receiver.cell, receiver.weight.astype(dtype)),
         np.ascontiguousarray(drive, dtype=dtype),
         out,
     )

@@ -157,7 +157,7 @@ def assemble(
         cells.shape,
         dt,
         Faces(*(_flat(array, dtype) for array in (*decay, *gain))),
-        Capacities(*(_flat(a, dtype) for a in capacities), rates=rates.astype(dtype)),
+        Capacities(*(_flat(a, dtype) for a in (*capacities, rates))),
         Walls(wall_terms[0], *(_flat(a, dtype) for a in wall_terms[1:])),
         _span(live, share > 0),
         mass,

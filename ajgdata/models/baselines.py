@@ -18,7 +18,9 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from ajgdata.types import Kind
 
 NEIGHBOURS = 5  # scikit-learn's default; the paper does not give its k
-RIDGE_ALPHA = 1000.0  # about one per bin: a standardised spectrum then weighs as much as the penalty
+RIDGE_ALPHA = (
+    1000.0  # about one per bin: a standardised spectrum then weighs as much as the penalty
+)
 
 
 class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):

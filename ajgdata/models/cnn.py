@@ -231,7 +231,7 @@ class CnnClassifier(ClassifierMixin, _Cnn):
         check_classification_targets(y)
         self.classes_ = np.unique(y)
         if len(self.classes_) < 2:
-            raise ValueError(f"every row is of class {self.classes_[0]!r}: two classes are needed")
+            raise ValueError(f"one class only, {self.classes_.tolist()[0]!r}: two are needed")
         return X, y
 
     def _n_outputs(self) -> int:

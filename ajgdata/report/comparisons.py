@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.content import Report, Score, TaskResult, pareto_front
@@ -42,7 +42,7 @@ def cost_figure(report: Report) -> Figure:
         _cost_panel(axes, report, time, markers)
         axes.set(xscale="log", xlabel=label)
         axes.margins(x=0.12)
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda t, _: number(t)))
+        _label_times(axes)
         axes.axhline(1, color=GREY, ls=":", lw=1.1)
         axes.annotate(
             "chance",
@@ -59,6 +59,15 @@ def cost_figure(report: Report) -> Figure:
     panels[0].set_ylabel("error (0 perfect, 1 chance)")
     _cost_legends(figure, report, markers)
     return figure
+
+
+def _label_times(axes: Axes) -> None:
+    """Plain numbers at decades, and at 2 and 5 as well where the axis spans less than two."""
+    low, high = axes.get_xlim()
+    if high < 100 * low:
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda t, _: number(t)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _cost_panel(axes: Axes, report: Report, time: str, markers: dict[str, str]) -> None:

@@ -47,7 +47,10 @@ class Shard:
 
 
 def text_column(values: Sequence[str], **attrs: str) -> Column:
-    """A column of text; the empty string is a missing value."""
+    """A column of text; the empty string is a missing value. Raises ValueError for text that
+    holds NUL, which ends a text in netCDF."""
+    if any("\0" in value for value in values):
+        raise ValueError("a text holds a NUL character")
     return Column(np.asarray(values, dtype=np.str_), attrs)
 
 
@@ -166,12 +169,15 @@ def _plain(value: Any) -> str | float | int:
 def concatenate(shards: Sequence[Shard]) -> Shard:
     """Shards of one data set, one after the other.
 
-    Raises ValueError when bins or columns differ, or when a recording stands in two shards.
+    Raises ValueError when bins, settings or columns differ, or when a recording stands in two
+    shards.
     """
     first = shards[0]
     for shard in shards[1:]:
         if not np.array_equal(shard.frequency_hz, first.frequency_hz):
             raise ValueError("shards differ in their frequencies: were their settings the same?")
+        if shard.attrs.get("settings") != first.attrs.get("settings"):
+            raise ValueError("shards differ in their settings")
         if set(shard.columns) != set(first.columns):
             raise ValueError("shards differ in their columns")
     columns = {

@@ -24,7 +24,9 @@ def replacing(path: Path) -> Iterator[Path]:
     Whenever the process dies, `path` is the old file or the new one, never something between.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    # Short enough for the file system however long the name is.
+    temporary = path.with_name(f".{path.name[:40]}.{os.getpid()}.tmp")
+    temporary.unlink(missing_ok=True)  # of a process that had this number and was killed
     try:
         yield temporary
         with temporary.open("rb+") as stream:
@@ -56,21 +58,48 @@ def sha256_of(content: bytes) -> str:
 def read_text(path: Path) -> str:
     """Text of a UTF-8 file (a byte-order mark is tolerated)."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise DataError(path, "there is no such file", "create it or correct the name") from None
     except UnicodeDecodeError as error:
         raise DataError(path, f"not UTF-8 text at byte {error.start}", "save it as UTF-8") from None
+    except OSError as error:
+        raise DataError(
+            path, f"cannot be read ({error.strerror})", "check the file and its permissions"
+        ) from None
+    if "\0" in text:  # UTF-16 without its mark, or no text at all
+        raise DataError(path, "holds NUL characters", "save it as UTF-8")
+    return text
+
+
+class _Loader(yaml.SafeLoader):
+    """The safe loader, which also refuses a key that stands twice: the first would be ignored."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
+        for number, key in enumerate(keys):
+            if key in keys[:number]:
+                where = node.value[number][0].start_mark
+                raise yaml.MarkedYAMLError(problem=f"key {key!r} stands twice", problem_mark=where)
+        return super().construct_mapping(node, deep=deep)
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
     """A YAML mapping (safe loader)."""
+    loader = None
     try:
-        content = yaml.safe_load(read_text(path))
-    except yaml.YAMLError as error:
-        line = getattr(error, "problem_mark", None)
-        place = f"{path}:{line.line + 1}" if line else path
-        raise DataError(place, "not valid YAML", "correct the indentation or quoting") from None
+        loader = _Loader(read_text(path))
+        content = loader.get_single_data()
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: a date such as 2024-13-45
+        mark = getattr(error, "problem_mark", None)
+        reason = " ".join(str(getattr(error, "problem", None) or error).split())
+        place = f"{path}:{mark.line + 1}" if mark else path
+        raise DataError(
+            place, f"not valid YAML ({reason})", "correct the indentation or quoting"
+        ) from None
+    finally:
+        if loader:
+            loader.dispose()
     if not isinstance(content, dict):
         raise DataError(path, "holds no keys", "write it as `key: value` lines")
     return content
@@ -99,28 +128,51 @@ def json_bytes(content: Any) -> bytes:
 def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[dict[str, str]]]:
     """Header and rows of a CSV file; every row has every column, as stripped text.
 
-    Raises DataError for a missing or doubled column and for a row of another length.
+    Raises DataError for a missing, nameless or doubled column and for a row of another length.
     """
-    reader = csv.reader(io.StringIO(read_text(path), newline=""))
-    header = [cell.strip() for cell in next(reader, [])]
-    if missing := [column for column in required if column not in header]:
+    header, rows = numbered_rows(path, required)
+    return header, [row for _, row in rows]
+
+
+def numbered_rows(
+    path: Path, required: Iterable[str] = ()
+) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
+    """As `read_csv`, each row with the line on which it ends (empty lines are left out)."""
+    reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    rows = []
+    try:
+        header = [cell.strip() for cell in next(reader, [])]
+        _check_header(path, header, required)
+        for cells in reader:
+            if not any(cell.strip() for cell in cells):
+                continue
+            if len(cells) != len(header):
+                raise DataError(
+                    f"{path}:{reader.line_num}",
+                    f"{len(cells)} cells, the header has {len(header)}",
+                    "add or remove cells (quote cells that hold commas)",
+                )
+            row = dict(zip(header, (cell.strip() for cell in cells), strict=True))
+            rows.append((reader.line_num, row))
+    except csv.Error as error:
         raise DataError(
-            path, f"column {', '.join(missing)} is missing", f"the header is {','.join(header)!r}"
-        )
+            f"{path}:{reader.line_num}", f"not valid CSV ({error})", "correct the quotes"
+        ) from None
+    return header, rows
+
+
+def _check_header(path: Path, header: Sequence[str], required: Iterable[str]) -> None:
+    if missing := [column for column in required if column not in header]:
+        fix = f"the header is {','.join(header)!r}"
+        if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
+            fix = "save it with commas between the cells"
+        problem = f"column {', '.join(missing)} is missing" if header else "is empty"
+        raise DataError(path, problem, fix if header else f"begin with {', '.join(required)}")
+    if "" in header:
+        problem = f"column {header.index('') + 1} has no name"
+        raise DataError(path, problem, "name it or remove it")
     if doubled := {column for column in header if header.count(column) > 1}:
         raise DataError(path, f"column {sorted(doubled)[0]!r} stands twice", "rename one of them")
-    rows = []
-    for cells in reader:
-        if not any(cell.strip() for cell in cells):
-            continue
-        if len(cells) != len(header):
-            raise DataError(
-                f"{path}:{reader.line_num}",
-                f"{len(cells)} cells, the header has {len(header)}",
-                "add or remove cells (quote cells that hold commas)",
-            )
-        rows.append(dict(zip(header, (cell.strip() for cell in cells), strict=True)))
-    return header, rows
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:

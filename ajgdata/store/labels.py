@@ -14,6 +14,7 @@ from ajgdata.types import Finding, Target
 
 #: Columns of the label manifest that identify rows; all others become coordinates as they are.
 IDENTITY = ("recording_id", "grasp_id", "sample")
+_NAMED = 3  # recordings that a finding about copies names; there may be thousands
 
 
 def select(
@@ -22,25 +23,43 @@ def select(
     targets: Mapping[str, Target],
     session: str,
 ) -> tuple[Shard, list[Finding]]:
-    """The rows of a shard whose labels can be used, and a finding for each other row."""
+    """The rows of a shard that are not rejected and whose labels can be used, and a finding for
+    each row with a bad label."""
     told, keep = [], []
     for index, name in enumerate(shard.columns["recording"].values):
         row = table.get(str(name))
         problem = "has no label row" if row is None else label_problem(row, targets)
         if problem is None:
             keep.append(index)
-        elif row is not None and row["quality"] == "reject":
-            fix = "set quality to ok to use it"
-            told.append(Finding(session, name, "", "note", "rejected", problem, fix))
-        else:
-            fix = "correct recordings.csv, or declare the text under `missing` of the target"
-            told.append(Finding(session, name, "", "error", "bad_label", problem, fix))
+        elif row is None or not is_rejected(row):
+            told.append(bad_label(session, str(name), problem))
     return take_rows(shard, np.asarray(keep, int)), told
+
+
+def is_rejected(row: Mapping[str, str]) -> bool:
+    """Whether somebody marked this recording as not to be used."""
+    return row["quality"].lower() == "reject"
+
+
+def rejected(session: str, table: Mapping[str, Mapping[str, str]]) -> dict[str, Finding]:
+    """A note for each recording of a session that is marked `reject`, by recording_id."""
+    problem, fix = "quality is `reject`", "set quality to ok to use it"
+    return {
+        name: Finding(session, name, "", "note", "rejected", problem, fix)
+        for name, row in table.items()
+        if is_rejected(row)
+    }
+
+
+def bad_label(session: str, recording_id: str, problem: str) -> Finding:
+    """A label that cannot be used."""
+    fix = "correct recordings.csv, or declare the text under `missing` of the target"
+    return Finding(session, recording_id, "", "error", "bad_label", problem, fix)
 
 
 def label_problem(row: Mapping[str, str], targets: Mapping[str, Target]) -> str | None:
     """Why a row of labels cannot be used; None if it can."""
-    if row["quality"] == "reject":
+    if is_rejected(row):
         return "quality is `reject`"
     for name, target in targets.items():
         try:
@@ -60,8 +79,14 @@ def parse_label(text: str, target: Target) -> float | str:
         return "" if missing else text
     if missing:
         return math.nan
-    if not math.isfinite(value := float(text)):
-        raise ValueError(text)
+    return number(text)
+
+
+def number(text: str) -> float:
+    """A finite number as people write it. Raises ValueError for any other text, 1_0 included."""
+    value = float(text)
+    if not math.isfinite(value) or "_" in text:
+        raise ValueError(f"{text!r} is not a finite number")
     return value
 
 
@@ -145,7 +170,10 @@ def copies(
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
             session, _, name = recordings[row].partition("/")
-            others = ", ".join(recordings[other] for other in rows if other != row)
+            named = [recordings[other] for other in rows[: _NAMED + 1] if other != row][:_NAMED]
+            others = ", ".join(named)
+            if len(rows) > _NAMED + 1:
+                others += f" and {len(rows) - 1 - _NAMED} more"
             told[row] = (
                 Finding(
                     session, name, "", "error", "two_labels",

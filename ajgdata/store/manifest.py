@@ -8,18 +8,27 @@ Files and hashes (input of the features) are kept apart from labels (joined on m
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
 from ajgdata.store.files import csv_bytes, json_bytes, read_json, write_bytes, write_if_changed
-from ajgdata.store.sessions import audio_path, list_sessions, read_recordings, read_session
-from ajgdata.types import DataError, Finding, Recording, Session
+from ajgdata.store.sessions import (
+    audio_path,
+    inside,
+    list_sessions,
+    read_recordings,
+    read_session,
+)
+from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
-SESSION_COLUMNS = ("source", "gripper", "medium")
 WHOLE_SESSION = "*"
+#: A file that changed less than this before it was hashed is hashed again next time: its clock may
+#: be too coarse (2 s on FAT) to tell a second change.
+COARSEST_CLOCK_NS = 2_000_000_000
 
 
 class HashCache:
@@ -27,25 +36,39 @@ class HashCache:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.known: dict[str, list[Any]] = read_json(path) if path.is_file() else {}
+        self.known = _known_hashes(path)
         self.changed = False
 
     def sha256(self, file: Path) -> str:
         """Hash of `file`; raises OSError when it cannot be read."""
         stat = file.stat()
-        key, mark = str(file.absolute()), [stat.st_size, stat.st_mtime_ns]
-        mark += [stat.st_ctime_ns, stat.st_ino]
-        entry = self.known.setdefault(key, [])
-        if entry[:4] != mark:
-            with file.open("rb") as stream:
-                entry[:] = [*mark, hashlib.file_digest(stream, "sha256").hexdigest()]
+        key = str(file.absolute())
+        mark = [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
+        entry = self.known.get(key, [])
+        if entry[:4] == mark:
+            return str(entry[4])
+        now = time.time_ns()
+        with file.open("rb") as stream:
+            digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        if now - max(stat.st_mtime_ns, stat.st_ctime_ns) > COARSEST_CLOCK_NS:
+            self.known[key] = [*mark, digest]
             self.changed = True
-        return str(entry[4])
+        return digest
 
     def save(self) -> None:
         """Write the cache if it learnt anything."""
         if self.changed:
             write_bytes(self.path, json_bytes(self.known))
+
+
+def _known_hashes(path: Path) -> dict[str, list[Any]]:
+    """What a cache file holds; nothing if it cannot be read, since hashes can be made again."""
+    try:
+        known = read_json(path)
+    except DataError:
+        return {}
+    entries = known.items() if isinstance(known, dict) else ()
+    return {k: entry for k, entry in entries if isinstance(entry, list) and len(entry) == 5}
 
 
 def refresh(paths: Paths, dataset: str, incomplete: Collection[str] = ()) -> list[str]:
@@ -89,10 +112,31 @@ def survey(
     for recording in recordings:
         try:
             path = audio_path(folder, session, recording)
-            files.append((recording, path, _checked_hash(cache, path, recording)))
+            files.append((recording, path, _checked_hash(cache, path, recording.sha256)))
         except DataError as error:
             findings.append(_finding(name, recording, error))
-    return _manifest(paths, folder, session, files, findings), _labels(session, recordings)
+    try:
+        played = _excitation(paths, folder, session, cache)
+    except DataError as error:
+        played = None
+        problem = f"the played sound cannot be used: {error.problem}"
+        findings.append(
+            Finding(name, WHOLE_SESSION, "", "warning", "bad_excitation", problem, error.fix)
+        )
+    return _manifest(paths, folder, session, files, findings, played), _labels(session, recordings)
+
+
+def _excitation(
+    paths: Paths, folder: Path, session: Session, cache: HashCache
+) -> dict[str, str] | None:
+    declared = session.excitation
+    if declared is None:
+        return None
+    path = inside(folder, declared.file)
+    return {
+        "path": _spelled(paths, path),
+        "sha256": _checked_hash(cache, path, declared.sha256),
+    }
 
 
 def read_manifest(path: Path) -> tuple[dict[str, Any], list[Finding]]:
@@ -101,14 +145,14 @@ def read_manifest(path: Path) -> tuple[dict[str, Any], list[Finding]]:
     return content, [Finding(**finding) for finding in content["findings"]]
 
 
-def _checked_hash(cache: HashCache, path: Path, recording: Recording) -> str:
+def _checked_hash(cache: HashCache, path: Path, declared: str) -> str:
     try:
         found = cache.sha256(path)
     except OSError:
         raise DataError(
             "missing", "there is no such file", "restore it or remove its row"
         ) from None
-    if recording.sha256 and found != recording.sha256:
+    if declared and found != declared:
         raise DataError(
             "changed",
             "its bytes are not those that were recorded (sha256 differs)",
@@ -130,11 +174,8 @@ def _manifest(
     session: Session | None,
     files: Iterable[tuple[Recording, Path, str]],
     findings: list[Finding],
+    excitation: dict[str, str] | None = None,
 ) -> dict[str, Any]:
-    excitation = None
-    if session and session.excitation:
-        played = folder / session.excitation.file
-        excitation = {"path": _spelled(paths, played), "sha256": session.excitation.sha256}
     return {
         "session_id": folder.name,
         "source": session.source if session else "import",
@@ -154,7 +195,7 @@ def _spelled(paths: Paths, path: Path) -> str:
 
 
 def _labels(session: Session, recordings: list[Recording]) -> list[dict[str, str]]:
-    columns = sorted({column for r in recordings for column in r.labels} - set(SESSION_COLUMNS))
+    columns = sorted({column for r in recordings for column in r.labels})
     return [
         {c: str(getattr(r, c)) for c in LABEL_COLUMNS}
         | {c: str(getattr(session, c)) for c in SESSION_COLUMNS}

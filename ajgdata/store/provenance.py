@@ -21,26 +21,32 @@ def software() -> dict[str, str]:
 
 
 def _commit() -> str:
-    command = ["git", "-C", str(PACKAGE), "describe", "--always", "--abbrev=40", "--dirty=+"]
     try:
-        answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+        _git("ls-files", "--error-unmatch", "types.py")  # installed below somebody else's tree?
+        return _git("describe", "--always", "--abbrev=40", "--dirty=+")
     except (OSError, subprocess.SubprocessError):
         return ""
-    return answer.stdout.strip()
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(PACKAGE), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+    return done.stdout.strip()
 
 
 @functools.cache
 def code_digest(*parts: str) -> str:
     """Digest of the sources of the named sub-packages or modules of ajgdata.
 
-    Snakemake does not see changes in imported modules; rules pass this as a parameter.
+    Snakemake does not see changes in imported modules; rules pass this as a parameter. Raises
+    FileNotFoundError for a name that is neither.
     """
     digest = hashlib.sha256()
     for part in parts:
         place = PACKAGE / part
         files = sorted(place.rglob("*")) if place.is_dir() else [place.with_suffix(".py")]
         for file in files:
-            if file.is_file() and "__pycache__" not in file.parts:
+            if not file.is_dir() and "__pycache__" not in file.parts:
                 digest.update(str(file.relative_to(PACKAGE)).encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:16]
 

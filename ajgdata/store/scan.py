@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import re
 import string
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ajgdata.store.files import read_csv
-from ajgdata.types import RECORDING_COLUMNS, DataError, ImportSettings
+from ajgdata.types import RECORDING_COLUMNS, DataError, ImportSettings, is_reserved
 
-AUDIO_SUFFIXES = {".wav", ".wave", ".ogg", ".flac", ".aif", ".aiff", ".au", ".mp3"}
-UNREADABLE_SUFFIXES = {".m4a", ".aac", ".wma", ".opus", ".webm"}
+AUDIO_SUFFIXES = {".wav", ".wave", ".ogg", ".oga", ".flac"}
+UNREADABLE_SUFFIXES = {
+    *(".aac", ".aif", ".aiff", ".au", ".caf", ".m4a", ".mp3", ".mp4"),
+    *(".opus", ".w64", ".webm", ".wma"),
+}
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
 #: Named groups that say what a recording is; every other named group is a label.
 ROLES = ("session", "grasp", "object", "sample")
@@ -53,30 +57,55 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     result = (
         _by_table(folder, settings, name) if settings.table else _by_name(folder, settings, name)
     )
-    if not result.found:
-        example = f", for instance {result.skipped[0][0]!r}" if result.skipped else ""
+    if result.found:
+        return result
+    if not result.skipped and not result.excitations:
         raise DataError(
             folder,
-            f"none of {len(result.skipped)} audio files matches{example}",
-            "correct --pattern (it must match the whole path inside the folder)",
+            "holds no audio files",
+            f"name a folder with {', '.join(sorted(AUDIO_SUFFIXES))}",
         )
-    return result
+    example = ": {!r} {}".format(*result.skipped[0]) if result.skipped else ""
+    raise DataError(
+        folder,
+        f"none of its {len(result.skipped)} audio files can be imported{example}",
+        "correct --file (a path inside the folder)"
+        if settings.table
+        else "correct --pattern (it must match the whole path inside the folder)",
+    )
 
 
 def slug(text: str) -> str:
     """`text` with everything but letters, digits and - made _ (the charset of names)."""
-    return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_") or "x"
+    return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_-") or "x"
+
+
+def label_column(text: str) -> str:
+    """The column that holds the labels called `text`: a name that every reader can take."""
+    return slug(text) + ("_" if is_reserved(slug(text)) else "")
+
+
+def audio_files(folder: Path) -> list[Path]:
+    """Files below `folder` that look like audio, sorted, relative to it; hidden ones are none."""
+    suffixes = AUDIO_SUFFIXES | UNREADABLE_SUFFIXES
+    inside = (p.relative_to(folder) for p in folder.rglob("*") if p.suffix.lower() in suffixes)
+    shown = (p for p in inside if not any(part.startswith(".") for part in p.parts))
+    return sorted(p for p in shown if (folder / p).is_file())
 
 
 def _audio_files(folder: Path, result: Scan) -> list[Path]:
+    """Audio files that can be imported; the others go to `result.skipped`."""
     files = []
-    for path in sorted(p.relative_to(folder) for p in folder.rglob("*") if p.is_file()):
-        suffix = path.suffix.lower()
-        if suffix in AUDIO_SUFFIXES:
-            files.append(path)
-        elif suffix in UNREADABLE_SUFFIXES:
+    for path in audio_files(folder):
+        name, suffix = path.as_posix(), path.suffix.lower()
+        if suffix in UNREADABLE_SUFFIXES:
             reason = f"{suffix} cannot be read: convert it (ffmpeg -i in{suffix} out.wav)"
-            result.skipped.append((str(path), reason))
+            result.skipped.append((name, reason))
+        elif name != name.strip() or not name.isprintable():  # a table of text cannot hold it
+            shown = name.encode(errors="backslashreplace").decode()
+            result.skipped.append((shown, "its name is no plain text: rename it"))
+        else:
+            files.append(path)
     return files
 
 
@@ -97,7 +126,9 @@ def _by_name(folder: Path, settings: ImportSettings, name: str) -> Scan:
         fields = {key: value or "" for key, value in match.groupdict().items()}
         session = slug(path.parent.as_posix()) if starter_kit and path.parent.name else name
         if starter_kit and int(fields["n"]) == 0:
-            result.excitations[session] = path
+            played = result.excitations.setdefault(session, path)
+            if played != path:
+                result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
             continue
         result.found.append(_found(path, fields, settings, session))
     return result
@@ -106,34 +137,48 @@ def _by_name(folder: Path, settings: ImportSettings, name: str) -> Scan:
 def _by_table(folder: Path, settings: ImportSettings, name: str) -> Scan:
     table = folder / settings.table
     header, rows = read_csv(table)
-    wanted = [key for _, key, _, _ in string.Formatter().parse(settings.file) if key]
-    if missing := [key for key in wanted if key not in header]:
-        raise DataError(table, f"--file names column {missing[0]!r}", f"the table has {header}")
+    columns = Counter(map(label_column, header))
+    if doubled := [name for name in header if columns[label_column(name)] > 1]:
+        problem = (
+            f"columns {doubled[0]!r} and {doubled[1]!r} would both be {label_column(doubled[0])}"
+        )
+        raise DataError(table, problem, "rename one of them")
     result = Scan()
-    audio = set(_audio_files(folder, result))
+    audio, taken = set(_audio_files(folder, result)), set()
     for row in rows:
-        path = Path(settings.file.format_map(row))
+        path = Path(_filled("file", settings.file, row))
         if path.is_absolute() or ".." in path.parts:
             raise DataError(table, f"{path} leaves the folder", "use paths inside the folder")
+        if path in taken:
+            raise DataError(table, f"{path} stands in two rows", "keep one of them")
         if path in audio:
             result.found.append(_found(path, row, settings, name))
-            audio.discard(path)
-        elif any(found.path == path for found in result.found):
-            raise DataError(table, f"{path} stands in two rows", "keep one of them")
+            taken.add(path)
         else:
             result.skipped.append((str(path), f"in {settings.table} but not in the folder"))
-    result.skipped += [(str(path), f"no row in {settings.table}") for path in sorted(audio)]
+    left = sorted(audio - taken)
+    result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
+    result.found.sort(key=lambda one: one.path)
     return result
+
+
+def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
+    """A template such as '{stone}' with its fields put in."""
+    try:
+        keys = [key for _, key, _, _ in string.Formatter().parse(template) if key is not None]
+        if unknown := [key for key in keys if key not in fields]:
+            raise DataError(f"--{option}", f"names {unknown[0]!r}", f"there are {sorted(fields)}")
+        return template.format_map(fields)
+    except ValueError as error:
+        raise DataError(
+            f"--{option}", f"{template!r} is no template ({error})", "write it as '{name}'"
+        ) from None
 
 
 def _found(path: Path, fields: Mapping[str, str], settings: ImportSettings, session: str) -> Found:
     def role(key: str, template: str, default: str) -> str:
-        try:
-            return template.format_map(fields) if template else fields.get(key) or default
-        except KeyError as error:
-            raise DataError(
-                f"--{key}", f"names {error}, which {path} does not have", f"use {sorted(fields)}"
-            ) from None
+        filled = _filled(key, template, fields) if template else fields.get(key, "")
+        return filled.strip() or default
 
     label = fields.get("label", "")
     sample = fields.get("sample", "")
@@ -143,5 +188,9 @@ def _found(path: Path, fields: Mapping[str, str], settings: ImportSettings, sess
         role("grasp", settings.grasp, path.with_suffix("").as_posix()),
         role("object", settings.object, label),
         int(sample) if sample.isdecimal() else 0,
-        {k: v for k, v in fields.items() if k not in (*ROLES, *RECORDING_COLUMNS)},
+        {
+            label_column(k): v.strip()
+            for k, v in fields.items()
+            if k not in (*ROLES, *RECORDING_COLUMNS)
+        },
     )

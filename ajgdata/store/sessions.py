@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,8 +10,15 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store.files import csv_bytes, read_csv, read_yaml, write_if_changed, yaml_bytes
+from ajgdata.store.files import (
+    csv_bytes,
+    numbered_rows,
+    read_yaml,
+    write_if_changed,
+    yaml_bytes,
+)
 from ajgdata.types import (
+    NAME,
     RECORDING_COLUMNS,
     DataError,
     DatasetSpec,
@@ -18,6 +26,7 @@ from ajgdata.types import (
     Recording,
     Session,
     describe,
+    is_reserved,
 )
 
 
@@ -50,14 +59,26 @@ def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
 
 
 def list_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Session folders of a data set (complete or not)."""
+    """Session folders of a data set (complete or not); hidden folders are none.
+
+    Raises DataError for a folder whose name no session can have: it would be left out unseen.
+    """
     folder = paths.sessions(dataset)
-    return sorted(p.name for p in folder.iterdir() if p.is_dir()) if folder.is_dir() else []
+    if not folder.is_dir():
+        return []
+    names = sorted(p.name for p in folder.iterdir() if p.is_dir() and p.name[0] != ".")
+    for name in names:
+        if not NAME.fullmatch(name):
+            fix = "rename it (letters, digits, _ and -) or move it elsewhere"
+            raise DataError(folder / name, "a session cannot have this name", fix)
+    return names
 
 
 def read_session(folder: Path) -> Session:
     """session.yaml of a session folder."""
     path = folder / SESSION_FILE
+    if not path.is_file():
+        raise DataError(path, "there is no such file", "finish the import or acquisition")
     try:
         session = Session.model_validate(read_yaml(path))
     except ValidationError as error:
@@ -72,13 +93,22 @@ def read_session(folder: Path) -> Session:
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     """Rows of recordings.csv in order of recording_id, and a finding for each row left out.
 
-    Raises DataError when the table itself cannot be read (no such file, a column missing).
+    Raises DataError when the table itself cannot be read (no such file, a column missing or with a
+    name that the feature store cannot take).
     """
     path = folder / RECORDINGS_FILE
-    header, rows = read_csv(path, required=("recording_id", "file", "grasp_id"))
+    header, rows = numbered_rows(path, required=("recording_id", "file", "grasp_id"))
     extra = [column for column in header if column not in RECORDING_COLUMNS]
+    for column in extra:
+        if is_reserved(column):
+            raise DataError(
+                path, f"column {column!r} has the name of a standard column", "rename it"
+            )
+        if not NAME.fullmatch(column):
+            fix = "rename it (letters, digits, _ and -)"
+            raise DataError(path, f"no label can have the name {column!r}", fix)
     recordings, findings = [], []
-    for line, row in enumerate(rows, start=2):
+    for line, row in rows:
         known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
         try:
             recording = Recording.model_validate({**known, "labels": {c: row[c] for c in extra}})
@@ -125,10 +155,17 @@ def write_session(folder: Path, session: Session, recordings: Sequence[Recording
 def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
     """Where a recording's file is; DataError when the name would leave its folder."""
     base = folder if session.audio_root is None else Path(session.audio_root)
-    path = base / recording.file
-    inside = path.resolve().is_relative_to(base.resolve())
-    if Path(recording.file).is_absolute() or ".." in Path(recording.file).parts or not inside:
-        raise DataError(
-            recording.file, f"leaves its folder {base}", "put the file inside and correct `file`"
-        )
-    return path
+    return inside(base, recording.file)
+
+
+def inside(base: Path, file: str) -> Path:
+    """`base / file`; DataError when that lies elsewhere, be it by `..` or by a symbolic link."""
+    parts = file.split("/")
+    leaves = file.startswith("/") or ".." in parts
+    steps = ["/".join([str(base), *parts[: n + 1]]) for n in range(len(parts))]
+    if not leaves and any(os.path.islink(step) for step in steps):
+        real, home = os.path.realpath(steps[-1]), os.path.realpath(base)
+        leaves = not real.startswith(home + os.sep)
+    if leaves:
+        raise DataError(file, f"leaves its folder {base}", "put the file inside and correct `file`")
+    return base / file

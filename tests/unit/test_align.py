@@ -22,11 +22,18 @@ def test_a_delayed_sweep_is_found_whatever_its_amplitude_and_sign(delay, gain, s
 
 
 @pytest.mark.parametrize("delay", [-300, 0, 1500])
-def test_noise_hum_and_a_knock_do_not_decide(delay):
+def test_noise_and_hum_do_not_decide(delay):
     rng = np.random.default_rng(0)
     heard = delayed(delay) + rng.standard_normal(RATE)  # 3 dB more noise than sweep
-    heard += 20 * np.sin(2 * np.pi * 12 * TIME_S)
-    heard[500:600] += 50 * rng.standard_normal(100)
+    heard += 30 * np.sin(2 * np.pi * 30.3 * TIME_S)  # within the sweep's band
+    assert delay_samples(heard, SWEEP, 4000) == delay
+
+
+@pytest.mark.parametrize("delay", [-300, 0, 1500])
+def test_a_knock_does_not_decide(delay):
+    rng = np.random.default_rng(0)
+    heard = delayed(delay) + 0.1 * rng.standard_normal(RATE)
+    heard[500:2500] += 1000 * np.exp(-np.arange(2000) / 200) * rng.standard_normal(2000)
     assert delay_samples(heard, SWEEP, 4000) == delay
 
 
@@ -77,6 +84,8 @@ def test_shift_moves_and_pads_with_silence():
         ([0, 0, 0, 220], []),  # 5 ms at 44.1 kHz are 220.5 samples
         ([0, 0, 0, -221], [3]),
         ([8800, 9000, 451, 9100, 8900], [2]),
+        ([-1000, -1000, -1000, 0, 1000, 1000, 7400], []),  # 5 * 1.4826 * 1000 = 7413
+        ([-1000, -1000, -1000, 0, 1000, 1000, 7420], [6]),
         ([1000, 3000, 5000, 7000, 9000, 11_000], []),  # a card without a common clock
     ],
 )

@@ -13,7 +13,7 @@ from report_samples import COST, classes_result, dataset, regression_result, sam
 
 from ajgdata.report.canvas import COLOURS, encode, save_figure
 from ajgdata.report.comparisons import cost_figure, split_figure
-from ajgdata.report.content import Predictions, Score
+from ajgdata.report.content import Cost, Predictions, Score
 from ajgdata.report.figures import (
     MAX_VECTOR_POINTS,
     confusion_figure,
@@ -210,3 +210,19 @@ def test_drawing_leaves_pyplot_alone():
     code = "import sys, ajgdata.report.illustrations; print('matplotlib.pyplot' in sys.modules)"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "False"
+
+
+def test_times_are_labelled_with_plain_numbers_however_few_decades_they_span():
+    for slowest in (0.02, 0.9, 300.0):
+        slow = regression_result(model="cnn", cost=Cost(slowest, slowest, 100.0))
+        fast = regression_result(model="knn", cost=Cost(0.01, 0.01, 100.0))
+        whole = sample_report()
+        figure = cost_figure(dataclasses.replace(whole, results=(slow, fast)))
+        figure.draw_without_rendering()
+        for axes in figure.axes[:2]:
+            low, high = axes.get_xlim()
+            ticks = axes.xaxis.get_major_ticks() + axes.xaxis.get_minor_ticks()
+            shown = [t.label1.get_text() for t in ticks if low <= t.get_loc() <= high]
+            labels = [text for text in shown if text]
+            assert len(labels) >= 1
+            assert all(float(text.replace(",", "")) > 0 for text in labels)

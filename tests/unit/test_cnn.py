@@ -1,0 +1,185 @@
+"""The CNN: scikit-learn's own checks, known answers, exact invariances."""
+
+import json
+
+import numpy as np
+import pytest
+import torch
+from sklearn.utils.estimator_checks import parametrize_with_checks
+from torch import nn
+
+from ajgdata.models.cnn import CnnClassifier, CnnRegressor, SpectrumCnn, _reproducible
+
+QUICK = {"epochs": 1, "min_steps": 60}
+
+
+def peaks(n: int, n_features: int = 64, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Positive spectra, each with one peak at a random place in 0..1; L1-normalised."""
+    rng = np.random.default_rng(seed)
+    place = rng.uniform(0.2, 0.8, n)
+    axis = np.linspace(0, 1, n_features)
+    spectra = 0.1 + np.exp(-(((axis - place[:, None]) / 0.08) ** 2))
+    spectra *= rng.uniform(0.95, 1.05, spectra.shape)
+    return (spectra / spectra.sum(axis=1, keepdims=True)).astype(np.float32), place
+
+
+def expected_failures(estimator: object) -> dict[str, str]:
+    # Convolutions of differently sized batches are summed in different order: 1e-7 relative is
+    # beyond float32, whose unit roundoff is 6e-8 for each of some hundred additions.
+    return {"check_methods_subset_invariance": "float32 sums depend on the batch size"}
+
+
+@parametrize_with_checks(
+    [CnnClassifier(**QUICK), CnnRegressor(**QUICK)], expected_failed_checks=expected_failures
+)
+def test_follows_the_conventions_of_scikit_learn(estimator, check):
+    check(estimator)
+
+
+def test_is_three_convolutions_and_one_dense_layer_whatever_the_number_of_bins():
+    for n_features in (16, 17, 100, 1025):
+        model = CnnClassifier().set_params(**QUICK)
+        module = SpectrumCnn(
+            n_features, 3, model.channels, model.kernel, model.stride, model.dropout
+        )
+        kinds = [type(m) for m in module.modules() if isinstance(m, (nn.Conv1d, nn.Linear))]
+        assert kinds == [nn.Conv1d, nn.Conv1d, nn.Conv1d, nn.Linear]
+        assert module(torch.zeros(2, n_features)).shape == (2, 3)
+
+
+def test_every_weight_gets_a_finite_gradient():
+    with _reproducible(0):
+        module = SpectrumCnn(64, 2, (16, 32, 64), 9, 4, 0.5)
+        x = torch.from_numpy(peaks(32)[0])
+        module(x).square().sum().backward()
+    for name, weight in module.named_parameters():
+        assert torch.isfinite(weight.grad).all(), name
+        assert weight.grad.abs().max() > 0, name
+
+
+def test_learns_classes_that_a_peak_separates():
+    x, place = peaks(120)
+    keep = abs(place - 0.5) > 0.05
+    x, y = x[keep], np.where(place > 0.5, "high", "low")[keep]
+    model = CnnClassifier().fit(x[:60], y[:60])
+    assert (model.predict(x[60:]) == y[60:]).all()
+    probability = model.predict_proba(x[60:])
+    np.testing.assert_allclose(probability.sum(axis=1), 1, atol=1e-12)
+    assert list(model.classes_) == ["high", "low"]
+    assert (model.classes_[probability.argmax(axis=1)] == model.predict(x[60:])).all()
+
+
+def test_learns_where_a_peak_is():
+    x, place = peaks(240)
+    model = CnnRegressor().fit(x[:160], 10 * place[:160])
+    error = model.predict(x[160:]) - 10 * place[160:]
+    # the spread of the targets is 6 / sqrt(12) = 1.7; one bin is 10 / 63 = 0.16
+    assert np.sqrt(np.mean(error**2)) < 2 * 0.16
+
+
+@pytest.mark.parametrize("exponent", [-66, 66])  # 1e-20 and 1e20
+def test_the_unit_of_the_features_does_not_matter(exponent):
+    x, place = peaks(40)
+    y = place > 0.5
+    factor = np.float32(2.0**exponent)  # a power of two: no rounding, hence equality
+    plain = CnnClassifier(**QUICK).fit(x, y).predict_proba(x)
+    scaled = CnnClassifier(**QUICK).fit(x * factor, y).predict_proba(x * factor)
+    assert np.array_equal(plain, scaled)
+
+
+def test_the_unit_of_the_target_does_not_matter():
+    x, place = peaks(40)
+    plain = CnnRegressor(**QUICK).fit(x, place).predict(x)
+    scaled = CnnRegressor(**QUICK).fit(x, 1024 * place).predict(x)
+    assert np.array_equal(scaled, 1024 * plain)
+
+
+def test_wild_features_give_finite_predictions():
+    rng = np.random.default_rng(0)
+    x = 10.0 ** rng.uniform(-30, 30, (20, 32))
+    x[:, 3], x[:, 4], x[5] = 0, 7, 0  # a silent bin, a constant bin, a silent recording
+    model = CnnRegressor(**QUICK).fit(x, rng.normal(size=20))
+    assert np.isfinite(model.predict(-x)).all()
+    assert np.isfinite(CnnRegressor(**QUICK).fit(0 * x, np.full(20, 5.0)).predict(x)).all()
+
+
+def test_standardisation_is_learned_from_the_training_rows():
+    x, place = peaks(50)
+    module = CnnClassifier(**QUICK).fit(x, place > 0.5).module_
+    assert module.scale.item() == pytest.approx(0.1 * x.mean(dtype=float), rel=1e-6)
+    z = (module.compress(torch.from_numpy(x)) - module.mean) / module.std
+    # float32 of values up to about 5, and means of 50 of them: some 1e-6
+    np.testing.assert_allclose(z.mean(dim=0), 0, atol=1e-5)
+    np.testing.assert_allclose(z.std(dim=0, correction=0), 1, atol=1e-5)
+
+
+def test_same_seed_same_weights_whatever_the_threads_and_no_trace_is_left():
+    x, place = peaks(40)
+    y, threads = place > 0.5, torch.get_num_threads()
+    torch.manual_seed(5)
+    np.random.seed(5)
+    before, numpy_before = torch.get_rng_state(), np.random.get_state()[1].copy()
+    first = CnnClassifier(**QUICK).fit(x, y).state()[0]
+    assert torch.equal(torch.get_rng_state(), before)
+    assert np.array_equal(np.random.get_state()[1], numpy_before)
+    try:
+        torch.set_num_threads(3)
+        torch.manual_seed(6)
+        second = CnnClassifier(**QUICK).fit(x, y).state()[0]
+        assert torch.get_num_threads() == 3
+    finally:
+        torch.set_num_threads(threads)
+    other = CnnClassifier(**QUICK, random_state=1).fit(x, y).state()[0]
+    assert all(first[name].tobytes() == second[name].tobytes() for name in first)
+    assert not np.array_equal(first["dense.weight"], other["dense.weight"])
+
+
+def test_the_order_of_predicted_rows_does_not_matter():
+    x, place = peaks(300)  # more than one chunk
+    model = CnnRegressor(**QUICK).fit(x[:50], place[:50])
+    order = np.random.default_rng(0).permutation(300)
+    # outputs of order 1 in float32; see expected_failures
+    np.testing.assert_allclose(model.predict(x[order]), model.predict(x)[order], atol=1e-5)
+
+
+@pytest.mark.parametrize("labels", [["wood", "metal"], [3, 7], [True, False]])
+def test_state_holds_all_of_a_classifier(labels):
+    x, place = peaks(30)
+    model = CnnClassifier(**QUICK, channels=(4, 4, 4)).fit(x, np.array(labels)[(place > 0.5) * 1])
+    arrays, about = model.state()
+    again = CnnClassifier.from_state(arrays, json.loads(json.dumps(about)))
+    assert np.array_equal(again.predict_proba(x), model.predict_proba(x))
+    assert np.array_equal(again.predict(x), model.predict(x))
+    assert again.get_params() == model.get_params()
+    assert again.classes_.dtype == model.classes_.dtype
+
+
+def test_state_holds_all_of_a_regressor_and_knows_its_class():
+    x, place = peaks(30)
+    model = CnnRegressor(**QUICK).fit(x, place)
+    arrays, about = model.state()
+    again = CnnRegressor.from_state(arrays, json.loads(json.dumps(about)))
+    assert np.array_equal(again.predict(x), model.predict(x))
+    with pytest.raises(ValueError, match="state of a CnnRegressor"):
+        CnnClassifier.from_state(arrays, about)
+
+
+def test_the_exported_module_does_everything():
+    x, place = peaks(30)
+    model = CnnRegressor(**QUICK).fit(x, 100 * place)
+    with torch.inference_mode():
+        np.testing.assert_allclose(
+            model.module_(torch.from_numpy(x))[:, 0], model.predict(x), rtol=1e-5
+        )
+
+
+def test_refuses_what_it_cannot_learn_from():
+    x, place = peaks(10)
+    with pytest.raises(ValueError, match="one class only, 'wood'"):
+        CnnClassifier().fit(x, ["wood"] * 10)
+    holed = x.copy()
+    holed[2, 2] = np.nan
+    with pytest.raises(ValueError, match="NaN"):
+        CnnRegressor().fit(holed, place)
+    with pytest.raises(ValueError, match="NaN"):
+        CnnRegressor().fit(x, np.where(place > 0.5, np.nan, place))

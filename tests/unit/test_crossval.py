@@ -1,0 +1,164 @@
+"""Cross-validation: nothing leaks, nothing drifts, rows stay where they are."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from sklearn.dummy import DummyRegressor
+from threadpoolctl import threadpool_info
+
+from ajgdata.evaluate.crossval import _memory_mb, cross_validate
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.models import MODELS, make_model
+
+
+def spectra(n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Features that determine the class, or the number 0 and 1; groups of two rows."""
+    rng = np.random.default_rng(0)
+    groups = np.arange(n) // 2
+    y = groups % 2
+    x = np.exp(y[:, None] * np.linspace(-1, 1, 24) + 0.1 * rng.normal(size=(n, 24)))
+    return (x / x.sum(axis=1, keepdims=True)).astype(np.float32), y, groups
+
+
+def group_only(groups: int = 60, repeats: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Features that tell the group and nothing of its class, which is balanced."""
+    rng = np.random.default_rng(1)
+    group = np.repeat(np.arange(groups), repeats)
+    signature = rng.normal(size=(groups, 40))
+    x = np.exp(signature[group] + 0.05 * rng.normal(size=(len(group), 40)))
+    return x.astype(np.float32), np.array(["metal", "wood"])[group % 2], group
+
+
+def same(a: object, b: object) -> bool:
+    return repr(dataclasses.asdict(a)) == repr(dataclasses.asdict(b))
+
+
+@pytest.mark.parametrize("model", ["linear", "knn"])
+def test_features_that_tell_only_the_group_are_worth_nothing_but_to_a_random_split(model):
+    x, y, groups = group_only()
+    grouped = cross_validate(x, y, groups, kind="classification", model=model).scores
+    random = cross_validate(x, y, None, kind="classification", model=model).scores
+    assert (grouped.split, grouped.groups) == ("grouped", 60)
+    assert (random.split, random.groups) == ("random", 360)
+    # 60 independent coin tosses: three standard deviations are 3 * sqrt(1/4 / 60) = 0.19
+    assert abs(grouped.pooled["accuracy"] - 0.5) < 0.2
+    assert random.pooled["accuracy"] > 0.97
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_learns_the_obvious_and_repeats_itself(model):
+    x, y, groups = spectra()
+    seen = []
+    first, second = (
+        cross_validate(
+            x, np.array(["a", "b"])[y], groups, kind="classification", model=model, folds=3,
+            seed=4, progress=lambda done, folds: seen.append((done, folds)),
+        )
+        for _ in range(2)
+    )  # fmt: skip
+    assert first.scores.mean == {"accuracy": 1, "balanced_accuracy": 1, "macro_f1": 1}
+    assert first.scores.sd == {"accuracy": 0, "balanced_accuracy": 0, "macro_f1": 0}
+    assert first.scores.chance["accuracy"] == pytest.approx(0.5, abs=0.05)
+    assert first.scores.classes == ("a", "b")
+    assert first.scores.confusion == ((30, 0), (0, 30))
+    assert same(first.scores, second.scores)
+    assert first.predictions.y_pred.tobytes() == second.predictions.y_pred.tobytes()
+    assert first.predictions.probability.tobytes() == second.predictions.probability.tobytes()
+    assert ((first.predictions.probability > 0.5) & (first.predictions.probability <= 1)).all()
+    assert seen == [(1, 3), (2, 3), (3, 3)] * 2
+
+
+def test_predictions_are_out_of_fold_and_in_the_order_of_the_rows():
+    y = np.random.default_rng(0).normal(size=40)
+    groups = np.random.default_rng(1).integers(0, 11, 40)
+    found = cross_validate(
+        np.zeros((40, 3)), y, groups, kind="regression", model=DummyRegressor(), folds=4, seed=2
+    )
+    parts = grouped_folds(y, groups, "regression", 4, 2)
+    for number, (train, test) in enumerate(parts):
+        assert (found.predictions.fold[test] == number).all()
+        # the dummy predicts the mean of what it was trained on: that tells exactly what it saw
+        np.testing.assert_allclose(found.predictions.y_pred[test], y[train].mean(), rtol=1e-12)
+    assert np.array_equal(found.predictions.y_true, y)
+    assert found.predictions.probability is None
+    assert found.scores.mean == pytest.approx(found.scores.chance)
+    rmse = [np.sqrt(np.mean((y[test] - y[train].mean()) ** 2)) for train, test in parts]
+    assert found.scores.per_fold["rmse"] == pytest.approx(rmse)
+    assert found.scores.mean["rmse"] == pytest.approx(np.sum(rmse) / 4)
+    deviation = np.array(rmse) - np.mean(rmse)
+    assert found.scores.sd["rmse"] == pytest.approx(np.sqrt(np.sum(deviation**2) / 3))
+    pooled = np.sqrt(np.mean((y - found.predictions.y_pred) ** 2))
+    assert found.scores.pooled["rmse"] == pytest.approx(pooled)
+
+
+def test_a_fold_with_one_target_value_leaves_r2_to_the_pooled_predictions():
+    x, y, groups = spectra()
+    found = cross_validate(x, y, y, kind="regression", model="linear", folds=2).scores
+    assert math.isnan(found.mean["r2"])
+    assert math.isfinite(found.pooled["r2"])
+    assert (found.classes, found.confusion) == ((), ())
+
+
+def test_the_order_of_training_rows_does_not_matter_to_nearest_neighbours():
+    x, y, groups = spectra()
+    folds = groups % 5  # as many groups as folds: the same folds in any order
+    order = np.random.default_rng(3).permutation(len(y))
+    plain = cross_validate(x, y, folds, kind="classification", model="knn")
+    mixed = cross_validate(x[order], y[order], folds[order], kind="classification", model="knn")
+    assert plain.scores == mixed.scores
+    assert np.array_equal(plain.predictions.y_pred[order], mixed.predictions.y_pred)
+
+
+def test_cost_is_measured():
+    x, y, groups = spectra()
+    cost = cross_validate(x, y, groups, kind="regression", model="knn", folds=3).cost
+    assert len(cost.train_s_per_fold) == 3
+    assert cost.train_s == pytest.approx(sum(cost.train_s_per_fold))
+    assert min(cost.train_s_per_fold) > 0
+    assert 0 < cost.inference_s_per_recording < cost.latency_s
+    assert 0 <= cost.rss_increase_mb < cost.peak_rss_mb
+    assert 30 < cost.peak_rss_mb < 100_000  # a Python with numpy; not kB, not bytes
+
+
+def test_memory_grows_by_what_is_allocated():
+    before = _memory_mb("VmRSS")
+    block = np.ones(8_000_000)  # 64 MB
+    grown = _memory_mb("VmRSS") - before
+    assert block.sum() == 8e6
+    assert 60 < grown < 80
+
+
+def test_libraries_get_one_thread_while_it_runs_and_theirs_back_after():
+    counts = []
+
+    def progress(done: int, folds: int) -> None:
+        counts.extend(library["num_threads"] for library in threadpool_info())
+
+    x, y, groups = spectra()
+    before = [library["num_threads"] for library in threadpool_info()]
+    cross_validate(x, y, groups, kind="regression", model="linear", progress=progress)
+    assert set(counts) == {1}
+    assert [library["num_threads"] for library in threadpool_info()][: len(before)] == before
+
+
+def test_the_given_estimator_is_not_fitted_itself():
+    x, y, groups = spectra()
+    model = make_model("linear", "regression", 0)
+    cross_validate(x, y, groups, kind="regression", model=model)
+    assert not hasattr(model[0], "scale_")
+
+
+def test_bad_input_is_refused():
+    x, y, groups = spectra()
+    with pytest.raises(ValueError, match="target holds NaN"):
+        cross_validate(x, np.full(60, np.nan), groups, kind="regression", model="knn")
+    with pytest.raises(ValueError, match="features hold NaN"):
+        cross_validate(x * np.nan, y, groups, kind="regression", model="knn")
+    with pytest.raises(ValueError, match=r"\(60, 24\), \(59,\)"):
+        cross_validate(x, y[1:], groups, kind="regression", model="knn")
+    with pytest.raises(ValueError, match="unknown kind 'ranking'"):
+        cross_validate(x, y, groups, kind="ranking", model="knn")
+    with pytest.raises(ValueError, match="2 groups cannot make 5 folds"):
+        cross_validate(x, y, y, kind="classification", model="knn")

@@ -1,0 +1,120 @@
+"""Folds partition the rows and never split a group."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata.evaluate.splits import grouped_folds, random_folds
+
+KINDS = ("regression", "classification")
+
+
+@st.composite
+def tasks(draw):
+    """Rows of 2 to 4 classes in groups of 1 to 5 rows, at least as many groups as folds."""
+    folds = draw(st.integers(2, 5))
+    sizes = draw(st.lists(st.integers(1, 5), min_size=folds, max_size=25))
+    groups = np.repeat(np.arange(len(sizes)), sizes)
+    label = draw(st.lists(st.integers(0, 3), min_size=len(sizes), max_size=len(sizes)))
+    order = np.array(draw(st.permutations(range(len(groups)))))
+    return np.array(label)[groups][order], groups[order], folds, draw(st.integers(0, 99))
+
+
+def check_partition(parts, n, folds):
+    assert len(parts) == folds
+    assert sorted(np.concatenate([test for _, test in parts]).tolist()) == list(range(n))
+    for train, test in parts:
+        assert len(test)
+        assert sorted([*train, *test]) == list(range(n))
+
+
+@settings(deadline=None, max_examples=150)
+@given(tasks(), st.sampled_from(KINDS))
+def test_grouped_folds_partition_and_keep_groups_whole(task, kind):
+    y, groups, folds, seed = task
+    try:
+        parts = grouped_folds(y, groups, kind, folds, seed)
+    except ValueError as error:
+        assert kind == "classification"
+        assert "is absent from the training part" in str(error)
+        return
+    check_partition(parts, len(y), folds)
+    for train, test in parts:
+        assert not set(groups[train]) & set(groups[test])
+        if kind == "classification":
+            assert set(y[train]) == set(y)
+
+
+@settings(deadline=None, max_examples=60)
+@given(tasks(), st.sampled_from(KINDS))
+def test_random_folds_partition(task, kind):
+    y, _, folds, seed = task
+    try:
+        parts = random_folds(y, kind, folds, seed)
+    except ValueError as error:
+        assert kind == "classification"
+        assert np.unique(y, return_counts=True)[1].min() == 1
+        assert "is absent from the training part" in str(error)
+        return
+    check_partition(parts, len(y), folds)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("groups", [np.repeat(np.arange(20), 3), None])
+def test_the_seed_decides(kind, groups):
+    y = np.arange(60) // 3 % 2
+
+    def folds(seed):
+        made = (
+            random_folds(y, kind, 5, seed)
+            if groups is None
+            else grouped_folds(y, groups, kind, 5, seed)
+        )
+        return [test.tolist() for _, test in made]
+
+    assert folds(1) == folds(1)
+    assert folds(1) != folds(2)
+
+
+def test_classes_are_spread_evenly():
+    y = np.repeat(["a", "a", "a", "b"], 20)  # 60 a, 20 b
+    groups = np.arange(80) // 2  # 30 groups of a, 10 of b
+    for parts in (
+        grouped_folds(y, groups, "classification", 5, 0),
+        random_folds(y, "classification", 5, 0),
+    ):
+        assert [(y[test] == "b").sum() for _, test in parts] == [4] * 5
+        assert [len(test) for _, test in parts] == [16] * 5
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_as_many_groups_as_folds_makes_each_group_a_fold_in_sorted_order(kind):
+    groups = np.array(["f2", "f1", "f3", "f1", "f2", "f3"])
+    parts = grouped_folds([0, 0, 1, 1, 1, 0], groups, kind, 3, seed=9)
+    assert [test.tolist() for _, test in parts] == [[1, 3], [0, 4], [2, 5]]
+
+
+def test_a_class_with_two_groups_is_tested_in_few_folds_and_learned_in_all():
+    y = np.array([1, 1] + [0] * 18)
+    groups = np.arange(20)
+    parts = grouped_folds(y, groups, "classification", 5, 0)
+    assert sum(1 in y[test] for _, test in parts) == 2
+    assert all(1 in y[train] for train, _ in parts)
+
+
+def test_impossible_folds_are_refused_with_the_reason():
+    with pytest.raises(ValueError, match="3 groups cannot make 5 folds"):
+        grouped_folds(np.zeros(9), np.arange(9) % 3, "regression", 5, 0)
+    with pytest.raises(ValueError, match="4 rows cannot make 5 folds"):
+        random_folds(np.zeros(4), "regression", 5, 0)
+    y = np.array(["rare"] * 3 + ["a"] * 10)
+    groups = np.array([0] * 3 + list(range(1, 11)))
+    with pytest.raises(ValueError, match="class 'rare' is absent .* needs more groups"):
+        grouped_folds(y, groups, "classification", 5, 0)
+    with pytest.raises(ValueError, match="class 'rare' is absent .* needs more rows"):
+        random_folds(["rare"] + ["a"] * 9, "classification", 5, 0)
+    with pytest.raises(ValueError, match="0 groups"):
+        grouped_folds([], [], "regression", 2, 0)
+    with pytest.raises(ValueError, match="3 targets but 2 groups"):
+        grouped_folds([1, 2, 3], [1, 2], "regression", 2, 0)
