@@ -36,12 +36,13 @@ wildcard_constraints:
 
 
 rule all:
+    default_target: True
     input:
         PATHS.report,
         PATHS.results / "verify" / "summary.txt",
-    default_target: True
 
 
+include: "workflow/rules/common.smk"
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
+from rich.cells import cell_len, set_cell_size
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -23,8 +24,8 @@ app = typer.Typer(
     help="Acoustic sensing with jamming grippers: get recordings in and check them. "
     "Everything after that (features, models, report) is done by the command [b]snakemake[/b].",
 )
-out = Console()
-err = Console(stderr=True)
+out = Console(emoji=False, highlight=False)
+err = Console(stderr=True, emoji=False, highlight=False)
 
 DatasetArgument = Annotated[str, typer.Argument(help="name of a folder below datasets/")]
 
@@ -33,7 +34,7 @@ def main() -> None:
     """Run the command; what is wrong with the data is said in one line."""
     try:
         app()
-    except (DataError, FileNotFoundError) as error:
+    except (DataError, OSError) as error:
         err.print(f"[red]error[/red] {escape(str(error))}", soft_wrap=True)
         sys.exit(1)
 
@@ -46,7 +47,7 @@ def bar(what: str) -> Iterator[Callable[[int], Callable[[], object]]]:
         task = progress.add_task(what, total=None)
 
         def started(total: int) -> Callable[[], object]:
-            progress.update(task, total=total)
+            progress.update(task, total=total, completed=0)
             return lambda: progress.advance(task)
 
         yield started
@@ -106,15 +107,19 @@ def import_command(
         )
     out.print(
         f"{result.added} added, {result.relabelled} changed, {result.unchanged} unchanged "
-        f"in {result.sessions} session(s) of [b]{dataset}[/b]"
+        f"in {result.sessions} session(s) of [b]{dataset}[/b]",
+        soft_wrap=True,
     )
     for name in result.conflicts:
-        out.print(f"[yellow]kept[/yellow] {escape(name)}: its bytes changed; --replace takes over")
+        out.print(
+            f"[yellow]kept[/yellow] {escape(name)}: its bytes changed; --replace takes over",
+            soft_wrap=True,
+        )
     for name, reason in found.skipped:
         out.print(f"[yellow]skipped[/yellow] {escape(name)}: {escape(reason)}", soft_wrap=True)
     audio = spec.audio
     out.print(
-        f"declared in {paths.dataset(dataset)}: {audio.sample_rate_hz} Hz, channel "
+        f"declared in {escape(str(paths.dataset(dataset)))}: {audio.sample_rate_hz} Hz, channel "
         f"{audio.channel}, targets {', '.join(spec.targets) or 'none'}; "
         f"next: ajgdata validate {dataset}",
         soft_wrap=True,
@@ -165,19 +170,17 @@ def validate(
 
 def _print_findings(findings: Sequence[Finding]) -> None:
     """A table with one line for each finding, however wide the terminal is."""
-    from rich.table import Table
-
-    table = Table("recording", "level", "what", "problem", "fix", box=None, pad_edge=False)
-    for one in findings:
-        where = f"{one.session_id}/{one.recording_id}"
-        table.add_row(*map(escape, (where, one.level, one.code, one.problem, one.fix)))
-    wide = Console(width=10_000, color_system=None)
-    with wide.capture() as capture:
-        wide.print(table)
-    for line in capture.get().splitlines():
-        out.print(escape(line.rstrip()), soft_wrap=True)
+    rows = [("recording", "level", "what", "problem", "fix")]
+    rows += [
+        (f"{one.session_id}/{one.recording_id}", one.level, one.code, one.problem, one.fix)
+        for one in findings
+    ]
+    widths = [max(cell_len(row[column]) for row in rows) for column in range(4)]
+    for *cells, fix in rows:
+        padded = (set_cell_size(cell, width) for cell, width in zip(cells, widths, strict=True))
+        out.out("  ".join([*padded, fix]))
     kinds = Counter(one.code for one in findings)
-    out.print("\n" + ", ".join(f"{code} {count}" for code, count in kinds.most_common()))
+    out.out("\n" + ", ".join(f"{code} {count}" for code, count in kinds.most_common()))
 
 
 @app.command()
@@ -185,9 +188,10 @@ def seal(dataset: DatasetArgument) -> None:
     """Accept recordings as they are now: write the sha256 of their present bytes."""
     from ajgdata.paths import find_project
     from ajgdata.store.importing import seal as seal_session
-    from ajgdata.store.sessions import list_sessions
+    from ajgdata.store.sessions import list_sessions, read_dataset
 
     paths = find_project()
+    read_dataset(paths, dataset)
     for session in list_sessions(paths, dataset):
         changed = seal_session(paths, dataset, session)
         out.print(f"{dataset}/{session}: {changed} recordings sealed")

@@ -15,9 +15,8 @@ from ajgdata.types import Recipe
 
 
 def session_names(recipe: Recipe) -> list[str]:
-    """Names of the sessions of a recipe, sorted."""
-    width = max(2, len(str(recipe.sessions)))
-    return [f"virtual-{number:0{width}d}" for number in range(1, recipe.sessions + 1)]
+    """Names of the sessions of a recipe, which more sessions do not change."""
+    return [f"virtual-{number:02d}" for number in range(1, recipe.sessions + 1)]
 
 
 def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[Grasp]:
@@ -52,7 +51,8 @@ def _grasp_settings(recipe: Recipe, seed: int) -> dict[str, Any]:
         key: round(float(generator.uniform(*limits)), 4)
         for key, limits in sorted(recipe.vary.items())
     }
-    return {**recipe.scene.get("grasp", {}), **drawn, "seed": seed}
+    fixed = recipe.scene.get("grasp", {})
+    return {**(fixed if isinstance(fixed, dict) else {}), **drawn, "seed": seed}
 
 
 def _digest(content: Mapping[str, Any]) -> str:

@@ -40,8 +40,15 @@ class Source(Protocol):
     its samples, in order. `describe()` is kept in session.yaml.
     """
 
-    kind: Literal["virtual", "soundcard"]
-    sample_rate_hz: int
+    @property
+    def kind(self) -> Literal["virtual", "soundcard"]:
+        """Whether a recording can be made again, the same (virtual), or not."""
+        ...
+
+    @property
+    def sample_rate_hz(self) -> int:
+        """Rate of all samples."""
+        ...
 
     def excitation(self) -> np.ndarray:
         """The sound that is played, (n,) in [-1, 1]."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ajgdata.acquire.source import Grasp, Source
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, write_recordings, write_session
-from ajgdata.types import Excitation, Recording, Session
+from ajgdata.types import DataError, Excitation, Recording, Session
 
 #: Column that says from which setup a recording was made; a changed setup is recorded again.
 SETUP_COLUMN = "setup_sha256"
@@ -24,24 +26,33 @@ def acquire_session(
     notes: str = "",
     progress: Callable[[], object] = lambda: None,
 ) -> tuple[int, int]:
-    """Make the session at `folder` hold exactly `grasps`; returns (recorded, kept) counts.
+    """Make the session at `folder` hold `grasps`; returns (recorded, kept) counts.
 
     Recordings already made of the same setup are kept. The table is rewritten after each grasp, so
     a killed acquisition goes on where it stopped; session.yaml comes last, so that a folder without
     it is known to be incomplete. `progress` is called once a recording.
+
+    A virtual session then holds exactly `grasps`. What a real source recorded cannot be made again:
+    it is never removed, and DataError is raised when it would have to be replaced.
     """
     held = _held(folder)
     wanted: list[Recording] = []
     recorded = kept = 0
-    session = _session(folder, source, notes)
+    sound = source.excitation()
     for grasp in grasps:
-        rows = [_row(grasp, sample) for sample in range(grasp.samples)]
-        for row in rows:
-            old = held.get(row.recording_id)
+        before = recorded
+        for row in (_row(grasp, sample) for sample in range(grasp.samples)):
+            old = held.pop(row.recording_id, None)
             if old and _same(folder, old, row):
                 wanted.append(row.model_copy(update={"sha256": old.sha256, "quality": old.quality}))
                 kept += 1
             else:
+                if old and source.kind != "virtual" and (folder / row.file).is_file():
+                    raise DataError(
+                        folder / row.file,
+                        "was recorded of another setup, or altered since",
+                        "record into another session",
+                    )
                 (folder / SESSION_FILE).unlink(missing_ok=True)  # incomplete until all is made
                 take = source.take(grasp, row.sample)
                 write_pcm24(folder / row.file, take.samples, source.sample_rate_hz)
@@ -50,19 +61,19 @@ def acquire_session(
                 wanted.append(row.model_copy(update={"sha256": digest, "quality": quality}))
                 recorded += 1
             progress()
-        if recorded:
-            done = {r.recording_id for r in wanted}
-            rest = (r for r in held.values() if r.recording_id not in done)
-            write_recordings(folder, [*wanted, *rest])
-    write_session(folder, session, wanted)
+        if recorded > before:
+            write_recordings(folder, [*wanted, *held.values()])
+    if source.kind != "virtual":
+        wanted += held.values()
+    write_session(folder, _session(folder, source, sound, notes), wanted)
     if source.kind == "virtual":
         _remove_others(folder, wanted)
     return recorded, kept
 
 
-def _session(folder: Path, source: Source, notes: str) -> Session:
+def _session(folder: Path, source: Source, sound: np.ndarray, notes: str) -> Session:
     path = folder / EXCITATION_FILE
-    write_pcm24(path, source.excitation(), source.sample_rate_hz)
+    write_pcm24(path, sound, source.sample_rate_hz)
     return Session(
         session_id=folder.name,
         source=source.kind,

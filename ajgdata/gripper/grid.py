@@ -96,9 +96,18 @@ def _blocks(fine: Real) -> Real:
 
 
 def _slope(height: Real, spacing: float) -> Real:
-    """How far the boundary rises across one sample, never quite zero."""
-    dy, dx = np.gradient(height)
-    return np.abs(dx) + np.abs(dy) + 1e-9 * spacing
+    """How far the boundary rises across one sample, never quite zero.
+
+    The smaller of the two one-sided differences, so that a sample beside a cliff is not taken for
+    a part of it.
+    """
+    rise = np.full(height.shape, 1e-9 * spacing)
+    for axis in (0, 1):
+        step = np.abs(np.diff(height, axis=axis))
+        before, after = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
+        before[axis], after[axis] = (1, 0), (0, 1)
+        rise += np.minimum(np.pad(step, before, mode="edge"), np.pad(step, after, mode="edge"))
+    return rise
 
 
 def _side(at: tuple[Real, ...], lower: Real, upper: Real, axis: int) -> Real:

@@ -6,8 +6,11 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from ajgdata.store.audio import AudioInfo, inspect_audio
-from ajgdata.store.scan import Scan
+from ajgdata.store.labels import number
+from ajgdata.store.scan import Scan, label_column
 from ajgdata.types import (
     AudioSettings,
     DataError,
@@ -15,10 +18,13 @@ from ajgdata.types import (
     ImportSettings,
     Target,
     Task,
+    describe,
 )
 
 FOLDS = 5
-MODELS_NEEDING = 2  # classes
+CLASSES_NEEDED = 2
+#: How programs write that a number is not there.
+NOT_MEASURED = {"nan", "na", "n/a", "none", "null"}
 
 
 def declare(
@@ -32,7 +38,8 @@ def declare(
     all of a pattern's; a table's must be named).
     """
     columns = sorted({column for one in found.found for column in one.labels})
-    wanted = list(targets) or [c for c in columns if c not in ("n", "fold", "take", "clip")]
+    named = [label_column(target) for target in targets]
+    wanted = named or [c for c in columns if c not in ("n", "fold", "take", "clip")]
     if unknown := [target for target in wanted if target not in columns]:
         raise DataError("--target", f"there is no column {unknown[0]!r}", f"there are {columns}")
     if settings.table and not targets:
@@ -41,28 +48,34 @@ def declare(
     tasks = {
         column: Task(target=column, folds=FOLDS)
         for column, target in declared.items()
-        if target.kind == "regression" or _classes(found, column) >= MODELS_NEEDING
+        if target.kind == "regression" or _classes(found, column) >= CLASSES_NEEDED
     }
-    return DatasetSpec(
-        name=name,
-        title=name,
-        description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
-        audio=common_audio(folder / one.path for one in found.found),
-        targets=declared,
-        tasks=tasks,
-        imports=settings,
-    )
+    try:
+        return DatasetSpec(
+            name=name,
+            title=name,
+            description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
+            audio=common_audio(folder / one.path for one in found.found),
+            targets=declared,
+            tasks=tasks,
+            imports=settings,
+        )
+    except ValidationError as error:
+        raise describe(error, f"data set {name!r}") from None
 
 
 def _target(cells: Sequence[str]) -> Target:
     distinct = {cell for cell in cells if cell}
-    numbers = bool(distinct) and all(_is_number(cell) for cell in distinct)
-    return Target(kind="regression" if numbers and len(distinct) > 2 * FOLDS else "classification")
+    missing = {cell for cell in distinct if cell.lower() in NOT_MEASURED}
+    numbers = distinct - missing
+    if len(numbers) > 2 * FOLDS and all(map(_is_number, numbers)):
+        return Target(kind="regression", missing=tuple(sorted(missing)))
+    return Target(kind="classification")
 
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        number(cell)
     except ValueError:
         return False
     return True

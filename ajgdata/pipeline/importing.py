@@ -8,9 +8,9 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import declare
 from ajgdata.store.importing import Imported, import_scan
-from ajgdata.store.scan import Scan, scan
+from ajgdata.store.scan import Scan, label_column, scan
 from ajgdata.store.sessions import read_dataset, write_dataset
-from ajgdata.types import DatasetSpec, ImportSettings
+from ajgdata.types import DataError, DatasetSpec, ImportSettings
 
 
 def import_folder(
@@ -26,12 +26,18 @@ def import_folder(
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
-    `settings` say how file names or a table are read (default: what dataset.yaml says under
-    `imports`, else the starter kit's convention). `started(total)` returns what is called once a
-    recording. Nothing is written when the folder cannot be understood.
+    `settings` say how file names or a table are read (what they leave open: as dataset.yaml says
+    under `imports`, else by the starter kit's convention). `started(total)` returns what is called
+    once a recording. Nothing is written when the folder cannot be understood.
     """
     declared = read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
-    chosen = settings or (declared.imports if declared else ImportSettings(pattern="starter-kit"))
+    chosen = _chosen(settings, declared)
+    if declared and (extra := {label_column(name) for name in targets} - set(declared.targets)):
+        raise DataError(
+            "--target",
+            f"{dataset} is declared already, without {sorted(extra)[0]!r}",
+            f"add it to {paths.dataset(dataset)}",
+        )
     found = scan(folder, chosen, name=dataset)
     spec = declared or declare(dataset, folder, found, chosen, targets)
     advance = started(len(found.found))
@@ -41,3 +47,13 @@ def import_folder(
     if declared is None:
         write_dataset(paths, spec)
     return spec, found, result
+
+
+def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
+    """What was given, completed by what dataset.yaml says; else the starter kit's convention."""
+    before = declared.imports if declared else ImportSettings(pattern="starter-kit")
+    if given is None:
+        return before
+    if given.pattern or given.table:  # another way to read the folder: nothing else holds
+        return given
+    return before.model_copy(update=given.model_dump(exclude_defaults=True))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ajgdata.store.features import Shard, concatenate, read_store, write_store
 from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
-from ajgdata.store.labels import labelled, select, with_columns, without_copies
+from ajgdata.store.labels import labelled, rejected, select, with_columns, without_copies
 from ajgdata.store.provenance import software
 from ajgdata.types import Finding, Target
 
@@ -17,7 +17,8 @@ FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
 
 def read_findings(path: Path) -> list[Finding]:
     """A table of findings."""
-    return [Finding(**row) for row in read_csv(path, required=FINDING_COLUMNS)[1]]  # type: ignore[arg-type]  # level is checked where it is written
+    rows = read_csv(path, required=FINDING_COLUMNS)[1]
+    return [Finding(*(row[column] for column in FINDING_COLUMNS)) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
 
 
 def write_findings(path: Path, findings: Sequence[Finding]) -> None:
@@ -38,23 +39,32 @@ def merge(
     """Join the shards of a data set (same order as `labels`) with their labels.
 
     A recording whose target is no number, that is marked `reject`, or that stands a second time is
-    left out and listed in `quarantine`, together with what the shards found.
+    left out and listed in `quarantine`, together with what the shards found. Of a rejected one only
+    that it is rejected is told.
     """
     found = [finding for path in findings for finding in read_findings(path)]
     parts = []
+    notes: list[Finding] = []
     for shard_path, label_path in zip(shards, labels, strict=True):
         shard = read_store(shard_path)
         session = shard_path.stem
         table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
         kept, told = select(shard, table, targets, session)
         found += told
+        notes += rejected(session, table).values()
         parts.append(labelled(kept, table, targets, session))
     columns = {name for part in parts for name in part.columns}
     merged = concatenate([with_columns(part, columns, targets) for part in parts])
     merged, told = without_copies(merged, [*targets])
-    found += told
+    found = [*without_rejected(found, notes), *told]
     write_store(store, with_attributes(merged, dataset), {"long_name": "spectrum", "units": "1"})
     write_findings(quarantine, found)
+
+
+def without_rejected(findings: Iterable[Finding], notes: Sequence[Finding]) -> list[Finding]:
+    """The findings, with those of rejected recordings replaced by their `notes`."""
+    names = {(note.session_id, note.recording_id) for note in notes}
+    return [*notes, *(f for f in findings if (f.session_id, f.recording_id) not in names)]
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

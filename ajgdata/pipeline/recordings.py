@@ -17,10 +17,11 @@ import numpy as np
 from ajgdata.features.align import delay_outliers, delay_samples
 from ajgdata.features.checks import check_samples
 from ajgdata.store.audio import AudioError, Remark, read_audio
-from ajgdata.types import AudioSettings, DataError, Finding
+from ajgdata.types import AudioSettings, Finding
 
 #: A delay beyond this is not looked for: the sound would hardly overlap a one-second recording.
 MAX_DELAY_S = 0.5
+OTHER_DELAY = "other_delay"
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -46,8 +47,10 @@ def examine(
     remarks = (*read.remarks, *check_samples(read.recorded, read.info.subtype, window))
     if any(remark.level == "error" for remark in remarks):
         return Examined(None, remarks)
-    if len(read.samples) < window:  # long enough as recorded, too short after resampling
-        return Examined(None, tuple(check_samples(read.samples, read.info.subtype, window)))
+    if read.samples.size != read.recorded.size:  # resampled, or averaged over channels
+        converted = check_samples(read.samples, read.info.subtype, window)
+        if errors := tuple(r for r in converted if r.level == "error"):
+            return Examined(None, errors)
     if excitation is None:
         return Examined(read.samples, remarks)
     reach = int(MAX_DELAY_S * audio.sample_rate_hz)
@@ -61,14 +64,13 @@ def read_excitation(
     declared = manifest["excitation"]
     if declared is None:
         return None, []
-    try:
-        return read_audio(root / declared["path"], audio).samples, []
-    except DataError as error:
-        finding = Finding(
-            manifest["session_id"], "*", Path(declared["path"]).name,
-            "warning", "bad_excitation", f"the played sound: {error.problem}", error.fix,
-        )  # fmt: skip
-        return None, [finding]
+    played = examine(root / declared["path"], audio, window=1)
+    if played.samples is not None:
+        return played.samples, []
+    problem = f"the played sound cannot be used: {played.remarks[-1].problem}"
+    file, fix = Path(declared["path"]).name, played.remarks[-1].fix
+    session = manifest["session_id"]
+    return None, [Finding(session, "*", file, "warning", "bad_excitation", problem, fix)]
 
 
 def late_or_early(
@@ -79,10 +81,10 @@ def late_or_early(
     odd = delay_outliers(delays, sample_rate_hz)
     return [
         Finding(
-            session, name, "", "warning", "other_delay",
+            session, name, "", "warning", OTHER_DELAY,
             f"the sound arrives {1e3 * (delay - usual) / sample_rate_hz:+.1f} ms from the "
             "session's median",
-            "set features.align: true, or record it again",
+            "record it again, unless features.align is true, which takes the delay out",
         )
         for name, delay, is_odd in zip(names, delays, odd, strict=True)
         if is_odd

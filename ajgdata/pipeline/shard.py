@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import shutil
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ from ajgdata.features.align import shift
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.pipeline.merge import read_findings, write_findings
 from ajgdata.pipeline.recordings import (
+    OTHER_DELAY,
     Examined,
     examine,
     finding,
@@ -30,7 +33,7 @@ from ajgdata.store.features import (
     write_store,
 )
 from ajgdata.store.files import replacing
-from ajgdata.store.manifest import read_manifest
+from ajgdata.store.manifest import WHOLE_SESSION, read_manifest
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Strict
 
@@ -69,18 +72,19 @@ def make_shard(
 
     Rows of `cache`, the last shard made, are reused while recording_id, sha256, settings,
     excitation and `code` are the same. A recording that cannot be used becomes a finding and has
-    no row.
+    no row; so do all of a session without the played sound, if recordings are to be aligned to it.
     """
     content, told = read_manifest(manifest)
-    excitation = None
+    entries = content["recordings"]
+    excitation, played = None, ""
     if features.align:
         excitation, more = read_excitation(root, content, audio)
         told += more
         if excitation is None:
-            raise DataError(
-                manifest, "features.align needs the played sound", "add it to session.yaml"
-            )
-    played = content["excitation"]["sha256"] if features.align else ""
+            told.append(_not_aligned(content["session_id"]))
+            entries = []
+        else:
+            played = content["excitation"]["sha256"]
     digest = settings_digest(audio, features, _Reference(code=code, excitation=played))
     known = _cached(cache, digest)
 
@@ -88,7 +92,6 @@ def make_shard(
         found = examine(root / entry["path"], audio, features.window, excitation)
         return _row(content["session_id"], entry, found, audio, features)
 
-    entries = content["recordings"]
     new = [e for e in entries if (e["recording_id"], e["sha256"]) not in known]
     made_new = in_threads(made, new, threads)
     results = {e["recording_id"]: r for e, r in zip(new, made_new, strict=True)}
@@ -111,6 +114,12 @@ def make_shard(
     _keep(findings, cache.with_suffix(".findings.csv"))
     print(f"{len(new)} recordings read, {len(entries) - len(new)} features reused")
     return len(new), len(entries) - len(new)
+
+
+def _not_aligned(session: str) -> Finding:
+    problem = "features.align needs the played sound, which this session does not have"
+    fix = "add it to session.yaml, or set features.align to false"
+    return Finding(session, WHOLE_SESSION, "", "error", "no_excitation", problem, fix)
 
 
 def _row(
@@ -146,11 +155,11 @@ def _write(
 ) -> None:
     frequency = frequencies_hz(audio.sample_rate_hz, features)
     hashes = {entry["recording_id"]: entry["sha256"] for entry in content["recordings"]}
-    flags = {name: sorted({f.code for f in told if f.recording_id == name}) for name in rows}
+    flags = _codes(told)
     columns = {
         "recording": text_column(list(rows)),
         "sha256": text_column([hashes[name] for name in rows], long_name="SHA-256 of the file"),
-        "flags": text_column([",".join(flags[name]) for name in rows], long_name="findings"),
+        "flags": text_column([flags.get(name, "") for name in rows], long_name="findings"),
     }
     if features.align:
         delay = np.asarray([row.delay for row in rows.values()], np.float64)
@@ -165,6 +174,14 @@ def _write(
     write_store(path, shard, {"long_name": "spectrum", "units": "1"})
 
 
+def _codes(findings: Iterable[Finding]) -> dict[str, str]:
+    """Codes of the findings of each recording, sorted, with commas between them."""
+    codes: dict[str, set[str]] = defaultdict(set)
+    for one in findings:
+        codes[one.recording_id].add(one.code)
+    return {name: ",".join(sorted(found)) for name, found in codes.items()}
+
+
 def _cached(cache: Path, digest: str) -> dict[tuple[str, str], Row]:
     """Rows of the last shard by (recording_id, sha256); none when it was made otherwise."""
     if not cache.is_file():
@@ -176,18 +193,24 @@ def _cached(cache: Path, digest: str) -> dict[tuple[str, str], Row]:
         return {}  # a cache: what cannot be read is computed again
     if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
         return {}
-    names, hashes = (shard.columns[c].values.tolist() for c in ("recording", "sha256"))
-    delays = shard.columns["delay_samples"].values if "delay_samples" in shard.columns else None
+    values = {name: column.values.tolist() for name, column in shard.columns.items()}
+    names, hashes, flags = values["recording"], values["sha256"], values["flags"]
+    delays = values.get("delay_samples", [np.nan] * len(names))
+    codes = _codes(remarks)
+    told = defaultdict(list)
+    for one in remarks:
+        if one.code != OTHER_DELAY:  # depends on the other recordings
+            told[one.recording_id].append(one)
     return {
-        (name, sha256): Row(
-            shard.feature[row],
-            np.nan if delays is None else float(delays[row]),
-            tuple(f for f in remarks if f.recording_id == name and f.code != "other_delay"),
-        )
+        (name, sha256): Row(shard.feature[row], delays[row], tuple(told[name]))
         for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
+        if flags[row] == codes.get(name, "")  # else shard and findings are of different runs
     }
 
 
 def _keep(path: Path, cache: Path) -> None:
     with replacing(cache) as temporary:
-        os.link(path, temporary)
+        try:
+            os.link(path, temporary)
+        except OSError:  # another file system, or one without hard links
+            shutil.copyfile(path, temporary)

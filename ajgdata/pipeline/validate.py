@@ -9,6 +9,7 @@ from typing import Any
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.merge import without_rejected
 from ajgdata.pipeline.recordings import (
     examine,
     finding,
@@ -16,11 +17,12 @@ from ajgdata.pipeline.recordings import (
     late_or_early,
     read_excitation,
 )
-from ajgdata.store.labels import copies, label_problem
+from ajgdata.store.audio import Remark, file_sha256
+from ajgdata.store.labels import bad_label, copies, label_problem, rejected
 from ajgdata.store.manifest import HashCache, survey
-from ajgdata.store.scan import AUDIO_SUFFIXES
+from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset
-from ajgdata.types import AudioSettings, Finding
+from ajgdata.types import AudioSettings, FeatureSettings, Finding
 
 Started = Callable[[int], Callable[[], object]]
 
@@ -48,52 +50,49 @@ def validate_datasets(
     return count, told
 
 
-def validate_dataset(paths: Paths, name: str, started: Started) -> tuple[int, list[Finding]]:
+def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
     """Every session of a data set: files, samples, delays, labels, copies."""
-    spec = read_dataset(paths, name)
+    spec = read_dataset(paths, dataset)
     cache = HashCache(paths.hash_cache)
-    surveys = [survey(paths, name, session, cache) for session in list_sessions(paths, name)]
+    surveys = [survey(paths, dataset, name, cache) for name in list_sessions(paths, dataset)]
     advance = started(sum(len(manifest["recordings"]) for manifest, _ in surveys))
     told: list[Finding] = []
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for manifest, labels in surveys:
-        session = manifest["session_id"]
-        told += [Finding(**found) for found in manifest["findings"]]
-        told += _check_session(paths.root, manifest, spec.audio, spec.features.window, advance)
         table = {row["recording_id"]: row for row in labels}
-        for row in labels:
-            if row["quality"] != "reject" and (problem := label_problem(row, spec.targets)):
-                fix = "correct recordings.csv, or declare the text under `missing` of the target"
-                told.append(
-                    Finding(session, row["recording_id"], "", "error", "bad_label", problem, fix)
-                )
+        session = manifest["session_id"]
+        found = [Finding(**known) for known in manifest["findings"]]
+        found += _check_session(paths.root, manifest, spec.audio, spec.features.window, advance)
+        for name, row in table.items():
+            if problem := label_problem(row, spec.targets):
+                found.append(bad_label(session, name, problem))
+        found = without_rejected(found, list(rejected(session, table).values()))
+        told += found
+        unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
         for entry in manifest["recordings"]:
-            row = table[entry["recording_id"]]
-            label = tuple(row.get(target, "") for target in spec.targets)
-            rows.append((f"{session}/{entry['recording_id']}", entry["sha256"], label))
+            if (name := entry["recording_id"]) not in unusable:
+                label = tuple(table[name].get(target, "") for target in spec.targets)
+                rows.append((f"{session}/{name}", entry["sha256"], label))
     if rows:
         told += copies(*zip(*rows, strict=True)).values()
-    return len(rows), sorted(told)
+    return sum(len(labels) for _, labels in surveys), sorted(told)
 
 
 def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]:
     """Every audio file below a plain folder, against the commonest rate among them."""
-    files = sorted(p for p in folder.rglob("*") if p.suffix.lower() in AUDIO_SUFFIXES)
-    cache = HashCache(folder / ".never-saved")
+    files = [folder.absolute() / path for path in audio_files(folder)]
+    name = folder.absolute().name
     entries = [
-        {
-            "recording_id": str(p.relative_to(folder)),
-            "path": str(p.absolute()),
-            "sha256": cache.sha256(p),
-        }
-        for p in files
+        {"recording_id": str(p.relative_to(folder.absolute())), "path": str(p)} for p in files
     ]
-    manifest = {"session_id": folder.name, "excitation": None, "recordings": entries}
-    audio = common_audio(files)
-    told = _check_session(Path(), manifest, audio, 2048, started(len(files)))
-    digests = [entry["sha256"] for entry in entries]
-    labels = [(str(path.parent),) for path in files]
-    names = [f"{folder.name}/{entry['recording_id']}" for entry in entries]
+    manifest = {"session_id": name, "excitation": None, "recordings": entries}
+    audio, window = common_audio(files), FeatureSettings().window
+    told = _check_session(Path(), manifest, audio, window, started(len(files)))
+    unusable = {one.recording_id for one in told if one.level == "error"}
+    usable = [entry for entry in entries if entry["recording_id"] not in unusable]
+    digests = [file_sha256(Path(entry["path"])) for entry in usable]
+    labels = [(str(Path(entry["path"]).parent),) for entry in usable]
+    names = [f"{name}/{entry['recording_id']}" for entry in usable]
     return len(files), sorted([*told, *copies(names, digests, labels).values()])
 
 
@@ -107,14 +106,17 @@ def _check_session(
     excitation, told = read_excitation(root, manifest, audio)
     session, entries = manifest["session_id"], manifest["recordings"]
     delays: dict[str, int] = {}
-    results = in_threads(
-        lambda e: examine(root / e["path"], audio, window, excitation), entries, os.cpu_count() or 1
-    )
-    for entry, found in zip(entries, results, strict=True):
+
+    def checked(entry: dict[str, str]) -> tuple[tuple[Remark, ...], int | None]:
+        found = examine(root / entry["path"], audio, window, excitation)
+        return found.remarks, found.delay  # the samples would wait in memory
+
+    results = in_threads(checked, entries, os.cpu_count() or 1)
+    for entry, (remarks, delay) in zip(entries, results, strict=True):
         name = entry["recording_id"]
-        told += [finding(session, name, entry["path"], remark) for remark in found.remarks]
-        if found.delay is not None:
-            delays[name] = found.delay
+        told += [finding(session, name, entry["path"], remark) for remark in remarks]
+        if delay is not None:
+            delays[name] = delay
         advance()
     return told + late_or_early(session, list(delays), list(delays.values()), audio.sample_rate_hz)
 

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, Paths
+from pydantic import ValidationError
+
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.files import replacing
 from ajgdata.store.provenance import software
 from ajgdata.store.scan import Found, Scan
-from ajgdata.store.sessions import read_recordings, read_session, write_session
-from ajgdata.types import DataError, Excitation, Recording, Session
+from ajgdata.store.sessions import (
+    audio_path,
+    inside,
+    read_recordings,
+    read_session,
+    write_session,
+)
+from ajgdata.types import DataError, Excitation, Recording, Session, describe
 
 
 @dataclass
@@ -41,56 +50,60 @@ def import_scan(
     """Write the sessions of `found` below `folder` into `dataset`.
 
     Running it again adds what is new, takes over changed labels, and keeps recordings that are no
-    longer in the folder. A recording whose bytes differ from those held is left alone and listed
-    in `conflicts`, unless `replace`.
+    longer in the folder, quality, further columns and what was completed in session.yaml. A
+    recording whose bytes differ from those held is left alone and listed in `conflicts`, unless
+    `replace`. Raises DataError, before anything is written, for a session that cannot be added to.
     """
     sessions: dict[str, list[Found]] = defaultdict(list)
     for one in found.found:
         sessions[one.session].append(one)
     result = Imported(sessions=len(sessions))
+    before = {
+        name: _before(paths.session(dataset, name), copy=copy, folder=folder) for name in sessions
+    }
     for name, members in sorted(sessions.items()):
         target = paths.session(dataset, name)
-        held = _held(target)
-        before = set(held)
-        _check_mode(target, copy=copy, folder=folder)
-        for one, recording_id in zip(members, _ids(members), strict=True):
+        session, held = before[name]
+        rates = {session.sample_rate_hz} if session and held else set()
+        for one, recording_id in zip(members, _ids(members, held, copy=copy), strict=True):
             recording = _recording(folder, one, recording_id, copy=copy)
             _take(folder / one.path, target, held, recording, result, copy=copy, replace=replace)
             progress()
-        if not before and not held:
-            continue
-        excitation = _excitation(folder, found.excitations.get(name), target)
-        session = Session(
+        rates |= _rates(folder, members)
+        changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
+        if played := _excitation(folder, found.excitations.get(name), target):
+            changed["excitation"] = played
+        session = session or Session(
             session_id=name,
             source="import",
-            sample_rate_hz=_common_rate(folder, members),
-            excitation=excitation,
             audio_root=None if copy else str(folder.absolute()),
             software=f"ajgdata {software()['ajgdata_version']}",
             notes=f"imported from a folder named {folder.name!r}",
         )
-        write_session(target, session, sorted(held.values(), key=lambda r: r.recording_id))
+        rows = sorted(held.values(), key=lambda r: r.recording_id)
+        write_session(target, session.model_copy(update=changed), rows)
     return result
 
 
 def seal(paths: Paths, dataset: str, session: str) -> int:
-    """Accept the bytes that are there: write the present sha256 of every recording.
+    """Accept the bytes that are there: write the present sha256 of every recording and of the
+    played sound.
 
-    Returns how many rows changed. Missing files keep their row.
+    Returns how many recordings changed. Missing files keep their row.
     """
     folder = paths.session(dataset, session)
     declared = read_session(folder)
     recordings, findings = read_recordings(folder)
     if findings:
         raise DataError(folder / RECORDINGS_FILE, findings[0].problem, findings[0].fix)
-    base = Path(declared.audio_root) if declared.audio_root else folder
-    sealed = [
-        r.model_copy(update={"sha256": file_sha256(base / r.file)})
-        if (base / r.file).is_file()
-        else r
-        for r in recordings
-    ]
-    write_session(folder, declared, sealed)
+    sealed = []
+    for recording in recordings:
+        path = audio_path(folder, declared, recording)
+        digest = file_sha256(path) if path.is_file() else recording.sha256
+        sealed.append(recording.model_copy(update={"sha256": digest}))
+    if (played := declared.excitation) and (path := inside(folder, played.file)).is_file():
+        played = played.model_copy(update={"sha256": file_sha256(path)})
+    write_session(folder, declared.model_copy(update={"excitation": played}), sealed)
     return sum(new != old for new, old in zip(sealed, recordings, strict=True))
 
 
@@ -107,38 +120,57 @@ def _held(target: Path) -> dict[str, Recording]:
     return {r.recording_id: r for r in recordings}
 
 
-def _check_mode(target: Path, *, copy: bool, folder: Path) -> None:
-    if not (target / "session.yaml").is_file():
-        return
-    root = read_session(target).audio_root
-    if root != (None if copy else str(folder.absolute())):
-        held = f"references {root}" if root else "holds copies"
+def _before(
+    target: Path, *, copy: bool, folder: Path
+) -> tuple[Session | None, dict[str, Recording]]:
+    """What a session was before, after checking that recordings may be added to it."""
+    held = _held(target)
+    if not (target / SESSION_FILE).is_file():  # new, or an import that was interrupted
+        return None, held
+    session = read_session(target)
+    if session.source != "import":
         raise DataError(
-            target, f"this session {held}", "import the same way again, or with another --session"
+            target, f"this session's source is {session.source}", "import with another --session"
         )
+    root = session.audio_root
+    if root != (None if copy else str(folder.absolute())):
+        how = f"references {root}" if root else "holds copies"
+        raise DataError(
+            target, f"this session {how}", "import the same way again, or with another --session"
+        )
+    return session, held
 
 
-def _ids(members: Sequence[Found]) -> list[str]:
-    """Path inside the folder without suffix; with suffix where two files would share it."""
+def _ids(members: Sequence[Found], held: Mapping[str, Recording], *, copy: bool) -> list[str]:
+    """The id that a file has, else its path inside the folder without suffix; with suffix where
+    two files would share it."""
+    known = {recording.file: name for name, recording in held.items()}
     stems = [one.path.with_suffix("").as_posix() for one in members]
     counts = Counter(stems)
-    return [
-        one.path.as_posix() if counts[stem] > 1 else stem
-        for one, stem in zip(members, stems, strict=True)
-    ]
+    ids: list[str] = []
+    for one, stem in zip(members, stems, strict=True):
+        new = stem if counts[stem] == 1 and stem not in held else one.path.as_posix()
+        ids.append(known.get(_file(one, copy=copy), new))
+    return ids
+
+
+def _file(one: Found, *, copy: bool) -> str:
+    return (Path(AUDIO_FOLDER, one.path) if copy else one.path).as_posix()
 
 
 def _recording(folder: Path, one: Found, recording_id: str, *, copy: bool) -> Recording:
-    file = Path(AUDIO_FOLDER, one.path) if copy else one.path
-    return Recording(
-        recording_id=recording_id,
-        file=file.as_posix(),
-        sha256=file_sha256(folder / one.path),
-        grasp_id=one.grasp,
-        sample=one.sample,
-        object=one.object,
-        labels=dict(one.labels),
-    )
+    try:
+        return Recording(
+            recording_id=recording_id,
+            file=_file(one, copy=copy),
+            sha256=file_sha256(folder / one.path),
+            grasp_id=one.grasp,
+            sample=one.sample,
+            object=one.object,
+            labels=dict(one.labels),
+        )
+    except ValidationError as error:
+        raise describe(error, folder / one.path) from None
 
 
 def _take(
@@ -155,6 +187,9 @@ def _take(
     if old and old.sha256 != recording.sha256 and not replace:
         result.conflicts.append(recording.recording_id)
         return
+    if old:  # what people added stays
+        labels = {**old.labels, **recording.labels}
+        recording = recording.model_copy(update={"quality": old.quality, "labels": labels})
     destination = target / recording.file
     if copy and not (destination.is_file() and file_sha256(destination) == recording.sha256):
         with replacing(destination) as temporary:
@@ -179,12 +214,12 @@ def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation |
     )
 
 
-def _common_rate(folder: Path, members: Sequence[Found]) -> int | None:
-    """The rate that all readable recordings share, else None."""
+def _rates(folder: Path, members: Sequence[Found]) -> set[int]:
+    """Rates of the readable recordings."""
     rates = set()
     for one in members:
         try:
             rates.add(inspect_audio(folder / one.path).sample_rate_hz)
         except DataError:
             continue  # an unreadable recording is imported as it is, and named by `validate`
-    return rates.pop() if len(rates) == 1 else None
+    return rates

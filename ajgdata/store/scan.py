@@ -23,6 +23,8 @@ UNREADABLE_SUFFIXES = {
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
 #: Named groups that say what a recording is; every other named group is a label.
 ROLES = ("session", "grasp", "object", "sample")
+#: Control characters, and bytes of a file name that are not UTF-8: a table cannot hold them.
+_NO_TEXT = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff]")
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ def _audio_files(folder: Path, result: Scan) -> list[Path]:
         if suffix in UNREADABLE_SUFFIXES:
             reason = f"{suffix} cannot be read: convert it (ffmpeg -i in{suffix} out.wav)"
             result.skipped.append((name, reason))
-        elif name != name.strip() or not name.isprintable():  # a table of text cannot hold it
+        elif name != name.strip() or _NO_TEXT.search(name):
             shown = name.encode(errors="backslashreplace").decode()
             result.skipped.append((shown, "its name is no plain text: rename it"))
         else:

@@ -163,7 +163,7 @@ def inside(base: Path, file: str) -> Path:
     parts = file.split("/")
     leaves = file.startswith("/") or ".." in parts
     steps = ["/".join([str(base), *parts[: n + 1]]) for n in range(len(parts))]
-    if not leaves and any(os.path.islink(step) for step in steps):
+    if not leaves and any(Path(step).is_symlink() for step in steps):
         real, home = os.path.realpath(steps[-1]), os.path.realpath(base)
         leaves = not real.startswith(home + os.sep)
     if leaves:

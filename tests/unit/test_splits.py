@@ -110,9 +110,9 @@ def test_impossible_folds_are_refused_with_the_reason():
         random_folds(np.zeros(4), "regression", 5, 0)
     y = np.array(["rare"] * 3 + ["a"] * 10)
     groups = np.array([0] * 3 + list(range(1, 11)))
-    with pytest.raises(ValueError, match="class 'rare' is absent .* needs more groups"):
+    with pytest.raises(ValueError, match=r"class 'rare' is absent .* needs more groups"):
         grouped_folds(y, groups, "classification", 5, 0)
-    with pytest.raises(ValueError, match="class 'rare' is absent .* needs more rows"):
+    with pytest.raises(ValueError, match=r"class 'rare' is absent .* needs more rows"):
         random_folds(["rare"] + ["a"] * 9, "classification", 5, 0)
     with pytest.raises(ValueError, match="0 groups"):
         grouped_folds([], [], "regression", 2, 0)

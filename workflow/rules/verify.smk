@@ -1,17 +1,16 @@
 rule verify:
-    message:
-        "Checking the results, and the solver on runs too long for the test suite"
     input:
         report=PATHS.report,
-        tests=HERE / "tests/artefacts",
+        tests=HERE / "tests/artefacts/test_results.py",
     output:
-        PATHS.results / "verify" / "summary.txt",
-    params:
-        tests=str(HERE / "tests"),
-        code=code_digest("gripper"),
+        summary=PATHS.results / "verify" / "summary.txt",
     log:
         "results/logs/verify.log",
     conda:
         "../../environment.yml"
+    params:
+        code=code_digest("gripper"),
+    message:
+        "Checking the results, and the solver on runs too long for the test suite"
     script:
         "../scripts/verify.py"

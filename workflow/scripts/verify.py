@@ -6,4 +6,4 @@ from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.verify import verify
 
 with logged(snakemake.log[0]):
-    verify(Path(snakemake.params.tests), Path(snakemake.output[0]))
+    verify(Path(snakemake.input.tests).parents[1], Path(snakemake.output.summary))

@@ -1,0 +1,202 @@
+"""Atomic replacement, and readers that answer bad input with one line."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ajgdata.store.files import (
+    csv_bytes,
+    json_bytes,
+    numbered_rows,
+    read_csv,
+    read_json,
+    read_text,
+    read_yaml,
+    replacing,
+    write_bytes,
+    write_if_changed,
+    yaml_bytes,
+)
+from ajgdata.types import DataError
+
+WRITER = """
+import sys
+from pathlib import Path
+from ajgdata.store.files import write_bytes
+target, size = Path(sys.argv[1]), int(sys.argv[2])
+print("ready", flush=True)
+for round in range(10**9):
+    write_bytes(target, bytes([65 + round % 26]) * size)
+"""
+
+
+def one_line(caught) -> str:
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def test_a_killed_writer_leaves_a_whole_file(tmp_path):
+    target, size = tmp_path / "target.bin", 300_000
+    target.write_bytes(b"@" * size)
+    generator, seen = random.Random(1), set()
+    for _ in range(8):
+        process = subprocess.Popen(
+            [sys.executable, "-c", WRITER, target, str(size)], stdout=subprocess.PIPE
+        )
+        assert process.stdout.readline() == b"ready\n"
+        time.sleep(generator.uniform(0, 0.05))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+        content = target.read_bytes()
+        assert len(content) == size
+        assert content == content[:1] * size
+        seen.add(content[:1])
+    assert len(seen) > 1  # it was written between the kills
+
+
+def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
+    target = tmp_path / "target"
+    target.write_bytes(b"old")
+    with pytest.raises(RuntimeError), replacing(target) as temporary:
+        temporary.write_bytes(b"half of the n")
+        raise RuntimeError
+    assert [p.name for p in tmp_path.iterdir()] == ["target"]
+    assert target.read_bytes() == b"old"
+
+
+def test_the_temporary_of_a_killed_process_with_the_same_number_is_no_obstacle(tmp_path):
+    target = tmp_path / "target"
+    with replacing(target) as temporary:
+        temporary.write_bytes(b"new")
+        stale = temporary
+    stale.write_bytes(b"stale")
+    source = tmp_path / "source"
+    source.write_bytes(b"linked")
+    with replacing(target) as temporary:
+        os.link(source, temporary)
+    assert target.read_bytes() == b"linked"
+    assert not stale.exists()
+
+
+def test_a_name_as_long_as_the_file_system_allows(tmp_path):
+    target = tmp_path / ("n" * 251 + ".wav")
+    write_bytes(target, b"x")
+    assert target.read_bytes() == b"x"
+
+
+def test_equal_content_keeps_the_time(tmp_path):
+    path = tmp_path / "deep" / "file"
+    assert write_if_changed(path, b"one")
+    os.utime(path, ns=(1, 1))
+    assert not write_if_changed(path, b"one")
+    assert path.stat().st_mtime_ns == 1
+    assert write_if_changed(path, b"two")
+    assert path.stat().st_mtime_ns > 1
+    assert path.read_bytes() == b"two"
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"a: 1\nb: [\n", ":3: not valid YAML"),
+        (b"a: 1\n\tb: 2\n", ":2: not valid YAML"),
+        (b"a: 1\nb: 2\na: 3\n", ":3: not valid YAML (key 'a' stands twice)"),
+        (b"a: {b: 1, b: 2}\n", "key 'b' stands twice"),
+        (b"a: 2024-13-45\n", "not valid YAML (month must be in 1..12)"),
+        (b"a: !!python/object/apply:os.system [x]\n", "not valid YAML (could not determine"),
+        (b"- 1\n- 2\n", "holds no keys"),
+        (b"", "holds no keys"),
+        (b"just text", "holds no keys"),
+        (b"a: caf\xe9\n", "not UTF-8 text at byte 6; save it as UTF-8"),
+        ("a: 1\n".encode("utf-16"), "not UTF-8"),
+        ("a: 1\n".encode("utf-16-le"), "holds NUL characters"),
+    ],
+)
+def test_yaml_that_cannot_be_read(tmp_path, content, said):
+    path = tmp_path / "x.yaml"
+    path.write_bytes(content)
+    with pytest.raises(DataError) as caught:
+        read_yaml(path)
+    assert one_line(caught).startswith(str(path))
+    assert said in str(caught.value)
+
+
+def test_yaml_with_mark_and_windows_line_ends(tmp_path):
+    path = tmp_path / "x.yaml"
+    path.write_bytes("\ufeffname: Größe\r\nunit: mm\r\n".encode())
+    assert read_yaml(path) == {"name": "Größe", "unit": "mm"}
+    path.write_bytes(yaml_bytes({"name": "Größe", "b": None, "a": [1, 2]}))
+    assert list(read_yaml(path).items()) == [("name", "Größe"), ("b", None), ("a", [1, 2])]
+
+
+def test_what_cannot_be_opened_is_said_in_one_line(tmp_path):
+    with pytest.raises(DataError, match="there is no such file; create it"):
+        read_text(tmp_path / "absent")
+    with pytest.raises(DataError, match=r"cannot be read \(Is a directory\)"):
+        read_text(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "is empty; begin with a, b"),
+        ("a,c\n1,2\n", "column b is missing; the header is 'a,c'"),
+        ("a;b\n1;2\n", "save it with commas between the cells"),
+        ("a\tb\n1\t2\n", "save it with commas between the cells"),
+        ("a,b,a\n1,2,3\n", "column 'a' stands twice; rename one of them"),
+        ("a,b,\n1,2,\n", "column 3 has no name; name it or remove it"),
+        ("a,b\n1,2\n1,2,3\n", ":3: 3 cells, the header has 2; add or remove cells"),
+        ("a,b\n1\n", ":2: 1 cells, the header has 2"),
+        ('a,b\n1,"2\n3,4\n', "not valid CSV (unexpected end of data); correct the quotes"),
+        ("a,b\n1,x\0y\n", "holds NUL characters"),
+        (f"a,b\n1,{'x' * 200_000}\n", ":2: not valid CSV (field larger than field limit"),
+    ],
+)
+def test_csv_that_cannot_be_read(tmp_path, content, said):
+    path = tmp_path / "x.csv"
+    path.write_text(content)
+    with pytest.raises(DataError) as caught:
+        read_csv(path, required=("a", "b"))
+    assert one_line(caught).startswith(str(path))
+    assert said in str(caught.value)
+
+
+def test_csv_as_spreadsheets_write_it(tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_bytes('\ufeffa , b\r\n 1 ,"x, ""y"""\r\n\r\n,\r\n2,\r\n'.encode())
+    header, rows = read_csv(path)
+    assert header == ["a", "b"]
+    assert rows == [{"a": "1", "b": 'x, "y"'}, {"a": "2", "b": ""}]
+    assert [line for line, _ in numbered_rows(path)[1]] == [2, 5]  # as the spreadsheet counts
+
+
+cells = st.text(st.characters(exclude_categories=["Cs", "Cc"])).map(str.strip)
+
+
+@given(st.lists(st.tuples(cells.filter(bool), cells)))
+def test_every_text_survives_csv(tmp_path_factory, rows):
+    path = tmp_path_factory.mktemp("csv") / "x.csv"
+    wanted = [{"a": a, "b": b} for a, b in rows]
+    write_bytes(path, csv_bytes(["a", "b"], wanted))
+    assert read_csv(path) == (["a", "b"], wanted)
+
+
+def test_json(tmp_path):
+    path = tmp_path / "x.json"
+    assert json_bytes({"b": 1, "a": [1.5, None]}) == json_bytes({"a": [1.5, None], "b": 1})
+    path.write_bytes(json_bytes({"a": "ä"}))
+    assert read_json(path) == {"a": "ä"}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        json_bytes({"a": float("nan")})
+    path.write_text('{"a": 1,\n')
+    with pytest.raises(DataError, match=r"x.json:2: not valid JSON"):
+        read_json(path)

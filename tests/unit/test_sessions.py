@@ -1,0 +1,260 @@
+"""dataset.yaml, session.yaml, recordings.csv: each mistake gives one line that says what to do."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from ajgdata.store.sessions import (
+    audio_path,
+    list_sessions,
+    read_dataset,
+    read_recordings,
+    read_session,
+    write_dataset,
+    write_session,
+)
+from ajgdata.types import DataError, DatasetSpec, ImportSettings, Recording, Session, Target, Task
+
+RECIPE = {
+    "grasps_per_object": 1,
+    "objects": [{"name": "x", "shape": {"kind": "cube"}, "targets": {"edge_mm": 1}}],
+}
+
+
+def recipe(**keys):
+    return {"recipe": RECIPE | keys}
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"colour": "red"}, "unknown key colour; correct its spelling or remove it"),
+        ({"audio": {"sample_rat": 1}}, "unknown key audio.sample_rat"),
+        ({"name": "other"}, "name = 'other'; must be its folder's name, 'd'"),
+        ({"name": "a b"}, "name = 'a b': Names are letters, digits, _ and -"),
+        ({"name": None}, "name = None: Input should be a valid string; correct the value"),
+        ({"licence": 1.0}, "licence = 1.0: Input should be a valid string"),
+        ({"features": {"window": 8}}, "features.window = 8: Input should be greater than or equal"),
+        ({"features": {"window": "big"}}, "features.window = 'big': Input should be a valid int"),
+        ({"features": {"hop": 4096}}, "hop 4096 exceeds window 2048"),
+        ({"features": {"band_hz": [5, 1]}}, "must be 0 <= low < high"),
+        ({"features": {"band_hz": [30000, 40000]}}, "holds no bin"),
+        ({"features": {"band_hz": [100, float("inf")]}}, "Input should be a finite number"),
+        ({"features": {"normalisation": "l3"}}, "'l1', 'l2', 'max' or 'none'"),
+        ({"audio": {"channel": "left"}}, "audio.channel = 'left': Input should be 'mono' or 'mean'"),
+        ({"audio": {"channel": -1}}, "audio.channel = -1"),
+        ({"audio": {"sample_rate_hz": 0, "other_rate": "x"}}, "(and 1 more)"),
+        ({"targets": {"edge mm": {"kind": "regression"}}}, "targets.edge mm = 'edge mm': Names are"),
+        ({"targets": {"e": {"kind": "guess"}}}, "targets.e.kind = 'guess': Input should be"),
+        ({"targets": {"e": {"unit": "mm"}}}, "targets.e.kind is missing; add targets.e.kind"),
+        ({"targets": {"file": {"kind": "regression"}}}, "target file has the name of a standard"),
+        ({"targets": {"feature": {"kind": "regression"}}}, "target feature has the name"),
+        ({"targets": {"string7": {"kind": "regression"}}}, "target string7 has the name"),
+        ({"tasks": {"t": {"target": "nope"}}}, "task t: target 'nope' is not among the targets"),
+        ({"tasks": {"t": {"target": "edge_mm", "folds": 1}}}, "tasks.t.folds = 1"),
+        ({"tasks": {"t": {"target": "edge_mm", "models": ["svm"]}}}, "tasks.t.models.0 = 'svm'"),
+        ({"tasks": ["t"]}, "tasks = ['t']: Input should be a valid dictionary"),
+        ({"imports": {"pattern": "x", "table": "y", "file": "z"}}, "give pattern or table, not both"),
+        ({"imports": {"table": "y"}}, "table needs file"),
+        (recipe(objects=[]), "recipe.objects = []"),
+        (recipe(objects=RECIPE["objects"] * 2), "two objects share a name"),
+        (recipe(vary={"angle_deg": [10, -10]}), "vary.angle_deg = [10, -10] must be [low, high]"),
+        (recipe(scene={"grasp": 3}), "scene.grasp must hold keys"),
+        (recipe(scene={"grasp": {"x": float("nan")}}), "should be a finite number"),
+        (recipe(sessions=0), "recipe.sessions = 0"),
+        ({**recipe(), "targets": {}}, "object x: unknown targets ['edge_mm']"),
+    ],
+)
+def test_mistakes_in_dataset_yaml(project, keys, said):
+    path = project.declare(**keys)
+    with pytest.raises(DataError) as caught:
+        read_dataset(project.paths, "d")
+    text = str(caught.value)
+    assert text.startswith(f"{path}: ")
+    assert said in text
+    assert "\n" not in text
+    assert len(text) < 500
+
+
+def test_an_unknown_data_set_names_those_that_there_are(project):
+    with pytest.raises(DataError, match="no such data set; declared here: d"):
+        read_dataset(project.paths, "e")
+
+
+def test_the_value_is_named_though_long(project):
+    project.declare(name=["x" * 1000] * 1000)
+    with pytest.raises(DataError) as caught:
+        read_dataset(project.paths, "d")
+    assert len(str(caught.value)) < 400
+
+
+def test_dataset_round_trip(project):
+    spec = DatasetSpec(
+        name="d",
+        title="Größe: 1",
+        targets={
+            "m": Target(kind="regression", unit="g", missing=("0", "0.0")),
+            "medium": Target(kind="classification"),
+        },
+        tasks={"t": Task(target="m", models=("knn",))},
+        imports=ImportSettings(pattern=r"(?P<m>\d+)'\.wav"),
+    )
+    path = write_dataset(project.paths, spec)
+    assert read_dataset(project.paths, "d") == spec
+    assert "folds" not in path.read_text()  # defaults are not frozen into declarations
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
+    assert read_dataset(project.paths, "d") == spec
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"session_id": "s2"}, "session_id = 's2'; must be its folder's, 's1'"),
+        ({"source": "radio"}, "source = 'radio': Input should be"),
+        ({"sample_rate_hz": "fast"}, "sample_rate_hz = 'fast'"),
+        ({"excitation": {"file": "x.wav"}}, "excitation.sha256 is missing"),
+        ({"gripper_name": "x"}, "unknown key gripper_name"),
+    ],
+)
+def test_mistakes_in_session_yaml(tmp_path, keys, said):
+    folder = tmp_path / "s1"
+    folder.mkdir()
+    content = {"session_id": "s1", "source": "import"} | keys
+    (folder / "session.yaml").write_text(yaml.safe_dump(content))
+    with pytest.raises(DataError) as caught:
+        read_session(folder)
+    assert str(caught.value).startswith(f"{folder / 'session.yaml'}: ")
+    assert said in str(caught.value)
+
+
+def test_an_incomplete_session_says_so(tmp_path):
+    with pytest.raises(DataError, match=r"session.yaml: there is no such file; finish the import"):
+        read_session(tmp_path)
+
+
+def table(folder: Path, text: str | bytes) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    content = text if isinstance(text, bytes) else text.encode()
+    (folder / "recordings.csv").write_bytes(content)
+    return folder
+
+
+def test_rows_and_missing_values(tmp_path):
+    folder = table(
+        tmp_path / "s1",
+        "\ufeffrecording_id,file,grasp_id,edge_mm,note,sample\r\n"
+        "b,audio/b.wav,g,,,\r\n"
+        'a,audio/a.wav,g,10.5,"schön, ja",3\r\n',
+    )
+    recordings, findings = read_recordings(folder)
+    assert findings == []
+    assert [r.recording_id for r in recordings] == ["a", "b"]
+    assert recordings[0].labels == {"edge_mm": "10.5", "note": "schön, ja"}
+    assert recordings[1].labels == {"edge_mm": "", "note": ""}
+    assert (recordings[0].sample, recordings[1].sample, recordings[1].quality) == (3, 0, "ok")
+
+
+def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
+    folder = table(
+        tmp_path / "s1",
+        "recording_id,file,grasp_id,sample,sha256\n"
+        "a,a.wav,g,0,\n"
+        "\n"
+        "b,b.wav,g,many,\n"
+        ",c.wav,g,0,\n"
+        "d,,g,0,\n"
+        "e,e.wav,,0,\n"
+        "f,f.wav,g,0,ABC\n"
+        "g,g.wav,g,-1,\n"
+        "h,1.wav,g,0,\n"
+        "h,2.wav,g,0,\n",
+    )
+    recordings, findings = read_recordings(folder)
+    assert [r.recording_id for r in recordings] == ["a"]
+    told = {f.problem: (f.recording_id, f.code) for f in findings}
+    assert len(findings) == 8
+    assert told["2 rows share this recording_id"] == ("h", "duplicate_id")
+    rows = {name: problem for problem, (name, code) in told.items() if code == "bad_row"}
+    # line numbers count the empty line, as every editor does
+    assert rows["b"].startswith("recordings.csv row 4: sample = 'many': Input should be")
+    assert rows["row 5"] == "recordings.csv row 5: recording_id is missing"
+    assert rows["d"] == "recordings.csv row 6: file is missing"
+    assert rows["e"] == "recordings.csv row 7: grasp_id is missing"
+    assert rows["f"].startswith("recordings.csv row 8: sha256 = 'ABC'")
+    assert rows["g"].startswith("recordings.csv row 9: sample = '-1'")
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ("recording_id,file", "column grasp_id is missing"),
+        ("recording_id,file,grasp_id,source", "column 'source' has the name of a standard column"),
+        ("recording_id,file,grasp_id,feature", "column 'feature' has the name"),
+        ("recording_id,file,grasp_id,mass (g)", "no label can have the name 'mass (g)'; rename it"),
+        ("recording_id,file,grasp_id,a/b", "no label can have the name 'a/b'"),
+    ],
+)
+def test_a_table_that_cannot_be_used(tmp_path, header, said):
+    with pytest.raises(DataError, match=re.escape(said)):
+        read_recordings(table(tmp_path / "s1", header + "\n"))
+
+
+def test_a_table_without_rows_is_an_empty_session(tmp_path):
+    assert read_recordings(table(tmp_path, "recording_id,file,grasp_id\n")) == ([], [])
+
+
+def test_session_round_trip_keeps_times(tmp_path):
+    rows = [
+        Recording(recording_id="a", file="a.wav", grasp_id="g", labels={"x": "1"}),
+        Recording(recording_id="b", file="b.wav", grasp_id="g", labels={"y": 'ü,"'}),
+    ]
+    session = Session(session_id=tmp_path.name, source="import", notes="a: b")
+    write_session(tmp_path, session, rows)
+    assert read_session(tmp_path) == session
+    labels = [r.labels for r in read_recordings(tmp_path)[0]]
+    assert labels == [{"x": "1", "y": ""}, {"x": "", "y": 'ü,"'}]
+    for path in tmp_path.iterdir():
+        os.utime(path, ns=(1, 1))
+    write_session(tmp_path, session, rows)
+    assert {p.stat().st_mtime_ns for p in tmp_path.iterdir()} == {1}
+
+
+@pytest.mark.parametrize("file", ["/etc/passwd", "../x.wav", "audio/../../x.wav", "link", "dir/x"])
+def test_files_outside_are_refused(tmp_path, file):
+    folder = tmp_path / "s1"
+    folder.mkdir()
+    (tmp_path / "x.wav").write_bytes(b"")
+    (folder / "link").symlink_to(tmp_path / "x.wav")
+    (folder / "dir").symlink_to(tmp_path)
+    recording = Recording(recording_id="a", file=file, grasp_id="g")
+    with pytest.raises(DataError, match="leaves its folder"):
+        audio_path(folder, Session(session_id="s1", source="import"), recording)
+
+
+def test_files_inside_are_found(tmp_path):
+    folder = tmp_path / "s1"
+    (folder / "audio").mkdir(parents=True)
+    (folder / "audio" / "x.wav").write_bytes(b"")
+    (folder / "same.wav").symlink_to(folder / "audio" / "x.wav")
+    (folder / "loop").symlink_to(folder / "loop")
+    session = Session(session_id="s1", source="import")
+    for file in ("audio/x.wav", "same.wav", "loop", "absent/..wav"):
+        row = Recording(recording_id="a", file=file, grasp_id="g")
+        assert audio_path(folder, session, row) == folder / file
+    elsewhere = session.model_copy(update={"audio_root": str(folder / "audio")})
+    row = Recording(recording_id="a", file="x.wav", grasp_id="g")
+    assert audio_path(tmp_path, elsewhere, row) == folder / "audio" / "x.wav"
+
+
+def test_session_folders(project):
+    assert list_sessions(project.paths, "d") == []
+    for name in ("b", "a-1", ".trash"):
+        project.folder(name).mkdir(parents=True)
+    (project.folder("b").parent / "notes.txt").write_text("")
+    assert list_sessions(project.paths, "d") == ["a-1", "b"]
+    project.folder("day 1").mkdir()
+    with pytest.raises(DataError, match="day 1: a session cannot have this name; rename it"):
+        list_sessions(project.paths, "d")

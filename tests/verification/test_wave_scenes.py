@@ -1,0 +1,126 @@
+"""Whole scenes: what must differ, what must not, and by how much."""
+
+import numpy as np
+import pytest
+from wave_cases import cut_cells
+
+from ajgdata.gripper import Scene, excitation_sweep, record, simulate
+from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.signal import SignalChain
+
+QUIET = SignalChain(noise_db_spl=None)
+_known: dict[str, np.ndarray] = {}
+
+
+def _scene(edge_mm: float | None = 20.0, **parts) -> Scene:
+    shape = None if edge_mm is None else {"kind": "cube", "edge_mm": edge_mm}
+    numerics = {"dx_mm": 4.0} | parts.pop("numerics", {})
+    return Scene.model_validate({"object": shape, "numerics": numerics, **parts})
+
+
+def _feature(scene: Scene, chain: SignalChain = QUIET, seed: int = 0) -> np.ndarray:
+    """Hann STFT 2048/512 magnitude, summed over time, unit norm."""
+    samples = record(simulate(scene), excitation_sweep(), chain, seed).samples
+    frames = np.lib.stride_tricks.sliding_window_view(samples, 2048)[::512]
+    spectrum = np.abs(np.fft.rfft(frames * np.hanning(2049)[:-1], axis=1)).sum(0)
+    return spectrum / np.linalg.norm(spectrum)
+
+
+def _base() -> np.ndarray:
+    if "base" not in _known:
+        _known["base"] = _feature(_scene())
+    return _known["base"]
+
+
+def test_float32_agrees_with_float64():
+    single = simulate(_scene())
+    double = simulate(_scene(numerics={"precision": "float64"}))
+    n = min(len(single.samples), len(double.samples))
+    error = np.linalg.norm(single.samples[:n] - double.samples[:n])
+    # 5,000 steps that each round to 6e-8, at worst all in the same direction.
+    assert 0 < error < 5_000 * 6e-8 * np.linalg.norm(double.samples)
+
+
+def test_what_is_unused_changes_nothing():
+    one = _scene(None, medium={"kind": "air"})
+    other = _scene(
+        None,
+        medium={"kind": "air", "grain_diameter_mm": 3.0, "porosity": 0.5, "bed_depth_mm": 10},
+        grasp={"angle_deg": 33.0, "force_n": 5.0, "nuisance": {"packing": 0.1}},
+        numerics={"max_time_s": 0.02},
+    )
+    one = one.model_copy(update={"numerics": other.numerics})
+    assert simulate(one).samples.tobytes() == simulate(other).samples.tobytes()
+
+
+def test_the_same_scene_gives_the_same_bytes_in_a_fresh_interpreter(run_python):
+    here = simulate(_scene(13.0)).samples
+    simulate(_scene(17.0))
+    code = (
+        "from ajgdata.gripper import Scene, simulate; import hashlib;"
+        f"s = Scene.model_validate_json({_scene(13.0).model_dump_json()!r});"
+        "print(hashlib.sha256(simulate(s).samples.tobytes()).hexdigest())"
+    )
+    import hashlib
+
+    assert run_python(code).strip() == hashlib.sha256(here.tobytes()).hexdigest()
+
+
+def test_sizes_and_grasps_differ_and_repeats_hardly():
+    loud = SignalChain()
+    repeat = np.linalg.norm(_feature(_scene(), loud, 1) - _feature(_scene(), loud, 2))
+    regrasp = np.linalg.norm(_feature(_scene(grasp={"seed": 5})) - _base())
+    resize = np.linalg.norm(_feature(_scene(28.0)) - _base())
+    assert 0 < repeat < 0.01
+    assert 0.02 < regrasp < 0.5
+    assert resize > 0.05
+    assert regrasp > 10 * repeat
+
+
+def test_the_response_changes_smoothly_with_the_edge():
+    step = [np.linalg.norm(_feature(_scene(20.0 + d)) - _base()) for d in (0.1, 0.4)]
+    # Linear in the change within a factor of two: no cell jumps in or out.
+    assert 2 < step[1] / step[0] < 8
+
+
+def test_refining_the_grid_converges_on_the_response():
+    fine = _feature(_scene(numerics={"dx_mm": 2.0}))
+    below_3k = slice(5, 140)
+    errors = [
+        np.linalg.norm((_feature(_scene(numerics={"dx_mm": dx})) - fine)[below_3k])
+        / np.linalg.norm(fine[below_3k])
+        for dx in (6.0, 4.0, 2.8)
+    ]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 0.15
+
+
+def test_media_reflect_in_the_order_of_the_paper():
+    energy = {}
+    for kind in ("plastic", "metal", "coffee", "air"):
+        scene = _scene(None, medium={"kind": kind}, numerics={"max_time_s": 0.1})
+        energy[kind] = float(np.sum(simulate(scene).samples ** 2))
+    shares = [energy[kind] / energy["air"] for kind in ("plastic", "metal", "coffee")]
+    assert 0.5 > shares[0] > shares[1] > shares[2] > 0.001
+    assert shares[2] < 0.2 * 1.0  # coffee loses more than 80 % (paper)
+
+
+@pytest.mark.parametrize("dx_mm", [2.0, 3.3])
+def test_the_scene_does_not_depend_on_the_grid(dx_mm):
+    scene = _scene(18.0)
+    shape = cavity(scene)
+    cells = cut_cells(shape, dx_mm * 1e-3, 0.05, -0.045, 0.045)
+    pixel = 0.5e-3**2
+    open_ = np.sum(np.clip(shape.roof - shape.floor, 0, None)) * pixel
+    grains = np.sum(np.clip(np.minimum(shape.surface, shape.roof) - shape.floor, 0, None)) * pixel
+    assert cells.volume.sum() == pytest.approx(open_, rel=2e-3)
+    assert cells.bed.sum() == pytest.approx(grains, rel=5e-3)
+
+
+def test_the_level_is_what_the_chain_says():
+    scene = Scene.model_validate({"object": {"kind": "cube", "edge_mm": 20}})
+    take = record(simulate(scene), excitation_sweep(), QUIET)
+    full_scale = np.sqrt(2) * 20e-6 * 10 ** (QUIET.full_scale_db_spl / 20)
+    rms = np.sqrt(np.mean(take.samples**2)) * full_scale
+    assert 20 * np.log10(rms / 20e-6) == pytest.approx(QUIET.level_db_spl, abs=0.5)
+    assert take.clipped_count == 0

@@ -1,0 +1,11 @@
+def of_sessions(path):
+    """All sessions of a data set, for one kind of file."""
+    return lambda wildcards: [
+        path(wildcards.dataset, session)
+        for session in PLANS[wildcards.dataset].sessions
+    ]
+
+
+def of_runs(path):
+    """All evaluated models, for one kind of file."""
+    return [path(*run) for run in RUNS]
