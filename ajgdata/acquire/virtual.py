@@ -37,7 +37,7 @@ class VirtualGripper:
         if self._solved is None or self._solved[0] != grasp.digest:
             try:
                 self._solved = (grasp.digest, gripper.simulate(scene))
-            except gripper.InvalidScene as error:
+            except gripper.SceneError as error:
                 raise DataError(grasp.grasp_id, str(error), "correct the recipe") from None
         seed = gripper.derive_seed(scene.grasp.seed, "noise", sample)
         taken = gripper.record(self._solved[1], self._sweep, seed=seed)

@@ -22,7 +22,7 @@ Real = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Air:
-    """Dry air as an ideal gas, viscosity by Sutherland's law (White, Viscous Fluid Flow, eq. 1-36).
+    """Dry air as an ideal gas, viscosity by Sutherland's law.
 
     SI units: density kg/m3, sound_speed m/s, viscosity Pa s, compressibility 1/Pa.
     """
@@ -64,8 +64,8 @@ class Packing:
     def jca(self, omega: Real, air: Air) -> tuple[Complex, Complex]:
         """Equivalent density (kg/m3) and compressibility (1/Pa) seen by the mean flow.
 
-        Johnson et al. (1987) and Champoux & Allard (1991) as in Allard & Atalla (2009), eqs 5.50
-        and 5.51; the packing's parameters by Kozeny-Carman and Bruggeman (tortuosity φ^-1/2).
+        Johnson et al. (1987) and Champoux & Allard (1991) as in Allard & Atalla (2009);
+        the packing's parameters by Kozeny-Carman and Bruggeman (tortuosity φ^-1/2).
         """
         phi, eta, rho0 = self.porosity, air.viscosity, air.density
         k0 = phi**3 * self.diameter**2 / (180 * (1 - phi) ** 2)

@@ -60,7 +60,7 @@ def excitation_sweep(
     amplitude: float = 0.9,
     fade_s: float = 0.005,
 ) -> Real:
-    """Logarithmic sweep (Farina 2000, eq. 2) with raised-cosine fades, (n,) in [-1, 1]."""
+    """Logarithmic sweep (Farina 2000) with raised-cosine fades, (n,) in [-1, 1]."""
     if not (0 < low_hz < high_hz < SAMPLE_RATE_HZ / 2 and 0 < 2 * fade_s <= duration_s):
         raise ValueError("a sweep needs 0 < low_hz < high_hz < 22050 and 0 < 2 fade_s <= duration")
     time = np.arange(round(duration_s * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ

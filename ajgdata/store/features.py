@@ -26,6 +26,8 @@ CHUNK_ROWS = 256
 #: Keeps h5netcdf from choosing chunks larger than an array without rows.
 _NO_CHUNKS = {"chunking_heuristic": "h5py"}
 CONVENTIONS = "CF-1.11"
+#: What h5py raises for files that are damaged, or that are not ours.
+_DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 
 
 @dataclass(frozen=True)
@@ -130,9 +132,9 @@ def read_store(path: Path) -> Shard:
                 for name, variable in store.items()
                 if name != "feature" and (name == "recording" or "recording" in _axes(variable))
             }
-    except (OSError, KeyError) as error:
+    except _DAMAGE:
         raise DataError(
-            path, f"not a readable feature store ({error})", "delete it and run again"
+            path, "not a readable feature store", "delete it and run again"
         ) from None
     return Shard(feature, frequency, columns, attrs)
 
@@ -186,7 +188,7 @@ def concatenate(shards: Sequence[Shard]) -> Shard:
     }
     names, counts = np.unique(columns["recording"].values, return_counts=True)
     if (counts > 1).any():
-        raise ValueError(f"recording {names[counts > 1][0]!r} stands in two shards")
+        raise ValueError(f"recording {str(names[counts > 1][0])!r} stands in two shards")
     return Shard(
         np.concatenate([s.feature for s in shards]), first.frequency_hz, columns, first.attrs
     )

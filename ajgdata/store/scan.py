@@ -104,8 +104,7 @@ def _audio_files(folder: Path, result: Scan) -> list[Path]:
             reason = f"{suffix} cannot be read: convert it (ffmpeg -i in{suffix} out.wav)"
             result.skipped.append((name, reason))
         elif name != name.strip() or _NO_TEXT.search(name):
-            shown = name.encode(errors="backslashreplace").decode()
-            result.skipped.append((shown, "its name is no plain text: rename it"))
+            result.skipped.append((_NO_TEXT.sub("?", name), "its name is no plain text: rename it"))
         else:
             files.append(path)
     return files

@@ -5,7 +5,7 @@ import os
 
 import numpy as np
 import pytest
-from conftest import tone, write_tone
+from worlds import tone, write_tone
 
 from ajgdata.store import manifest
 from ajgdata.store.manifest import HashCache, read_manifest

@@ -1,5 +1,7 @@
 """Whole scenes: what must differ, what must not, and by how much."""
 
+import hashlib
+
 import numpy as np
 import pytest
 from wave_cases import cut_cells
@@ -61,8 +63,6 @@ def test_the_same_scene_gives_the_same_bytes_in_a_fresh_interpreter(run_python):
         f"s = Scene.model_validate_json({_scene(13.0).model_dump_json()!r});"
         "print(hashlib.sha256(simulate(s).samples.tobytes()).hexdigest())"
     )
-    import hashlib
-
     assert run_python(code).strip() == hashlib.sha256(here.tobytes()).hexdigest()
 
 
@@ -102,7 +102,7 @@ def test_media_reflect_in_the_order_of_the_paper():
         energy[kind] = float(np.sum(simulate(scene).samples ** 2))
     shares = [energy[kind] / energy["air"] for kind in ("plastic", "metal", "coffee")]
     assert 0.5 > shares[0] > shares[1] > shares[2] > 0.001
-    assert shares[2] < 0.2 * 1.0  # coffee loses more than 80 % (paper)
+    assert shares[2] < 0.2  # coffee loses more than 80 % (paper)
 
 
 @pytest.mark.parametrize("dx_mm", [2.0, 3.3])

@@ -141,7 +141,7 @@ def _stored(system: System, state: State) -> float:
 
 
 def frequencies(system: System, count: int) -> np.ndarray:
-    """Lowest `count` resonances (Hz) of the lossless `system` as marched, without the static one."""
+    """Lowest `count` resonances (Hz) of the lossless `system` as marched, but the static one."""
     live = np.flatnonzero(system.mass.ravel())
     number = np.full(system.mass.size, -1)
     number[live] = np.arange(len(live))
@@ -169,6 +169,5 @@ def check_convergence(
 ) -> None:
     """The fitted order is at least `order`, and the finest error at most `cap`."""
     slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert slope >= order, f"order {slope:.2f} < {order} from {list(zip(sizes, errors))}"
+    assert slope >= order, f"order {slope:.2f} < {order} from {sizes}, {errors}"
     assert errors[-1] <= cap, f"error {errors[-1]:.2e} > {cap}"
-

@@ -1,0 +1,302 @@
+"""Import: nothing is lost, nothing is altered, and doing it again changes only what changed."""
+
+import hashlib
+import shutil
+
+import pytest
+from worlds import write_tone
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.importing import import_folder
+from ajgdata.store.importing import seal
+from ajgdata.store.manifest import read_manifest, refresh
+from ajgdata.store.sessions import (
+    list_sessions,
+    read_dataset,
+    read_recordings,
+    read_session,
+    write_session,
+)
+from ajgdata.types import DataError, ImportSettings
+
+
+@pytest.fixture
+def paths(tmp_path):
+    (tmp_path / "project" / "datasets").mkdir(parents=True)
+    return Paths(tmp_path / "project")
+
+
+@pytest.fixture
+def kit(tmp_path):
+    folder = tmp_path / "My recordings"
+    for name, hz in {"0_sweep": 100, "1_no object": 200, "2_cube ä": 300, "3_cube ä": 400}.items():
+        write_tone(folder / f"{name}.wav", hz)
+    return folder
+
+
+def rows(paths, session="d"):
+    return {r.recording_id: r for r in read_recordings(paths.session("d", session))[0]}
+
+
+def run(paths, folder, **options):
+    settings = options.pop("settings", None)
+    return import_folder(paths, "d", folder, settings=settings, **options)[2]
+
+
+def counts(result):
+    return result.added, result.relabelled, result.unchanged, result.conflicts
+
+
+def test_starter_kit_folder(paths, kit):
+    spec, found, result = import_folder(paths, "d", kit, settings=None)
+    assert counts(result) == (3, 0, 0, [])
+    assert found.skipped == []
+    assert spec == read_dataset(paths, "d")
+    assert spec.audio.sample_rate_hz == 8000
+    assert spec.targets["label"].kind == "classification"
+    assert list(spec.tasks) == ["label"]
+    session = read_session(paths.session("d", "d"))
+    assert session.source == "import"
+    assert session.sample_rate_hz == 8000
+    held = rows(paths)
+    assert set(held) == {"1_no object", "2_cube ä", "3_cube ä"}
+    assert held["2_cube ä"].labels == {"label": "cube ä", "n": "2"}
+    for name, row in held.items():
+        copied = paths.session("d", "d") / row.file
+        assert copied.read_bytes() == (kit / f"{name}.wav").read_bytes()
+        assert row.sha256 == hashlib.sha256(copied.read_bytes()).hexdigest()
+    played = paths.session("d", "d") / session.excitation.file
+    assert played.read_bytes() == (kit / "0_sweep.wav").read_bytes()
+    assert session.excitation.sha256 == hashlib.sha256(played.read_bytes()).hexdigest()
+
+
+def test_again_changes_nothing(paths, kit, snapshot):
+    run(paths, kit)
+    (paths.session("d", "d") / "audio" / "1_no object.wav").touch()
+    before = snapshot(paths.root)
+    assert counts(run(paths, kit)) == (0, 0, 3, [])
+    after = snapshot(paths.root)
+    assert {n for n in before if before[n] != after[n]} <= {
+        "data/d/sessions/d/excitation.wav"  # the same bytes again
+    }
+    assert {n: content for n, (content, _) in after.items()} == {
+        n: content for n, (content, _) in before.items()
+    }
+
+
+def test_again_adds_what_is_new_and_keeps_what_is_gone(paths, kit):
+    run(paths, kit)
+    (kit / "1_no object.wav").unlink()
+    write_tone(kit / "4_ball.wav", 500)
+    assert counts(run(paths, kit)) == (1, 0, 2, [])
+    assert set(rows(paths)) == {"1_no object", "2_cube ä", "3_cube ä", "4_ball"}
+
+
+def test_changed_bytes_are_a_conflict_unless_replaced(paths, kit):
+    run(paths, kit)
+    before = rows(paths)["3_cube ä"]
+    digest = write_tone(kit / "3_cube ä.wav", 999)
+    assert counts(run(paths, kit)) == (0, 0, 2, ["3_cube ä"])
+    assert rows(paths)["3_cube ä"] == before
+    held = paths.session("d", "d") / before.file
+    assert hashlib.sha256(held.read_bytes()).hexdigest() == before.sha256
+    assert counts(run(paths, kit, replace=True)) == (0, 1, 2, [])
+    assert rows(paths)["3_cube ä"].sha256 == digest
+    assert held.read_bytes() == (kit / "3_cube ä.wav").read_bytes()
+
+
+def test_labels_follow_the_pattern_and_what_people_added_stays(paths, kit):
+    run(paths, kit)
+    folder = paths.session("d", "d")
+    session = read_session(folder).model_copy(
+        update={"gripper": "G7", "medium": "coffee", "notes": "in the kitchen"}
+    )
+    edited = [
+        r.model_copy(
+            update={"quality": "reject" if r.labels["n"] == "1" else "ok",
+                    "labels": {**r.labels, "edge_mm": r.labels["n"] + "0"}}
+        )
+        for r in rows(paths).values()
+    ]  # fmt: skip
+    write_session(folder, session, edited)
+    shorter = ImportSettings(pattern=r"(?P<n>[1-9])_(?P<label>\w+).*\.wav", grasp="{label}")
+    assert counts(run(paths, kit, settings=shorter)) == (0, 3, 0, [])
+    held = rows(paths)
+    assert held["1_no object"].quality == "reject"
+    assert held["3_cube ä"].labels == {"label": "cube", "n": "3", "edge_mm": "30"}
+    assert held["3_cube ä"].grasp_id == "cube"
+    assert read_session(folder) == session  # the played sound too, which this pattern leaves out
+
+
+def test_the_played_sound_outlives_a_folder_without_it(paths, kit):
+    run(paths, kit)
+    before = read_session(paths.session("d", "d")).excitation
+    (kit / "0_sweep.wav").unlink()
+    run(paths, kit)
+    assert read_session(paths.session("d", "d")).excitation == before
+    digest = write_tone(kit / "0_new.wav", 150)
+    run(paths, kit)
+    assert read_session(paths.session("d", "d")).excitation.sha256 == digest
+
+
+def test_same_name_with_another_suffix(paths, kit):
+    run(paths, kit)
+    (kit / "2_cube ä.WAV").write_bytes((kit / "1_no object.wav").read_bytes())
+    assert counts(run(paths, kit)) == (1, 0, 3, [])  # the first keeps its id
+    held = rows(paths)
+    assert held["2_cube ä"].file == "audio/2_cube ä.wav"
+    assert held["2_cube ä.WAV"].file == "audio/2_cube ä.WAV"
+    assert counts(run(paths, kit)) == (0, 0, 4, [])
+
+
+def test_both_suffixes_at_once(paths, tmp_path):
+    folder = tmp_path / "both"
+    write_tone(folder / "1_a.wav", 200)
+    write_tone(folder / "1_a.WAV", 300)
+    assert counts(run(paths, folder)) == (2, 0, 0, [])
+    assert set(rows(paths)) == {"1_a.wav", "1_a.WAV"}
+
+
+def test_folders_become_sessions(paths, tmp_path):
+    folder = tmp_path / "days"
+    for number, day in enumerate(("mon", "Tue 2")):
+        write_tone(folder / day / "0_sweep.wav", 100 + number)
+        write_tone(folder / day / "1_a.wav", 200 + number)
+    result = run(paths, folder)
+    assert (result.sessions, result.added) == (2, 2)
+    assert list_sessions(paths, "d") == ["Tue_2", "mon"]
+    hashes = {s: read_session(paths.session("d", s)).excitation.sha256 for s in ("Tue_2", "mon")}
+    assert hashes["mon"] == hashlib.sha256((folder / "mon/0_sweep.wav").read_bytes()).hexdigest()
+    assert hashes["mon"] != hashes["Tue_2"]
+
+
+def test_reference_leaves_the_audio_where_it_is(paths, kit):
+    run(paths, kit, copy=False)
+    folder = paths.session("d", "d")
+    assert not (folder / "audio").exists()
+    assert read_session(folder).audio_root == str(kit)
+    refresh(paths, "d")
+    content, found = read_manifest(paths.audio_manifest("d", "d"))
+    assert found == []
+    assert {r["path"] for r in content["recordings"]} == {
+        str(p) for p in kit.glob("[1-9]*.wav")
+    }
+    assert counts(run(paths, kit, copy=False)) == (0, 0, 3, [])
+    write_tone(kit / "1_no object.wav", 777)
+    refresh(paths, "d")
+    assert [f.code for f in read_manifest(paths.audio_manifest("d", "d"))[1]] == ["changed"]
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_copies_and_references_do_not_mix(paths, kit, snapshot, first):
+    run(paths, kit, copy=first)
+    before = snapshot(paths.root)
+    with pytest.raises(DataError, match="import the same way again"):
+        run(paths, kit, copy=not first)
+    assert snapshot(paths.root) == before
+
+
+def test_nothing_is_written_when_the_folder_is_not_understood(paths, kit, snapshot):
+    before = snapshot(paths.root)
+    for settings, said in (
+        (ImportSettings(pattern=r"(?P<label>\d+)\.wav"), "none of its"),
+        (ImportSettings(pattern=r"(?P<label>.*)\.wav", grasp="{nope}"), "--grasp"),
+    ):
+        with pytest.raises(DataError, match=said):
+            run(paths, kit, settings=settings)
+    with pytest.raises(DataError, match="there is no column 'mass'"):
+        run(paths, kit, targets=["mass"])
+    with pytest.raises(DataError, match="data set 'my data'"):
+        import_folder(paths, "my data", kit, settings=None)
+    assert snapshot(paths.root) == before
+
+
+def test_one_session_that_cannot_be_added_to_stops_before_any_is_written(paths, tmp_path, snapshot):
+    folder = tmp_path / "days"
+    for day in ("a", "b"):
+        write_tone(folder / day / "1_x.wav", 200)
+    run(paths, folder)
+    (paths.session("d", "b") / "recordings.csv").write_text(
+        "recording_id,file,grasp_id\na,a.wav,\n"
+    )
+    write_tone(folder / "a" / "2_x.wav", 300)
+    before = snapshot(paths.root)
+    with pytest.raises(DataError, match="grasp_id is missing; nothing was imported"):
+        run(paths, folder)
+    assert snapshot(paths.root) == before
+
+
+def test_a_session_of_another_source_is_left_alone(paths, kit):
+    run(paths, kit)
+    folder = paths.session("d", "d")
+    session = read_session(folder).model_copy(update={"source": "virtual"})
+    write_session(folder, session, read_recordings(folder)[0])
+    with pytest.raises(DataError, match="this session's source is virtual"):
+        run(paths, kit)
+
+
+def test_an_interrupted_import_goes_on(paths, kit):
+    def stop_at_second():
+        stop_at_second.calls += 1
+        if stop_at_second.calls == 2:
+            raise KeyboardInterrupt
+
+    stop_at_second.calls = 0
+    with pytest.raises(KeyboardInterrupt):
+        run(paths, kit, started=lambda total: stop_at_second)
+    assert not (paths.session("d", "d") / "session.yaml").exists()
+    run(paths, kit)
+    other = Paths(paths.root.parent / "other")
+    (other.root / "datasets").mkdir(parents=True)
+    run(other, kit)
+    assert rows(paths) == rows(other)
+
+
+def test_what_dataset_yaml_says_holds_for_what_is_left_open(paths, kit):
+    run(paths, kit, settings=ImportSettings(pattern=r"(?P<n>[1-9])_(?P<kind>.*)\.wav"))
+    result = run(paths, kit, settings=ImportSettings(grasp="{kind}"))
+    assert counts(result) == (0, 3, 0, [])
+    assert rows(paths)["1_no object"].grasp_id == "no object"
+    with pytest.raises(DataError, match="d is declared already, without 'n'"):
+        run(paths, kit, targets=["n"])
+    run(paths, kit, targets=["kind"])
+
+
+def test_targets_are_declared_by_what_the_cells_hold(paths, tmp_path):
+    folder = tmp_path / "stones"
+    lines = ["name,mass (g),form,few"]
+    for number in range(14):
+        write_tone(folder / f"w{number}.wav", 200 + number)
+        mass = "NaN" if number == 3 else str(100.5 + number)
+        lines.append(f"w{number},{mass},{'ab'[number % 2]},{number % 3}")
+    (folder / "t.csv").write_text("\n".join(lines))
+    settings = ImportSettings(table="t.csv", file="{name}.wav")
+    with pytest.raises(DataError, match="a table has many columns; name labels among"):
+        run(paths, folder, settings=settings)
+    run(paths, folder, settings=settings, targets=["mass (g)", "form", "few"])
+    targets = read_dataset(paths, "d").targets
+    assert {name: t.kind for name, t in targets.items()} == {
+        "mass_g": "regression", "form": "classification", "few": "classification"
+    }  # fmt: skip
+    assert targets["mass_g"].missing == ("NaN",)
+
+
+def test_unreadable_recordings_are_imported_as_they_are(paths, kit):
+    (kit / "5_broken.wav").write_bytes(b"RIFF broken")
+    shutil.copy(kit / "1_no object.wav", kit / "6_other.wav")
+    assert run(paths, kit).added == 5
+    assert (paths.session("d", "d") / "audio/5_broken.wav").read_bytes() == b"RIFF broken"
+
+
+def test_seal_accepts_what_is_there(paths, kit):
+    run(paths, kit)
+    folder = paths.session("d", "d")
+    digest = write_tone(folder / "audio" / "1_no object.wav", 777)
+    played = write_tone(folder / "excitation.wav", 778)
+    (folder / "audio" / "3_cube ä.wav").unlink()
+    before = rows(paths)
+    assert seal(paths, "d", "d") == 1
+    assert rows(paths)["1_no object"].sha256 == digest
+    assert rows(paths)["3_cube ä"] == before["3_cube ä"]
+    assert read_session(folder).excitation.sha256 == played
+    assert seal(paths, "d", "d") == 0

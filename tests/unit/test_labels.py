@@ -1,0 +1,139 @@
+"""Cells become values or findings, never a wrong number."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from ajgdata.store.features import Shard, text_column
+from ajgdata.store.labels import (
+    copies,
+    labelled,
+    number,
+    parse_label,
+    select,
+    with_columns,
+    without_copies,
+)
+from ajgdata.types import Target
+
+SIZE = Target(kind="regression", unit="mm", missing=("0", "n/a"))
+KIND = Target(kind="classification", missing=("?",))
+
+
+def shard(*names: str, digests: tuple[str, ...] = ()) -> Shard:
+    return Shard(
+        np.arange(3 * len(names), dtype=np.float32).reshape(-1, 3),
+        np.arange(3.0),
+        {
+            "recording": text_column(names),
+            "sha256": text_column(digests or [f"hash of {name}" for name in names]),
+        },
+        {},
+    )
+
+
+def row(**cells: str) -> dict[str, str]:
+    return {"recording_id": "", "grasp_id": "g", "sample": "0", "quality": "ok"} | cells
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "value"),
+    [
+        ("12.5", SIZE, 12.5),
+        (" -1e-3 ", SIZE, -1e-3),
+        ("", SIZE, math.nan),
+        ("0", SIZE, math.nan),
+        ("n/a", SIZE, math.nan),
+        ("0.0", SIZE, 0.0),
+        ("", KIND, ""),
+        ("?", KIND, ""),
+        ("0", KIND, "0"),
+    ],
+)
+def test_cells(text, target, value):
+    assert parse_label(text, target) == pytest.approx(value, nan_ok=True, abs=0)
+
+
+@pytest.mark.parametrize("text", ["1,5", "nan", "inf", "-Infinity", "1_0", "ten", "0x1", "1 mm"])
+def test_what_is_no_number(text):
+    with pytest.raises(ValueError, match=r"."):
+        number(text)
+
+
+def test_select_leaves_out_with_the_reason():
+    table = {
+        "a": row(edge_mm="1"),
+        "b": row(edge_mm="1,5"),
+        "c": row(edge_mm="2", quality="Reject"),
+        "d": row(edge_mm="", quality="clipped"),
+        "f": row(edge_mm="bad", quality="reject"),
+    }
+    kept, told = select(shard(*"abcdef"), table, {"edge_mm": SIZE}, "s1")
+    assert kept.columns["recording"].values.tolist() == ["a", "d"]
+    assert kept.feature.tolist() == [[0, 1, 2], [9, 10, 11]]
+    assert [(f.session_id, f.recording_id, f.code, f.problem) for f in told] == [
+        ("s1", "b", "bad_label", "edge_mm = '1,5' is not a finite number"),
+        ("s1", "e", "bad_label", "has no label row"),
+    ]
+
+
+def test_labels_become_columns():
+    table = {
+        "a": row(edge_mm="1", kind="x", note="é"),
+        "b": row(edge_mm="", kind="?", note="", sample="4"),
+    }
+    made = labelled(shard("b", "a"), table, {"edge_mm": SIZE, "kind": KIND}, "s1")
+    columns = {name: column.values.tolist() for name, column in made.columns.items()}
+    assert columns["recording"] == ["s1/b", "s1/a"]
+    assert columns["grasp_id"] == ["s1/g", "s1/g"]
+    assert columns["sample"] == [4, 0]
+    np.testing.assert_array_equal(columns["edge_mm"], [math.nan, 1.0])
+    assert columns["kind"] == ["", "x"]
+    assert columns["note"] == ["", "é"]
+    assert made.columns["edge_mm"].attrs == {"units": "mm", "role": "target"}
+
+
+def test_a_column_that_a_session_lacks_is_missing_not_zero():
+    made = with_columns(
+        shard("a"), {"edge_mm", "kind", "note"}, {"edge_mm": SIZE, "kind": KIND}
+    )
+    assert math.isnan(made.columns["edge_mm"].values[0])
+    assert made.columns["kind"].values.tolist() == [""]
+    assert made.columns["note"].values.tolist() == [""]
+
+
+def test_copies():
+    names = ["s1/a", "s1/b", "s2/a", "s2/b", "s2/c"]
+    told = copies(names, ["1", "2", "1", "3", "3"], [("x",), ("x",), ("x",), ("x",), ("y",)])
+    assert {index: (f.recording_id, f.level, f.code) for index, f in told.items()} == {
+        2: ("a", "warning", "copy"),
+        3: ("b", "error", "two_labels"),
+        4: ("c", "error", "two_labels"),
+    }
+    assert told[2].problem == "the same bytes as s1/a; left out"
+    assert told[3].problem == "the same bytes as s2/c, which is labelled otherwise"
+
+
+def test_a_missing_label_differs_from_a_given_one():
+    one = shard("s/a", "s/b", digests=("1", "1"))
+    labels = labelled(
+        shard("a", "b", digests=("1", "1")),
+        {"a": row(edge_mm="1"), "b": row(edge_mm="")},
+        {"edge_mm": SIZE},
+        "s",
+    )
+    assert [f.code for f in without_copies(labels, ["edge_mm"])[1]] == ["two_labels"] * 2
+    kept, told = without_copies(one, [])
+    assert kept.columns["recording"].values.tolist() == ["s/a"]
+    assert [f.code for f in told] == ["copy"]
+
+
+def test_thousands_of_copies_take_no_quadratic_time():
+    count = 20_000
+    start = time.perf_counter()
+    told = copies([f"s/{n}" for n in range(count)], ["0"] * count, [()] * count)
+    assert time.perf_counter() - start < 2  # naming all the others would take 400 million names
+    assert len(told) == count - 1
+    assert told[9].problem == f"the same bytes as s/0, s/1, s/2 and {count - 4} more; left out"

@@ -1,0 +1,178 @@
+"""Shards and labels become one store; what is left out is listed with the reason."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import ajgdata
+from ajgdata.store.sessions import read_recordings
+from ajgdata.types import Target
+
+EDGE = Target(kind="regression", unit="mm", description="edge length")
+
+
+def relabel(project, session, **labels):
+    rows = [
+        r.model_copy(update=labels.get(r.recording_id, {}))
+        for r in read_recordings(project.folder(session))[0]
+    ]
+    project.write(rows, session)
+    project.refresh()
+
+
+@pytest.fixture
+def two(project):
+    project.session("s1")
+    project.session("s2", {"a": 610.0, "d": 1210.0})
+    project.shard("s1")
+    project.shard("s2")
+    return project
+
+
+def test_values_and_names(two):
+    store, quarantine = two.merge("s1", "s2", targets={"edge_mm": EDGE})
+    columns = {name: c.values.tolist() for name, c in store.columns.items()}
+    assert quarantine == []
+    assert columns["recording"] == ["s1/a", "s1/b", "s1/c", "s2/a", "s2/d"]
+    assert columns["grasp_id"] == ["s1/g_a", "s1/g_b", "s1/g_c", "s2/g_a", "s2/g_d"]
+    assert columns["session_id"] == ["s1"] * 3 + ["s2"] * 2
+    assert columns["edge_mm"] == [500, 750, 1000, 610, 1210]
+    assert store.columns["edge_mm"].attrs == {
+        "units": "mm", "long_name": "edge length", "role": "target"
+    }  # fmt: skip
+    shards = [two.read_shard("s1").feature, two.read_shard("s2").feature]
+    np.testing.assert_array_equal(store.feature, np.concatenate(shards))
+    assert store.attrs["source"] == "recorded"
+    assert store.attrs["data_set"] == "d"
+    assert json.loads(store.attrs["settings"])["features"]["window"] == 256
+    with ajgdata.load_features("d", two.root) as features:
+        chosen = features.sel(recording="s2/d")
+        assert float(chosen["edge_mm"]) == 1210
+        np.testing.assert_array_equal(chosen["feature"], shards[1][1])
+
+
+def test_same_bytes_twice(two):
+    two.merge("s1", "s2")
+    store, quarantine = two.paths.features("d"), two.paths.quarantine("d")
+    before = store.read_bytes(), quarantine.read_bytes()
+    two.merge("s1", "s2")
+    assert (store.read_bytes(), quarantine.read_bytes()) == before
+
+
+def test_inputs_are_identified(two):
+    one = two.merge("s1", "s2")[0].attrs["inputs_sha256"]
+    assert two.merge("s1")[0].attrs["inputs_sha256"] != one
+    relabel(two, "s1", a={"labels": {"edge_mm": "7"}})
+    assert two.merge("s1", "s2")[0].attrs["inputs_sha256"] == one
+
+
+def test_rejected_and_badly_labelled_recordings(two):
+    relabel(
+        two, "s1",
+        a={"quality": "reject"}, b={"labels": {"edge_mm": "12,5"}}, c={"labels": {"edge_mm": ""}},
+    )  # fmt: skip
+    store, quarantine = two.merge("s1", "s2")
+    assert store.columns["recording"].values.tolist() == ["s1/c", "s2/a", "s2/d"]
+    np.testing.assert_array_equal(store.columns["edge_mm"].values, [np.nan, 610, 1210])
+    assert [(f.session_id, f.recording_id, f.level, f.code) for f in quarantine] == [
+        ("s1", "a", "note", "rejected"),
+        ("s1", "b", "error", "bad_label"),
+    ]
+    assert quarantine[1].problem == "edge_mm = '12,5' is not a finite number"
+
+
+def test_of_a_rejected_recording_only_that_is_told(project):
+    project.session()
+    (project.folder() / "audio" / "b.wav").write_bytes(b"")
+    project.shard()
+    project.shard("s1")
+    assert [f.code for f in project.merge("s1")[1]] == ["changed"]
+    relabel(project, "s1", b={"quality": "reject"})
+    assert [(f.level, f.code) for f in project.merge("s1")[1]] == [("note", "rejected")]
+
+
+def test_copies_are_used_once(two):
+    two.session("s3", {"x": 500.0})  # the bytes and the label of s1/a
+    two.shard("s3")
+    store, (found,) = two.merge("s1", "s2", "s3")
+    assert "s3/x" not in store.columns["recording"].values
+    assert (found.session_id, found.recording_id, found.code) == ("s3", "x", "copy")
+    assert "s1/a" in found.problem
+
+
+def test_the_same_bytes_under_two_labels_are_not_used(two):
+    two.session("s3", {"x": 500.0})
+    relabel(two, "s3", x={"labels": {"edge_mm": "501"}})
+    two.shard("s3")
+    store, found = two.merge("s1", "s2", "s3")
+    assert store.columns["recording"].values.tolist() == ["s1/b", "s1/c", "s2/a", "s2/d"]
+    assert [(f.session_id, f.recording_id, f.code) for f in found] == [
+        ("s1", "a", "two_labels"), ("s3", "x", "two_labels")
+    ]  # fmt: skip
+
+
+def test_a_rejected_copy_takes_nothing_with_it(two):
+    two.session("s3", {"x": 500.0})
+    relabel(two, "s3", x={"labels": {"edge_mm": "501"}, "quality": "reject"})
+    two.shard("s3")
+    store, found = two.merge("s1", "s2", "s3")
+    assert "s1/a" in store.columns["recording"].values
+    assert [f.code for f in found] == ["rejected"]
+
+
+def test_a_column_that_one_session_lacks(two):
+    rows = [
+        r.model_copy(update={"labels": {"hardness": "3", "note": "ü"}})
+        for r in read_recordings(two.folder("s2"))[0]
+    ]
+    two.write(rows, "s2")
+    two.refresh()
+    targets = {"edge_mm": EDGE, "hardness": Target(kind="regression")}
+    store, found = two.merge("s1", "s2", targets=targets)
+    assert found == []
+    np.testing.assert_array_equal(store.columns["edge_mm"].values, [500, 750, 1000] + [np.nan] * 2)
+    np.testing.assert_array_equal(store.columns["hardness"].values, [np.nan] * 3 + [3, 3])
+    assert store.columns["note"].values.tolist() == ["", "", "", "ü", "ü"]
+
+
+def test_what_the_session_is_can_be_a_target(two):
+    rows = read_recordings(two.folder("s2"))[0]
+    two.write(rows, "s2", medium="coffee")
+    two.refresh()
+    store, _ = two.merge("s1", "s2", targets={"medium": Target(kind="classification")})
+    assert store.columns["medium"].values.tolist() == ["unknown"] * 3 + ["coffee"] * 2
+    assert store.columns["medium"].attrs == {"role": "target"}
+
+
+def test_a_broken_session_leaves_the_others(two):
+    (two.folder("s1") / "recordings.csv").write_text("a,b\n")
+    two.shard("s1")
+    store, found = two.merge("s1", "s2")
+    assert store.columns["recording"].values.tolist() == ["s2/a", "s2/d"]
+    assert [(f.session_id, f.recording_id, f.code) for f in found] == [("s1", "*", "bad_session")]
+
+
+def test_nothing_usable_at_all(project):
+    project.session()
+    (project.folder() / "session.yaml").unlink()
+    project.shard()
+    store, found = project.merge("s1")
+    assert store.feature.shape == (0, 129)
+    assert [f.code for f in found] == ["bad_session"]
+    shutil.rmtree(project.folder())
+    with ajgdata.load_features("d", project.root) as features:
+        assert features.sizes == {"recording": 0, "frequency": 129}
+
+
+def test_simulated_sessions_say_so(project):
+    rows = project.session()
+    project.write(rows, "s1")
+    text = (project.folder() / "session.yaml").read_text().replace("import", "virtual", 1)
+    assert "source: virtual" in text
+    (project.folder() / "session.yaml").write_text(text)
+    project.shard()
+    store, _ = project.merge("s1")
+    assert store.attrs["source"] == "simulated"
+    assert set(store.columns["source"].values) == {"virtual"}

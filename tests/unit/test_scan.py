@@ -1,0 +1,163 @@
+"""Folders as people have them: which file is which recording, and what is left out and why."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from ajgdata.store.scan import label_column, scan, slug
+from ajgdata.types import DataError, ImportSettings
+
+KIT = ImportSettings(pattern="starter-kit")
+
+
+def files(folder: Path, *names: str) -> Path:
+    for name in names:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"RIFF")
+    return folder
+
+
+def scanned(folder, **settings):
+    return scan(folder, ImportSettings(**settings), "d")
+
+
+def test_starter_kit(tmp_path):
+    files(
+        tmp_path,
+        *("0_sweep.wav", "1_no object.wav", "2_größe_10.WAV", "10_no object.wav"),
+        *("Day 1/left/00_sweep.wav", "Day 1/left/3_cube.ogg", "Day 1/left/notes.txt"),
+        *("Day 1/4_cube.m4a", ".hidden/5_cube.wav", "._6_cube.wav", "cube.wav", "x/7_a.b.flac"),
+    )
+    result = scan(tmp_path, KIT, "d")
+    assert [(f.path.as_posix(), f.session, f.object) for f in result.found] == [
+        ("10_no object.wav", "d", "no object"),
+        ("1_no object.wav", "d", "no object"),
+        ("2_größe_10.WAV", "d", "größe_10"),
+        ("Day 1/left/3_cube.ogg", "Day_1_left", "cube"),
+        ("x/7_a.b.flac", "x", "a.b"),
+    ]
+    assert result.found[1].labels == {"n": "1", "label": "no object"}
+    assert result.found[3].grasp == "Day 1/left/3_cube"
+    assert {s: p.as_posix() for s, p in result.excitations.items()} == {
+        "d": "0_sweep.wav",
+        "Day_1_left": "Day 1/left/00_sweep.wav",
+    }
+    reasons = dict(result.skipped)
+    assert set(reasons) == {"Day 1/4_cube.m4a", "cube.wav"}
+    assert "convert it (ffmpeg -i in.m4a out.wav)" in reasons["Day 1/4_cube.m4a"]
+    assert reasons["cube.wav"] == "does not match the pattern"
+
+
+def test_a_second_played_sound_is_not_taken_for_the_first(tmp_path):
+    result = scan(files(tmp_path, "0_a.wav", "0_b.wav", "1_x.wav"), KIT, "d")
+    assert result.excitations == {"d": Path("0_a.wav")}
+    assert result.skipped == [("0_b.wav", "the played sound is 0_a.wav already")]
+
+
+def test_names_that_a_table_cannot_hold(tmp_path):
+    files(tmp_path, "1_a.wav", "2_b\n.wav", " 3_c.wav")
+    (tmp_path / os.fsdecode(b"4_caf\xe9.wav")).write_bytes(b"")
+    result = scan(tmp_path, KIT, "d")
+    assert [f.path.name for f in result.found] == ["1_a.wav"]
+    assert [reason for _, reason in result.skipped] == ["its name is no plain text: rename it"] * 3
+    assert [name for name, _ in result.skipped] == [" 3_c.wav", "2_b?.wav", "4_caf?.wav"]
+
+
+def test_regular_expression_with_roles(tmp_path):
+    files(tmp_path, "001 - Dog bark/1-2-A.ogg", "002 - Rain/5-77-B.ogg", "README.wav")
+    result = scanned(
+        tmp_path,
+        pattern=r"\d+ - (?P<label>[^/]+)/(?P<fold>\d)-(?P<clip>\d+)-(?P<take>[A-Z])\.ogg",
+        grasp="clip {clip}",
+        session="fold {fold}",
+        object="{label}!",
+    )
+    dog, rain = result.found
+    assert (dog.session, dog.grasp, dog.object, dog.sample) == ("fold_1", "clip 2", "Dog bark!", 0)
+    assert rain.labels == {"label": "Rain", "fold": "5", "clip": "77", "take": "B"}
+    assert result.skipped == [("README.wav", "does not match the pattern")]
+
+
+def test_named_groups_that_are_roles_are_no_labels(tmp_path):
+    files(tmp_path, "mon/cube/7_2.wav", "tue/cube/7_x.wav")
+    pattern = r"(?P<session>\w+)/(?P<object>\w+)/(?P<grasp>\d+)_(?P<sample>\w+)(?P<opt>-.)?\.wav"
+    one, other = scanned(tmp_path, pattern=pattern).found
+    assert (one.session, one.object, one.grasp, one.sample) == ("mon", "cube", "7", 2)
+    assert (other.session, other.sample) == ("tue", 0)
+    assert one.labels == {"opt": ""}
+
+
+def table(folder: Path, text: str) -> Path:
+    (folder / "t.csv").write_text(text)
+    return folder
+
+
+def test_table(tmp_path):
+    files(tmp_path, "wav/a.wav", "wav/b.wav", "wav/c.wav", "wav/e.mp3")
+    table(tmp_path, "name,mass (g),source,quality\nb,12.5,x,poor\na,,y,\nd,1,z,\ne,1,z,\n")
+    result = scanned(
+        tmp_path, table="t.csv", file="wav/{name}.wav", grasp="{source}", object="o {name}"
+    )
+    assert [(f.path.name, f.session, f.grasp, f.object) for f in result.found] == [
+        ("a.wav", "d", "y", "o a"),
+        ("b.wav", "d", "x", "o b"),
+    ]
+    # names are made fit for every reader, standard columns are not overwritten
+    assert result.found[1].labels == {"name": "b", "mass_g": "12.5", "source_": "x"}
+    assert result.found[0].labels["mass_g"] == ""
+    assert dict(result.skipped) == {
+        "wav/e.mp3": ".mp3 cannot be read: convert it (ffmpeg -i in.mp3 out.wav)",
+        "wav/d.wav": "in t.csv but not in the folder",
+        "wav/e.wav": "in t.csv but not in the folder",
+        "wav/c.wav": "no row in t.csv",
+    }
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"pattern": "("}, "--pattern: not a regular expression"),
+        ({"pattern": r".*\.wav"}, r"has no named group; name the label: \(\?P<label>"),
+        ({"pattern": r"(?P<n>\d+)\.wav"}, "none of its 2 audio files can be imported: '1_a.wav'"),
+        ({"pattern": r"(?P<label>.*)\.wav", "grasp": "{x}"}, r"--grasp: names 'x'; there are"),
+        ({"pattern": r"(?P<label>.*)\.wav", "grasp": "{label"}, "--grasp: '{label' is no template"),
+        ({"pattern": r"(?P<label>.*)\.wav", "session": "{}"}, "--session: names ''"),
+        ({"pattern": r"(?P<label>.*)\.wav", "object": "{0}"}, "--object: names '0'"),
+        ({"pattern": r"(?P<label>.*)\.wav", "object": "{label:d}"}, "--object: .* is no template"),
+        ({"pattern": r"(?P<label>.*)\.wav", "object": "{label.x}"}, "--object: names 'label.x'"),
+        ({"table": "none.csv", "file": "{name}"}, "none.csv: there is no such file"),
+        ({"table": "t.csv", "file": "{nam}.wav"}, r"--file: names 'nam'; there are"),
+        ({"table": "t.csv", "file": "{name"}, "--file: '{name' is no template"),
+        ({"table": "t.csv", "file": "{name}.flac"}, "correct --file"),
+        ({"table": "t.csv", "file": "../{name}.wav"}, "leaves the folder"),
+        ({"table": "t.csv", "file": "1_a.wav"}, "1_a.wav stands in two rows"),
+        ({"table": "u.csv", "file": "{a b}.wav"}, "columns 'a b' and 'a_b' would both be a_b"),
+    ],
+)
+def test_what_cannot_be_understood(tmp_path, settings, said):
+    files(tmp_path, "1_a.wav", "2_b.wav")
+    table(tmp_path, "name\n1_a\n2_b\n")
+    (tmp_path / "u.csv").write_text("a b,a_b\n1,2\n")
+    with pytest.raises(DataError, match=said) as caught:
+        scanned(tmp_path, **settings)
+    assert "\n" not in str(caught.value)
+
+
+def test_folders_without_recordings(tmp_path):
+    with pytest.raises(DataError, match="is not a folder"):
+        scan(tmp_path / "absent", KIT, "d")
+    with pytest.raises(DataError, match=r"holds no audio files; name a folder with .flac, .oga"):
+        scan(tmp_path, KIT, "d")
+    with pytest.raises(DataError, match=r"none of its 1 audio files.*'1_a.m4a' .m4a cannot be"):
+        scan(files(tmp_path, "1_a.m4a"), KIT, "d")
+
+
+def test_names():
+    assert slug("Day 1/left") == "Day_1_left"
+    assert slug("--größe--") == "gr_e"
+    assert slug("日本") == "x"
+    assert label_column("mass (g)") == "mass_g"
+    assert label_column("feature") == "feature_"
+    assert label_column("string7") == "string7_"

@@ -1,0 +1,307 @@
+"""Shards: only what changed is computed, and what cannot be used is said, never NaN."""
+
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from worlds import AUDIO, FEATURES, RATE_HZ, tone, write_tone
+
+from ajgdata.features.spectrum import spectrum
+from ajgdata.store.audio import read_audio, write_pcm24
+from ajgdata.store.features import read_store
+from ajgdata.store.sessions import read_recordings
+from ajgdata.types import AudioSettings, FeatureSettings
+
+ALIGNED = FEATURES.model_copy(update={"align": True})
+
+
+def expected(project, name, session="s1"):
+    audio = read_audio(project.folder(session) / "audio" / f"{name}.wav", AUDIO)
+    return spectrum(audio.samples, RATE_HZ, FEATURES)
+
+
+def test_values(project):
+    rows = project.session()
+    assert project.shard() == (3, 0)
+    shard = project.read_shard()
+    assert shard.columns["recording"].values.tolist() == ["a", "b", "c"]
+    assert shard.columns["sha256"].values.tolist() == [r.sha256 for r in rows]
+    assert shard.columns["flags"].values.tolist() == ["", "", ""]
+    assert "delay_samples" not in shard.columns
+    np.testing.assert_array_equal(shard.frequency_hz, np.arange(129) * RATE_HZ / 256)
+    for row, (name, hz) in enumerate({"a": 500, "b": 750, "c": 1000}.items()):
+        np.testing.assert_array_equal(shard.feature[row], expected(project, name))
+        assert shard.frequency_hz[shard.feature[row].argmax()] == hz
+    assert project.shard_findings() == []
+
+
+def test_one_recording_more_is_one_computed(project):
+    project.session()
+    project.shard()
+    before = project.read_shard()
+    project.session("s1", {"a": 500.0, "aa": 600.0, "b": 750.0, "c": 1000.0})
+    assert project.shard() == (1, 3)
+    shard = project.read_shard()
+    assert shard.columns["recording"].values.tolist() == ["a", "aa", "b", "c"]
+    np.testing.assert_array_equal(shard.feature[[0, 2, 3]], before.feature)
+    np.testing.assert_array_equal(shard.feature[1], expected(project, "aa"))
+
+
+def test_the_same_bytes_whether_computed_or_reused(project):
+    project.session()
+    project.shard()
+    path = project.paths.shard("d", "s1")
+    before = path.read_bytes()
+    path.unlink()  # as Snakemake does before a job
+    assert project.shard() == (0, 3)
+    assert path.read_bytes() == before
+
+
+def test_an_edited_recording_is_computed_again(project):
+    rows = project.session()
+    project.shard()
+    digest = write_tone(project.folder() / "audio" / "b.wav", 1500)
+    assert project.shard() == (0, 2)  # not sealed: quarantined
+    assert [(f.recording_id, f.code) for f in project.shard_findings()] == [("b", "changed")]
+    project.write([r.model_copy(update={"sha256": ""}) for r in rows])
+    assert project.shard() == (1, 2)
+    shard = project.read_shard()
+    assert shard.columns["sha256"].values[1] == digest
+    np.testing.assert_array_equal(shard.feature[1], expected(project, "b"))
+
+
+def test_other_settings_or_code_compute_all(project):
+    project.session()
+    project.shard()
+    assert project.shard(features=FEATURES.model_copy(update={"quantity": "power"})) == (3, 0)
+    assert project.shard(features=FEATURES.model_copy(update={"quantity": "power"})) == (0, 3)
+    assert project.shard() == (3, 0)
+    assert project.shard(code="2") == (3, 0)
+    assert project.shard(code="2", audio=AUDIO.model_copy(update={"channel": "mean"})) == (3, 0)
+
+
+@pytest.mark.parametrize("content", [b"", b"rubbish" * 1000, None])
+def test_a_spoilt_cache_is_computed_again(project, content):
+    project.session()
+    project.shard()
+    before = project.paths.shard("d", "s1").read_bytes()
+    cache = project.paths.shard_cache("d", "s1")
+    whole = cache.read_bytes()
+    cache.unlink()  # a hard link: writing into it would alter the shard
+    cache.write_bytes(whole[: len(whole) // 2] if content is None else content)
+    assert project.shard() == (3, 0)
+    assert project.paths.shard("d", "s1").read_bytes() == before
+    project.paths.shard_cache("d", "s1").with_suffix(".findings.csv").unlink()
+    assert project.shard() == (3, 0)
+
+
+def test_warnings_survive_reuse(project):
+    rows = project.session()
+    samples = 0.9 * np.sin(2 * np.pi * 200 * np.arange(2000) / RATE_HZ)
+    samples[100:130] = 1
+    write_pcm24(project.folder() / "audio" / "b.wav", samples, RATE_HZ)
+    project.write([r.model_copy(update={"sha256": ""}) for r in rows])
+    assert project.shard() == (3, 0)
+    found = project.shard_findings()
+    assert [(f.recording_id, f.level, f.code) for f in found] == [("b", "warning", "clipped")]
+    assert project.read_shard().columns["flags"].values.tolist() == ["", "clipped", ""]
+    assert project.shard() == (0, 3)
+    assert project.shard_findings() == found
+    # Findings of another run than the shard's, as after a kill between the two files:
+    kept = project.paths.shard_cache("d", "s1").with_suffix(".findings.csv")
+    content = kept.read_text().splitlines()
+    kept.unlink()
+    kept.write_text(content[0] + "\n")
+    assert project.shard() == (1, 2)
+    assert project.shard_findings() == found
+
+
+def test_broken_recordings_are_findings(project):
+    tones = dict.fromkeys("abcdefgh", 500.0) | {n: 400 + 50.0 * i for i, n in enumerate("abcdefgh")}
+    rows = project.session("s1", tones)
+    audio = project.folder() / "audio"
+    (audio / "a.wav").write_bytes(b"")
+    (audio / "b.wav").write_bytes((audio / "b.wav").read_bytes()[:1000])
+    write_pcm24(audio / "c.wav", np.zeros(2000), RATE_HZ)
+    write_pcm24(audio / "d.wav", tone(500), 2 * RATE_HZ)
+    write_tone(audio / "e.wav", 500, samples=255)
+    (audio / "f.wav").write_text("not audio")
+    (audio / "g.wav").unlink()
+    project.write([r.model_copy(update={"sha256": ""}) for r in rows])
+    assert project.shard() == (7, 0)
+    told = {f.recording_id: f for f in project.shard_findings()}
+    assert {name: f.code for name, f in told.items()} == {
+        "a": "empty", "b": "truncated", "c": "silent", "d": "other_rate", "e": "too_short",
+        "f": "not_audio", "g": "missing",
+    }  # fmt: skip
+    assert all(f.level == "error" and f.fix and f.session_id == "s1" for f in told.values())
+    shard = project.read_shard()
+    assert shard.columns["recording"].values.tolist() == ["h"]
+    assert np.isfinite(shard.feature).all()
+    assert project.shard() == (6, 1)
+
+
+def test_channels_that_cancel_are_silence(project):
+    rows = project.session("s1", {"a": 500.0})
+    import soundfile
+
+    both = np.column_stack([tone(500), -tone(500)])
+    soundfile.write(project.folder() / "audio" / "a.wav", both, RATE_HZ, subtype="PCM_24")
+    project.write([rows[0].model_copy(update={"sha256": ""})])
+    mean = AudioSettings(sample_rate_hz=RATE_HZ, channel="mean")
+    project.shard(audio=mean)
+    assert [f.code for f in project.shard_findings()] == ["silent"]
+    assert project.read_shard().feature.shape == (0, 129)
+
+
+def test_a_broken_session_is_an_empty_shard(project):
+    project.session()
+    (project.folder() / "session.yaml").write_text("nonsense: [")
+    for features in (FEATURES, ALIGNED):
+        assert project.shard(features=features) == (0, 0)
+        assert project.read_shard().feature.shape == (0, 129)
+        assert "bad_session" in [f.code for f in project.shard_findings()]
+
+
+def sweep(samples=4000):
+    time_s = np.arange(samples) / RATE_HZ
+    phase = 2 * np.pi * (100 * time_s + (3500 - 100) / (2 * time_s[-1]) * time_s**2)
+    return 0.5 * np.sin(phase)
+
+
+def delayed(delay, samples=4500):
+    heard = np.zeros(samples)
+    heard[delay : delay + 4000] = sweep()
+    return heard
+
+
+@pytest.fixture
+def late(project):
+    """Recordings of one sweep; the last one arrives 60 ms after the others."""
+    delays = {name: 20 + number for number, name in enumerate("abcdefgh")} | {"z": 500}
+    rows = project.session("s1", dict.fromkeys(delays, 500.0))
+    for name, delay in delays.items():
+        write_pcm24(project.folder() / "audio" / f"{name}.wav", delayed(delay), RATE_HZ)
+    rows = [r.model_copy(update={"sha256": ""}) for r in rows]
+    project.write(rows, excitation=project.excitation("s1", sweep()))
+    return delays
+
+
+def test_alignment_takes_delays_out_and_records_them(project, late):
+    assert project.shard(features=ALIGNED) == (9, 0)
+    shard = project.read_shard()
+    assert shard.columns["delay_samples"].values.tolist() == list(late.values())
+    for row in range(1, 9):  # once shifted, all recordings are the same, 24-bit rounding apart
+        np.testing.assert_allclose(shard.feature[row], shard.feature[0], rtol=0, atol=2**-20)
+    (found,) = project.shard_findings()
+    assert (found.recording_id, found.level, found.code) == ("z", "warning", "other_delay")
+    assert "+59.5 ms" in found.problem  # (500 - 24) / 8 kHz
+    assert shard.columns["flags"].values.tolist() == [""] * 8 + ["other_delay"]
+    assert project.shard(features=ALIGNED) == (0, 9)
+    assert project.read_shard().columns["delay_samples"].values.tolist() == list(late.values())
+    assert project.shard_findings() == [found]
+
+
+def test_another_played_sound_computes_all(project, late):
+    project.shard(features=ALIGNED)
+    rows = read_recordings(project.folder())[0]
+    project.write(rows, excitation=project.excitation("s1", 0.9 * sweep()))
+    assert project.shard(features=ALIGNED) == (9, 0)
+
+
+@pytest.mark.parametrize("played", [None, np.zeros(4000)])
+def test_without_the_played_sound_a_session_is_left_out_and_the_run_goes_on(project, late, played):
+    rows = read_recordings(project.folder())[0]
+    excitation = None if played is None else project.excitation("s1", played)
+    project.write(rows, excitation=excitation)
+    assert project.shard(features=ALIGNED) == (0, 0)
+    assert project.read_shard().feature.shape == (0, 129)
+    errors = [f for f in project.shard_findings() if f.level == "error"]
+    assert [(f.recording_id, f.code) for f in errors] == [("*", "no_excitation")]
+    assert project.shard(features=FEATURES) == (9, 0)
+
+
+def test_same_bytes_for_any_number_of_threads_and_any_row_order(project):
+    project.session("s1", {f"r{n:02d}": 300.0 + 17 * n for n in range(20)})
+    path, cache = project.paths.shard("d", "s1"), project.paths.shard_cache("d", "s1")
+    seen = set()
+    for threads in (1, 4):
+        table = project.folder() / "recordings.csv"
+        header, *lines = table.read_text().splitlines()
+        random.Random(threads).shuffle(lines)
+        table.write_text("\n".join([header, *lines]) + "\n")
+        assert project.shard(threads=threads) == (20, 0)
+        seen.add(path.read_bytes())
+        cache.unlink()
+    assert len(seen) == 1
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from ajgdata.pipeline.shard import make_shard
+from ajgdata.types import AudioSettings, FeatureSettings
+root, manifest, shard, findings, cache = map(Path, sys.argv[1:])
+print("ready", flush=True)
+for code in range(10**6):
+    make_shard(root=root, manifest=manifest, audio=AudioSettings(sample_rate_hz=8000),
+               features=FeatureSettings(window=256, hop=128), code=str(code), shard=shard,
+               findings=findings, cache=cache)
+"""
+
+
+def test_killed_at_any_moment_the_shard_is_whole(project):
+    project.session()
+    project.shard()
+    paths = project.paths
+    shard, cache = paths.shard("d", "s1"), paths.shard_cache("d", "s1")
+    arguments = [project.root, paths.audio_manifest("d", "s1"), shard,
+                 paths.shard_findings("d", "s1"), cache]  # fmt: skip
+    wanted = read_store(shard).feature
+    generator, digests = random.Random(0), set()
+    for _ in range(5):
+        process = subprocess.Popen(
+            [sys.executable, "-c", WRITER, *map(str, arguments)],
+            stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        process.stdout.readline()
+        time.sleep(0.05 + generator.uniform(0, 0.15))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+        for path in (shard, cache):
+            np.testing.assert_array_equal(read_store(path).feature, wanted)
+        digests.add(read_store(shard).attrs["settings_digest"])
+    assert len(digests) > 1
+    assert project.shard() == (3, 0)
+
+
+def test_a_hard_link_is_not_needed(project, monkeypatch):
+    def refused(*_):
+        raise OSError("no hard links here")
+
+    monkeypatch.setattr("ajgdata.pipeline.shard.os.link", refused)
+    project.session()
+    project.shard()
+    assert project.shard() == (0, 3)
+
+
+def test_finding_what_is_known_takes_no_quadratic_time(project, monkeypatch):
+    """4,000 quiet recordings, each with a warning, in the time of some hundred comparisons each."""
+    project.session("s1", {"a": 500.0})
+    quiet = 1e-5 * tone(500)
+    path = project.folder() / "audio" / "a.wav"
+    write_pcm24(path, quiet, RATE_HZ)
+    row = read_recordings(project.folder())[0][0].model_copy(update={"sha256": ""})
+    count = 4_000
+    rows = [row.model_copy(update={"recording_id": f"r{n}"}) for n in range(count)]
+    project.write(rows)
+    assert project.shard(features=FeatureSettings(window=256, hop=256)) == (count, 0)
+    start = time.perf_counter()
+    assert project.shard(features=FeatureSettings(window=256, hop=256)) == (0, count)
+    assert time.perf_counter() - start < 3  # 2 x 16 million comparisons take longer
+    assert len(project.shard_findings()) == count

@@ -1,0 +1,246 @@
+"""The feature store: equal values through every reader, equal bytes for equal content."""
+
+import time
+from dataclasses import replace
+
+import h5netcdf
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ajgdata
+from ajgdata.store.features import (
+    Column,
+    Shard,
+    concatenate,
+    open_store,
+    read_store,
+    text_column,
+    write_store,
+)
+from ajgdata.types import DataError
+
+FEATURE_ATTRS = {"long_name": "spectrum", "units": "1"}
+NOTES = ["", "größe", "日本語", "a,b 'c'", "  "]
+
+
+def sample(rows: int = 5, start: int = 0, **columns: Column) -> Shard:
+    generator = np.random.default_rng(start)
+    feature = generator.random((rows, 17), np.float32)
+    feature[0, :3] = 0, 1e-45, 3e38  # smallest subnormal and nearly the largest
+    return Shard(
+        feature,
+        np.arange(17) * 31.25,
+        {
+            "recording": text_column([f"s1/{start + n:03d}" for n in range(rows)]),
+            "sha256": text_column([f"{start + n:064x}" for n in range(rows)]),
+            "edge_mm": Column(np.r_[np.nan, np.arange(1.0, rows)], {"units": "mm"}),
+            "note": text_column((NOTES * rows)[:rows]),
+            "sample": Column(np.arange(rows, dtype=np.int32)),
+            **columns,
+        },
+        {"data_set": "d", "source": "recorded", "settings": "{}"},
+    )
+
+
+def assert_same(one: Shard, other: Shard) -> None:
+    np.testing.assert_array_equal(one.feature, other.feature)
+    np.testing.assert_array_equal(one.frequency_hz, other.frequency_hz)
+    assert set(one.columns) == set(other.columns)
+    for name, column in one.columns.items():
+        np.testing.assert_array_equal(column.values, other.columns[name].values, err_msg=name)
+        assert dict(column.attrs) == dict(other.columns[name].attrs)
+
+
+def test_equal_content_gives_equal_bytes(tmp_path):
+    for name in ("a", "b"):
+        write_store(tmp_path / name, sample(), FEATURE_ATTRS)
+        time.sleep(1.1)  # HDF5's times count seconds
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "b"]
+    shuffled = replace(sample(), columns=dict(reversed(sample().columns.items())))
+    write_store(tmp_path / "c", shuffled, FEATURE_ATTRS)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "c").read_bytes()
+
+
+def test_read_back(tmp_path):
+    write_store(tmp_path / "x.nc", sample(), FEATURE_ATTRS)
+    read = read_store(tmp_path / "x.nc")
+    assert_same(sample(), read)
+    assert read.feature.dtype == np.float32
+    assert read.columns["sample"].values.dtype == np.int32
+    assert read.attrs == {"Conventions": "CF-1.11", **sample().attrs}
+
+
+def test_xarray_reads_it(tmp_path):
+    path = tmp_path / "results" / "features" / "d.nc"
+    (tmp_path / "datasets").mkdir()
+    write_store(path, sample(), FEATURE_ATTRS)
+    with ajgdata.load_features("d", tmp_path) as opened:
+        features = opened.load()
+    assert features["feature"].dims == ("recording", "frequency")
+    assert features["feature"].dtype == np.float32
+    np.testing.assert_array_equal(features["feature"], sample().feature)
+    np.testing.assert_array_equal(features["frequency"], np.arange(17) * 31.25)
+    assert features["note"].values.tolist() == (NOTES * 5)[:5]
+    assert features["recording"].values.tolist() == [f"s1/{n:03d}" for n in range(5)]
+    np.testing.assert_array_equal(features["edge_mm"], [np.nan, 1, 2, 3, 4])
+    assert features["edge_mm"].attrs["units"] == "mm"
+    assert features["frequency"].attrs["units"] == "Hz"
+    assert features["feature"].attrs["units"] == "1"
+    assert set(features.data_vars) == {"feature"}
+    assert features.attrs["source"] == "recorded"
+    chosen = features["feature"].sel(recording="s1/003", frequency=slice(100, 300))
+    np.testing.assert_array_equal(chosen, sample().feature[3, 4:10])
+    assert not np.isnan(features.where(features["edge_mm"] > 2, drop=True)["feature"]).any()
+
+
+def test_plain_hdf5_readers_read_it(tmp_path):
+    write_store(tmp_path / "x.nc", sample(), FEATURE_ATTRS)
+    with h5py.File(tmp_path / "x.nc") as store:
+        np.testing.assert_array_equal(store["feature"][...], sample().feature)
+        assert [b"".join(row).decode() for row in store["note"][...]] == (NOTES * 5)[:5]
+        assert store["edge_mm"].attrs["units"] == "mm"
+    with h5netcdf.File(tmp_path / "x.nc") as store:
+        assert store.dimensions["recording"].size == 5
+        assert store["feature"].dimensions == ("recording", "frequency")
+        assert store["note"].attrs["_Encoding"] == "utf-8"
+        np.testing.assert_array_equal(store["sample"][...], np.arange(5))
+
+
+def test_a_store_without_rows(tmp_path):
+    empty = Shard(
+        np.empty((0, 4), np.float32),
+        np.arange(4.0),
+        {"recording": text_column([]), "edge_mm": Column(np.empty(0), {"units": "mm"})},
+        {},
+    )
+    path = tmp_path / "x.nc"
+    write_store(path, empty, FEATURE_ATTRS)
+    read = read_store(path)
+    assert read.feature.shape == (0, 4)
+    assert read.columns["recording"].values.tolist() == []
+    assert read.columns["recording"].values.dtype.kind == "U"
+    with open_store(path) as opened:
+        assert opened["feature"].shape == (0, 4)
+        assert opened["edge_mm"].shape == (0,)
+    joined = concatenate([read, replace(sample(2), columns={
+        "recording": text_column(["a", "b"]), "edge_mm": Column(np.ones(2))},
+        feature=np.ones((2, 4), np.float32), frequency_hz=np.arange(4.0), attrs={})])  # fmt: skip
+    assert joined.columns["recording"].values.tolist() == ["a", "b"]
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_no_store_holds_anything_that_is_not_finite(tmp_path, bad):
+    write_store(tmp_path / "x.nc", sample(), FEATURE_ATTRS)
+    before = (tmp_path / "x.nc").read_bytes()
+    spoilt = sample()
+    spoilt.feature[2, 3] = bad
+    with pytest.raises(ValueError, match="NaN or infinite"):
+        write_store(tmp_path / "x.nc", spoilt, FEATURE_ATTRS)
+    assert (tmp_path / "x.nc").read_bytes() == before
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_what_is_not_aligned_is_refused(tmp_path):
+    short = sample(note=text_column(["one"]))
+    with pytest.raises(ValueError, match="column note has 1 of 5 rows"):
+        write_store(tmp_path / "x.nc", short, FEATURE_ATTRS)
+    with pytest.raises(ValueError, match=r"17 bins but \(16,\) frequencies"):
+        write_store(
+            tmp_path / "x.nc", replace(sample(), frequency_hz=np.arange(16.0)), FEATURE_ATTRS
+        )
+    with pytest.raises(ValueError, match="NUL"):
+        text_column(["a\0"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_concatenation():
+    both = concatenate([sample(3), sample(4, start=10)])
+    assert both.feature.shape == (7, 17)
+    np.testing.assert_array_equal(both.feature[3:], sample(4, start=10).feature)
+    assert both.columns["recording"].values[3] == "s1/010"
+    assert both.columns["edge_mm"].attrs == {"units": "mm"}
+    with pytest.raises(ValueError, match="'s1/002' stands in two shards"):
+        concatenate([sample(3), sample(3, start=2)])
+    with pytest.raises(ValueError, match="differ in their columns"):
+        concatenate([sample(3), sample(3, start=9, more=text_column(["x"] * 3))])
+    with pytest.raises(ValueError, match="frequencies"):
+        concatenate([sample(3), replace(sample(3, 9), frequency_hz=np.arange(17.0))])
+    with pytest.raises(ValueError, match="settings"):
+        concatenate([sample(3), replace(sample(3, 9), attrs={"settings": "{1}"})])
+
+
+texts = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(texts, min_size=1, max_size=6))
+def test_any_text_comes_back(tmp_path_factory, values):
+    path = tmp_path_factory.mktemp("store") / "x.nc"
+    made = Shard(
+        np.zeros((len(values), 2), np.float32),
+        np.arange(2.0),
+        {"recording": text_column([str(n) for n in range(len(values))]), "t": text_column(values)},
+        {},
+    )
+    write_store(path, made, FEATURE_ATTRS)
+    assert read_store(path).columns["t"].values.tolist() == values
+    with open_store(path) as opened:
+        assert opened["t"].values.tolist() == values
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89HDF\r\n\x1a\n", b"x" * 5000])
+def test_what_is_no_store(tmp_path, content):
+    path = tmp_path / "x.nc"
+    path.write_bytes(content)
+    with pytest.raises(DataError, match="not a readable feature store"):
+        read_store(path)
+    with h5py.File(path, "w") as other:
+        other["something"] = 1
+    with pytest.raises(DataError, match="not a readable feature store"):
+        read_store(path)
+
+
+def test_damage_is_noticed(tmp_path):
+    """A flipped byte gives an error or changes no value: compressed chunks carry a checksum."""
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    content = path.read_bytes()
+    refused = 0
+    for at in np.random.default_rng(3).integers(0, len(content), 300):
+        damaged = bytearray(content)
+        damaged[at] ^= 0xFF
+        path.write_bytes(damaged)
+        try:
+            read = read_store(path)
+        except DataError:
+            refused += 1
+            continue
+        if read.feature.shape == (5, 17):
+            np.testing.assert_array_equal(read.feature, sample().feature)
+    assert refused
+
+
+def test_load_features_says_what_to_do(tmp_path):
+    (tmp_path / "datasets").mkdir()
+    with pytest.raises(DataError, match=r"has not been made; run `snakemake` first"):
+        ajgdata.load_features("d", tmp_path)
+    with pytest.raises(FileNotFoundError, match="no project at"):
+        ajgdata.load_features("d", "/")
+
+
+def test_joining_is_linear():
+    def seconds(count: int) -> float:
+        shards = [sample(20, start=20 * n) for n in range(count)]
+        times = []
+        for _ in range(3):
+            start = time.perf_counter()
+            concatenate(shards)
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+    # Four times the shards: quadratic would be 16 times as long; sorting the names adds a little.
+    assert seconds(400) < 9 * seconds(100)

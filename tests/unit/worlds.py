@@ -1,0 +1,146 @@
+"""A small project on disk: the world that readers, manifests, shards and merges see."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.merge import merge, read_findings
+from ajgdata.pipeline.shard import make_shard
+from ajgdata.store import manifest
+from ajgdata.store.audio import write_pcm24
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.sessions import write_session
+from ajgdata.types import (
+    AudioSettings,
+    Excitation,
+    FeatureSettings,
+    Finding,
+    Recording,
+    Session,
+    Target,
+)
+
+RATE_HZ = 8_000
+AUDIO = AudioSettings(sample_rate_hz=RATE_HZ)
+FEATURES = FeatureSettings(window=256, hop=128)
+
+
+def tone(hz: float, samples: int = 2_000) -> np.ndarray:
+    """A sine of half the full scale, with nothing random in it."""
+    return 0.5 * np.sin(2 * np.pi * hz * np.arange(samples) / RATE_HZ)
+
+
+def write_tone(path: Path, hz: float, samples: int = 2_000) -> str:
+    """A recording of `tone`; returns its hash."""
+    write_pcm24(path, tone(hz, samples), RATE_HZ)
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@dataclass
+class Project:
+    """A project folder with one data set, `d`."""
+
+    paths: Paths
+
+    @property
+    def root(self) -> Path:
+        return self.paths.root
+
+    def declare(self, **keys: object) -> Path:
+        path = self.paths.dataset("d")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        content = {
+            "name": "d",
+            "audio": {"sample_rate_hz": RATE_HZ},
+            "features": {"window": 256, "hop": 128},
+            "targets": {"edge_mm": {"kind": "regression", "unit": "mm"}},
+        }
+        path.write_text(yaml.safe_dump(content | keys, sort_keys=False))
+        return path
+
+    def folder(self, session: str = "s1") -> Path:
+        return self.paths.session("d", session)
+
+    def session(
+        self, session: str = "s1", tones: dict[str, float] | None = None, **keys: object
+    ) -> list[Recording]:
+        """A session whose recordings are tones; their label is the tone's number."""
+        tones = {"a": 500.0, "b": 750.0, "c": 1000.0} if tones is None else tones
+        rows = [
+            Recording(
+                recording_id=name,
+                file=f"audio/{name}.wav",
+                sha256=write_tone(self.folder(session) / "audio" / f"{name}.wav", hz),
+                grasp_id=f"g_{name}",
+                sample=number,
+                object="box",
+                labels={"edge_mm": str(hz)},
+            )
+            for number, (name, hz) in enumerate(tones.items())
+        ]
+        self.write(rows, session, **keys)
+        return rows
+
+    def write(self, rows: list[Recording], session: str = "s1", **keys: object) -> None:
+        write_session(
+            self.folder(session), Session(session_id=session, source="import", **keys), rows
+        )
+
+    def excitation(self, session: str, samples: np.ndarray) -> Excitation:
+        path = self.folder(session) / "excitation.wav"
+        write_pcm24(path, samples, RATE_HZ)
+        return Excitation(file=path.name, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+
+    def refresh(self) -> list[str]:
+        return manifest.refresh(self.paths, "d")
+
+    def shard(
+        self,
+        session: str = "s1",
+        *,
+        audio: AudioSettings = AUDIO,
+        features: FeatureSettings = FEATURES,
+        code: str = "1",
+        threads: int = 1,
+    ) -> tuple[int, int]:
+        """Manifest and shard of one session; returns (computed, reused)."""
+        self.refresh()
+        return make_shard(
+            root=self.root,
+            manifest=self.paths.audio_manifest("d", session),
+            audio=audio,
+            features=features,
+            code=code,
+            shard=self.paths.shard("d", session),
+            findings=self.paths.shard_findings("d", session),
+            cache=self.paths.shard_cache("d", session),
+            threads=threads,
+        )
+
+    def read_shard(self, session: str = "s1") -> Shard:
+        return read_store(self.paths.shard("d", session))
+
+    def shard_findings(self, session: str = "s1") -> list[Finding]:
+        return read_findings(self.paths.shard_findings("d", session))
+
+    def merge(
+        self, *sessions: str, targets: dict[str, Target] | None = None
+    ) -> tuple[Shard, list[Finding]]:
+        """Merge sessions whose shards exist; returns the store and the quarantine."""
+        paths = self.paths
+        merge(
+            dataset="d",
+            shards=[paths.shard("d", s) for s in sessions],
+            labels=[paths.label_manifest("d", s) for s in sessions],
+            findings=[paths.shard_findings("d", s) for s in sessions],
+            targets=targets or {"edge_mm": Target(kind="regression", unit="mm")},
+            store=paths.features("d"),
+            quarantine=paths.quarantine("d"),
+        )
+        return read_store(paths.features("d")), read_findings(paths.quarantine("d"))
