@@ -51,6 +51,8 @@ def examine(
         converted = check_samples(read.samples, read.info.subtype, window)
         if errors := tuple(r for r in converted if r.level == "error"):
             return Examined(None, errors)
+        if not any(remark.code == "quiet" for remark in remarks):
+            remarks += tuple(r for r in converted if r.code == "quiet")
     if excitation is None:
         return Examined(read.samples, remarks)
     reach = int(MAX_DELAY_S * audio.sample_rate_hz)

@@ -178,9 +178,7 @@ def test_reference_leaves_the_audio_where_it_is(paths, kit):
     refresh(paths, "d")
     content, found = read_manifest(paths.audio_manifest("d", "d"))
     assert found == []
-    assert {r["path"] for r in content["recordings"]} == {
-        str(p) for p in kit.glob("[1-9]*.wav")
-    }
+    assert {r["path"] for r in content["recordings"]} == {str(p) for p in kit.glob("[1-9]*.wav")}
     assert counts(run(paths, kit, copy=False)) == (0, 0, 3, [])
     write_tone(kit / "1_no object.wav", 777)
     refresh(paths, "d")

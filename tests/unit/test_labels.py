@@ -96,9 +96,7 @@ def test_labels_become_columns():
 
 
 def test_a_column_that_a_session_lacks_is_missing_not_zero():
-    made = with_columns(
-        shard("a"), {"edge_mm", "kind", "note"}, {"edge_mm": SIZE, "kind": KIND}
-    )
+    made = with_columns(shard("a"), {"edge_mm", "kind", "note"}, {"edge_mm": SIZE, "kind": KIND})
     assert math.isnan(made.columns["edge_mm"].values[0])
     assert made.columns["kind"].values.tolist() == [""]
     assert made.columns["note"].values.tolist() == [""]

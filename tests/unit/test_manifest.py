@@ -28,9 +28,7 @@ def test_content(made):
     content, found = read_manifest(made.paths.audio_manifest("d", "s1"))
     assert found == []
     assert [r["recording_id"] for r in content["recordings"]] == ["a", "b", "c"]
-    for entry, row in zip(
-        content["recordings"], read_recordings(made.folder())[0], strict=True
-    ):
+    for entry, row in zip(content["recordings"], read_recordings(made.folder())[0], strict=True):
         assert entry["sha256"] == row.sha256
         assert made.root / entry["path"] == made.folder() / row.file
     assert made.paths.label_manifest("d", "s2").read_text() == (
@@ -75,7 +73,10 @@ def test_a_missing_recording(made):
     (made.folder() / "audio" / "b.wav").unlink()
     (made.folder() / "audio" / "b.wav").mkdir()
     made.refresh()
-    assert [(f.recording_id, f.code) for f in findings(made)] == [("a", "missing"), ("b", "missing")]
+    assert [(f.recording_id, f.code) for f in findings(made)] == [
+        ("a", "missing"),
+        ("b", "missing"),
+    ]
 
 
 def test_relabelling_changes_the_label_manifest_only(made, snapshot):
