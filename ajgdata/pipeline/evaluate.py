@@ -82,7 +82,9 @@ def rows_of(
     group = shard.columns[groups].values.astype(str)
     names = shard.columns["recording"].values
     if (homeless := present & np.isin(group, ["", "nan"])).any():
-        raise ValueError(f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds")
+        raise ValueError(
+            f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
+        )
     return shard.feature[present], values[present], group[present], names[present]
 
 

@@ -150,7 +150,7 @@ def test_the_played_sound_is_checked_too(project):
     assert content["excitation"]["sha256"] == played.sha256
     for spoil in (
         lambda: project.excitation("s1", tone(301)),
-        lambda: (project.folder() / "excitation.wav").unlink(),
+        (project.folder() / "excitation.wav").unlink,
         lambda: project.write(rows, excitation=played.model_copy(update={"file": "../x.wav"})),
     ):
         spoil()

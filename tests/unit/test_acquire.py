@@ -1,0 +1,330 @@
+"""Acquisition goes on where it stopped and ends with the same bytes; recipes are stable."""
+
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.source import Grasp, Take
+from ajgdata.acquire.writer import acquire_session
+from ajgdata.store.audio import read_audio
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import AudioSettings, DataError, Recipe
+
+
+class Tones:
+    """A source whose grasps sound like tones; it can fail at a given take."""
+
+    sample_rate_hz = 8000
+
+    def __init__(self, kind="virtual", fail_at=None, pause_s=0.0):
+        self.kind, self.fail_at, self.pause_s, self.takes = kind, fail_at, pause_s, []
+
+    def excitation(self):
+        return 0.5 * np.sin(np.arange(1000) ** 2 / 5000)
+
+    def take(self, grasp, sample):
+        if len(self.takes) == self.fail_at:
+            raise RuntimeError("the cable came off")
+        time.sleep(self.pause_s)
+        self.takes.append((grasp.grasp_id, sample))
+        phase = 2 * np.pi * np.arange(1000) / self.sample_rate_hz
+        return Take(0.5 * np.sin(grasp.setup["hz"] * phase + sample), clipped=int(sample == 1))
+
+    def describe(self):
+        return {"gripper": "fake", "medium": "air", "device": "none", "scene": {"a": 1}}
+
+
+def grasp(name, hz, samples=2):
+    return Grasp(name, f"object {name}", samples, {"hz": hz}, {"hz": hz}, f"digest of {hz}")
+
+
+GRASPS = [grasp("g1", 500), grasp("g2", 600), grasp("g3", 700)]
+NAMES = ["g1_1", "g1_2", "g2_1", "g2_2", "g3_1", "g3_2"]
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {
+        str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
+    }
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """What an acquisition that nothing interrupts leaves."""
+    assert acquire_session(tmp_path / "whole" / "s1", Tones(), GRASPS) == (6, 0)
+    return content(tmp_path / "whole" / "s1")
+
+
+def test_what_a_session_holds(tmp_path):
+    folder = tmp_path / "s1"
+    steps = []
+    acquire_session(folder, Tones(), GRASPS, notes="why", progress=lambda: steps.append(1))
+    assert len(steps) == 6
+    recordings, findings = read_recordings(folder)
+    assert findings == []
+    assert [r.recording_id for r in recordings] == NAMES
+    second = recordings[1]
+    assert (second.grasp_id, second.sample, second.object) == ("g1", 1, "object g1")
+    assert second.quality == "clipped"
+    assert second.labels == {"hz": "500", "setup_sha256": "digest of 500"}
+    read = read_audio(folder / second.file, AudioSettings(sample_rate_hz=8000)).samples
+    wanted = Tones().take(GRASPS[0], 1).samples
+    np.testing.assert_allclose(read, wanted, rtol=0, atol=2**-24 + 2**-25)  # half a code, float32
+    session = read_session(folder)
+    assert (session.gripper, session.medium, session.notes) == ("fake", "air", "why")
+    assert session.excitation.sha256
+
+
+@pytest.mark.parametrize("fail_at", range(6))
+def test_goes_on_after_a_failure(tmp_path, whole, fail_at):
+    folder = tmp_path / "s1"
+    with pytest.raises(RuntimeError, match="cable"):
+        acquire_session(folder, Tones(fail_at=fail_at), GRASPS)
+    assert not (folder / "session.yaml").exists()
+    again = Tones()
+    recorded, kept = acquire_session(folder, again, GRASPS)
+    assert kept == 2 * (fail_at // 2)  # whole grasps
+    assert len(again.takes) == recorded == 6 - kept
+    assert content(folder) == whole
+    assert acquire_session(folder, Tones(fail_at=0), GRASPS) == (0, 6)
+
+
+ACQUIRE = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from test_acquire import GRASPS, Tones, acquire_session
+print("ready", flush=True)
+acquire_session(Path(sys.argv[1]), Tones(pause_s=0.02), GRASPS)
+"""
+
+
+def test_goes_on_after_a_kill(tmp_path, whole):
+    folder, here = tmp_path / "s1", Path(__file__).parent
+    for delay_s in (0.03, 0.06, 0.09):
+        process = subprocess.Popen(
+            [sys.executable, "-c", ACQUIRE, folder, here], stdout=subprocess.PIPE
+        )
+        process.stdout.readline()
+        time.sleep(delay_s)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+        assert not (folder / "session.yaml").exists() or content(folder) == whole
+    acquire_session(folder, Tones(), GRASPS)
+    left = {name: b for name, b in content(folder).items() if not name.endswith(".tmp")}
+    assert left == whole
+
+
+def test_nothing_is_written_when_all_is_there(tmp_path, snapshot):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones(), GRASPS)
+    before = snapshot(folder)
+    assert acquire_session(folder, Tones(), GRASPS) == (0, 6)
+    after = snapshot(folder)
+    assert {n for n in before if before[n] != after[n]} <= {"excitation.wav"}
+    assert before["excitation.wav"][0] == after["excitation.wav"][0]
+
+
+def test_another_setup_is_recorded_again_and_no_other(tmp_path):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones(), GRASPS)
+    before = content(folder)
+    source = Tones()
+    changed = [GRASPS[0], grasp("g2", 650), GRASPS[2]]
+    assert acquire_session(folder, source, changed) == (2, 4)
+    assert source.takes == [("g2", 0), ("g2", 1)]
+    after = content(folder)
+    assert {n for n in after if after[n] != before[n]} == {
+        "audio/g2_1.wav", "audio/g2_2.wav", "recordings.csv"
+    }  # fmt: skip
+
+
+def test_while_something_is_missing_the_session_is_incomplete(tmp_path):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones(), GRASPS)
+    (folder / "audio" / "g2_1.wav").unlink()
+    with pytest.raises(RuntimeError):
+        acquire_session(folder, Tones(fail_at=0), GRASPS)
+    assert not (folder / "session.yaml").exists()
+    assert acquire_session(folder, Tones(), GRASPS) == (1, 5)
+    assert (folder / "session.yaml").exists()
+
+
+def test_other_labels_need_no_recording(tmp_path):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones(), GRASPS)
+    renamed = [replace(one, targets={"hz": 1, "colour": "red"}) for one in GRASPS]
+    assert acquire_session(folder, Tones(fail_at=0), renamed) == (0, 6)
+    labels = read_recordings(folder)[0][3].labels
+    assert labels == {"hz": "1", "colour": "red", "setup_sha256": "digest of 600"}
+
+
+def test_what_was_rejected_stays_rejected(tmp_path):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones(), GRASPS)
+    table = folder / "recordings.csv"
+    table.write_text(table.read_text().replace("object g3,ok", "object g3,reject"))
+    acquire_session(folder, Tones(), GRASPS)
+    quality = {r.recording_id: r.quality for r in read_recordings(folder)[0]}
+    assert quality["g3_1"] == "reject"
+
+
+def test_a_virtual_session_shrinks_with_its_recipe(tmp_path):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones(), GRASPS)
+    assert acquire_session(folder, Tones(), [GRASPS[0], grasp("g3", 700, samples=1)]) == (0, 3)
+    assert [r.recording_id for r in read_recordings(folder)[0]] == ["g1_1", "g1_2", "g3_1"]
+    assert sorted(p.name for p in (folder / "audio").iterdir()) == [
+        "g1_1.wav", "g1_2.wav", "g3_1.wav"
+    ]  # fmt: skip
+
+
+def test_what_was_really_recorded_is_never_lost(tmp_path):
+    folder = tmp_path / "s1"
+    acquire_session(folder, Tones("soundcard"), GRASPS)
+    before = content(folder)
+    assert acquire_session(folder, Tones("soundcard"), GRASPS[:1]) == (0, 2)
+    assert [r.recording_id for r in read_recordings(folder)[0]] == NAMES
+    assert {n: b for n, b in content(folder).items() if n.startswith("audio")} == {
+        n: b for n, b in before.items() if n.startswith("audio")
+    }
+    with pytest.raises(DataError, match=r"g2_1.wav: was recorded of another setup"):
+        acquire_session(folder, Tones("soundcard"), [GRASPS[0], grasp("g2", 650)])
+    (folder / "audio" / "g3_1.wav").write_bytes(b"edited")
+    with pytest.raises(DataError, match=r"g3_1.wav: .*altered since"):
+        acquire_session(folder, Tones("soundcard"), GRASPS)
+    assert (folder / "audio" / "g2_1.wav").read_bytes() == before["audio/g2_1.wav"]
+
+
+BASE = {
+    "seed": 1,
+    "sessions": 2,
+    "grasps_per_object": 2,
+    "vary": {"angle_deg": [-10, 10], "offset_x_mm": [0, 2]},
+    "scene": {"grasp": {"force_n": 3}, "numerics": {"dx_mm": 6}},
+    "objects": [{"name": n, "shape": {"kind": "cube"}, "targets": {}} for n in ("a", "b")],
+}
+
+
+def grasps(**changes):
+    recipe = Recipe.model_validate(BASE | changes)
+    return {
+        g.grasp_id: g
+        for session in session_names(recipe)
+        for g in plan_session(recipe, "d", session, "code")
+    }
+
+
+def test_a_recipe_that_grows_changes_no_grasp():
+    before = grasps()
+    assert len(before) == 8
+    more = [*BASE["objects"], {"name": "c", "shape": {"kind": "ball"}}]
+    for changes in (
+        {"objects": more},
+        {"objects": more[::-1]},
+        {"grasps_per_object": 120},
+        {"sessions": 120},
+        {"samples_per_grasp": 9},
+    ):
+        after = grasps(**changes)
+        assert len(after) >= len(before)
+        assert {n: (after[n].digest, after[n].setup) for n in before} == {
+            n: (g.digest, g.setup) for n, g in before.items()
+        }
+
+
+def test_what_enters_a_grasp():
+    made = grasps()
+    for one in made.values():
+        drawn = one.setup["grasp"]
+        assert drawn["force_n"] == 3
+        assert -10 <= drawn["angle_deg"] <= 10
+        assert 0 <= drawn["offset_x_mm"] <= 2
+        assert one.setup["numerics"] == {"dx_mm": 6}
+        assert one.setup["object"] == {"kind": "cube"}
+    assert len({g.digest for g in made.values()}) == len(made)
+    recipe = Recipe.model_validate(BASE)
+    other = plan_session(recipe, "d", "virtual-01", "other code")
+    assert not {g.digest for g in other} & {g.digest for g in made.values()}
+    fixed = grasps(vary={"angle_deg": [5, 5]})
+    assert {g.setup["grasp"]["angle_deg"] for g in fixed.values()} == {5}
+
+
+@settings(max_examples=20)
+@given(
+    st.integers(0, 2**31),
+    st.integers(1, 30),
+    st.sets(st.from_regex(r"[a-z]{1,3}", fullmatch=True), min_size=1, max_size=5),
+)
+def test_seeds_are_distinct(seed, count, names):
+    objects = [{"name": n, "shape": {}} for n in sorted(names)]
+    made = grasps(seed=seed, grasps_per_object=count, objects=objects)
+    seeds = [g.setup["grasp"]["seed"] for g in made.values()]
+    assert len(seeds) == 2 * count * len(names)
+    assert len(set(seeds)) == len(seeds)
+
+
+def test_the_virtual_gripper_is_such_a_source(project):
+    from ajgdata.pipeline.acquire import acquire_virtual, recipe_sessions
+
+    project.declare(
+        recipe={
+            "grasps_per_object": 1,
+            "samples_per_grasp": 2,
+            "scene": {"numerics": {"dx_mm": 6}},
+            "objects": [
+                {
+                    "name": "cube",
+                    "shape": {"kind": "cube", "edge_mm": 20},
+                    "targets": {"edge_mm": 20},
+                }
+            ],
+        }
+    )
+    assert recipe_sessions(project.paths, "d") == ["virtual-01"]
+    assert acquire_virtual(project.paths, "d", "virtual-01") == (2, 0)
+    folder = project.folder("virtual-01")
+    before = content(folder)
+    first, second = read_recordings(folder)[0]
+    assert first.labels["edge_mm"] == "20.0"
+    assert first.sha256 != second.sha256  # each sample has its own noise
+    session = read_session(folder)
+    assert (session.source, session.gripper) == ("virtual", "virtual-default")
+    assert session.scene["numerics"]["dx_mm"] == 6
+    assert project.paths.audio_manifest("d", "virtual-01").is_file()
+    (folder / second.file).unlink()
+    assert acquire_virtual(project.paths, "d", "virtual-01") == (1, 1)
+    assert content(folder) == before
+    with pytest.raises(DataError, match="is not a session of the recipe"):
+        acquire_virtual(project.paths, "d", "virtual-02")
+
+
+def test_scenes_that_cannot_be(project):
+    from ajgdata.pipeline.acquire import acquire_virtual
+
+    recipe = {"grasps_per_object": 1, "objects": [{"name": "x", "shape": {"kind": "teapot"}}]}
+    project.declare(recipe=recipe)
+    with pytest.raises(DataError, match="recipe: object"):
+        acquire_virtual(project.paths, "d", "virtual-01")
+    recipe["vary"] = {"angel_deg": [0, 1]}
+    recipe["objects"][0]["shape"] = {"kind": "cube", "edge_mm": 20}
+    project.declare(recipe=recipe)
+    with pytest.raises(DataError, match=r"unknown key grasp.angel_deg"):
+        acquire_virtual(project.paths, "d", "virtual-01")
+    project.declare()
+    with pytest.raises(DataError, match="has no recipe"):
+        acquire_virtual(project.paths, "d", "virtual-01")
+    assert not list(project.root.rglob("*.wav"))
+    assert yaml.safe_load(project.paths.dataset("d").read_text())["name"] == "d"
+    assert [p.name for p in project.root.iterdir()] == ["datasets"]

@@ -1,0 +1,196 @@
+"""The command as people meet it: exit codes, one line for what is wrong, help."""
+
+import re
+import sys
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+from worlds import write_tone
+
+from ajgdata.cli import app, main
+from ajgdata.store.sessions import read_dataset, read_recordings
+
+
+@pytest.fixture
+def ajgdata(project, monkeypatch, capsys):
+    """Run `ajgdata …` in the project; returns exit code, what it printed, what it complained."""
+    monkeypatch.chdir(project.root)
+    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["ajgdata", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        printed = capsys.readouterr()
+        return stopped.value.code or 0, printed.out, printed.err
+
+    return run
+
+
+def assert_one_line(error: str, said: str) -> None:
+    assert error.startswith("error ")
+    assert said in error
+    assert error.count("\n") == 1
+    assert "Traceback" not in error
+
+
+def test_validate_clean_and_not(ajgdata, project):
+    project.session()
+    assert ajgdata("validate", "d") == (
+        0, "3 recordings checked: 0 errors, 0 warnings, 0 notes\n", ""
+    )  # fmt: skip
+    (project.folder() / "audio" / "b.wav").unlink()
+    code, out, err = ajgdata("validate")
+    assert (code, err) == (1, "")
+    lines = out.splitlines()
+    assert lines[1] == (
+        "s1/b       error  missing  there is no such file  restore it or remove its row"
+    )
+    assert lines[-1] == "3 recordings checked: 1 errors, 0 warnings, 0 notes"
+    assert lines[-2] == "missing 1"
+
+
+def test_notes_are_no_reason_to_fail(ajgdata, project):
+    rows = project.session()
+    project.write([rows[0].model_copy(update={"quality": "reject"}), *rows[1:]])
+    code, out, _ = ajgdata("validate", "d")
+    assert code == 0
+    assert out == "3 recordings checked: 0 errors, 0 warnings, 1 notes (--notes shows them)\n"
+    code, out, _ = ajgdata("validate", "d", "--notes")
+    assert code == 0
+    assert "rejected" in out
+
+
+def test_names_are_shown_as_they_are(ajgdata, tmp_path):
+    """Neither markup nor emoji codes, no line broken, and columns in line with wide characters."""
+    folder = tmp_path / "x"
+    names = ["[b]bold[red].wav", ":smile:.wav", "日本.wav", "n" * 150 + ".wav"]
+    for name in names:
+        folder.mkdir(exist_ok=True)
+        (folder / name).write_bytes(b"")
+    code, out, _ = ajgdata("validate", folder)
+    assert code == 1
+    lines = out.splitlines()[1:5]
+    for name in names:
+        assert sum(f"x/{name} " in line for line in lines) == 1
+    assert all(line.endswith("record it again, or fetch a whole copy") for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["validate", "nope"], "no such data set; declared here: d"),
+        (["seal", "nope"], "no such data set; declared here: d"),
+        (["acquire", "nope"], "no such data set; declared here: d"),
+        (["acquire", "d"], "has no recipe; add one, or import recordings instead"),
+        (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
+        (["import", "datasets", "--dataset", "d"], "holds no audio files"),
+        (["import", "audio", "--dataset", "d", "--pattern", "("], "--pattern: not a regular"),
+        (["import", "audio", "--dataset", "d", "--pattern", "x"], "has no named group"),
+        (["import", "audio", "--dataset", "d", "--pattern", "(?P<l>z)"], "none of its 1 audio"),
+        (["import", "audio", "--dataset", "d", "--table", "t.csv"], "table needs file"),
+        (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),
+        (["import", "audio", "--dataset", "d", "--grasp", "{x}"], "--grasp: names 'x'"),
+        (["import", "audio", "--dataset", "my data"], "data set 'my data': name = 'my data'"),
+        (["import", "audio", "--dataset", "../up"], "Names are letters, digits, _ and -"),
+    ],
+)
+def test_mistakes_are_one_line(ajgdata, project, arguments, said):
+    write_tone(project.root / "audio" / "1_a.wav", 500)
+    code, out, err = ajgdata(*arguments)
+    assert (code, out) == (1, "")
+    assert_one_line(err, said)
+    assert not (project.root / "data").exists()
+
+
+@pytest.mark.parametrize("command", [["validate"], ["seal", "d"], ["acquire", "d"]])
+def test_outside_a_project(ajgdata, monkeypatch, tmp_path, command):
+    monkeypatch.chdir("/")
+    code, _, err = ajgdata(*command)
+    assert code == 1
+    assert_one_line(err, "no project at /")
+
+
+def test_a_broken_declaration_is_one_line(ajgdata, project):
+    project.declare(colour="red")
+    code, _, err = ajgdata("validate")
+    assert code == 1
+    assert_one_line(err, "unknown key colour; correct its spelling or remove it")
+
+
+def test_what_the_system_refuses_is_one_line(ajgdata, project):
+    write_tone(project.root / "audio" / "1_a.wav", 500)
+    (project.root / "data").write_text("a file where a folder should be")
+    code, _, err = ajgdata("import", "audio", "--dataset", "e")
+    assert code == 1
+    assert_one_line(err, "data")
+
+
+def test_import_says_what_it_did(ajgdata, project):
+    write_tone(project.root / "audio" / "1_a [x].wav", 500)
+    write_tone(project.root / "audio" / "2_b.wav", 510)
+    write_tone(project.root / "audio" / "odd :smile:.wav", 520)
+    command = ("import", "audio", "--dataset", "e")
+    code, out, err = ajgdata(*command)
+    assert (code, err) == (0, "")
+    assert out.splitlines() == [
+        "2 added, 0 changed, 0 unchanged in 1 session(s) of e",
+        "skipped odd :smile:.wav: does not match the pattern",
+        f"declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, channel mono, targets "
+        "label; next: ajgdata validate e",
+    ]
+    assert read_dataset(project.paths, "e").imports.pattern == "starter-kit"
+    write_tone(project.root / "audio" / "1_a [x].wav", 530)
+    out = ajgdata(*command)[1]
+    assert "0 added, 0 changed, 1 unchanged" in out
+    assert "kept 1_a [x]: its bytes changed; --replace takes over\n" in out
+    assert "0 added, 1 changed, 1 unchanged" in ajgdata(*command, "--replace")[1]
+    assert ajgdata("validate", "e")[0] == 1  # shorter than one window of 2048
+    declared = yaml.safe_load(project.paths.dataset("e").read_text())
+    declared["features"] = {"window": 256, "hop": 64}
+    project.paths.dataset("e").write_text(yaml.safe_dump(declared))
+    assert ajgdata("validate", "e")[0] == 0
+
+
+def test_table_and_options(ajgdata, project):
+    folder = project.root / "stones"
+    lines = ["name,form"]
+    for number in range(4):
+        write_tone(folder / "wav" / f"w{number}.wav", 500 + number)
+        lines.append(f"w{number},{'ab'[number % 2]}")
+    (folder / "t.csv").write_text("\n".join(lines))
+    code, out, err = ajgdata(
+        "import", folder, "--dataset", "e", "--table", "t.csv", "--file", "wav/{name}.wav",
+        "--grasp", "{form}", "--session", "day {form}", "--target", "form", "--reference",
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert "4 added, 0 changed, 0 unchanged in 2 session(s) of e" in out
+    rows = read_recordings(project.paths.session("e", "day_a"))[0]
+    assert [(r.grasp_id, r.file) for r in rows] == [("a", "wav/w0.wav"), ("a", "wav/w2.wav")]
+
+
+def test_seal(ajgdata, project):
+    project.session()
+    write_tone(project.folder() / "audio" / "b.wav", 555)
+    assert ajgdata("validate", "d")[0] == 1
+    assert ajgdata("seal", "d") == (0, "d/s1: 1 recordings sealed\n", "")
+    assert ajgdata("validate", "d")[0] == 0
+
+
+OPTIONS = {
+    "import": ["--dataset", "--pattern", "--table", "--file", "--grasp", "--session", "--target",
+               "--reference", "--replace"],
+    "validate": ["--notes"],
+    "seal": [],
+    "acquire": ["--source", "--session"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", OPTIONS)
+def test_help(command):
+    result = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200", "TERM": "dumb"})
+    assert result.exit_code == 0
+    shown = set(re.findall(r"--[a-z]+", result.output))
+    assert set(OPTIONS[command]) <= shown
+    assert command in CliRunner().invoke(app, ["--help"]).output

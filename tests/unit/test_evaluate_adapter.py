@@ -1,0 +1,125 @@
+"""Store in, metrics, predictions and cost out; what cannot be evaluated is said."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from ajgdata.pipeline.evaluate import evaluate_task, plain
+from ajgdata.store.features import Column, Shard, text_column, write_store
+
+
+@pytest.fixture
+def store(tmp_path):
+    """40 recordings of 10 grasps; the first 100 bins tell the size, the other 300 the class."""
+    generator = np.random.default_rng(0)
+    grasp = np.repeat(np.arange(10), 4)
+    size = 10.0 + grasp
+    feature = generator.uniform(0.99, 1.01, (40, 400)).astype(np.float32)
+    feature[:, :100] *= size[:, np.newaxis]
+    feature[:, 100:] *= 1 + grasp[:, np.newaxis] % 2
+    missing = np.arange(40) < 4
+    path = tmp_path / "d.nc"
+    write_store(
+        path,
+        Shard(
+            feature,
+            np.arange(400.0),
+            {
+                "recording": text_column([f"s/{n:02d}" for n in range(40)]),
+                "grasp_id": text_column([f"s/g{n}" for n in grasp]),
+                "edge_mm": Column(np.where(missing, np.nan, size), {"units": "mm"}),
+                "kind": text_column(
+                    [
+                        "" if m else ("even", "odd")[g % 2]
+                        for m, g in zip(missing, grasp, strict=True)
+                    ]
+                ),
+                "never": Column(np.full(40, np.nan)),
+                "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
+            },
+            {"data_set": "d", "source": "recorded"},
+        ),
+        {"units": "1"},
+    )
+    return path
+
+
+def run(store, name="out", **changes):
+    folder = store.parent / name
+    settings = {
+        "target": "edge_mm", "kind": "regression", "unit": "mm", "groups": "grasp_id", "folds": 3,
+        "model": "linear", "compare_random": False, "seed": 0,
+    } | changes  # fmt: skip
+    evaluate_task(
+        store,
+        **settings,
+        metrics=folder / "metrics.json",
+        cost=folder / "cost.json",
+        predictions=folder / "predictions.csv",
+    )
+    with (folder / "predictions.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    return json.loads((folder / "metrics.json").read_bytes()), rows, folder
+
+
+def test_regression(store):
+    document, rows, folder = run(store)
+    assert document["grouped"]["recordings"] == 36  # those whose target is missing are left out
+    assert document["grouped"]["groups"] == 9
+    assert len(rows) == 36
+    assert rows[0]["recording"] == "s/04"
+    errors = [float(r["y_pred"]) - float(r["y_true"]) for r in rows]
+    rmse = np.sqrt(np.mean(np.square(errors)))
+    assert document["grouped"]["pooled"]["rmse"] == pytest.approx(rmse, rel=1e-9)
+    assert rmse < document["grouped"]["chance"]["rmse"] / 2
+    assert {r["split"] for r in rows} == {"grouped"}
+    folds = {r["recording"]: r["fold"] for r in rows}
+    for first in range(4, 40, 4):  # the four recordings of a grasp share their fold
+        assert len({folds[f"s/{n:02d}"] for n in range(first, first + 4)}) == 1
+    assert document["provenance"]["source"] == "recorded"
+    assert (document["unit"], document["target"], document["model"]) == ("mm", "edge_mm", "linear")
+    assert json.loads((folder / "cost.json").read_bytes())["grouped"]["train_s"] > 0
+
+
+def test_classification_beside_a_random_split(store):
+    document, rows, _ = run(
+        store, target="kind", kind="classification", unit="", model="knn", compare_random=True
+    )
+    assert document["grouped"]["pooled"]["accuracy"] == 1.0
+    assert document["grouped"]["classes"] == ["even", "odd"]
+    assert document["random"]["groups"] == 36
+    assert [r["split"] for r in rows] == ["grouped"] * 36 + ["random"] * 36
+    assert all(0.5 <= float(r["probability"]) <= 1 for r in rows)
+
+
+@pytest.mark.parametrize("model", ["linear", "knn"])
+def test_same_bytes_twice(store, model):
+    folders = [run(store, name, model=model, compare_random=True)[2] for name in ("one", "two")]
+    for name in ("metrics.json", "predictions.csv"):
+        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"folds": 10}, "9 groups cannot make 10 folds: lower folds, or record more"),
+        ({"target": "nope"}, "there is no column 'nope': add it to recordings.csv"),
+        ({"groups": "nope"}, "there is no column 'nope': add it to recordings.csv"),
+        ({"target": "never"}, "no recording has a value of 'never'"),
+        ({"groups": "some_group"}, "recording 's/20' has no 'some_group', which groups folds"),
+    ],
+)
+def test_what_cannot_be_evaluated_is_written_with_the_reason(store, changes, reason):
+    document, rows, folder = run(store, **changes)
+    assert document["skipped"] == reason
+    assert "grouped" not in document
+    assert rows == []
+    assert (folder / "predictions.csv").read_text().startswith("recording,split,fold,y_true")
+    assert json.loads((folder / "cost.json").read_bytes()) == {}
+
+
+def test_plain():
+    value = {"a": (np.float64("nan"), np.int64(3)), 2: [np.inf, np.str_("x"), None, True]}
+    assert plain(value) == {"a": [None, 3], "2": [None, "x", None, True]}

@@ -1,0 +1,164 @@
+"""`ajgdata validate` says what the workflow would quarantine, and changes nothing."""
+
+import numpy as np
+import pytest
+from worlds import RATE_HZ, tone, write_tone
+
+from ajgdata.pipeline.validate import validate_dataset, validate_datasets, validate_folder
+from ajgdata.store.audio import write_pcm24
+from ajgdata.store.sessions import read_recordings
+from ajgdata.types import DataError
+
+
+def quiet(total):
+    return lambda: None
+
+
+def check(project):
+    return validate_dataset(project.paths, "d", quiet)
+
+
+def codes(findings):
+    return [(f.session_id, f.recording_id, f.level, f.code) for f in findings]
+
+
+def test_clean(project, snapshot):
+    project.session("s1")
+    project.session("s2", {"a": 610.0})
+    before = snapshot(project.root)
+    assert check(project) == (4, [])
+    assert snapshot(project.root) == before
+
+
+def test_every_kind_of_mistake_once(project):
+    project.session("s0", {"a": 444.0})
+    (project.folder("s0") / "session.yaml").unlink()
+    rows = project.session("s1", {n: 500 + 10.0 * i for i, n in enumerate("abcdef")})
+    audio = project.folder() / "audio"
+    (audio / "a.wav").write_bytes((audio / "a.wav").read_bytes()[:500])
+    write_pcm24(audio / "b.wav", np.zeros(2000), RATE_HZ)
+    (audio / "c.wav").unlink()
+    (audio / "e.wav").write_bytes((audio / "f.wav").read_bytes())
+    rows = [r.model_copy(update={"sha256": ""}) for r in rows]
+    rows[3] = rows[3].model_copy(update={"labels": {"edge_mm": "ten"}})
+    project.write(rows)
+    checked, findings = check(project)
+    assert checked == 6
+    assert codes(findings) == [
+        ("s0", "*", "error", "bad_session"),
+        ("s1", "a", "error", "truncated"),
+        ("s1", "b", "error", "silent"),
+        ("s1", "c", "error", "missing"),
+        ("s1", "d", "error", "bad_label"),
+        ("s1", "e", "error", "two_labels"),
+        ("s1", "f", "error", "two_labels"),
+    ]
+    assert all("\n" not in f.problem + f.fix and f.fix for f in findings)
+
+
+def test_it_finds_what_the_workflow_finds(project):
+    rows = project.session("s1", {n: 500 + 10.0 * i for i, n in enumerate("abcdef")})
+    (project.folder() / "audio" / "a.wav").write_bytes(b"")
+    write_tone(project.folder() / "audio" / "b.wav", 600, samples=100)
+    rows[2] = rows[2].model_copy(update={"quality": "reject"})
+    rows[3] = rows[3].model_copy(update={"labels": {"edge_mm": "ten"}})
+    rows[:2] = [r.model_copy(update={"sha256": ""}) for r in rows[:2]]
+    project.write(rows)
+    project.shard()
+    assert sorted(check(project)[1]) == sorted(project.merge("s1")[1])
+
+
+def test_a_rejected_recording_is_no_mistake(project):
+    rows = project.session("s1", {"a": 500.0, "b": 510.0})
+    (project.folder() / "audio" / "a.wav").write_bytes(b"")
+    rows[0] = rows[0].model_copy(update={"quality": "reject", "labels": {"edge_mm": "x"}})
+    project.write(rows)
+    assert codes(check(project)[1]) == [("s1", "a", "note", "rejected")]
+
+
+def test_a_rejected_copy_is_no_mistake(project):
+    rows = project.session("s1", {"a": 500.0, "b": 500.0})
+    labels = {"edge_mm": "7"}
+    project.write([rows[0], rows[1].model_copy(update={"quality": "Reject", "labels": labels})])
+    assert codes(check(project)[1]) == [("s1", "b", "note", "rejected")]
+
+
+def test_empty_files_are_not_called_copies_of_one_another(project):
+    rows = project.session("s1", {"a": 500.0, "b": 510.0})
+    for name in "ab":
+        (project.folder() / "audio" / f"{name}.wav").write_bytes(b"")
+    project.write([r.model_copy(update={"sha256": ""}) for r in rows])
+    assert [f.code for f in check(project)[1]] == ["empty", "empty"]
+
+
+def test_a_recording_that_came_late(project):
+    sound = np.random.default_rng(0).uniform(-0.5, 0.5, 2000)
+    rows = project.session("s1", dict.fromkeys("abcde", 500.0))
+    for number, row in enumerate(rows):
+        delay = 200 if number == 4 else 10 + number
+        heard = np.concatenate([np.zeros(delay), sound, np.zeros(300 - delay)])
+        write_pcm24(project.folder() / row.file, heard, RATE_HZ)
+    rows = [r.model_copy(update={"sha256": ""}) for r in rows]
+    project.write(rows, excitation=project.excitation("s1", sound))
+    (found,) = check(project)[1]
+    assert (found.recording_id, found.code) == ("e", "other_delay")
+    assert "+23.5 ms" in found.problem  # (200 - 12) / 8 kHz
+    project.write(rows, excitation=project.excitation("s1", np.zeros(2000)))
+    assert codes(check(project)[1]) == [("s1", "*", "warning", "bad_excitation")]
+
+
+def test_a_plain_folder(tmp_path):
+    folder = tmp_path / "new recordings"
+    for number in range(3):
+        write_tone(folder / f"{number}.wav", 500 + number, samples=3000)
+    write_pcm24(folder / "deep" / "3.wav", tone(600, 3000), 2 * RATE_HZ)
+    (folder / "x.wav").mkdir()
+    (folder / "4.wav").write_bytes((folder / "1.wav").read_bytes())
+    (folder / "deep" / "5.wav").write_bytes((folder / "2.wav").read_bytes())
+    (folder / "6.m4a").write_bytes(b"....ftypM4A ")
+    (folder / "7.wav").write_bytes(b"")
+    (folder / "8.wav").symlink_to(folder / "nowhere")
+    (folder / "notes.txt").write_text("")
+    checked, findings = validate_folder(folder, quiet)
+    assert checked == 8
+    assert [(f.recording_id, f.level, f.code) for f in findings] == [
+        ("2.wav", "error", "two_labels"),  # the folder says what a recording is
+        ("4.wav", "warning", "copy"),
+        ("6.m4a", "error", "unsupported_format"),
+        ("7.wav", "error", "empty"),
+        ("deep/3.wav", "error", "other_rate"),
+        ("deep/5.wav", "error", "two_labels"),
+    ]
+
+
+def test_names_are_data_sets_or_folders(project, tmp_path, monkeypatch):
+    project.session()
+    write_tone(tmp_path / "folder" / "a.wav", 500, samples=3000)
+
+    def find():
+        return project.paths
+
+    assert validate_datasets(find, [], quiet) == (3, [])
+    assert validate_datasets(find, ["d", str(tmp_path / "folder")], quiet) == (4, [])
+    monkeypatch.chdir(project.paths.datasets)  # holds a folder named as the data set
+    assert validate_datasets(find, ["d"], quiet) == (3, [])
+    with pytest.raises(DataError, match="no such data set"):
+        validate_datasets(find, ["other"], quiet)
+
+    def nowhere():
+        raise FileNotFoundError("no project")
+
+    assert validate_datasets(nowhere, [str(tmp_path / "folder")], quiet) == (1, [])
+
+
+def test_progress_counts_every_recording(project):
+    project.session()
+    steps = []
+
+    def started(total):
+        steps.append(total)
+        return lambda: steps.append(1)
+
+    validate_dataset(project.paths, "d", started)
+    assert steps == [3, 1, 1, 1]
+    assert len(read_recordings(project.folder())[0]) == 3
