@@ -36,8 +36,9 @@ def evaluate_task(
     """Cross-validate `model` on the recordings of `store` that have `target`.
 
     Writes what is determined by the inputs (`metrics`, `predictions`) apart from what is measured
-    (`cost`). A task that cannot be evaluated, for instance with fewer groups than folds, is written
-    as such with the reason: the rest of the run goes on.
+    (`cost`). With fewer groups than `folds` each group is a fold; `metrics` say how many there
+    were. A task that cannot be evaluated, for instance with a single group, is written as such with
+    the reason: the rest of the run goes on.
     """
     from ajgdata.evaluate.crossval import cross_validate
 
@@ -47,6 +48,7 @@ def evaluate_task(
     results = {}
     try:
         features, values, group, names = rows_of(shard, target, kind, groups)
+        folds = max(2, min(folds, len(np.unique(group))))
         splits = {"grouped": group, "random": None} if compare_random else {"grouped": group}
         for split, labels in splits.items():
             results[split] = cross_validate(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -21,3 +22,6 @@ def logged(log: str) -> Iterator[None]:
         except DataError as error:
             stream.write(f"{error}\n")
             sys.exit(str(error))
+        except BaseException:
+            traceback.print_exc(file=stream)
+            raise

@@ -14,8 +14,8 @@ from ajgdata.paths import SESSION_FILE, Paths
 from ajgdata.store import manifest
 from ajgdata.store.files import json_bytes, write_if_changed
 from ajgdata.store.provenance import code_digest
-from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset
-from ajgdata.types import DatasetSpec
+from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
+from ajgdata.types import DataError, DatasetSpec
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,25 @@ def plan(
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         if refresh:
             write_scenes(paths, spec, virtual)
-            manifest.refresh(paths, name, incomplete=_incomplete(paths, name, virtual))
-        sessions = sorted({*virtual, *list_sessions(paths, name)})
-        if sessions:
+            unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
+            manifest.refresh(paths, name, incomplete=unready)
+        held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
+        if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
     return plans
+
+
+def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
+    """Simulated sessions that the recipe no longer asks for: left on disk, and out of the run."""
+    dropped = set()
+    for name in set(list_sessions(paths, dataset)) - set(virtual) if virtual else ():
+        try:
+            session = read_session(paths.session(dataset, name))
+        except DataError:
+            continue  # reported as a finding, like any broken session
+        if session.source == "virtual":
+            dropped.add(name)
+    return dropped
 
 
 def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:

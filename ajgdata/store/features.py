@@ -133,9 +133,7 @@ def read_store(path: Path) -> Shard:
                 if name != "feature" and (name == "recording" or "recording" in _axes(variable))
             }
     except _DAMAGE:
-        raise DataError(
-            path, "not a readable feature store", "delete it and run again"
-        ) from None
+        raise DataError(path, "not a readable feature store", "delete it and run again") from None
     return Shard(feature, frequency, columns, attrs)
 
 

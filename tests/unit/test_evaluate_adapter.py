@@ -37,6 +37,7 @@ def store(tmp_path):
                     ]
                 ),
                 "never": Column(np.full(40, np.nan)),
+                "one_group": text_column(["x"] * 40),
                 "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
             },
             {"data_set": "d", "source": "recorded"},
@@ -104,7 +105,10 @@ def test_same_bytes_twice(store, model):
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"folds": 10}, "9 groups cannot make 10 folds: lower folds, or record more"),
+        (
+            {"groups": "one_group"},
+            "1 groups cannot make 2 folds: lower folds, or record more",
+        ),
         ({"target": "nope"}, "there is no column 'nope': add it to recordings.csv"),
         ({"groups": "nope"}, "there is no column 'nope': add it to recordings.csv"),
         ({"target": "never"}, "no recording has a value of 'never'"),
@@ -118,6 +122,12 @@ def test_what_cannot_be_evaluated_is_written_with_the_reason(store, changes, rea
     assert rows == []
     assert (folder / "predictions.csv").read_text().startswith("recording,split,fold,y_true")
     assert json.loads((folder / "cost.json").read_bytes()) == {}
+
+
+def test_fewer_groups_than_folds_make_a_fold_of_each_group(store):
+    document, rows, _ = run(store, folds=10)
+    assert document["grouped"]["folds"] == document["grouped"]["groups"] == 9
+    assert len({row["fold"] for row in rows}) == 9
 
 
 def test_plain():

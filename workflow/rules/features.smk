@@ -1,5 +1,10 @@
 FEATURE_CODE = code_digest(
-    "features", "store/audio", "store/features", "pipeline/shard"
+    "features",
+    "store/audio",
+    "store/riff",
+    "store/features",
+    "pipeline/recordings",
+    "pipeline/shard",
 )
 
 

@@ -1,0 +1,85 @@
+"""What a run is about: declared data sets with sessions or a recipe, and nothing written twice."""
+
+import yaml
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.plan import plan
+from ajgdata.store.sessions import write_session
+from ajgdata.types import Recording, Session
+
+RECIPE = {
+    "sessions": 2,
+    "grasps_per_object": 1,
+    "objects": [{"name": "a", "shape": {"kind": "cube", "edge_mm": 10}}],
+}
+
+
+def declare(paths, name, **keys):
+    path = paths.dataset(name)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(yaml.safe_dump({"name": name, **keys}))
+
+
+def hold(paths, name, session, source="import"):
+    recording = Recording(recording_id="1", file="audio/1.wav", grasp_id="1")
+    folder = paths.session(name, session)
+    write_session(folder, Session(session_id=session, source=source), [recording])
+
+
+def times(paths):
+    return {p: p.stat().st_mtime_ns for p in paths.results.rglob("*") if p.is_file()}
+
+
+def test_only_what_has_sessions_or_a_recipe_is_run(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "waiting")
+    declare(paths, "imported")
+    declare(paths, "made", recipe=RECIPE)
+    hold(paths, "imported", "day1")
+    plans = plan(paths)
+    assert {name: one.sessions for name, one in plans.items()} == {
+        "imported": ("day1",),
+        "made": ("virtual-01", "virtual-02"),
+    }
+    assert list(plan(paths, ["imported"])) == ["imported"]
+    assert not paths.results.exists()  # nothing is written unless it is asked for
+
+
+def test_refreshing_twice_writes_once(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "made", recipe=RECIPE)
+    plan(paths, refresh=True)
+    assert paths.scenes("made", "virtual-01").is_file()
+    assert not paths.audio_manifest("made", "virtual-01").exists()  # not acquired yet
+    before = times(paths)
+    plan(paths, refresh=True)
+    assert times(paths) == before
+
+
+def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "made", recipe=RECIPE)
+    for session in ("virtual-01", "virtual-02", "virtual-03"):
+        hold(paths, "made", session, source="virtual")
+    hold(paths, "made", "day1")
+    assert plan(paths, refresh=True)["made"].sessions == ("day1", "virtual-01", "virtual-02")
+    assert not paths.audio_manifest("made", "virtual-03").exists()
+    assert paths.session("made", "virtual-03").is_dir()
+
+
+def test_simulated_sessions_without_a_recipe_are_used(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "fetched")
+    hold(paths, "fetched", "virtual-01", source="virtual")
+    assert plan(paths)["fetched"].sessions == ("virtual-01",)
+
+
+def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "made", recipe=RECIPE)
+    plan(paths, refresh=True)
+    first = paths.scenes("made", "virtual-01").read_text()
+    declare(paths, "made", recipe={**RECIPE, "grasps_per_object": 2})
+    plan(paths, refresh=True)
+    more = yaml.safe_load(paths.scenes("made", "virtual-01").read_text())
+    assert [*yaml.safe_load(first), more[1]] == more
