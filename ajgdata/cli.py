@@ -199,7 +199,9 @@ def seal(dataset: DatasetArgument) -> None:
 
 @app.command()
 def acquire(
-    dataset: DatasetArgument,
+    dataset: Annotated[
+        list[str] | None, typer.Argument(help="data sets; default: all that have a recipe")
+    ] = None,
     source: Annotated[
         Literal["virtual"], typer.Option(help="virtual: the physics simulation")
     ] = "virtual",
@@ -207,10 +209,11 @@ def acquire(
 ) -> None:
     """Record what is missing of a data set's recipe. Stop it at any moment: it goes on there."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.acquire import acquire_virtual, recipe_sessions
+    from ajgdata.pipeline.acquire import acquire_virtual, recipe_sessions, with_recipe
 
     paths = find_project()
-    for name in [session] if session else recipe_sessions(paths, dataset):
-        with bar(f"recording {name} ({source})") as started:
-            recorded, kept = acquire_virtual(paths, dataset, name, started)
-        out.print(f"{dataset}/{name}: {recorded} recorded, {kept} already there")
+    for name in dataset or with_recipe(paths):
+        for one in [session] if session else recipe_sessions(paths, name):
+            with bar(f"recording {name}/{one} ({source})") as started:
+                recorded, kept = acquire_virtual(paths, name, one, started)
+            out.print(f"{name}/{one}: {recorded} recorded, {kept} already there")

@@ -10,8 +10,13 @@ from ajgdata.acquire.writer import acquire_session
 from ajgdata.paths import Paths
 from ajgdata.store import manifest
 from ajgdata.store.provenance import code_digest
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import DataError, Recipe
+
+
+def with_recipe(paths: Paths) -> list[str]:
+    """Names of the data sets that have a recipe."""
+    return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
 
 
 def recipe_sessions(paths: Paths, dataset: str) -> list[str]:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.paths import SESSION_FILE, Paths
+from ajgdata.pipeline.progress import when_slow
 from ajgdata.store import manifest
 from ajgdata.store.files import json_bytes, write_if_changed
 from ajgdata.store.provenance import code_digest
@@ -43,7 +45,8 @@ def plan(
         if refresh:
             write_scenes(paths, spec, virtual)
             unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
-            manifest.refresh(paths, name, incomplete=unready)
+            looking = partial(when_slow, what=f"reading new recordings of {name}")
+            manifest.refresh(paths, name, incomplete=unready, each=looking)
         held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
         if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))

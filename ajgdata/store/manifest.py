@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -71,15 +71,21 @@ def _known_hashes(path: Path) -> dict[str, list[Any]]:
     return {k: entry for k, entry in entries if isinstance(entry, list) and len(entry) == 5}
 
 
-def refresh(paths: Paths, dataset: str, incomplete: Collection[str] = ()) -> list[str]:
+def refresh(
+    paths: Paths,
+    dataset: str,
+    incomplete: Collection[str] = (),
+    each: Callable[[list[str]], Iterable[str]] = iter,
+) -> list[str]:
     """Bring the manifests of a data set up to date; returns the sessions that have one.
 
     Idempotent, and writes nothing when nothing changed: a dry run may call it. Sessions of
-    `incomplete` are still being acquired and get no manifest.
+    `incomplete` are still being acquired and get no manifest. `each` goes through the sessions, and
+    may show how far it is.
     """
     cache = HashCache(paths.hash_cache)
     sessions = [name for name in list_sessions(paths, dataset) if name not in incomplete]
-    for name in sessions:
+    for name in each(sessions):
         write(paths, dataset, name, cache)
     cache.save()
     _drop_others(paths, dataset, keep=sessions)

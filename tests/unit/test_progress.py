@@ -1,0 +1,19 @@
+"""The bar changes nothing of what is gone through, shown or not."""
+
+import pytest
+
+from ajgdata.pipeline.progress import when_slow
+
+
+@pytest.mark.parametrize("patience_s", [0.0, 60.0])
+def test_every_item_comes_through_in_order(patience_s):
+    assert list(when_slow([3, 1, 2], "counting", patience_s)) == [3, 1, 2]
+
+
+def test_a_bar_that_was_shown_is_taken_away_when_the_work_fails(capfd):
+    def work():
+        for item in when_slow([1, 0], "dividing", 0.0):
+            yield 1 / item
+
+    with pytest.raises(ZeroDivisionError):
+        list(work())
