@@ -1,11 +1,13 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
 from pathlib import Path
 
+from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
 from ajgdata.store.provenance import code_digest, settings_digest
+from ajgdata.types import DataError
 
 min_version("9.10")
 
@@ -15,11 +17,18 @@ HERE = Path(workflow.basedir)
 configfile: HERE / "workflow/config/default.yaml"
 
 
-validate(config, str(HERE / "workflow/schemas/config.schema.yaml"))
+try:
+    validate(config, str(HERE / "workflow/schemas/config.schema.yaml"))
+except WorkflowError as error:  # one line instead of the whole schema
+    wrong = error.__context__
+    raise SystemExit(f"config{wrong.json_path[1:]}: {wrong.message}; correct it") from None
 
 PATHS = Paths()
 # Only the main process looks at the recordings; its jobs see the manifests that it left.
-PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+try:
+    PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+except DataError as error:
+    raise SystemExit(str(error)) from None  # one line instead of a traceback
 RUNS = [
     (dataset, task, model)
     for dataset, one in PLANS.items()

@@ -21,7 +21,8 @@ if ! "$python" -c 'import ensurepip, venv' 2>/dev/null; then
   }
 fi
 
-[ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
+# A set-up that was interrupted may have left an environment without pip.
+"$venv/bin/python" -m pip --version >/dev/null 2>&1 || "$python" -m venv --clear "$venv"
 pip="$venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock"
 $pip setuptools
 $pip --no-build-isolation --editable ".[$extra]"

@@ -23,7 +23,7 @@ class VirtualGripper:
 
     def __init__(self, setup: Mapping[str, Any]) -> None:
         self.sample_rate_hz: int = gripper.SAMPLE_RATE_HZ
-        self._scene = _scene("recipe", setup)
+        self._scene = scene_of("recipe", setup)
         self._sweep = gripper.excitation_sweep()
         self._solved: tuple[str, gripper.ImpulseResponse] | None = None
 
@@ -33,7 +33,7 @@ class VirtualGripper:
 
     def take(self, grasp: Grasp, sample: int) -> Take:
         """Simulate the grasp, unless it was the last one, and record one sample of it."""
-        scene = _scene(grasp.grasp_id, grasp.setup)
+        scene = scene_of(grasp.grasp_id, grasp.setup)
         if self._solved is None or self._solved[0] != grasp.digest:
             try:
                 self._solved = (grasp.digest, gripper.simulate(scene))
@@ -57,7 +57,8 @@ class VirtualGripper:
 _DEFAULT = gripper.Scene().gripper.model_dump(mode="json")
 
 
-def _scene(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
+def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
+    """The scene of a grasp's setup; DataError names `where`, key, value and fix."""
     try:
         return gripper.Scene.model_validate(setup)
     except ValidationError as error:

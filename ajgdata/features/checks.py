@@ -29,10 +29,14 @@ def check_audio(audio: Audio, window: int) -> list[Remark]:
     Conversion hides clipping, hence the samples are judged as recorded; but those as converted must
     still make a feature (opposite channels average to silence).
     """
-    remarks = check_samples(audio.recorded, audio.info.subtype, 0)
-    unusable = any(remark.level == "error" for remark in remarks)
-    if not unusable and (error := _unusable(audio.samples[:, np.newaxis], window)):
-        remarks = [error]
+    converted = audio.samples.size != audio.recorded.size  # resampled, or averaged over channels
+    remarks = check_samples(audio.recorded, audio.info.subtype, 0 if converted else window)
+    if converted and not any(remark.level == "error" for remark in remarks):
+        of_converted = check_samples(audio.samples, audio.info.subtype, window)
+        if errors := [remark for remark in of_converted if remark.level == "error"]:
+            remarks = errors
+        elif not any(remark.code == "quiet" for remark in remarks):
+            remarks += [remark for remark in of_converted if remark.code == "quiet"]
     return [*audio.remarks, *remarks]
 
 

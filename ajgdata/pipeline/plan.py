@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.virtual import scene_of
 from ajgdata.paths import SESSION_FILE, Paths
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.store import manifest
@@ -35,7 +36,7 @@ def plan(
     """Data sets by name: those of `only`, else every one that has sessions or a recipe.
 
     With `refresh` the manifests and the scenes of virtual sessions are brought up to date first.
-    Raises DataError for a declaration that cannot be used.
+    Raises DataError for a declaration that cannot be used and when there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
@@ -50,7 +51,16 @@ def plan(
         held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
         if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
+        elif only is not None:
+            raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
+    if not plans:
+        problem = "no data set here has recordings or a recipe"
+        raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
+
+
+def _how_to_import(name: str) -> str:
+    return f"get some with `ajgdata import FOLDER --dataset {name}`"
 
 
 def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
@@ -67,12 +77,16 @@ def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
 
 
 def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:
-    """Write what each virtual session shall hold, if that changed."""
+    """Write what each virtual session shall hold, if that changed. Raises DataError for a recipe
+    with a scene that the gripper does not know."""
     if spec.recipe is None:
         return
     code = code_digest("gripper")
+    where = f"{paths.dataset(spec.name)}: recipe"
     for session in virtual:
         grasps = plan_session(spec.recipe, spec.name, session, code)
+        for grasp in grasps:
+            scene_of(f"{where}, {grasp.object}", grasp.setup)
         content = [{**vars(grasp), "targets": dict(grasp.targets)} for grasp in grasps]
         write_if_changed(paths.scenes(spec.name, session), json_bytes(content))
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ajgdata.features.align import delay_outliers, delay_samples
-from ajgdata.features.checks import check_samples
+from ajgdata.features.checks import check_audio
 from ajgdata.store.audio import AudioError, Remark, read_audio
 from ajgdata.types import AudioSettings, Finding
 
@@ -44,15 +44,9 @@ def examine(
         read = read_audio(path, audio)
     except AudioError as error:
         return Examined(None, (error.remark,))
-    remarks = (*read.remarks, *check_samples(read.recorded, read.info.subtype, window))
-    if any(remark.level == "error" for remark in remarks):
-        return Examined(None, remarks)
-    if read.samples.size != read.recorded.size:  # resampled, or averaged over channels
-        converted = check_samples(read.samples, read.info.subtype, window)
-        if errors := tuple(r for r in converted if r.level == "error"):
-            return Examined(None, errors)
-        if not any(remark.code == "quiet" for remark in remarks):
-            remarks += tuple(r for r in converted if r.code == "quiet")
+    remarks = tuple(check_audio(read, window))
+    if errors := tuple(remark for remark in remarks if remark.level == "error"):
+        return Examined(None, errors)  # what else is odd about it no longer matters
     if excitation is None:
         return Examined(read.samples, remarks)
     reach = int(MAX_DELAY_S * audio.sample_rate_hz)

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+#: What results depend on. Caches and editors' swap files are not among it.
+SOURCES = (".py", ".yaml", ".j2", ".css")
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -46,7 +48,7 @@ def code_digest(*parts: str) -> str:
         place = PACKAGE / part
         files = sorted(place.rglob("*")) if place.is_dir() else [place.with_suffix(".py")]
         for file in files:
-            if not file.is_dir() and "__pycache__" not in file.parts:
+            if file.suffix in SOURCES and not file.name.startswith("."):
                 digest.update(str(file.relative_to(PACKAGE)).encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:16]
 
