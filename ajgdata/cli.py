@@ -112,7 +112,8 @@ def import_command(
     )
     for name in result.conflicts:
         out.print(
-            f"[yellow]kept[/yellow] {escape(name)}: its bytes changed; --replace takes over",
+            f"[yellow]kept[/yellow] {escape(name)}: other bytes have this name already. If "
+            "these are other recordings, import them with --session; --replace overwrites",
             soft_wrap=True,
         )
     for name, reason in found.skipped:
@@ -124,6 +125,7 @@ def import_command(
         f"next: ajgdata validate {dataset}",
         soft_wrap=True,
     )
+    raise typer.Exit(bool(result.conflicts))
 
 
 def _import_settings(given: dict[str, str]) -> ImportSettings | None:

@@ -66,8 +66,12 @@ class Paths:
         """What was found wrong or odd while making a shard."""
         return self.results / "features" / dataset / f"{session}.findings.csv"
 
+    def merged(self, dataset: str) -> Path:
+        """Features and labels of a whole data set, as the workflow makes and deletes them."""
+        return self.results / "features" / dataset / "merged" / f"{dataset}.nc"
+
     def features(self, dataset: str) -> Path:
-        """Features and labels of a whole data set."""
+        """The same for people: replaced when a new one is whole, never deleted."""
         return self.results / "features" / f"{dataset}.nc"
 
     def quarantine(self, dataset: str) -> Path:
@@ -93,6 +97,11 @@ class Paths:
     def figure(self, name: str) -> Path:
         """A figure without its suffix; see FIGURE_FORMATS."""
         return self.results / "report" / "figures" / name
+
+    @property
+    def runs(self) -> Path:
+        """What the report is about: data sets, and triples of data set, task and model."""
+        return self.results / "report" / "runs.json"
 
     @property
     def report(self) -> Path:

@@ -62,6 +62,11 @@ class Finding:
     problem: str
     fix: str
 
+    @property
+    def leaves_out(self) -> bool:
+        """Whether the recording is not in the feature store."""
+        return self.level == "error" or self.code in ("copy", "rejected")
+
 
 class Strict(BaseModel):
     """Base of every model: unknown keys are errors, instances are immutable."""

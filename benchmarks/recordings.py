@@ -59,7 +59,8 @@ def features_of(project: Paths, name: str, folder: Path) -> Shard:
         labels=[project.label_manifest(name, s) for s in sessions],
         findings=[project.shard_findings(name, s) for s in sessions],
         targets=spec.targets,
-        store=project.features(name),
+        store=project.merged(name),
+        published=project.features(name),
         quarantine=project.quarantine(name),
     )
     return read_store(project.features(name))

@@ -6,13 +6,16 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
 from ajgdata.types import Kind
+
+if TYPE_CHECKING:
+    from ajgdata.evaluate.crossval import Scores
 
 PREDICTION_COLUMNS = ("recording", "split", "fold", "y_true", "y_pred", "probability")
 
@@ -48,13 +51,16 @@ def evaluate_task(
     results = {}
     try:
         features, values, group, names = rows_of(shard, target, kind, groups)
-        folds = max(2, min(folds, len(np.unique(group))))
+        folds = min(folds, len(np.unique(group)))
         splits = {"grouped": group, "random": None} if compare_random else {"grouped": group}
         for split, labels in splits.items():
             results[split] = cross_validate(
                 features, values, labels,
                 kind=kind, model=model, folds=folds, seed=seed, progress=progress,
             )  # fmt: skip
+            if not _computable(results[split].scores):
+                problem = f"errors of {target!r} are too large or too small to compute with"
+                raise ValueError(f"{problem}: give it in another unit")
     except ValueError as error:
         results = {}
         document["skipped"] = str(error)
@@ -67,12 +73,22 @@ def evaluate_task(
     write_bytes(metrics, json_bytes(document))
 
 
+def _computable(scores: Scores) -> bool:
+    """Whether the leading error, and what it is compared with, are finite and not rounded to 0."""
+    from ajgdata.evaluate.metrics import METRICS
+
+    name = METRICS[scores.kind][0]
+    numbers = (scores.mean[name], scores.sd[name], scores.chance[name])
+    return all(map(math.isfinite, numbers)) and (scores.kind != "regression" or numbers[2] > 0)
+
+
 def rows_of(
     shard: Shard, target: str, kind: Kind, groups: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Features, target values, groups and names of the recordings whose target is not missing.
 
-    Raises ValueError when the store lacks a column, or when a recording belongs to no group.
+    Raises ValueError when the store lacks a column, when all values or all groups are the same,
+    and when a recording belongs to no group.
     """
     for column in (target, groups):
         if column not in shard.columns:
@@ -81,12 +97,16 @@ def rows_of(
     present = np.isfinite(values) if kind == "regression" else values != ""
     if not present.any():
         raise ValueError(f"no recording has a value of {target!r}")
+    if (values[present] == values[present][0]).all():
+        raise ValueError(f"every recording has the same {target!r}: there is nothing to tell apart")
     group = shard.columns[groups].values.astype(str)
     names = shard.columns["recording"].values
     if (homeless := present & np.isin(group, ["", "nan"])).any():
         raise ValueError(
             f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
         )
+    if len(np.unique(group[present])) < 2:
+        raise ValueError(f"all recordings have the same {groups!r}: folds need at least two")
     return shard.feature[present], values[present], group[present], names[present]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import declare
 from ajgdata.store.importing import Imported, import_scan
-from ajgdata.store.scan import Scan, label_column, scan
+from ajgdata.store.scan import Scan, label_column, scan, slug
 from ajgdata.store.sessions import read_dataset, write_dataset
 from ajgdata.types import DataError, DatasetSpec, ImportSettings
 
@@ -38,7 +38,7 @@ def import_folder(
             f"{dataset} is declared already, without {sorted(extra)[0]!r}",
             f"add it to {paths.dataset(dataset)}",
         )
-    found = scan(folder, chosen, name=dataset)
+    found = scan(folder, chosen, name=slug(folder.resolve().name))
     spec = declared or declare(dataset, folder, found, chosen, targets)
     advance = started(len(found.found))
     result = import_scan(

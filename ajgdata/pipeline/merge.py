@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ajgdata.store.features import Shard, concatenate, read_store, write_store
-from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
+from ajgdata.store.files import csv_bytes, link_or_copy, read_csv, sha256_of, write_bytes
 from ajgdata.store.labels import labelled, rejected, select, with_columns, without_copies
 from ajgdata.store.provenance import software
 from ajgdata.types import Finding, Target
@@ -35,6 +35,7 @@ def merge(
     targets: Mapping[str, Target],
     store: Path,
     quarantine: Path,
+    published: Path,
 ) -> None:
     """Join the shards of a data set (same order as `labels`) with their labels.
 
@@ -59,6 +60,7 @@ def merge(
     found = [*without_rejected(found, notes), *told]
     write_store(store, with_attributes(merged, dataset), {"long_name": "spectrum", "units": "1"})
     write_findings(quarantine, found)
+    link_or_copy(store, published)
 
 
 def without_rejected(findings: Iterable[Finding], notes: Sequence[Finding]) -> list[Finding]:

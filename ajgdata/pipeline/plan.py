@@ -15,7 +15,7 @@ from ajgdata.acquire.virtual import scene_of
 from ajgdata.paths import SESSION_FILE, Paths
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.store import manifest
-from ajgdata.store.files import json_bytes, write_if_changed
+from ajgdata.store.files import json_bytes, link_or_copy, write_if_changed
 from ajgdata.store.provenance import code_digest
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
 from ajgdata.types import DataError, DatasetSpec
@@ -48,6 +48,8 @@ def plan(
             unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
             looking = partial(when_slow, what=f"reading new recordings of {name}")
             manifest.refresh(paths, name, incomplete=unready, each=looking)
+            if paths.merged(name).is_file() and not paths.features(name).is_file():
+                link_or_copy(paths.merged(name), paths.features(name))  # somebody removed it
         held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
         if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))

@@ -25,10 +25,10 @@ from ajgdata.report.content import (
 )
 from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import read_csv, read_json, read_yaml, write_bytes
+from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
-from ajgdata.store.sessions import list_sessions, read_dataset, read_session
-from ajgdata.types import DatasetSpec, FeatureSettings
+from ajgdata.store.sessions import read_dataset, read_session
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 
 #: As many mean spectra as can be told apart in one figure.
 MAX_SPECTRA = 8
@@ -44,7 +44,7 @@ def build_report(
 
     paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     specs = {name: read_dataset(paths, name) for name in datasets}
-    stores = {name: read_store(paths.features(name)) for name in datasets}
+    stores = {name: read_store(paths.merged(name)) for name in datasets}
     documents = {run: read_json(paths.metrics(*run)) for run in runs}
     report = Report(
         title="Acoustic sensing with jamming grippers",
@@ -67,6 +67,7 @@ def build_report(
         saved = save_figure(illustration.draw(), paths.figure(name))
         svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
     write_bytes(paths.report, render_page(report, svgs).encode())
+    write_bytes(paths.runs, json_bytes({"datasets": list(datasets), "runs": list(runs)}))
 
 
 def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
@@ -93,16 +94,17 @@ def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
         ),
         findings=tuple(read_findings(paths.quarantine(spec.name))),
         spectra=mean_spectra(store, spec),
-        facts=_facts(paths, spec.name),
+        facts=_facts(paths, spec.name, store),
     )
 
 
-def _facts(paths: Paths, dataset: str) -> Mapping[str, Any]:
-    """What the first session says of its source, flattened: `numerics dx_mm`, for instance."""
-    sessions = list_sessions(paths, dataset)
-    if not sessions:
+def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
+    """What a session of the store says of its source, flattened: `numerics dx_mm`, for instance."""
+    sessions = sorted(set(store.columns["session_id"].values.tolist()))
+    try:
+        session = read_session(paths.session(dataset, sessions[0]))
+    except (DataError, IndexError):  # no session is left, or it was spoilt since
         return {}
-    session = read_session(paths.session(dataset, sessions[0]))
     facts: dict[str, Any] = {"gripper": session.gripper, "medium": session.medium}
     facts |= {"device": session.device, "written by": session.software}
     for part, content in session.scene.items():
@@ -113,9 +115,9 @@ def _facts(paths: Paths, dataset: str) -> Mapping[str, Any]:
 
 def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
     """Mean spectrum of each class, or of equally filled bins, of the first task's target."""
-    if not spec.tasks or not len(store.feature):
+    name = next((task.target for task in spec.tasks.values()), "")
+    if name not in store.columns:
         return None
-    name = next(iter(spec.tasks.values())).target
     target, values = spec.targets[name], store.columns[name].values
     if target.kind == "classification":
         classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
@@ -131,6 +133,8 @@ def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
             (f"{values[bins == b].min():g}–{values[bins == b].max():g} {target.unit}", bins == b)
             for b in np.unique(bins[bins >= 0])
         ]
+    if not parts:
+        return None
     mean = np.asarray([store.feature[rows].mean(axis=0, dtype=np.float64) for _, rows in parts])
     return Spectra(store.frequency_hz, tuple(label for label, _ in parts), mean, name)
 
@@ -194,7 +198,7 @@ def _number(value: float | None) -> float:
 def _cost(cost: Mapping[str, Any]) -> Cost:
     return Cost(
         train_s=cost["train_s"],
-        inference_ms_per_recording=1e3 * cost["inference_s_per_recording"],
+        inference_ms_per_recording=1e3 * cost["latency_s"],
         peak_memory_mb=cost["peak_rss_mb"],
     )
 

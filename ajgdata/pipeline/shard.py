@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -32,7 +30,7 @@ from ajgdata.store.features import (
     text_column,
     write_store,
 )
-from ajgdata.store.files import replacing
+from ajgdata.store.files import link_or_copy
 from ajgdata.store.manifest import WHOLE_SESSION, read_manifest
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Strict
@@ -110,8 +108,8 @@ def make_shard(
         told += late_or_early(content["session_id"], list(rows), delays, audio.sample_rate_hz)
     _write(shard, content, rows, told, audio, features, digest)
     write_findings(findings, told)
-    _keep(shard, cache)
-    _keep(findings, cache.with_suffix(".findings.csv"))
+    link_or_copy(shard, cache)
+    link_or_copy(findings, cache.with_suffix(".findings.csv"))
     print(f"{len(new)} recordings read, {len(entries) - len(new)} features reused")
     return len(new), len(entries) - len(new)
 
@@ -206,11 +204,3 @@ def _cached(cache: Path, digest: str) -> dict[tuple[str, str], Row]:
         for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
         if flags[row] == codes.get(name, "")  # else shard and findings are of different runs
     }
-
-
-def _keep(path: Path, cache: Path) -> None:
-    with replacing(cache) as temporary:
-        try:
-            os.link(path, temporary)
-        except OSError:  # another file system, or one without hard links
-            shutil.copyfile(path, temporary)

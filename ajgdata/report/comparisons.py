@@ -15,8 +15,10 @@ from ajgdata.report.wording import headline, number, task_name
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 TIMES = {
     "train_s": "training, all folds (s)",
-    "inference_ms_per_recording": "inference (ms / recording)",
+    "inference_ms_per_recording": "inference, one recording alone (ms)",
 }
+#: Errors below this share of chance would be squeezed together on an axis that reaches it.
+FAR_BELOW_CHANCE = 0.5
 # A time measured as zero has no place on a log axis.
 SHORTEST = 1e-4
 
@@ -43,22 +45,31 @@ def cost_figure(report: Report) -> Figure:
         axes.set(xscale="log", xlabel=label)
         axes.margins(x=0.12)
         _label_times(axes)
-        axes.axhline(1, color=GREY, ls=":", lw=1.1)
-        axes.annotate(
-            "chance",
-            (1, 1),
-            (-2, 2),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            ha="right",
-            fontsize=8,
-            color=GREY,
-        )
+    worst = max((r.error.mean for r in report.results), default=1.0)
+    for axes in panels:
+        _mark_chance(axes, worst)
     panels[1].tick_params(axis="y", length=0)
-    panels[0].set_ylim(bottom=0)
     panels[0].set_ylabel("error (0 perfect, 1 chance)")
     _cost_legends(figure, report, markers)
     return figure
+
+
+def _mark_chance(axes: Axes, worst: float) -> None:
+    """A line at chance; where all errors are far below it, the axis ends above them and says so."""
+    far = worst < FAR_BELOW_CHANCE
+    axes.set_ylim(0, 1.3 * worst if far and worst > 0 else max(1.08, 1.05 * worst))
+    if not far:
+        axes.axhline(1, color=GREY, ls=":", lw=1.1)
+    axes.annotate(
+        "chance is 1, far above" if far else "chance",
+        (1, 1),
+        (-2, -10 if far else 2),
+        xycoords=("axes fraction", "axes fraction" if far else "data"),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8,
+        color=GREY,
+    )
 
 
 def _label_times(axes: Axes) -> None:
@@ -149,7 +160,8 @@ def split_figure(report: Report) -> Figure:
     random = [r.random_split for r in compared if r.random_split]
     _split_bars(axes, compared, grouped, offset=-0.19, colour=COLOURS[0], label="grouped")
     _split_bars(axes, compared, random, offset=0.19, colour=COLOURS[5], label="random")
-    axes.axvline(1, color=GREY, ls=":", lw=1.1)
+    if max(r.error.mean for r in compared) >= FAR_BELOW_CHANCE:
+        axes.axvline(1, color=GREY, ls=":", lw=1.1)
     labels = [f"{task_name(r)}\n{r.model_label} ({r.source})" for r in compared]
     axes.set_yticks(range(len(compared)), labels)
     axes.tick_params(axis="y", length=0)

@@ -47,7 +47,7 @@ class Score(NamedTuple):
 
 @dataclass(frozen=True)
 class Cost:
-    """What a model cost: seconds to train all folds, ms per recording to predict, peak RSS."""
+    """What a model cost: s to train all folds, ms to predict one recording alone, peak RSS."""
 
     train_s: float
     inference_ms_per_recording: float

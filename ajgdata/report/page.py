@@ -54,6 +54,7 @@ def _names() -> dict[str, Any]:
         "DASH": wording.DASH,
         "SPLITS": figures.SPLITS,
         "best": best,
+        "close": close,
         "chance": wording.chance,
         "figure_link": figure_link,
         "headline": wording.headline,
@@ -69,6 +70,12 @@ def _names() -> dict[str, Any]:
 def best(task: tuple[TaskResult, ...]) -> TaskResult:
     """The model of lowest error; of equals, the first."""
     return min(task, key=lambda r: r.error.mean)
+
+
+def close(task: tuple[TaskResult, ...]) -> list[TaskResult]:
+    """The best model, and those whose error is within its standard deviation of it."""
+    top = best(task).error
+    return [r for r in task if r.error.mean <= top.mean + max(top.sd, 0)]
 
 
 def paper_cells(task: tuple[TaskResult, ...]) -> list[tuple[str, str, int]]:

@@ -149,9 +149,16 @@ def split_caption(report: Report) -> Caption:
         f"{headline(r, r.random_split)} random"
         for r in report.compared()
     )
+    hidden = [
+        (r, 1 - r.normalise(r.random_split).mean / r.error.mean)
+        for r in report.compared()
+        if r.random_split and r.error.mean > 0
+    ]
+    gained = [f"{task_name(r)}, {r.model_label}: {share:.0%}" for r, share in hidden]
     return Caption(
         "The same models and recordings under two splits. Grouped: no group on both sides (used "
         "everywhere else on this page). Random: groups ignored. Error as a share of chance, mean ± "
-        "one standard deviation over folds.",
+        "one standard deviation over folds. Error that the random split hides: "
+        f"{'; '.join(gained)}.",
         f"Normalised error of grouped and random splits. {listed}.",
     )

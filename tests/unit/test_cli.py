@@ -144,7 +144,7 @@ def test_import_says_what_it_did(ajgdata, project):
     write_tone(project.root / "audio" / "1_a [x].wav", 530)
     out = ajgdata(*command)[1]
     assert "0 added, 0 changed, 1 unchanged" in out
-    assert "kept 1_a [x]: its bytes changed; --replace takes over\n" in out
+    assert "kept 1_a [x]: other bytes have this name already." in out
     assert "0 added, 1 changed, 1 unchanged" in ajgdata(*command, "--replace")[1]
     assert ajgdata("validate", "e")[0] == 1  # shorter than one window of 2048
     declared = yaml.safe_load(project.paths.dataset("e").read_text())

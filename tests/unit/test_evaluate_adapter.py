@@ -36,6 +36,9 @@ def store(tmp_path):
                         for m, g in zip(missing, grasp, strict=True)
                     ]
                 ),
+                "constant": Column(np.full(40, 3.0)),
+                "huge": Column(1e300 * size),  # its square is infinite
+                "tiny": Column(1e-300 * size),  # its square is zero
                 "never": Column(np.full(40, np.nan)),
                 "one_group": text_column(["x"] * 40),
                 "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
@@ -107,7 +110,23 @@ def test_same_bytes_twice(store, model):
     [
         (
             {"groups": "one_group"},
-            "1 groups cannot make 2 folds: lower folds, or record more",
+            "all recordings have the same 'one_group': folds need at least two",
+        ),
+        (
+            {"target": "one_group", "kind": "classification"},
+            "every recording has the same 'one_group': there is nothing to tell apart",
+        ),
+        (
+            {"target": "constant"},
+            "every recording has the same 'constant': there is nothing to tell apart",
+        ),
+        (
+            {"target": "huge"},
+            "errors of 'huge' are too large or too small to compute with: give it in another unit",
+        ),
+        (
+            {"target": "tiny"},
+            "errors of 'tiny' are too large or too small to compute with: give it in another unit",
         ),
         ({"target": "nope"}, "there is no column 'nope': add it to recordings.csv"),
         ({"groups": "nope"}, "there is no column 'nope': add it to recordings.csv"),

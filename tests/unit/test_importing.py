@@ -19,6 +19,9 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.types import DataError, ImportSettings
 
+#: Session of the recordings that lie directly in the folder "My recordings".
+KIT = "My_recordings"
+
 
 @pytest.fixture
 def paths(tmp_path):
@@ -34,7 +37,7 @@ def kit(tmp_path):
     return folder
 
 
-def rows(paths, session="d"):
+def rows(paths, session=KIT):
     return {r.recording_id: r for r in read_recordings(paths.session("d", session))[0]}
 
 
@@ -55,29 +58,29 @@ def test_starter_kit_folder(paths, kit):
     assert spec.audio.sample_rate_hz == 8000
     assert spec.targets["label"].kind == "classification"
     assert list(spec.tasks) == ["label"]
-    session = read_session(paths.session("d", "d"))
+    session = read_session(paths.session("d", KIT))
     assert session.source == "import"
     assert session.sample_rate_hz == 8000
     held = rows(paths)
     assert set(held) == {"1_no object", "2_cube ä", "3_cube ä"}
     assert held["2_cube ä"].labels == {"label": "cube ä", "n": "2"}
     for name, row in held.items():
-        copied = paths.session("d", "d") / row.file
+        copied = paths.session("d", KIT) / row.file
         assert copied.read_bytes() == (kit / f"{name}.wav").read_bytes()
         assert row.sha256 == hashlib.sha256(copied.read_bytes()).hexdigest()
-    played = paths.session("d", "d") / session.excitation.file
+    played = paths.session("d", KIT) / session.excitation.file
     assert played.read_bytes() == (kit / "0_sweep.wav").read_bytes()
     assert session.excitation.sha256 == hashlib.sha256(played.read_bytes()).hexdigest()
 
 
 def test_again_changes_nothing(paths, kit, snapshot):
     run(paths, kit)
-    (paths.session("d", "d") / "audio" / "1_no object.wav").touch()
+    (paths.session("d", KIT) / "audio" / "1_no object.wav").touch()
     before = snapshot(paths.root)
     assert counts(run(paths, kit)) == (0, 0, 3, [])
     after = snapshot(paths.root)
     assert {n for n in before if before[n] != after[n]} <= {
-        "data/d/sessions/d/excitation.wav"  # the same bytes again
+        f"data/d/sessions/{KIT}/excitation.wav"  # the same bytes again
     }
     assert {n: content for n, (content, _) in after.items()} == {
         n: content for n, (content, _) in before.items()
@@ -98,7 +101,7 @@ def test_changed_bytes_are_a_conflict_unless_replaced(paths, kit):
     digest = write_tone(kit / "3_cube ä.wav", 999)
     assert counts(run(paths, kit)) == (0, 0, 2, ["3_cube ä"])
     assert rows(paths)["3_cube ä"] == before
-    held = paths.session("d", "d") / before.file
+    held = paths.session("d", KIT) / before.file
     assert hashlib.sha256(held.read_bytes()).hexdigest() == before.sha256
     assert counts(run(paths, kit, replace=True)) == (0, 1, 2, [])
     assert rows(paths)["3_cube ä"].sha256 == digest
@@ -107,7 +110,7 @@ def test_changed_bytes_are_a_conflict_unless_replaced(paths, kit):
 
 def test_labels_follow_the_pattern_and_what_people_added_stays(paths, kit):
     run(paths, kit)
-    folder = paths.session("d", "d")
+    folder = paths.session("d", KIT)
     session = read_session(folder).model_copy(
         update={"gripper": "G7", "medium": "coffee", "notes": "in the kitchen"}
     )
@@ -130,13 +133,13 @@ def test_labels_follow_the_pattern_and_what_people_added_stays(paths, kit):
 
 def test_the_played_sound_outlives_a_folder_without_it(paths, kit):
     run(paths, kit)
-    before = read_session(paths.session("d", "d")).excitation
+    before = read_session(paths.session("d", KIT)).excitation
     (kit / "0_sweep.wav").unlink()
     run(paths, kit)
-    assert read_session(paths.session("d", "d")).excitation == before
+    assert read_session(paths.session("d", KIT)).excitation == before
     digest = write_tone(kit / "0_new.wav", 150)
     run(paths, kit)
-    assert read_session(paths.session("d", "d")).excitation.sha256 == digest
+    assert read_session(paths.session("d", KIT)).excitation.sha256 == digest
 
 
 def test_same_name_with_another_suffix(paths, kit):
@@ -154,7 +157,7 @@ def test_both_suffixes_at_once(paths, tmp_path):
     write_tone(folder / "1_a.wav", 200)
     write_tone(folder / "1_a.WAV", 300)
     assert counts(run(paths, folder)) == (2, 0, 0, [])
-    assert set(rows(paths)) == {"1_a.wav", "1_a.WAV"}
+    assert set(rows(paths, "both")) == {"1_a.wav", "1_a.WAV"}
 
 
 def test_folders_become_sessions(paths, tmp_path):
@@ -172,17 +175,17 @@ def test_folders_become_sessions(paths, tmp_path):
 
 def test_reference_leaves_the_audio_where_it_is(paths, kit):
     run(paths, kit, copy=False)
-    folder = paths.session("d", "d")
+    folder = paths.session("d", KIT)
     assert not (folder / "audio").exists()
     assert read_session(folder).audio_root == str(kit)
     refresh(paths, "d")
-    content, found = read_manifest(paths.audio_manifest("d", "d"))
+    content, found = read_manifest(paths.audio_manifest("d", KIT))
     assert found == []
     assert {r["path"] for r in content["recordings"]} == {str(p) for p in kit.glob("[1-9]*.wav")}
     assert counts(run(paths, kit, copy=False)) == (0, 0, 3, [])
     write_tone(kit / "1_no object.wav", 777)
     refresh(paths, "d")
-    assert [f.code for f in read_manifest(paths.audio_manifest("d", "d"))[1]] == ["changed"]
+    assert [f.code for f in read_manifest(paths.audio_manifest("d", KIT))[1]] == ["changed"]
 
 
 @pytest.mark.parametrize("first", [True, False])
@@ -226,7 +229,7 @@ def test_one_session_that_cannot_be_added_to_stops_before_any_is_written(paths, 
 
 def test_a_session_of_another_source_is_left_alone(paths, kit):
     run(paths, kit)
-    folder = paths.session("d", "d")
+    folder = paths.session("d", KIT)
     session = read_session(folder).model_copy(update={"source": "virtual"})
     write_session(folder, session, read_recordings(folder)[0])
     with pytest.raises(DataError, match="this session's source is virtual"):
@@ -242,7 +245,7 @@ def test_an_interrupted_import_goes_on(paths, kit):
     stop_at_second.calls = 0
     with pytest.raises(KeyboardInterrupt):
         run(paths, kit, started=lambda total: stop_at_second)
-    assert not (paths.session("d", "d") / "session.yaml").exists()
+    assert not (paths.session("d", KIT) / "session.yaml").exists()
     run(paths, kit)
     other = Paths(paths.root.parent / "other")
     (other.root / "datasets").mkdir(parents=True)
@@ -283,18 +286,25 @@ def test_unreadable_recordings_are_imported_as_they_are(paths, kit):
     (kit / "5_broken.wav").write_bytes(b"RIFF broken")
     shutil.copy(kit / "1_no object.wav", kit / "6_other.wav")
     assert run(paths, kit).added == 5
-    assert (paths.session("d", "d") / "audio/5_broken.wav").read_bytes() == b"RIFF broken"
+    assert (paths.session("d", KIT) / "audio/5_broken.wav").read_bytes() == b"RIFF broken"
 
 
 def test_seal_accepts_what_is_there(paths, kit):
     run(paths, kit)
-    folder = paths.session("d", "d")
+    folder = paths.session("d", KIT)
     digest = write_tone(folder / "audio" / "1_no object.wav", 777)
     played = write_tone(folder / "excitation.wav", 778)
     (folder / "audio" / "3_cube ä.wav").unlink()
     before = rows(paths)
-    assert seal(paths, "d", "d") == 1
+    assert seal(paths, "d", KIT) == 1
     assert rows(paths)["1_no object"].sha256 == digest
     assert rows(paths)["3_cube ä"] == before["3_cube ä"]
     assert read_session(folder).excitation.sha256 == played
-    assert seal(paths, "d", "d") == 0
+    assert seal(paths, "d", KIT) == 0
+
+
+def test_two_folders_with_the_same_file_names_become_two_sessions(paths, tmp_path):
+    for day, hz in (("day 1", 200), ("day 2", 300)):
+        write_tone(tmp_path / day / "1_cube.wav", hz)
+        assert counts(run(paths, tmp_path / day)) == (1, 0, 0, [])
+    assert list_sessions(paths, "d") == ["day_1", "day_2"]

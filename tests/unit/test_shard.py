@@ -284,7 +284,7 @@ def test_a_hard_link_is_not_needed(project, monkeypatch):
     def refused(*_):
         raise OSError("no hard links here")
 
-    monkeypatch.setattr("ajgdata.pipeline.shard.os.link", refused)
+    monkeypatch.setattr("ajgdata.store.files.os.link", refused)
     project.session()
     project.shard()
     assert project.shard() == (0, 3)

@@ -140,7 +140,8 @@ class Project:
             labels=[paths.label_manifest("d", s) for s in sessions],
             findings=[paths.shard_findings("d", s) for s in sessions],
             targets=targets or {"edge_mm": Target(kind="regression", unit="mm")},
-            store=paths.features("d"),
+            store=paths.merged("d"),
             quarantine=paths.quarantine("d"),
+            published=paths.features("d"),
         )
         return read_store(paths.features("d")), read_findings(paths.quarantine("d"))

@@ -18,7 +18,7 @@ from ajgdata.store.importing import seal
 TASKS = {"evaluate": 1, "report": 1}
 END = ("results/report/index.html",)
 #: Enough of a run where only the features are looked at.
-STORE = ("results/features/tones.nc",)
+STORE = ("results/features/tones/merged/tones.nc",)
 
 
 def edit_table(project, session, change):
@@ -147,13 +147,14 @@ def test_the_seed_redoes_the_evaluation(project):
 
 
 def test_a_broken_session_is_reported_and_the_rest_goes_on(project):
-    (project.folder("day2") / "session.yaml").write_text("session_id: [")
-    project.snakemake(*STORE)
+    (project.folder("day1") / "session.yaml").write_text("session_id: [")
+    project.snakemake(*END)
     quarantine = project.paths.quarantine("tones").read_text()
     assert "bad_session" in quarantine
     assert "not valid YAML" in quarantine
     sessions = read_store(project.paths.features("tones")).columns["session_id"].values
-    assert set(sessions) == {"day1"}
+    assert set(sessions) == {"day2"}
+    assert "not valid YAML" in project.paths.report.read_text()
 
 
 def test_same_inputs_give_the_same_bytes(project):
@@ -163,6 +164,30 @@ def test_same_inputs_give_the_same_bytes(project):
     project.snakemake(str(metrics.relative_to(project.root)), "--forceall")
     assert (store.read_bytes(), metrics.read_bytes()) == before
     assert "accuracy" in json.loads(metrics.read_text())["grouped"]["mean"]
+
+
+def test_a_failed_merge_leaves_the_old_features(project):
+    before = project.paths.features("tones").read_bytes()
+    edit_table(project, "day1", lambda rows: rows[0].update(pitch="high"))
+    project.paths.shard("tones", "day2").write_bytes(b"spoilt")
+    with pytest.raises(AssertionError, match="not a readable feature store"):
+        project.snakemake(*STORE, "--rerun-triggers", "input")
+    assert not project.paths.merged("tones").exists()  # Snakemake deletes what it makes
+    assert project.paths.features("tones").read_bytes() == before
+
+
+def test_removed_features_come_back(project):
+    project.paths.features("tones").unlink()
+    assert project.planned(*END) == {}
+    assert project.paths.features("tones").is_file()
+
+
+def test_results_of_what_is_no_longer_declared_do_not_disturb_the_checks(project):
+    renamed = {"other": DECLARATION["tasks"]["pitch"]}
+    redeclare(project, tasks=renamed)
+    edit_table(project, "day1", lambda rows: rows[0].update(quality="reject"))
+    project.snakemake()
+    assert "passed" in (project.root / "results/verify/summary.txt").read_text()
 
 
 def test_plain_all_includes_the_checks_of_the_results(project):

@@ -1,6 +1,6 @@
 rule evaluate:
     input:
-        store=PATHS.features("{dataset}"),
+        store=PATHS.merged("{dataset}"),
     output:
         metrics=PATHS.metrics("{dataset}", "{task}", "{model}"),
         cost=PATHS.cost("{dataset}", "{task}", "{model}"),

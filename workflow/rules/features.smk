@@ -42,7 +42,7 @@ rule merge:
         labels=of_sessions(PATHS.label_manifest),
         findings=of_sessions(PATHS.shard_findings),
     output:
-        store=PATHS.features("{dataset}"),
+        store=PATHS.merged("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
     log:
         "results/logs/merge/{dataset}.log",
@@ -51,6 +51,7 @@ rule merge:
     conda:
         "../../environment.yml"
     params:
+        published=lambda wildcards: str(PATHS.features(wildcards.dataset)),
         targets=lambda wildcards: {
             name: target.model_dump(mode="json")
             for name, target in PLANS[wildcards.dataset].spec.targets.items()

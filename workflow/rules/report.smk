@@ -1,12 +1,13 @@
 rule report:
     input:
-        stores=[PATHS.features(name) for name in PLANS],
+        stores=[PATHS.merged(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
         metrics=of_runs(PATHS.metrics),
         costs=of_runs(PATHS.cost),
         predictions=of_runs(PATHS.predictions),
     output:
         page=PATHS.report,
+        runs=PATHS.runs,
         figures=directory(PATHS.report.parent / "figures"),
     log:
         "results/logs/report.log",

@@ -1,6 +1,6 @@
 rule verify:
     input:
-        report=PATHS.report,
+        runs=PATHS.runs,
         tests=HERE / "tests/artefacts/test_results.py",
     output:
         summary=PATHS.results / "verify" / "summary.txt",

@@ -14,5 +14,6 @@ with logged(snakemake.log[0]):
         findings=[Path(path) for path in snakemake.input.findings],
         targets={name: Target(**given) for name, given in snakemake.params.targets.items()},
         store=Path(snakemake.output.store),
+        published=Path(snakemake.params.published),
         quarantine=Path(snakemake.output.quarantine),
     )
