@@ -21,7 +21,9 @@ try:
     validate(config, str(HERE / "workflow/schemas/config.schema.yaml"))
 except WorkflowError as error:  # one line instead of the whole schema
     wrong = error.__context__
-    raise SystemExit(f"config{wrong.json_path[1:]}: {wrong.message}; correct it") from None
+    raise SystemExit(
+        f"config{wrong.json_path[1:]}: {wrong.message}; correct it"
+    ) from None
 
 PATHS = Paths()
 # Only the main process looks at the recordings; its jobs see the manifests that it left.
@@ -48,6 +50,7 @@ rule all:
     default_target: True
     input:
         PATHS.report,
+        [PATHS.model(*run) for run in RUNS],
         PATHS.results / "verify" / "summary.txt",
 
 
@@ -55,5 +58,6 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/train.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

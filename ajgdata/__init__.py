@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import xarray as xr
+    from sklearn.base import BaseEstimator
 
 __version__ = version("ajgdata")
-__all__ = ["__version__", "load_features"]
+__all__ = ["__version__", "load_features", "load_model"]
 
 
 def load_features(name: str, project: str | Path | None = None) -> xr.Dataset:
@@ -33,3 +34,18 @@ def load_features(name: str, project: str | Path | None = None) -> xr.Dataset:
 
     paths = find_project(None if project is None else Path(project))
     return open_store(paths.features(name))
+
+
+def load_model(
+    name: str, task: str, model: str = "cnn", project: str | Path | None = None
+) -> BaseEstimator:
+    """The model trained for `task` on all recordings of the data set `name`.
+
+    Returns a fitted scikit-learn estimator that takes features (n, n_features) as `load_features`
+    gives them. Raises DataError when it has not been, or could not be, trained.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.train import load_model as load
+
+    paths = find_project(None if project is None else Path(project))
+    return load(paths.model(name, task, model))[0]

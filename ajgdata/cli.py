@@ -189,12 +189,14 @@ def _print_findings(findings: Sequence[Finding]) -> None:
 def seal(dataset: DatasetArgument) -> None:
     """Accept recordings as they are now: write the sha256 of their present bytes."""
     from ajgdata.paths import find_project
+    from ajgdata.pipeline.progress import when_slow
     from ajgdata.store.importing import seal as seal_session
     from ajgdata.store.sessions import list_sessions, read_dataset
 
     paths = find_project()
     read_dataset(paths, dataset)
-    for session in list_sessions(paths, dataset):
+    sessions = list_sessions(paths, dataset)
+    for session in when_slow(sessions, "sealing"):
         changed = seal_session(paths, dataset, session)
         out.print(f"{dataset}/{session}: {changed} recordings sealed")
 

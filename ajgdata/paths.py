@@ -94,6 +94,10 @@ class Paths:
         """One row per recording and split."""
         return self.task(dataset, task, model) / "predictions.csv"
 
+    def model(self, dataset: str, task: str, model: str) -> Path:
+        """Folder of a model trained on all recordings."""
+        return self.results / "models" / dataset / task / model
+
     def figure(self, name: str) -> Path:
         """A figure without its suffix; see FIGURE_FORMATS."""
         return self.results / "report" / "figures" / name

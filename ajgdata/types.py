@@ -200,6 +200,9 @@ class ImportSettings(Strict):
         return self
 
 
+TRAINING = ("target", "kind", "unit", "groups")
+
+
 class DatasetSpec(Strict):
     """dataset.yaml: what a data set is."""
 
@@ -247,6 +250,10 @@ class DatasetSpec(Strict):
             "folds": settings.folds,
             "compare_random": settings.compare_random,
         }
+
+    def training(self, task: str) -> dict[str, Any]:
+        """What training a model for `task` must know, by name."""
+        return {k: v for k, v in self.evaluation(task).items() if k in TRAINING}
 
 
 class Excitation(Strict):

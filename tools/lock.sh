@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 {
-  echo "# Every version this project is tested with; used as pip constraints. Made by tools/lock.sh: do not edit."
+  echo "# Versions this project is tested with (Python 3.11 and 3.13); used as pip constraints. Made by tools/lock.sh: do not edit."
   uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --fork-strategy fewest \
     --no-header --no-annotate --quiet "$@" |
     grep -vE '^(nvidia-|cuda-|triton==|torch==)' |

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +34,6 @@ def evaluate_task(
     metrics: Path,
     cost: Path,
     predictions: Path,
-    progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Cross-validate `model` on the recordings of `store` that have `target`.
 
@@ -54,10 +53,11 @@ def evaluate_task(
         folds = min(folds, len(np.unique(group)))
         splits = {"grouped": group, "random": None} if compare_random else {"grouped": group}
         for split, labels in splits.items():
-            results[split] = cross_validate(
-                features, values, labels,
-                kind=kind, model=model, folds=folds, seed=seed, progress=progress,
-            )  # fmt: skip
+            with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
+                results[split] = cross_validate(
+                    features, values, labels,
+                    kind=kind, model=model, folds=folds, seed=seed,
+                )  # fmt: skip
             if not _computable(results[split].scores):
                 problem = f"errors of {target!r} are too large or too small to compute with"
                 raise ValueError(f"{problem}: give it in another unit")
@@ -87,9 +87,11 @@ def rows_of(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Features, target values, groups and names of the recordings whose target is not missing.
 
-    Raises ValueError when the store lacks a column, when all values or all groups are the same,
-    and when a recording belongs to no group.
+    Raises ValueError when the store lacks rows or a column, when all values or all groups are the
+    same, and when a recording belongs to no group.
     """
+    if not len(shard.feature):
+        raise ValueError("no recording can be used: the quarantine says why")
     for column in (target, groups):
         if column not in shard.columns:
             raise ValueError(f"there is no column {column!r}: add it to recordings.csv")

@@ -14,9 +14,10 @@ from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.virtual import scene_of
 from ajgdata.paths import SESSION_FILE, Paths
 from ajgdata.pipeline.progress import when_slow
+from ajgdata.report.paper import PAPER_FILE, parse_paper
 from ajgdata.store import manifest
-from ajgdata.store.files import json_bytes, link_or_copy, write_if_changed
-from ajgdata.store.provenance import code_digest
+from ajgdata.store.files import json_bytes, link_or_copy, read_yaml, write_if_changed
+from ajgdata.store.provenance import PACKAGE, code_digest
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
 from ajgdata.types import DataError, DatasetSpec
 
@@ -42,6 +43,7 @@ def plan(
     plans = {}
     for name in names:
         spec = read_dataset(paths, name)
+        _check_paper(paths, spec)
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         if refresh:
             write_scenes(paths, spec, virtual)
@@ -59,6 +61,16 @@ def plan(
         problem = "no data set here has recordings or a recipe"
         raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
+
+
+def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
+    """A report that names an unknown figure of the paper would fail after all the work is done."""
+    if not (named := {task.paper for task in spec.tasks.values()} - {""}):
+        return
+    known = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
+    if unknown := sorted(named - set(known)):
+        problem = f"tasks: the paper has no figure {unknown[0]!r}"
+        raise DataError(paths.dataset(spec.name), problem, f"it has {', '.join(known)}")
 
 
 def _how_to_import(name: str) -> str:

@@ -1,9 +1,10 @@
-"""A progress bar that shows itself only when the wait is long enough to be noticed."""
+"""Progress: a bar that shows itself only when the wait is noticed, and lines for jobs."""
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -29,3 +30,23 @@ def when_slow(items: Sequence[Item], what: str, patience_s: float = PATIENCE_S) 
     finally:
         if bar is not None:
             bar.stop()
+
+
+def lines(what: str, parts: int = 10) -> Callable[[int], Callable[[], object]]:
+    """A line on the terminal at each of `parts` parts of the work, past any redirection.
+
+    Jobs of the workflow run side by side: their bars would overwrite one another.
+    """
+
+    def started(total: int) -> Callable[[], object]:
+        done = 0
+
+        def advance() -> None:
+            nonlocal done
+            done += 1
+            if done * parts // total > (done - 1) * parts // total:
+                print(f"{what}: {done} of {total}", file=sys.__stderr__, flush=True)
+
+        return advance
+
+    return started

@@ -70,7 +70,7 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     example = ": {!r} {}".format(*result.skipped[0]) if result.skipped else ""
     raise DataError(
         folder,
-        f"none of its {len(result.skipped)} audio files can be imported{example}",
+        f"none of its audio files can be imported{example}",
         "correct --file (a path inside the folder)"
         if settings.table
         else "correct --pattern (it must match the whole path inside the folder)",

@@ -152,3 +152,10 @@ def test_fewer_groups_than_folds_make_a_fold_of_each_group(store):
 def test_plain():
     value = {"a": (np.float64("nan"), np.int64(3)), 2: [np.inf, np.str_("x"), None, True]}
     assert plain(value) == {"a": [None, 3], "2": [None, "x", None, True]}
+
+
+def test_a_store_without_recordings_is_said(tmp_path):
+    path = tmp_path / "d.nc"
+    columns = {"recording": text_column([])}
+    write_store(path, Shard(np.empty((0, 3), np.float32), np.arange(3.0), columns, {}), {})
+    assert run(path)[0]["skipped"] == "no recording can be used: the quarantine says why"

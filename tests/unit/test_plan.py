@@ -1,11 +1,12 @@
 """What a run is about: declared data sets with sessions or a recipe, and nothing written twice."""
 
+import pytest
 import yaml
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
 from ajgdata.store.sessions import write_session
-from ajgdata.types import Recording, Session
+from ajgdata.types import DataError, Recording, Session
 
 RECIPE = {
     "sessions": 2,
@@ -83,3 +84,42 @@ def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_
     plan(paths, refresh=True)
     more = yaml.safe_load(paths.scenes("made", "virtual-01").read_text())
     assert [*yaml.safe_load(first), more[1]] == more
+
+
+def test_nothing_to_run_is_said(tmp_path):
+    paths = Paths(tmp_path)
+    with pytest.raises(DataError, match="no data set here has recordings or a recipe"):
+        plan(paths)
+    declare(paths, "waiting")
+    with pytest.raises(DataError, match="no data set here has recordings or a recipe"):
+        plan(paths)
+    declare(paths, "made", recipe=RECIPE)
+    with pytest.raises(DataError, match=r"waiting.*holds no sessions; .*--dataset waiting"):
+        plan(paths, ["made", "waiting"])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"objects": [{"name": "a", "shape": {"kind": "cubus"}}]}, "recipe, a: object: .*'cubus'"),
+        ({"vary": {"roll": [0, 1]}}, "recipe, a: unknown key grasp.roll"),
+        ({"scene": {"numeric": {}}}, "recipe, a: unknown key numeric"),
+    ],
+)
+def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, change, said):
+    paths = Paths(tmp_path)
+    declare(paths, "made", recipe=RECIPE | change)
+    with pytest.raises(DataError, match=f"dataset.yaml: {said}"):
+        plan(paths, refresh=True)
+    assert not paths.scenes("made", "virtual-01").exists()
+
+
+def test_a_figure_that_the_paper_does_not_have_is_said_before_all_the_work(tmp_path):
+    paths = Paths(tmp_path)
+    targets = {"edge_mm": {"kind": "regression"}}
+    task = {"target": "edge_mm", "paper": "size-known"}
+    declare(paths, "made", recipe=RECIPE, targets=targets, tasks={"size": task})
+    assert list(plan(paths)) == ["made"]
+    declare(paths, "made", recipe=RECIPE, targets=targets, tasks={"size": task | {"paper": "siz"}})
+    with pytest.raises(DataError, match=r"no figure 'siz'; it has .*size-known"):
+        plan(paths)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ajgdata.pipeline.progress import when_slow
+from ajgdata.pipeline.progress import lines, when_slow
 
 
 @pytest.mark.parametrize("patience_s", [0.0, 60.0])
@@ -17,3 +17,11 @@ def test_a_bar_that_was_shown_is_taken_away_when_the_work_fails(capfd):
 
     with pytest.raises(ZeroDivisionError):
         list(work())
+
+
+@pytest.mark.parametrize(("total", "said"), [(3, [1, 2, 3]), (20, list(range(2, 21, 2))), (0, [])])
+def test_a_job_says_each_tenth_once(capfd, total, said):
+    advance = lines("recording a/b")(total)
+    for _ in range(total):
+        advance()
+    assert capfd.readouterr().err.splitlines() == [f"recording a/b: {n} of {total}" for n in said]

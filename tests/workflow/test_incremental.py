@@ -190,5 +190,5 @@ def test_results_of_what_is_no_longer_declared_do_not_disturb_the_checks(project
     assert "passed" in (project.root / "results/verify/summary.txt").read_text()
 
 
-def test_plain_all_includes_the_checks_of_the_results(project):
-    assert project.planned() == {"all": 1, "verify": 1}
+def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project):
+    assert project.planned() == {"all": 1, "train": 1, "verify": 1}

@@ -5,8 +5,13 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_virtual
 from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.progress import lines
 
+dataset, session = snakemake.wildcards.dataset, snakemake.wildcards.session
 with logged(snakemake.log[0]):
     acquire_virtual(
-        Paths(Path(snakemake.params.root)), snakemake.wildcards.dataset, snakemake.wildcards.session
+        Paths(Path(snakemake.params.root)),
+        dataset,
+        session,
+        lines(f"recording {dataset}/{session}"),
     )

@@ -1,0 +1,75 @@
+"""Feature store -> a model trained on every recording of a task, for use on new ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ajgdata.pipeline.evaluate import plain, rows_of
+from ajgdata.store.features import read_store
+from ajgdata.store.files import json_bytes, write_bytes
+from ajgdata.store.models import (
+    ABOUT_FILE,
+    read_about,
+    read_estimator,
+    read_network,
+    write_estimator,
+    write_network,
+)
+from ajgdata.types import Kind
+
+if TYPE_CHECKING:
+    from sklearn.base import BaseEstimator
+
+#: Our own classes inside scikit-learn pipelines, which skops must be told to trust.
+TRUSTED = ("ajgdata.models.baselines.Compress",)
+
+
+def train_model(
+    store: Path,
+    *,
+    target: str,
+    kind: Kind,
+    unit: str,
+    groups: str,
+    model: str,
+    seed: int,
+    folder: Path,
+) -> None:
+    """Fit `model` on all recordings of `store` that have `target` and write it into `folder`.
+
+    How well it will do on new recordings is what the evaluation says, not its fit to these. A model
+    that cannot be trained is written as such with the reason.
+    """
+    from threadpoolctl import threadpool_limits
+
+    from ajgdata.models import make_model
+
+    shard = read_store(store)
+    about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
+    about |= {"seed": seed, "provenance": dict(shard.attrs)}
+    try:
+        features, values, _, names = rows_of(shard, target, kind, groups)
+        with threadpool_limits(limits=1):
+            estimator = make_model(model, kind, seed).fit(features, values)
+    except ValueError as error:
+        write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
+        return
+    about |= {"recordings": len(names), "frequency_hz": shard.frequency_hz}
+    if hasattr(estimator, "state"):
+        arrays, about["network"] = estimator.state()
+        write_network(folder, arrays)
+    else:
+        write_estimator(folder, estimator)
+    write_bytes(folder / ABOUT_FILE, json_bytes(plain(about)))
+
+
+def load_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
+    """A trained model, and what is known of it. Raises DataError if there is none to be had."""
+    about = read_about(folder)
+    if "network" not in about:
+        return read_estimator(folder, TRUSTED), about
+    from ajgdata.models.cnn import CnnClassifier, CnnRegressor
+
+    cnn = CnnClassifier if about["kind"] == "classification" else CnnRegressor
+    return cnn.from_state(read_network(folder), about["network"]), about

@@ -1,0 +1,93 @@
+"""A trained model comes back from disk as it was, and nothing else does."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ajgdata.models import MODELS, make_model
+from ajgdata.paths import Paths
+from ajgdata.pipeline.train import load_model, train_model
+from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
+from ajgdata.types import DataError
+
+TASKS = {"edge_mm": "regression", "kind": "classification"}
+
+
+@pytest.fixture
+def store(tmp_path):
+    """24 recordings whose spectrum grows with the edge; one has no label."""
+    generator = np.random.default_rng(0)
+    edge = np.repeat(np.arange(8.0), 3)
+    feature = generator.uniform(0.9, 1.1, (24, 64)) * (1 + edge[:, np.newaxis] / 4)
+    edge[-1] = np.nan
+    kinds = ["" if np.isnan(e) else ("even", "odd")[int(e) % 2] for e in edge]
+    path = tmp_path / "d.nc"
+    columns = {
+        "recording": text_column([f"s/{n:02d}" for n in range(24)]),
+        "grasp_id": text_column([f"s/{n}" for n in range(24)]),
+        "edge_mm": Column(edge, {"units": "mm"}),
+        "kind": text_column(kinds),
+    }
+    shard = Shard(feature.astype(np.float32), np.arange(64.0), columns, {"data_set": "d"})
+    write_store(path, shard, {"units": "1"})
+    return path
+
+
+def train(store, target, model, name="m"):
+    folder = store.parent / name
+    about = {"target": target, "kind": TASKS[target], "unit": "", "groups": "grasp_id"}
+    train_model(store, **about, model=model, seed=3, folder=folder)
+    return folder
+
+
+@pytest.mark.parametrize("target", TASKS)
+@pytest.mark.parametrize("model", MODELS)
+def test_what_comes_back_predicts_the_same(store, target, model):
+    loaded, about = load_model(train(store, target, model))
+    shard = read_store(store)
+    known = slice(0, 23)
+    fitted = make_model(model, TASKS[target], 3)
+    fitted.fit(shard.feature[known], shard.columns[target].values[known])
+    np.testing.assert_array_equal(loaded.predict(shard.feature), fitted.predict(shard.feature))
+    assert about["recordings"] == 23
+    assert about["frequency_hz"] == list(range(64))
+
+
+def test_a_network_is_the_same_bytes_twice(store):
+    folders = [train(store, "kind", "cnn", name) for name in ("a", "b")]
+    for file in ("model.json", "model.safetensors"):
+        assert (folders[0] / file).read_bytes() == (folders[1] / file).read_bytes()
+
+
+def test_what_cannot_be_trained_says_why(store):
+    shard = read_store(store)
+    columns = {**shard.columns, "kind": text_column(["same"] * 24)}
+    write_store(store, Shard(shard.feature, shard.frequency_hz, columns, {}), {"units": "1"})
+    folder = train(store, "kind", "linear")
+    assert "nothing to tell apart" in json.loads((folder / "model.json").read_text())["skipped"]
+    with pytest.raises(DataError, match="was not trained: every recording has the same 'kind'"):
+        load_model(folder)
+
+
+@pytest.mark.parametrize(("model", "file"), [("cnn", "model.safetensors"), ("knn", "model.skops")])
+def test_a_spoilt_file_is_told(store, model, file):
+    folder = train(store, "kind", model)
+    (folder / file).write_bytes(b"spoilt")
+    with pytest.raises(DataError, match="not a readable model"):
+        load_model(folder)
+
+
+def test_foreign_types_are_refused(store, monkeypatch):
+    folder = train(store, "kind", "linear")
+    monkeypatch.setattr("ajgdata.pipeline.train.TRUSTED", ())
+    with pytest.raises(DataError, match="Untrusted types"):
+        load_model(folder)
+
+
+def test_without_a_run_there_is_no_model(tmp_path):
+    import ajgdata
+
+    Paths(tmp_path).datasets.mkdir()
+    with pytest.raises(DataError, match="no such file"):
+        ajgdata.load_model("d", "t", project=tmp_path)

@@ -1,0 +1,19 @@
+rule train:
+    input:
+        store=PATHS.merged("{dataset}"),
+    output:
+        folder=directory(PATHS.model("{dataset}", "{task}", "{model}")),
+    log:
+        "results/logs/train/{dataset}.{task}.{model}.log",
+    benchmark:
+        "results/benchmarks/train/{dataset}.{task}.{model}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.training(wildcards.task),
+        seed=config["seed"],
+        code=code_digest("models", "pipeline/train", "store/models"),
+    message:
+        "Training {wildcards.model} for {wildcards.task} on all of {wildcards.dataset}"
+    script:
+        "../scripts/train.py"
