@@ -13,17 +13,19 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.gripper.scene import Scene, derive_seed, scene_digest
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
 
 if TYPE_CHECKING:
     from ajgdata.gripper.geometry import SceneError
+    from ajgdata.gripper.plan import Plan, compile
     from ajgdata.gripper.signal import SignalChain, Take, excitation_sweep, record
-    from ajgdata.gripper.simulation import SAMPLE_RATE_HZ, ImpulseResponse, simulate
+    from ajgdata.gripper.simulation import ImpulseResponse, simulate
 
 _HOME = {
     "SceneError": "geometry",
+    "Plan": "plan",
+    "compile": "plan",
     "ImpulseResponse": "simulation",
-    "SAMPLE_RATE_HZ": "simulation",
     "simulate": "simulation",
     "SignalChain": "signal",
     "Take": "signal",
@@ -34,10 +36,12 @@ _HOME = {
 __all__ = [
     "SAMPLE_RATE_HZ",
     "ImpulseResponse",
+    "Plan",
     "Scene",
     "SceneError",
     "SignalChain",
     "Take",
+    "compile",
     "derive_seed",
     "excitation_sweep",
     "record",

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 PHYSICS_VERSION = 1
 #: Δt is fixed by the speed of sound at this temperature, so warmer scenes are refused.
 HOTTEST_C = 30.0
+SAMPLE_RATE_HZ = 44_100
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]

@@ -16,6 +16,7 @@ from numba import njit, uint64
 from numpy.typing import NDArray
 
 from ajgdata.gripper.system import System
+from ajgdata.gripper.walls import react
 
 Real = NDArray[np.floating]
 
@@ -121,27 +122,6 @@ def _drive(p, q1, q2, rate1, rate2, bed_end, yield_, cell, weight, flow):
 
 
 @njit(nogil=True, cache=True)
-def _react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls):
-    """All walls at once: first their part of the new pressures, then their new motion."""
-    cell, coupling, admittance, inertia, half_spring = walls
-    for n in range(len(cell)):
-        i = cell[n]
-        change = -coupling[n] * (before[n] + (momentum[n] - tension[n]))
-        p[i] += change
-        if i < bed_end:
-            q1[i] += rate1 * change
-            q2[i] += rate2 * change
-    for n in range(len(cell)):
-        new = p[cell[n]]
-        force = momentum[n] - tension[n]
-        # w: twice the mean velocity of the step; v <- w - v and x <- x + Δt w/2, kept as forces.
-        w = admittance[n] * ((before[n] + force) + (new + force))
-        momentum[n] = inertia[n] * w - momentum[n]
-        tension[n] += half_spring[n] * w
-        before[n] = new
-
-
-@njit(nogil=True, cache=True)
 def _listen(p, cell, weight):
     heard = 0.0
     for m in range(len(cell)):
@@ -163,7 +143,7 @@ def _march(state, faces, capacities, walls, span, source, receiver, drive, out):
         _sweep(state, faces, capacities, span, scratch)
         if n < len(drive):
             _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source[0], source[1], drive[n])
-        _react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls)
+        react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls)
         out[n] = _listen(p, receiver[0], receiver[1])
 
 

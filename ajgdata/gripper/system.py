@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Fluid
+from ajgdata.gripper.walls import NO_WALLS, WallList, Walls, connected
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
@@ -44,17 +45,6 @@ class Capacities(NamedTuple):
     rates: NDArray
 
 
-class Walls(NamedTuple):
-    """Locally reacting walls, any number a cell: admittance z = 1/(2m/Δt + r + kΔt/2),
-    inertia 2m/Δt and half_spring kΔt/2 per area; `coupling` is what z S takes from the pressure."""
-
-    cell: NDArray
-    coupling: NDArray
-    admittance: NDArray
-    inertia: NDArray
-    half_spring: NDArray
-
-
 class Span(NamedTuple):
     """Active cells lo <= i < hi of each slab; the grains lie in the first `bed_slabs`."""
 
@@ -63,31 +53,6 @@ class Span(NamedTuple):
     bed_slabs: int
     row: int
     slab: int
-
-
-@dataclass(frozen=True)
-class WallList:
-    """Walls before discretisation: cell (flat index), area m², and per area m, r, k (SI)."""
-
-    cell: Integer
-    area: Real
-    mass: Real
-    resistance: Real
-    stiffness: Real
-
-    @classmethod
-    def uniform(cls, area: Real, mass: float, resistance: float, stiffness: float) -> WallList:
-        """Walls of one kind in every cell where `area` (nz, ny, nx) is positive."""
-        cell = np.flatnonzero(area)
-        ones = np.ones(len(cell))
-        return cls(cell, area.ravel()[cell], mass * ones, resistance * ones, stiffness * ones)
-
-    def __add__(self, other: WallList) -> WallList:
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        return WallList(*(np.concatenate(pair) for pair in pairs))
-
-
-NO_WALLS = WallList(np.zeros(0, np.int64), *(np.zeros(0) for _ in range(4)))
 
 
 @dataclass(frozen=True)
@@ -151,7 +116,7 @@ def assemble(
     live = mass > 0
     added = float((mass - capacity)[live].sum() / capacity.sum())
     raised = float(np.mean((mass > capacity)[live]))
-    walls = _live(walls, live)
+    walls = connected(walls, live)
     capacities, wall_terms = _pressure(mass, relaxing, rates, walls, dt)
     return System(
         cells.shape,
@@ -168,12 +133,6 @@ def assemble(
 
 def _flat(array: Real, dtype: type) -> NDArray:
     return np.ascontiguousarray(array, dtype=dtype).ravel()
-
-
-def _live(walls: WallList, live: NDArray[np.bool_]) -> WallList:
-    """Drop the walls of cells that no open face connects to anything."""
-    keep = live.ravel()[walls.cell]
-    return WallList(*(values[keep] for values in vars(walls).values()))
 
 
 def _face(

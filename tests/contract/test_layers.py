@@ -16,6 +16,7 @@ RANKS = {
     "models": 4,
     "embed": 4,
     "evaluate": 5,
+    "studies": 5,
     "acquire": 6,
     "report": 6,
     "pipeline": 7,

@@ -6,7 +6,8 @@ from wave_cases import AIR, PLASTIC, box, check_convergence, time_step
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import Fluid, Packing, air_fluid, fit_fluid, wave
-from ajgdata.gripper.simulation import lowpass, steps_per_sample
+from ajgdata.gripper.plan import steps_per_sample
+from ajgdata.gripper.simulation import lowpass
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import Packed, assemble
 

@@ -11,9 +11,11 @@ from scipy.sparse.linalg import eigsh
 
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
-from ajgdata.gripper.simulation import SAMPLE_RATE_HZ, steps_per_sample
+from ajgdata.gripper.plan import steps_per_sample
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.solver import Probe, State, at_rest, march
-from ajgdata.gripper.system import NO_WALLS, Packed, System, WallList, assemble
+from ajgdata.gripper.system import Packed, System, assemble
+from ajgdata.gripper.walls import NO_WALLS, WallList
 
 AIR = Air(22.0)
 PLASTIC = Packing(6e-3, 0.40)
