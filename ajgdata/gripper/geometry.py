@@ -72,8 +72,9 @@ def cavity(scene: Scene) -> Cavity:
 
 
 def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:
-    """Where the membrane was raised the cavity stays open by the clearance, also at the cone."""
-    gap = np.min(np.where(floor - free > RASTER_M, roof - floor, np.inf)) / MM
+    """Above the rim, where the membrane was raised, the cavity stays open, also at the cone."""
+    raised = (floor > 0) & (floor - free > RASTER_M)
+    gap = np.min(np.where(raised, roof - floor, np.inf)) / MM
     if gap < scene.gripper.clearance_mm:
         raise SceneError(
             f"object {_title(scene)} pinches the cavity to {max(gap, 0):.1f} mm of at least "
@@ -99,19 +100,27 @@ def _press(scene: Scene, x: Real, y: Real, free: Real) -> tuple[Real, Real]:
     if not np.any(shape.inside[within] > 0):
         raise SceneError(f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm")
     table = _table(scene, shape, free, within, force)
-    pressed = np.maximum(free, table + shape.height)
+    over = table + np.maximum(shape.height, 0) - free
     smoothing = gripper.drape_smoothing_mm * MM / RASTER_M
-    rise = np.where(within, gaussian_filter(pressed - free, smoothing), 0.0)
-    flat = np.clip(1 - (pressed - table) / RASTER_M, 0, 1)
-    touching = np.maximum(shape.touching, flat) * (pressed > free)
+    raised = np.where(within, np.maximum(over, 0), 0.0)
+    rise = np.where(within, gaussian_filter(raised, smoothing), 0.0)
+    # What smoothing carried over the rim comes back, so that the force law holds.
+    rise *= raised.sum() / rise.sum()
+    touching = np.maximum(shape.touching, shape.beside) * _edge(over) * within
     return free + rise, np.clip(gaussian_filter(touching, smoothing), 0, 1)
+
+
+def _edge(level: Real) -> Real:
+    """1 where `level` is positive, 0 where it is negative, and in between along its zero line."""
+    slope = np.hypot(*np.gradient(level))
+    return np.clip(0.5 + level / np.maximum(slope, 1e-12), 0, 1)
 
 
 def _table(
     scene: Scene, shape: Relief, free: Real, within: NDArray[np.bool_], force: float
 ) -> float:
     """Height of the table (m) at which the displaced volume answers the force."""
-    under, over = free[within], shape.height[within]
+    under, over = free[within], np.maximum(shape.height[within], 0)
     goal = force / scene.gripper.stiffness_n_m3
 
     def excess(table: float) -> float:
@@ -162,7 +171,7 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     if excess(highest) < 0:
         raise SceneError("the grains no longer fit: lower gripper.bed_depth_mm or the force")
     height = brentq(excess, lowest, highest, xtol=1e-9)
-    surface = np.maximum(floor, height + shape)
+    surface = np.maximum(floor, np.minimum(height + shape, roof))
     ceiling = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     if np.max(surface) > ceiling:
         raise SceneError(

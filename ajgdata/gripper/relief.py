@@ -39,12 +39,13 @@ _HALF_RING = np.array(
 @dataclass(frozen=True)
 class Relief:
     """An object on the table as the membrane sees it: `height` falls off at the drape angle
-    beside it, `inside` is its footprint with antialiased edges, and `touching` the part of the
-    footprint where the membrane lies on it."""
+    beside it, below the table as well; `inside` is its footprint with antialiased edges, `touching`
+    the part of the footprint where the membrane lies on it, `beside` what the drape leaves."""
 
     height: Real
     inside: Real
     touching: Real
+    beside: Real
 
 
 def relief(shape: Object, grasp: Grasp, steepest: float, x: Real, y: Real) -> Relief:
@@ -54,13 +55,15 @@ def relief(shape: Object, grasp: Grasp, steepest: float, x: Real, y: Real) -> Re
         (top + lift, inside)
         for top, inside, lift in _parts(shape, *_turned(x, y, *placed), steepest)
     ]
-    height = np.maximum(np.max([top for top, _ in parts], axis=0), 0.0)
+    height = np.max([top for top, _ in parts], axis=0)
     if any(_curved(primitive) for primitive in _primitives(shape)):
         _drape(height, steepest * RASTER_M, _HALF_RING)
     touching = np.zeros_like(height)
     for top, inside in parts:
         touching = np.maximum(touching, inside * np.clip(1 - (height - top) / RASTER_M, 0, 1))
-    return Relief(height, np.max([inside for _, inside in parts], axis=0), touching)
+    inside = np.max([inside for _, inside in parts], axis=0)
+    beside = np.clip(0.5 - height / (steepest * RASTER_M), 0, 1)
+    return Relief(height, inside, touching, beside)
 
 
 def _primitives(shape: Object) -> Iterator[Object]:
