@@ -139,6 +139,10 @@ def _stored(system: System, state: State) -> float:
     for force, impedance in ((state.momentum, walls.inertia), (state.tension, walls.half_spring)):
         some = impedance > 0
         total += np.sum(area[some] * force[some] ** 2 * dt / (2 * impedance[some]))
+    modes = system.modes
+    for force, impedance in zip(state.motion[:2], (modes.inertia, modes.half_spring), strict=True):
+        some = impedance > 0
+        total += np.sum(force[some] ** 2 * dt / (2 * impedance[some]))
     return float(total)
 
 
