@@ -175,7 +175,7 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
         ("object: {kind: cube, edge_mm: .nan}", "edge_mm = nan"),
         ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),
         ("[1", "not valid YAML"),
-        ("object: {kind: cube, edge_mm: 1}\ngrasp: {offset_x_mm: 49, force_n: 40}", "object cube"),
+        ("medium: {bed_depth_mm: 80}", "lower medium.bed_depth_mm"),
     ],
 )
 def test_a_bad_scene_is_one_line(ajgdata, tmp_path, content, said):
