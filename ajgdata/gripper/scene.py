@@ -11,23 +11,16 @@ import json
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from ajgdata.gripper.materials import Material, MaterialName, Support
+from ajgdata.gripper.plain import Finite, NonNegative, PartName, Plain, Positive
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
 PHYSICS_VERSION = 1
 #: Δt is fixed by the speed of sound at this temperature, so warmer scenes are refused.
 HOTTEST_C = 30.0
 SAMPLE_RATE_HZ = 44_100
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class Plain(BaseModel):
-    """Base of every model of the gripper: unknown keys are errors, instances are immutable."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Membrane(Plain):
@@ -124,9 +117,9 @@ class Medium(Plain):
 
 
 class Solid(Plain):
-    """What all objects share. Only rigid objects are simulated: PLA cubes are rigid to air."""
+    """What all objects share: they are rigid, or of a material that moves, yields and rings."""
 
-    material: Literal["rigid"] = "rigid"
+    material: Literal["rigid"] | MaterialName | Material = "rigid"
 
 
 class Cube(Solid):
@@ -217,6 +210,10 @@ class Numerics(Plain):
         60.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
+    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.01, description="parts that change the feature by less (relative L2) are left out"
+    )
+    keep: tuple[PartName, ...] = Field((), description="parts of the plan that are never left out")
 
 
 class Scene(Plain):
@@ -225,6 +222,7 @@ class Scene(Plain):
     gripper: Gripper = Gripper()
     medium: Medium = Medium()
     object: Object | None = None
+    support: Support = Support()
     grasp: Grasp = Grasp()
     environment: Environment = Environment()
     numerics: Numerics = Numerics()
