@@ -22,6 +22,8 @@ from ajgdata.report.wording import number
 Real = NDArray[np.floating]
 AIR, GRAINS, OBJECT = "#eaf3fa", "#dcc9a3", "#9aa3ad"
 MEMBRANE, TOUCHING = "#D55E00", "#7a2f00"
+#: How far below the membrane a drawing goes.
+DEEPEST_MM = 40.0
 #: Trusted below, to be taken with care below, on the default grid of 2.5 mm; see Numerics.
 TRUSTED_HZ, CAREFUL_HZ, AT_DX_MM = 3_000.0, 6_000.0, 2.5
 
@@ -76,6 +78,16 @@ def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ())
     return figure
 
 
+@styled
+def exhibit_figure(scene: Scene, title: str) -> Figure:
+    """The same without names and numbers, small enough to stand beside others."""
+    figure = new_figure((3.5, 3.4), title, "", ["simulated"])
+    axes = figure.subplots()
+    draw_cross_section(axes, scene, named=False)
+    axes.set(xlabel="", ylabel="")
+    return figure
+
+
 def draw_cross_section(axes: Axes, scene: Scene, named: bool = True) -> None:
     """The drawing itself, in mm; with `named` its parts are labelled."""
     cut, gripper = section(scene), scene.gripper
@@ -84,9 +96,10 @@ def draw_cross_section(axes: Axes, scene: Scene, named: bool = True) -> None:
     x, floor, surface = cut.x[open_], cut.floor[open_], cut.surface[open_]
     axes.fill_between(x, floor, cut.roof[open_], color=AIR, lw=0)
     axes.fill_between(x, floor, surface, where=(surface > floor).tolist(), color=GRAINS, lw=0)
-    low = float(np.min(cut.floor))
+    low = lowest = float(np.min(cut.floor))
     if cut.table is not None:
-        low = min(low, cut.table)
+        # The rest of a tall object tells nothing: the table may lie below the drawing.
+        low = max(min(lowest, cut.table), lowest - DEEPEST_MM)
         base = np.full(cut.x.shape, cut.table)
         axes.fill_between(cut.x, base, cut.top, where=cut.inside.tolist(), color=OBJECT, lw=0)
         axes.axhline(cut.table, color=GREY, lw=1.2)
@@ -136,10 +149,12 @@ def _names(axes: Axes, scene: Scene, cut: Section) -> None:
         axes.text(cut.x[middle], depth, f"{scene.medium.kind} grains", ha="center", **style)
     axes.text(0, (cut.surface.max() + scene.gripper.height_mm) / 2, "air", ha="center", **style)
     if cut.table is not None:
-        axes.text(-1.3 * rim, cut.table - 2.2, "table", color=GREY, **style)
+        low = float(np.min(cut.floor)) - DEEPEST_MM
+        said = "table" if cut.table >= low else f"table at −{number(-cut.table)} mm"
+        axes.text(-1.3 * rim, max(cut.table, low) - 2.2, said, color=GREY, **style)
         if scene.object is not None and np.any(cut.inside):
             x, top = cut.x[cut.inside], cut.top[cut.inside]
-            place = float(np.mean(x)), (cut.table + float(np.max(top))) / 2
+            place = float(np.mean(x)), (max(cut.table, low) + float(np.max(top))) / 2
             room = np.ptp(x) > 18 and np.ptp((cut.table, float(np.max(top)))) > 5
             axes.text(*place, scene.object.kind if room else "", ha="center", **style)
 
