@@ -202,6 +202,25 @@ def pad(rubber: Material, thickness: float, shape_factor: float) -> Spring:
     return Spring(modulus / thickness, rubber.loss)
 
 
+def rest(
+    force: float,
+    area: float,
+    object_: Material,
+    radius: float,
+    rubber: tuple[Material, float] | None,
+) -> Spring:
+    """Under a sphere of `radius` (m) pressed by `force` (N) on what it rests on, per `area` (m²).
+
+    On the rigid ground the sphere itself gives way (`hertz_stiffness`); on `rubber`, a sheet of
+    some thickness, the sheet does (`layer_stiffness`): it is a thousand times softer.
+    """
+    if rubber is None:
+        plane = plane_modulus(object_.young_pa, object_.poisson)
+        return Spring(float(hertz_stiffness(force, radius, plane)) / area, object_.loss)
+    sheet, thickness = rubber
+    return Spring(layer_stiffness(force, radius, thickness, sheet.young_pa) / area, sheet.loss)
+
+
 def resonance_hz(stiffness: ArrayLike, mass: ArrayLike) -> Real:
     """√(k/m)/2π."""
     return np.sqrt(np.asarray(stiffness, float) / np.asarray(mass)) / (2 * np.pi)
