@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ajgdata.gripper.scene import Grasp
+from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.shapes import (
     Box,
     Compound,
@@ -48,8 +48,11 @@ class Relief:
     beside: Real
 
 
-def relief(shape: Object, grasp: Grasp, steepest: float, x: Real, y: Real) -> Relief:
-    """Relief of an object on the grid x, y (m); `steepest` is the slope of a draped membrane."""
+def relief(scene: Scene, x: Real, y: Real) -> Relief:
+    """Relief of the scene's object over the table on the grid x, y (m)."""
+    shape, grasp = scene.object, scene.grasp
+    assert shape is not None
+    steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
     placed = (grasp.offset_x_mm * MM, grasp.offset_y_mm * MM, grasp.angle_deg)
     parts = [
         (top + lift, inside)
