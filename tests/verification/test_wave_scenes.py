@@ -7,8 +7,8 @@ import pytest
 from wave_cases import cut_cells
 
 from ajgdata.gripper import Scene, excitation_sweep, record, simulate
+from ajgdata.gripper.chain import SignalChain
 from ajgdata.gripper.geometry import cavity
-from ajgdata.gripper.signal import SignalChain
 
 QUIET = SignalChain(noise_db_spl=None)
 _known: dict[str, np.ndarray] = {}
