@@ -167,7 +167,7 @@ def test_where_nothing_can_be_written_it_works_without(tmp_path, solved, caplog)
     store.solve(scene(seed=1))
     assert len(solved) == 3
     (said,) = [one.getMessage() for one in caplog.records]
-    assert said == f"{store.folder} cannot be written (File exists): no response is kept"
+    assert said == f"{store.folder} cannot be written (Not a directory): no response is kept"
 
 
 def test_a_folder_that_can_only_be_read_is_still_used(store, solved, caplog, monkeypatch):
