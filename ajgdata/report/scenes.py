@@ -51,7 +51,8 @@ def section(scene: Scene) -> Section:
     floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))
     table, top, inside = None, np.zeros_like(x), np.zeros(x.shape, bool)
     if scene.object is not None:
-        seen = relief(scene, *np.meshgrid(x, x))
+        steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
+        seen = relief(scene.object, scene.grasp, steepest, *np.meshgrid(x, x))
         table = _table_mm(shape, seen.height)
         top, inside = table + 1e3 * seen.height[row], seen.inside[row] > 0.5
     return Section(1e3 * x, floor, roof, surface, shape.contact[row], table, top, inside)
@@ -161,7 +162,7 @@ def _names(axes: Axes, scene: Scene, cut: Section) -> None:
 
 def _grasp_line(scene: Scene) -> str:
     grasp, numerics = scene.grasp, scene.numerics
-    parts = [f"{scene.medium.kind}, bed {number(scene.medium.bed_depth_mm)} mm"]
+    parts = [f"{scene.medium.kind}, bed {number(scene.gripper.bed_depth_mm)} mm"]
     if scene.medium.kind == "air":
         parts = ["no grains"]
     if scene.object is not None:
