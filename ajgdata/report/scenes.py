@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from ajgdata.gripper.geometry import Cavity, cavity, relief
+from ajgdata.gripper.geometry import cavity, relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
@@ -50,18 +50,11 @@ def section(scene: Scene) -> Section:
     x = shape.axis
     floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))
     table, top, inside = None, np.zeros_like(x), np.zeros(x.shape, bool)
-    if scene.object is not None:
-        steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
-        seen = relief(scene.object, scene.grasp, steepest, *np.meshgrid(x, x))
-        table = _table_mm(shape, seen.height)
-        top, inside = table + 1e3 * seen.height[row], seen.inside[row] > 0.5
+    if shape.table_m is not None:
+        seen = relief(scene, *np.meshgrid(x, x))
+        table = 1e3 * shape.table_m
+        top, inside = table + 1e3 * np.maximum(seen.height[row], 0), seen.inside[row] > 0.5
     return Section(1e3 * x, floor, roof, surface, shape.contact[row], table, top, inside)
-
-
-def _table_mm(shape: Cavity, height: Real) -> float:
-    """Height of the table, from where the membrane lies on the object most surely."""
-    sure = shape.contact >= min(0.98, float(shape.contact.max()))
-    return float(1e3 * np.median((shape.floor - height)[sure]))
 
 
 @styled
