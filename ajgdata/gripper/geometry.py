@@ -27,7 +27,8 @@ class Cavity:
     """Heights in m at the positions `axis` x `axis` (y first), and the share of contact.
 
     Between `floor` (membrane) and `roof` there is air above `surface` and grains below it; where
-    `floor` >= `roof` there is nothing. `contact` is 1 where the membrane lies on something rigid.
+    `floor` >= `roof` there is nothing. `contact` is 1 where the membrane lies on the object or on
+    the table, `held` where on the object, which `force_n` presses.
     """
 
     axis: Real
@@ -35,7 +36,9 @@ class Cavity:
     roof: Real
     surface: Real
     contact: Real
+    held: Real
     displaced_m3: float
+    force_n: float
 
     def at(self, x: Real, y: Real) -> tuple[Real, Real, Real, Real]:
         """Floor, roof, surface, contact on the grid (y, x), by bilinear interpolation."""
@@ -64,11 +67,12 @@ def cavity(scene: Scene) -> Cavity:
     roof = np.clip((rim - radius) / taper, 0, 1) * roof_z
     depth = gripper.balloon_depth_mm * MM
     free = -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
-    floor, contact = _press(scene, x, y, free)
+    force = _force(scene)
+    floor, contact, held = _press(scene, x, y, free, force)
     _refuse_pinched(scene, floor, free, roof)
     displaced = float(np.sum(floor - free)) * RASTER_M**2
     surface = _settle(scene, axis, roof, floor, free)
-    return Cavity(axis, floor, roof, surface, contact, displaced)
+    return Cavity(axis, floor, roof, surface, contact, held, displaced, force)
 
 
 def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:
@@ -86,13 +90,19 @@ def _title(scene: Scene) -> str:
     return scene.object.title if scene.object else "none"
 
 
-def _press(scene: Scene, x: Real, y: Real, free: Real) -> tuple[Real, Real]:
-    """Height of the membrane, and where it lies on the object or on the table."""
+def _force(scene: Scene) -> float:
+    """Force of this grasp in N."""
     if scene.object is None:
-        return free, np.zeros_like(free)
-    gripper, nuisance = scene.gripper, scene.grasp.nuisance
+        return 0.0
     draw = np.random.default_rng(derive_seed(scene.grasp.seed, "force")).standard_normal()
-    force = scene.grasp.force_n * max(0.1, 1 + nuisance.force * float(draw))
+    return scene.grasp.force_n * max(0.1, 1 + scene.grasp.nuisance.force * float(draw))
+
+
+def _press(scene: Scene, x: Real, y: Real, free: Real, force: float) -> tuple[Real, Real, Real]:
+    """Height of the membrane, where it lies on the object or on the table, where on the object."""
+    if scene.object is None:
+        return free, np.zeros_like(free), np.zeros_like(free)
+    gripper = scene.gripper
     steepest = float(np.tan(np.deg2rad(gripper.drape_deg)))
     shape = relief(scene.object, scene.grasp, steepest, x, y)
     within = free < 0
@@ -103,8 +113,11 @@ def _press(scene: Scene, x: Real, y: Real, free: Real) -> tuple[Real, Real]:
     smoothing = gripper.drape_smoothing_mm * MM / RASTER_M
     rise = np.where(within, gaussian_filter(pressed - free, smoothing), 0.0)
     flat = np.clip(1 - (pressed - table) / RASTER_M, 0, 1)
-    touching = np.maximum(shape.touching, flat) * (pressed > free)
-    return free + rise, np.clip(gaussian_filter(touching, smoothing), 0, 1)
+    contact, held = (
+        np.clip(gaussian_filter(touching * (pressed > free), smoothing), 0, 1)
+        for touching in (np.maximum(shape.touching, flat), shape.touching)
+    )
+    return free + rise, contact, held
 
 
 def _table(
