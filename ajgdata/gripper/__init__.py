@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.geometry import SceneError
+    from ajgdata.gripper.plain import SceneError
     from ajgdata.gripper.plan import Plan, compile
     from ajgdata.gripper.signal import SignalChain, Take, excitation_sweep, record
     from ajgdata.gripper.simulation import ImpulseResponse, simulate
 
 _HOME = {
-    "SceneError": "geometry",
+    "SceneError": "plain",
     "Plan": "plan",
     "compile": "plan",
     "ImpulseResponse": "simulation",

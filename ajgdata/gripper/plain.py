@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 #: What a plan keeps or leaves out.
@@ -25,7 +25,12 @@ PartName = Literal[
 ]
 
 
-class Plain(BaseModel):
-    """Base of every model of the gripper: unknown keys are errors, instances are immutable."""
+class SceneError(ValueError):
+    """A scene that cannot exist, e.g. an object that would pinch the cavity shut."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+
+class Plain(BaseModel):
+    """Base of every model of the gripper: unknown keys and numbers that are not finite are errors,
+    instances are immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
 
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Finite, NonNegative, Plain, Positive
+from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.simulation import ImpulseResponse
 
 Real = NDArray[np.floating]
