@@ -144,7 +144,7 @@ def _names(axes: Axes, scene: Scene, cut: Section) -> None:
     axes.text(0, (cut.surface.max() + scene.gripper.height_mm) / 2, "air", ha="center", **style)
     if cut.table is not None:
         low = float(np.min(cut.floor)) - DEEPEST_MM
-        said = "table" if cut.table >= low else f"table at −{number(-cut.table)} mm"
+        said = "table" if cut.table >= low else f"table at\n−{number(-cut.table)} mm"
         axes.text(-1.3 * rim, max(cut.table, low) - 2.2, said, color=GREY, **style)
         if scene.object is not None and np.any(cut.inside):
             x, top = cut.x[cut.inside], cut.top[cut.inside]
