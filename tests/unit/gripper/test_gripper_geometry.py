@@ -145,6 +145,12 @@ def test_a_compound_is_what_its_parts_are():
     assert np.array_equal(_relief(ball)[1].height, round_.height)
 
 
+PIN = {"kind": "cylinder", "diameter_mm": 4, "height_mm": 150}
+POST = {"kind": "box", "length_mm": 30, "width_mm": 30, "height_mm": 100}
+APART = {
+    "kind": "compound",
+    "parts": [{"shape": {"kind": "cube", "edge_mm": 20}, "x_mm": x} for x in (-90, 90)],
+}
 BLOCK = {"kind": "box", "length_mm": 47, "width_mm": 20, "height_mm": 12}
 SWEEPS = {
     "edge of a cube": lambda t: ({"kind": "cube", "edge_mm": 17.13 + t}, {}),
@@ -192,19 +198,39 @@ def test_nothing_jumps_as_sizes_and_angles_change(name):
 
 
 @pytest.mark.parametrize(
-    ("shape", "grasp", "named"),
+    ("shape", "grasp", "gripper", "named"),
     [
-        ({"kind": "cylinder", "diameter_mm": 4, "height_mm": 150}, {"force_n": 40}, "pinches"),
+        (PIN, {"force_n": 40}, {}, "pinches the cavity to its clearance: make it lower or wider"),
         (
-            {"kind": "box", "length_mm": 30, "width_mm": 30, "height_mm": 100},
-            {"offset_x_mm": 49, "force_n": 16},
-            "rim",
+            PIN,
+            {"force_n": 40, "offset_x_mm": -34},
+            {},
+            r"stand in the transducer at gripper.speaker_mm \(-35, 3\)",
         ),
+        (POST, {"offset_x_mm": 49, "force_n": 16}, {}, "stand against the housing's rim"),
+        (POST, {"offset_x_mm": 30, "force_n": 30}, {}, "pinches .* mm of at least 4 mm"),
+        (
+            {"kind": "sphere", "diameter_mm": 1},
+            {"force_n": 40},
+            {"stiffness_n_m3": 5e4},
+            "lets the rim stand on the table",
+        ),
+        (APART, {}, {}, "lies outside the rim: reduce grasp.offset_x_mm"),
+        (None, {}, {"bed_depth_mm": 85}, "bury the speaker .*: lower gripper.bed_depth_mm 85"),
+        (POST, {"force_n": 20}, {"bed_depth_mm": 84}, "no longer fit: lower gripper.bed_depth_mm"),
     ],
 )
-def test_what_does_not_fit_is_refused(shape, grasp, named):
-    with pytest.raises(SceneError, match=named):
-        cavity(_scene(shape, **grasp))
+def test_what_does_not_fit_is_refused(shape, grasp, gripper, named):
+    scene = Scene.model_validate({"object": shape, "grasp": grasp, "gripper": gripper})
+    with pytest.raises(SceneError, match=named) as refusal:
+        cavity(scene)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_crumb_is_held_and_felt():
+    felt, smaller = (cavity(_scene({"kind": "cube", "edge_mm": e})) for e in (1.0, 0.5))
+    assert felt.displaced_m3 == pytest.approx(2e-5, rel=1e-6)
+    assert np.max(felt.floor - smaller.floor) > 5e-5
 
 
 def test_random_fields_live_in_space_and_have_their_statistics():
