@@ -1,6 +1,7 @@
 """Objects and grippers by name."""
 
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
@@ -108,6 +109,13 @@ def test_scenes_are_read_from_yaml_and_json():
     scene = parse_scene(text)
     assert scene.object == OBJECTS["golf_ball"].shape and scene.medium.kind == "metal"
     assert parse_scene(scene.model_dump_json()) == scene
+
+
+def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
+    page = (Path(__file__).parents[3] / "docs/virtual-gripper.md").read_text(encoding="utf-8")
+    scene = parse_scene(page.split("```yaml")[1].split("```")[0])
+    assert scene.gripper == GRIPPERS["small"] and scene.support.kind == "rubber"
+    assert [name for name in GRIPPERS if f"`{name}`" not in page] == []
 
 
 @pytest.mark.parametrize(
