@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from ajgdata.gripper.scene import Finite, NonNegative, Plain, Positive
+from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
 
 
 class SignalChain(Plain):

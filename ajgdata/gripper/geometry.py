@@ -15,19 +15,11 @@ from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
 from ajgdata.gripper.fields import RandomField
-from ajgdata.gripper.scene import Box, Cube, Cylinder, Ellipsoid, Gripper, Scene, derive_seed
+from ajgdata.gripper.plain import SceneError
+from ajgdata.gripper.relief import MM, RASTER_M, Relief, relief
+from ajgdata.gripper.scene import Scene, derive_seed
 
-RASTER_M = 0.5e-3
-MM = 1e-3
 Real = NDArray[np.floating]
-#: Steps of the raster in all directions within 5 pixels: their cone is round to 0.2 %.
-RING = [
-    (i, j) for i in range(-5, 6) for j in range(-5, 6) if np.gcd(i, j) == 1 and i * i + j * j <= 26
-]
-
-
-class SceneError(ValueError):
-    """A scene that cannot exist, e.g. an object that would pinch the cavity shut."""
 
 
 @dataclass(frozen=True)
@@ -57,69 +49,6 @@ class Cavity:
         return floor, roof, surface, contact
 
 
-@dataclass(frozen=True)
-class Relief:
-    """An object on the table as the membrane sees it: `height` falls off at the drape angle
-    outside the footprint, `inside` is the footprint with antialiased edges."""
-
-    height: Real
-    inside: Real
-
-
-def relief(scene: Scene, x: Real, y: Real) -> Relief:
-    """Relief of the scene's object over the table on the grid x, y (m)."""
-    shape, grasp, steepest = scene.object, scene.grasp, _drape_slope(scene.gripper)
-    turn = np.deg2rad(grasp.angle_deg)
-    px, py = x - grasp.offset_x_mm * MM, y - grasp.offset_y_mm * MM
-    u, v = px * np.cos(turn) + py * np.sin(turn), py * np.cos(turn) - px * np.sin(turn)
-    match shape:
-        case Cube():
-            outside = _box_distance(u, v, shape.edge_mm, shape.edge_mm)
-            top = np.full_like(u, shape.edge_mm * MM)
-        case Box():
-            outside = _box_distance(u, v, shape.length_mm, shape.width_mm)
-            top = np.full_like(u, shape.height_mm * MM)
-        case Cylinder():
-            outside = np.hypot(u, v) - shape.diameter_mm * MM / 2
-            top = np.full_like(u, shape.height_mm * MM)
-        case Ellipsoid():
-            a, b, c = (d * MM / 2 for d in shape.diameters_mm)
-            radius = np.hypot(u / a, v / b)
-            outside = (radius - 1) * min(a, b)
-            top = c * (1 + np.sqrt(np.clip(1 - radius**2, 0, None)))
-        case _:
-            raise TypeError(f"no relief for {shape!r}")
-    height = top - steepest * np.clip(outside, 0, None)
-    if isinstance(shape, Ellipsoid):
-        height = _drape(height, steepest)
-    return Relief(np.maximum(height, 0.0), np.clip(0.5 - outside / RASTER_M, 0, 1))
-
-
-def _box_distance(u: Real, v: Real, length_mm: float, width_mm: float) -> Real:
-    """Signed distance to a rectangle, negative inside."""
-    du, dv = np.abs(u) - length_mm * MM / 2, np.abs(v) - width_mm * MM / 2
-    outer = np.hypot(np.clip(du, 0, None), np.clip(dv, 0, None))
-    return outer + np.minimum(np.maximum(du, dv), 0)
-
-
-def _drape_slope(gripper: Gripper) -> float:
-    return float(np.tan(np.deg2rad(gripper.drape_deg)))
-
-
-def _drape(height: Real, steepest: float) -> Real:
-    """Lowest surface above `height` that is nowhere steeper than `steepest`."""
-    rows, columns = height.shape
-    while True:
-        wide = np.pad(height, 5, mode="edge")
-        higher = height
-        for i, j in RING:
-            moved = wide[5 + i : 5 + i + rows, 5 + j : 5 + j + columns]
-            higher = np.maximum(higher, moved - steepest * RASTER_M * np.hypot(i, j))
-        if np.max(higher - height) < 1e-6:
-            return higher
-        height = higher
-
-
 def cavity(scene: Scene) -> Cavity:
     """Press the gripper on the object until force and stiffness agree, and settle the grains.
 
@@ -136,18 +65,25 @@ def cavity(scene: Scene) -> Cavity:
     depth = gripper.balloon_depth_mm * MM
     free = -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
     floor, contact = _press(scene, x, y, free)
-    if np.max(np.where(radius < rim, floor, -1)) > roof_z - gripper.clearance_mm * MM:
-        raise SceneError(
-            f"object {_title(scene)} pinches the cavity: it needs more room than the gripper has; "
-            "use a lower object or less force"
-        )
+    _refuse_pinched(scene, floor, free, roof)
     displaced = float(np.sum(floor - free)) * RASTER_M**2
     surface = _settle(scene, axis, roof, floor, free)
     return Cavity(axis, floor, roof, surface, contact, displaced)
 
 
+def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:
+    """Where the membrane was raised the cavity stays open by the clearance, also at the cone."""
+    gap = np.min(np.where(floor - free > RASTER_M, roof - floor, np.inf)) / MM
+    if gap < scene.gripper.clearance_mm:
+        raise SceneError(
+            f"object {_title(scene)} pinches the cavity to {max(gap, 0):.1f} mm of at least "
+            f"{scene.gripper.clearance_mm:g} mm: make it lower, move it to the axis, or lower "
+            f"grasp.force_n {scene.grasp.force_n:g}"
+        )
+
+
 def _title(scene: Scene) -> str:
-    return scene.object.kind if scene.object else "none"
+    return scene.object.title if scene.object else "none"
 
 
 def _press(scene: Scene, x: Real, y: Real, free: Real) -> tuple[Real, Real]:
@@ -157,33 +93,49 @@ def _press(scene: Scene, x: Real, y: Real, free: Real) -> tuple[Real, Real]:
     gripper, nuisance = scene.gripper, scene.grasp.nuisance
     draw = np.random.default_rng(derive_seed(scene.grasp.seed, "force")).standard_normal()
     force = scene.grasp.force_n * max(0.1, 1 + nuisance.force * float(draw))
-    shape = relief(scene, x, y)
+    steepest = float(np.tan(np.deg2rad(gripper.drape_deg)))
+    shape = relief(scene.object, scene.grasp, steepest, x, y)
     within = free < 0
-
-    def excess(table: float) -> float:
-        risen = np.clip(table + shape.height - free, 0, None)[within]
-        return float(risen.sum()) * RASTER_M**2 - force / gripper.stiffness_n_m3
-
-    lowest = float(np.min((free - shape.height)[within]))
-    highest = gripper.height_mm * MM
-    if excess(highest) < 0:
-        raise SceneError(
-            f"object {_title(scene)} is so small or far off the axis that {force:.3g} N is never"
-            " reached: move it under the balloon or lower the force"
-        )
-    table = brentq(excess, lowest, highest, xtol=1e-9)
-    under_rim = table + np.where(shape.inside > 0, shape.height, 0.0)[~within]
-    if under_rim.max() > 0:
-        raise SceneError(
-            f"object {_title(scene)} would stand against the housing's rim: it must be smaller, "
-            "lower, or nearer to the axis"
-        )
+    if not np.any(shape.inside[within] > 0):
+        raise SceneError(f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm")
+    table = _table(scene, shape, free, within, force)
     pressed = np.maximum(free, table + shape.height)
     smoothing = gripper.drape_smoothing_mm * MM / RASTER_M
     rise = np.where(within, gaussian_filter(pressed - free, smoothing), 0.0)
     flat = np.clip(1 - (pressed - table) / RASTER_M, 0, 1)
-    touching = np.maximum(shape.inside, flat) * (pressed > free)
+    touching = np.maximum(shape.touching, flat) * (pressed > free)
     return free + rise, np.clip(gaussian_filter(touching, smoothing), 0, 1)
+
+
+def _table(
+    scene: Scene, shape: Relief, free: Real, within: NDArray[np.bool_], force: float
+) -> float:
+    """Height of the table (m) at which the displaced volume answers the force."""
+    under, over = free[within], shape.height[within]
+    goal = force / scene.gripper.stiffness_n_m3
+
+    def excess(table: float) -> float:
+        return float(np.clip(table + over - under, 0, None).sum()) * RASTER_M**2 - goal
+
+    room = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
+    under_roof = room - float(over.max())
+    if excess(min(0.0, under_roof)) < 0:
+        how = (
+            "pinches the cavity to its clearance: make it lower or wider"
+            if under_roof < 0
+            else "lets the rim stand on the table: make it larger or higher"
+        )
+        raise SceneError(
+            f"object {_title(scene)} {how}, or lower grasp.force_n, to hold {force:.3g} N"
+        )
+    table = brentq(excess, float(np.min(under - over)), min(0.0, under_roof), xtol=1e-9)
+    under_rim = table + np.where(shape.inside > 0, shape.height, 0.0)[~within]
+    if under_rim.max() > 0:
+        raise SceneError(
+            f"object {_title(scene)} would stand against the housing's rim: make it smaller or "
+            "lower, or move it to the axis"
+        )
+    return float(table)
 
 
 def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Real:
@@ -192,7 +144,7 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     if medium.kind == "air":
         return floor
     seed = scene.grasp.seed
-    level = medium.bed_depth_mm * MM - scene.gripper.balloon_depth_mm * MM
+    level = scene.gripper.bed_depth_mm * MM - scene.gripper.balloon_depth_mm * MM
     volume = np.sum(np.clip(np.minimum(level, roof) - free, 0, None))
     rough = RandomField.draw(seed, "roughness", 2, nuisance.roughness_correlation_mm * MM)
     tilt = np.random.default_rng(derive_seed(seed, "slope")).standard_normal(2)
@@ -202,18 +154,19 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     )
     shape += tilt[0] * axis[None, :] + tilt[1] * axis[:, None]
 
-    def excess(height: float) -> float:
+    def excess(height: float | np.floating) -> float:
         return float(np.sum(np.clip(np.minimum(height + shape, roof) - floor, 0, None)) - volume)
 
-    span = scene.gripper.height_mm * MM
-    if excess(span * 2) < 0:
-        raise SceneError("the grains no longer fit: lower medium.bed_depth_mm or the force")
-    height = brentq(excess, -span * 2, span * 2, xtol=1e-9)
+    inside = roof > floor
+    lowest, highest = np.min((floor - shape)[inside]), np.max((roof - shape)[inside])
+    if excess(highest) < 0:
+        raise SceneError("the grains no longer fit: lower gripper.bed_depth_mm or the force")
+    height = brentq(excess, lowest, highest, xtol=1e-9)
     surface = np.maximum(floor, height + shape)
     ceiling = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     if np.max(surface) > ceiling:
         raise SceneError(
-            "the grains would fill the cavity up to the roof: lower medium.bed_depth_mm"
+            "the grains would fill the cavity up to the roof: lower gripper.bed_depth_mm"
         )
     return surface
 

@@ -6,90 +6,28 @@ the gripper is x = y = 0. Sizes are millimetres, as on a drawing; the solver wor
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import json
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.gripper.library import OBJECTS
+from ajgdata.gripper.materials import Support
+from ajgdata.gripper.plain import PartName, Plain, SceneError
+from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
 PHYSICS_VERSION = 1
-#: Δt is fixed by the speed of sound at this temperature, so warmer scenes are refused.
+#: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
+#: The local porosity stays within this many standard deviations.
+PACKING_SIGMAS = 3.0
 SAMPLE_RATE_HZ = 44_100
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class Plain(BaseModel):
-    """Base of every model of the gripper: unknown keys are errors, instances are immutable."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Membrane(Plain):
-    """Latex balloon as a locally reacting wall: m dv/dt + r v + k ∫v dt = p."""
-
-    mass_kg_m2: NonNegative = Field(0.3, description="0.3 mm of latex at 1000 kg/m3")
-    resistance_pa_s_m: NonNegative = Field(
-        450.0, description="radiation into open air (rho c = 413) and the loss of latex"
-    )
-    stiffness_n_m3: NonNegative = Field(
-        1e5, description="order of T (2.4/R)^2 for a tension of 40 N/m at R = 50 mm; estimate"
-    )
-
-
-class Gripper(Plain):
-    """Rigid conical housing with a half-ellipsoid balloon below; the paper gives no dimensions
-    but the 70 mm between the transducers."""
-
-    roof_radius_mm: Positive = 40.0
-    rim_radius_mm: Positive = 50.0
-    height_mm: Positive = Field(45.0, description="rim to roof")
-    balloon_depth_mm: Positive = Field(45.0, description="rim to tip of the free balloon")
-    speaker_mm: tuple[Finite, Finite] = Field(
-        (-35.0, 3.0),
-        description="x, y on the roof; off the mirror planes, or angles could not"
-        " be told from their mirror images",
-    )
-    microphone_mm: tuple[Finite, Finite] = (34.0, -5.0)
-    transducer_sigma_mm: Positive = Field(2.5, description="Gaussian volume of each transducer")
-    port_mm: tuple[Finite, Finite] = Field((18.0, 28.0), description="vacuum port on the roof")
-    port_bore_mm: Positive = 4.0
-    port_length_mm: Positive = Field(10.0, description="inert part of the fitting; hose is matched")
-    wall_admittance: NonNegative = Field(
-        2e-3,
-        description="rho c / z of the housing; estimate: the thermoviscous boundary layer at 3 kHz "
-        "gives 5e-4 to 1e-3, doubled for printed walls",
-    )
-    membrane: Membrane = Membrane()
-    stiffness_n_m3: Positive = Field(4e5, description="grasp force per displaced volume")
-    drape_deg: Annotated[float, Field(gt=0, lt=90)] = Field(
-        72.0, description="steepest slope of the membrane beside an edge"
-    )
-    drape_smoothing_mm: Positive = 1.5
-    clearance_mm: Positive = Field(4.0, description="no scene may pinch the cavity below this")
-
-    @model_validator(mode="after")
-    def _inside(self) -> Gripper:
-        if self.roof_radius_mm >= self.rim_radius_mm:
-            raise ValueError("roof_radius_mm must be smaller than rim_radius_mm")
-        for name, margin in (
-            ("speaker_mm", self.transducer_sigma_mm),
-            ("microphone_mm", self.transducer_sigma_mm),
-            ("port_mm", self.port_bore_mm / 2),
-        ):
-            x, y = getattr(self, name)
-            if math.hypot(x, y) + margin > self.roof_radius_mm:
-                raise ValueError(
-                    f"{name} ({x:g}, {y:g}) lies outside the roof of radius "
-                    f"{self.roof_radius_mm:g} mm: move it inwards"
-                )
-        return self
-
 
 #: Grain diameter in mm and porosity. Diameters: the paper (coffee: medium grind); porosities:
 #: random loose packing of spheres, and of ground coffee.
@@ -97,15 +35,14 @@ GRAINS = {"plastic": (6.0, 0.40), "metal": (4.5, 0.40), "coffee": (0.7, 0.50), "
 
 
 class Medium(Plain):
-    """Grain bed inside the balloon; `air` is the empty gripper."""
+    """Grains inside the balloon; `air` is the empty gripper. How full it is says the gripper."""
 
     kind: Literal["plastic", "metal", "coffee", "air"] = "plastic"
-    grain_diameter_mm: Positive = Field(6.0, description="default: of the kind")
-    porosity: Annotated[float, Field(gt=0.2, lt=0.9)] = Field(
-        0.40, description="default: of the kind"
+    grain_diameter_mm: Annotated[float, Field(ge=0.05, le=20)] = Field(
+        6.0, description="default: of the kind"
     )
-    bed_depth_mm: Positive = Field(
-        35.0, description="on the axis, before the grasp; the paper does not give the fill level"
+    porosity: Annotated[float, Field(ge=0.2, le=0.95)] = Field(
+        0.40, description="default: of the kind"
     )
     heave_deg: Annotated[float, Field(gt=0, lt=60)] = Field(
         30.0, description="friction angle: half-angle of the cone that heaves above an imprint"
@@ -123,58 +60,16 @@ class Medium(Plain):
         return given
 
 
-class Solid(Plain):
-    """What all objects share. Only rigid objects are simulated: PLA cubes are rigid to air."""
-
-    material: Literal["rigid"] = "rigid"
-
-
-class Cube(Solid):
-    """A cube on the table."""
-
-    kind: Literal["cube"]
-    edge_mm: Annotated[float, Field(gt=0, le=80)]
-
-
-class Box(Solid):
-    """A box on the table; at angle 0 its length lies along x."""
-
-    kind: Literal["box"]
-    length_mm: Annotated[float, Field(gt=0, le=1000)]
-    width_mm: Annotated[float, Field(gt=0, le=1000)]
-    height_mm: Annotated[float, Field(gt=0, le=150)]
-
-
-class Cylinder(Solid):
-    """A standing cylinder."""
-
-    kind: Literal["cylinder"]
-    diameter_mm: Annotated[float, Field(gt=0, le=1000)]
-    height_mm: Annotated[float, Field(gt=0, le=150)]
-
-
-class Ellipsoid(Solid):
-    """An ellipsoid resting on the table on its third axis; a sphere has three equal diameters."""
-
-    kind: Literal["ellipsoid"]
-    diameters_mm: tuple[
-        Annotated[float, Field(gt=0, le=200)],
-        Annotated[float, Field(gt=0, le=200)],
-        Annotated[float, Field(gt=0, le=150)],
-    ]
-
-
-Object = Annotated[Cube | Box | Cylinder | Ellipsoid, Field(discriminator="kind")]
-
-
 class Nuisance(Plain):
     """What differs between two grasps of the same object in the same pose (standard deviations)."""
 
-    roughness_mm: NonNegative = Field(1.0, description="free surface of the bed")
-    roughness_correlation_mm: Positive = 6.0
+    roughness_mm: Annotated[float, Field(ge=0, le=5)] = Field(
+        1.0, description="free surface of the bed"
+    )
+    roughness_correlation_mm: Annotated[float, Field(ge=0.5, le=1000)] = 6.0
     slope_deg: Annotated[float, Field(ge=0, le=10)] = Field(1.5, description="of the free surface")
     packing: Annotated[float, Field(ge=0, le=0.2)] = Field(0.06, description="relative porosity")
-    packing_correlation_mm: Positive = 5.0
+    packing_correlation_mm: Annotated[float, Field(ge=0.5, le=1000)] = 5.0
     force: Annotated[float, Field(ge=0, le=0.2)] = Field(0.03, description="relative grasp force")
     temperature_k: Annotated[float, Field(ge=0, le=2)] = Field(0.5, description="of the air")
 
@@ -183,9 +78,9 @@ class Grasp(Plain):
     """One placement of the object under the gripper."""
 
     seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(0, description="of every nuisance")
-    angle_deg: Finite = Field(0.0, description="of the object about z")
-    offset_x_mm: Finite = Field(0.0, description="of the object's centre from the axis")
-    offset_y_mm: Finite = 0.0
+    angle_deg: float = Field(0.0, description="of the object about z")
+    offset_x_mm: float = Field(0.0, description="of the object's centre from the axis")
+    offset_y_mm: float = 0.0
     force_n: Annotated[float, Field(gt=0, le=40)] = Field(8.0, description="paper: 8 N")
     nuisance: Nuisance = Nuisance()
 
@@ -193,7 +88,7 @@ class Grasp(Plain):
 class Environment(Plain):
     """The air."""
 
-    temperature_c: Annotated[float, Field(ge=0, le=HOTTEST_C)] = 22.0
+    temperature_c: Annotated[float, Field(ge=-20, le=60)] = 22.0
     pressure_pa: Annotated[float, Field(ge=5e4, le=1.1e5)] = 101_325.0
 
 
@@ -217,17 +112,36 @@ class Numerics(Plain):
         60.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
+    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.01, description="parts that change the feature by less (relative L2) are left out"
+    )
+    keep: tuple[PartName, ...] = Field((), description="parts of the plan that are never left out")
 
 
 class Scene(Plain):
-    """Everything that determines one impulse response. `object: null` hangs free in the air."""
+    """Everything that determines one impulse response. `object: null` hangs free in the air.
+
+    `gripper` and `object` may be given by name (grippers.GRIPPERS, library.OBJECTS); the scene
+    holds what the name stands for, so that its digest depends on sizes and not on names.
+    """
 
     gripper: Gripper = Gripper()
     medium: Medium = Medium()
     object: Object | None = None
+    support: Support = Support()
     grasp: Grasp = Grasp()
     environment: Environment = Environment()
     numerics: Numerics = Numerics()
+
+    @field_validator("gripper", mode="before")
+    @classmethod
+    def _gripper_by_name(cls, given: Any) -> Any:
+        return GRIPPERS[_known(given, "gripper", GRIPPERS)] if isinstance(given, str) else given
+
+    @field_validator("object", mode="before")
+    @classmethod
+    def _object_by_name(cls, given: Any) -> Any:
+        return OBJECTS[_known(given, "object", OBJECTS)].shape if isinstance(given, str) else given
 
     @model_validator(mode="after")
     def _fits(self) -> Scene:
@@ -237,13 +151,50 @@ class Scene(Plain):
                 f"the object's centre lies outside the gripper's rim of {reach:g} mm: "
                 "reduce grasp.offset_x_mm or grasp.offset_y_mm"
             )
-        lowest = 2 * self.numerics.dx_mm
-        if min(self.gripper.height_mm, self.gripper.balloon_depth_mm) < lowest:
-            raise ValueError("numerics.dx_mm is too coarse for this gripper: halve it")
-        depth = self.gripper.balloon_depth_mm + self.gripper.height_mm - self.gripper.clearance_mm
-        if self.medium.kind != "air" and self.medium.bed_depth_mm > depth:
-            raise ValueError(f"medium.bed_depth_mm overfills the gripper: at most {depth:g}")
+        if self.medium.kind != "air":
+            loosest = self.medium.porosity * (1 + PACKING_SIGMAS * self.grasp.nuisance.packing)
+            if loosest >= 1:
+                limit = (1 / self.medium.porosity - 1) / PACKING_SIGMAS
+                raise ValueError(
+                    f"medium.porosity {self.medium.porosity:g} leaves no grains where the packing "
+                    f"is loosest: lower grasp.nuisance.packing below {limit:.3f}"
+                )
         return self
+
+
+def _known(name: str, what: str, names: Iterable[str]) -> str:
+    """`name` if it is one of `names`; ValueError with those most like it if not."""
+    known = sorted(names)
+    if name not in known:
+        close = difflib.get_close_matches(name, known, n=3, cutoff=0.5) or known
+        raise ValueError(f"no {what} is called {name!r}: try {', '.join(close)}")
+    return name
+
+
+def parse_scene(text: str) -> Scene:
+    """The scene that a YAML or JSON text describes. Raises SceneError, one line."""
+    import yaml
+
+    try:
+        given = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SceneError(f"scene: not YAML or JSON: {' '.join(str(error).split())}") from None
+    if not isinstance(given, dict):
+        raise SceneError("scene: must hold keys such as object, grasp, medium, gripper")
+    try:
+        return Scene.model_validate(given)
+    except ValidationError as error:
+        raise SceneError(f"scene: {one_line(error)}") from None
+
+
+def one_line(error: ValidationError) -> str:
+    """Where, what and which value of the first problem, and how many more there are."""
+    problems = error.errors(include_url=False)
+    first = problems[0]
+    where = ".".join(str(part) for part in first["loc"])
+    value = "" if isinstance(first["input"], dict | Plain) else f", got {first['input']!r}"
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    return f"{where + ': ' if where else ''}{first['msg']}{value}{more}"
 
 
 def derive_seed(*parts: str | int) -> int:

@@ -47,7 +47,7 @@ def test_what_is_unused_changes_nothing():
     one = _scene(None, medium={"kind": "air"})
     other = _scene(
         None,
-        medium={"kind": "air", "grain_diameter_mm": 3.0, "porosity": 0.5, "bed_depth_mm": 10},
+        medium={"kind": "air", "grain_diameter_mm": 3.0, "porosity": 0.5},
         grasp={"angle_deg": 33.0, "force_n": 5.0, "nuisance": {"packing": 0.1}},
         numerics={"max_time_s": 0.02},
     )

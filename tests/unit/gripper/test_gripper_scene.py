@@ -20,8 +20,8 @@ CUBE = {"kind": "cube", "edge_mm": 20}
         ({"gripper": {"port_mm": [0, 60]}}, "port_mm"),
         ({"numerics": {"cfl": 1.0}}, "cfl"),
         ({"numerics": {"dx": 3}}, "dx"),
-        ({"environment": {"temperature_c": 31}}, "temperature_c"),
-        ({"medium": {"bed_depth_mm": 90}}, "bed_depth_mm"),
+        ({"environment": {"temperature_c": 61}}, "temperature_c"),
+        ({"gripper": {"bed_depth_mm": 90}}, "bed_depth_mm 90 overfills"),
         ({"medium": {"kind": "sand"}}, "kind"),
     ],
 )

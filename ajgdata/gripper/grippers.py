@@ -1,0 +1,143 @@
+"""The gripper, and a family of named variants of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from ajgdata.gripper.plain import NonNegative, Plain, Positive
+
+Size = Annotated[float, Field(ge=5, le=200)]
+Coordinate = Annotated[float, Field(ge=-200, le=200)]
+
+
+class Membrane(Plain):
+    """Latex balloon as a locally reacting wall: m dv/dt + r v + k ∫v dt = p."""
+
+    mass_kg_m2: NonNegative = Field(0.3, description="0.3 mm of latex at 1000 kg/m3")
+    resistance_pa_s_m: NonNegative = Field(
+        450.0, description="radiation into open air (rho c = 413) and the loss of latex"
+    )
+    stiffness_n_m3: NonNegative = Field(
+        1e5, description="order of T (2.4/R)^2 for a tension of 40 N/m at R = 50 mm; estimate"
+    )
+
+
+class Gripper(Plain):
+    """Rigid conical housing with a half-ellipsoid balloon below; the paper gives no dimensions
+    but the 70 mm between the transducers."""
+
+    roof_radius_mm: Size = 40.0
+    rim_radius_mm: Size = 50.0
+    height_mm: Size = Field(45.0, description="rim to roof")
+    balloon_depth_mm: Size = Field(45.0, description="rim to tip of the free balloon")
+    bed_depth_mm: Positive = Field(
+        35.0,
+        description="fill level: grains on the axis, before the grasp; none where the medium is"
+        " air. The paper does not give it",
+    )
+    speaker_mm: tuple[Coordinate, Coordinate] = Field(
+        (-35.0, 3.0),
+        description="x, y on the roof; off the mirror planes, or angles could not"
+        " be told from their mirror images",
+    )
+    microphone_mm: tuple[Coordinate, Coordinate] = (34.0, -5.0)
+    transducer_sigma_mm: Annotated[float, Field(ge=0.5, le=10)] = Field(
+        2.5, description="Gaussian volume of each transducer"
+    )
+    port_mm: tuple[Coordinate, Coordinate] = Field(
+        (18.0, 28.0), description="vacuum port on the roof"
+    )
+    port_bore_mm: Annotated[float, Field(gt=0, le=50)] = 4.0
+    port_length_mm: Positive = Field(10.0, description="inert part of the fitting; hose is matched")
+    wall_admittance: NonNegative = Field(
+        2e-3,
+        description="rho c / z of the housing; estimate: the thermoviscous boundary layer at 3 kHz "
+        "gives 5e-4 to 1e-3, doubled for printed walls",
+    )
+    membrane: Membrane = Membrane()
+    stiffness_n_m3: Annotated[float, Field(ge=1e3, le=1e9)] = Field(
+        4e5, description="grasp force per displaced volume"
+    )
+    drape_deg: Annotated[float, Field(ge=30, le=85)] = Field(
+        72.0, description="steepest slope of the membrane beside an edge"
+    )
+    drape_smoothing_mm: Annotated[float, Field(gt=0, le=5)] = 1.5
+    clearance_mm: Annotated[float, Field(ge=4)] = Field(
+        4.0, description="no scene may pinch the cavity below this; never less than 4 mm"
+    )
+
+    @model_validator(mode="after")
+    def _inside(self) -> Gripper:
+        if self.roof_radius_mm >= self.rim_radius_mm:
+            raise ValueError("roof_radius_mm must be smaller than rim_radius_mm")
+        for name, margin in (
+            ("speaker_mm", self.transducer_sigma_mm),
+            ("microphone_mm", self.transducer_sigma_mm),
+            ("port_mm", self.port_bore_mm / 2),
+        ):
+            x, y = getattr(self, name)
+            if math.hypot(x, y) + margin > self.roof_radius_mm:
+                raise ValueError(
+                    f"{name} ({x:g}, {y:g}) lies outside the roof of radius "
+                    f"{self.roof_radius_mm:g} mm: move it inwards"
+                )
+        apart = math.dist(self.speaker_mm, self.microphone_mm)
+        if apart < 2 * self.transducer_sigma_mm:
+            raise ValueError(
+                f"speaker_mm and microphone_mm are {apart:g} mm apart and would overlap: "
+                f"keep them {2 * self.transducer_sigma_mm:g} mm apart"
+            )
+        if self.clearance_mm >= self.height_mm:
+            raise ValueError(
+                f"clearance_mm {self.clearance_mm:g} leaves no room below the roof: "
+                f"lower it, or raise height_mm {self.height_mm:g}"
+            )
+        deepest = self.balloon_depth_mm + self.height_mm - self.clearance_mm
+        if self.bed_depth_mm > deepest:
+            raise ValueError(
+                f"bed_depth_mm {self.bed_depth_mm:g} overfills the gripper: at most {deepest:g}"
+            )
+        return self
+
+
+def scaled(factor: float, **changes: Any) -> Gripper:
+    """The default gripper with all its sizes but transducers, bore and drape times `factor`."""
+    base = Gripper()
+    sizes: dict[str, Any] = {
+        name: getattr(base, name) * factor
+        for name in (
+            "roof_radius_mm",
+            "rim_radius_mm",
+            "height_mm",
+            "balloon_depth_mm",
+            "bed_depth_mm",
+        )
+    }
+    for name in ("speaker_mm", "microphone_mm", "port_mm"):
+        x, y = getattr(base, name)
+        sizes[name] = (x * factor, y * factor)
+    return Gripper(**(sizes | changes))
+
+
+_THICK = Membrane(mass_kg_m2=1.0, stiffness_n_m3=3.3e5)
+
+#: Variants by name. The paper has one gripper, of sizes unknown; these are estimates around it.
+GRIPPERS: dict[str, Gripper] = {
+    "default": Gripper(),
+    "small": scaled(0.8),
+    "large": scaled(1.25),
+    "shallow": Gripper(height_mm=35.0, balloon_depth_mm=35.0, bed_depth_mm=27.0),
+    "deep": Gripper(height_mm=60.0, balloon_depth_mm=50.0, bed_depth_mm=39.0),
+    "half-filled": Gripper(bed_depth_mm=20.0),
+    "overfilled": Gripper(bed_depth_mm=50.0),
+    "thick-membrane": Gripper(membrane=_THICK, stiffness_n_m3=6e5, drape_deg=60.0),
+    "wide-cone": Gripper(roof_radius_mm=40.0, rim_radius_mm=60.0),
+    "asymmetric": Gripper(
+        speaker_mm=(-30.0, 15.0), microphone_mm=(22.0, -26.0), port_mm=(25.0, 20.0)
+    ),
+    "symmetric": Gripper(speaker_mm=(-35.0, 0.0), microphone_mm=(35.0, 0.0), port_mm=(0.0, 0.0)),
+    "close-transducers": Gripper(speaker_mm=(-17.5, 3.0), microphone_mm=(17.5, -5.0)),
+}

@@ -1,0 +1,54 @@
+"""What objects and their support are made of: plain data, SI units."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from ajgdata.gripper.plain import NonNegative, Plain, Positive
+
+
+class Material(Plain):
+    """A linear isotropic solid; `loss` is the loss factor η of E (1 + iη), taken as constant."""
+
+    density_kg_m3: Positive
+    young_pa: Positive
+    poisson: Annotated[float, Field(gt=-1, lt=0.5)]
+    loss: Annotated[float, Field(ge=0, le=1)]
+
+
+def _solid(density: float, young: float, poisson: float, loss: float) -> Material:
+    return Material(density_kg_m3=density, young_pa=young, poisson=poisson, loss=loss)
+
+
+MaterialName = Literal[
+    "steel", "aluminium", "wood", "plastic", "pla", "styrofoam", "foam", "rubber"
+]
+
+#: Handbook values, of the order of what one would buy: wood is softwood along the grain, plastic a
+#: hard polymer (PLA, ABS, polystyrene), styrofoam expanded polystyrene, foam soft polyurethane.
+MATERIALS: dict[MaterialName, Material] = {
+    "steel": _solid(7850.0, 200e9, 0.30, 0.002),
+    "aluminium": _solid(2700.0, 70e9, 0.33, 0.003),
+    "wood": _solid(650.0, 8e9, 0.30, 0.02),
+    "plastic": _solid(1200.0, 3e9, 0.35, 0.04),
+    "pla": _solid(1200.0, 3e9, 0.35, 0.04),
+    "styrofoam": _solid(25.0, 5e6, 0.10, 0.06),
+    "foam": _solid(30.0, 2e5, 0.20, 0.20),
+    "rubber": _solid(1100.0, 3e6, 0.48, 0.15),
+}
+
+
+class Support(Plain):
+    """What the object rests on: the rigid ground, or a sheet of rubber on it."""
+
+    kind: Literal["rigid", "rubber"] = "rigid"
+    thickness_mm: NonNegative = Field(5.0, description="of the rubber sheet; the paper gives none")
+
+
+def material_of(material: Literal["rigid"] | MaterialName | Material) -> Material | None:
+    """The material by name or as given; None for a rigid object."""
+    if isinstance(material, Material):
+        return material
+    return None if material == "rigid" else MATERIALS[material]

@@ -1,0 +1,36 @@
+"""Base and number types of every model of the gripper."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+#: What a plan keeps or leaves out.
+PartName = Literal[
+    "bed",
+    "poles",
+    "membrane",
+    "object",
+    "motion",
+    "elastic",
+    "compliance",
+    "frame",
+    "support",
+    "noise",
+]
+
+
+class SceneError(ValueError):
+    """A scene that cannot exist, e.g. an object that would pinch the cavity shut."""
+
+
+class Plain(BaseModel):
+    """Base of every model of the gripper: unknown keys and numbers that are not finite are errors,
+    instances are immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
