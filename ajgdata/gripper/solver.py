@@ -22,7 +22,8 @@ Real = NDArray[np.floating]
 
 
 class State(NamedTuple):
-    """Flat arrays of the cells (p, q) and faces (u), and per wall 2m v/Δt, k x, and old p."""
+    """Flat arrays of the cells (p, q) and faces (u); per wall 2m v/Δt, k x and old p; the modes'
+    motion."""
 
     p: NDArray
     ux: NDArray
@@ -33,6 +34,7 @@ class State(NamedTuple):
     momentum: NDArray
     tension: NDArray
     before: NDArray
+    motion: NDArray
 
 
 class Probe(NamedTuple):
@@ -45,9 +47,9 @@ class Probe(NamedTuple):
 def at_rest(system: System) -> State:
     """A state of silence for `system`."""
     dtype = system.capacities.yield_.dtype
-    cells = (np.zeros(system.mass.size, dtype) for _ in range(6))
-    walls = (np.zeros(len(system.walls.cell), dtype) for _ in range(3))
-    return State(*cells, *walls)
+    sizes = [system.mass.size] * 6 + [len(system.walls.cell)] * 3
+    cells_and_walls = (np.zeros(size, dtype) for size in sizes)
+    return State._make([*cells_and_walls, np.zeros((3, len(system.modes.inertia)))])
 
 
 @njit(nogil=True, cache=True)
@@ -90,7 +92,7 @@ def _relax(p, q1, q2, capacities, rate1, rate2, out, lo, hi):
 
 @njit(nogil=True, cache=True)
 def _sweep(state, faces, capacities, span, scratch):
-    p, ux, uy, uz, q1, q2, _, _, _ = state
+    p, ux, uy, uz, q1, q2, _, _, _, _ = state
     decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
     first, last, bed_slabs, row, slab = span
     rate1, rate2 = capacities[4][0], capacities[4][1]
@@ -130,10 +132,10 @@ def _listen(p, cell, weight):
 
 
 @njit(nogil=True, cache=True)
-def _march(state, faces, capacities, walls, span, source, receiver, drive, out):
+def _march(state, faces, capacities, walls, modes, span, source, receiver, drive, out):
     # Plain tuples, because a compiled function in the cache does not notice that a named one has
     # changed; unpacked once, because handing them on costs reference counts each time.
-    p, _, _, _, q1, q2, momentum, tension, before = state
+    p, _, _, _, q1, q2, momentum, tension, before, motion = state
     yield_, _, _, _, rates = capacities
     rate1, rate2 = rates[0], rates[1]
     _, _, bed_slabs, _, slab = span
@@ -143,7 +145,7 @@ def _march(state, faces, capacities, walls, span, source, receiver, drive, out):
         _sweep(state, faces, capacities, span, scratch)
         if n < len(drive):
             _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source[0], source[1], drive[n])
-        react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls)
+        react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes)
         out[n] = _listen(p, receiver[0], receiver[1])
 
 
@@ -162,6 +164,7 @@ def march(
         tuple(system.faces),
         tuple(system.capacities),
         tuple(system.walls),
+        tuple(system.modes),
         (span.lo, span.hi, *(np.uint64(n) for n in (span.bed_slabs, span.row, span.slab))),
         (source.cell, source.weight.astype(dtype)),
         (receiver.cell, receiver.weight.astype(dtype)),

@@ -16,12 +16,15 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Fluid
+from ajgdata.gripper.modes import NO_MODES, ModeList, Modes, coupled
 from ajgdata.gripper.walls import NO_WALLS, WallList, Walls, connected
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
 MARGIN = 1.0005
 POLES = 2
+#: A wall of less impedance (Pa s/m) than this, 1e-8 of air, is a vacuum to the sound.
+WEAKEST = 1e-6
 
 
 class Faces(NamedTuple):
@@ -64,6 +67,7 @@ class System:
     faces: Faces
     capacities: Capacities
     walls: Walls
+    modes: Modes
     span: Span
     mass: Real
     added_volume: float
@@ -86,6 +90,7 @@ def assemble(
     grains: Packed | None = None,
     walls: WallList = NO_WALLS,
     dtype: type = np.float64,
+    modes: ModeList = NO_MODES,
 ) -> System:
     """Coefficients for time step `dt` (s); `added_volume` is the fraction added for stability."""
     share = np.divide(cells.bed, cells.volume, out=np.zeros(cells.shape), where=cells.volume > 0)
@@ -124,6 +129,7 @@ def assemble(
         Faces(*(_flat(array, dtype) for array in (*decay, *gain))),
         Capacities(*(_flat(a, dtype) for a in (*capacities, rates))),
         Walls(wall_terms[0], *(_flat(a, dtype) for a in wall_terms[1:])),
+        coupled(modes, capacities[0].ravel(), dt),
         _span(live, share > 0),
         mass,
         added,
@@ -159,7 +165,8 @@ def _pressure(
 ) -> tuple[tuple[Real, ...], tuple[NDArray, ...]]:
     """Coefficients of the pressure update with poles and walls eliminated."""
     safe = np.where(mass > 0, mass, 1.0)
-    z = 1 / (2 * walls.mass / dt + walls.resistance + walls.stiffness * dt / 2)
+    impedance = 2 * walls.mass / dt + walls.resistance + walls.stiffness * dt / 2
+    z = 1 / np.maximum(impedance, WEAKEST)
     conductance = np.bincount(walls.cell, walls.area * z, minlength=mass.size)
     wall = dt * conductance.reshape(mass.shape) / (2 * safe)
     poles = [rate * strength / safe for rate, strength in zip(rates, relaxing, strict=True)]

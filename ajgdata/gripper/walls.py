@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ajgdata.gripper.modes import swing
+
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
 
@@ -60,8 +62,8 @@ def connected(walls: WallList, live: NDArray[np.bool_]) -> WallList:
 
 
 @njit(nogil=True, cache=True)
-def react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls):
-    """All walls at once: first their part of the new pressures, then their new motion."""
+def react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes):
+    """All walls and modes: first their part of the new pressures, then the walls' new motion."""
     cell, coupling, admittance, inertia, half_spring = walls
     for n in range(len(cell)):
         i = cell[n]
@@ -70,6 +72,8 @@ def react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls):
         if i < bed_end:
             q1[i] += rate1 * change
             q2[i] += rate2 * change
+    if len(modes[5]):
+        swing(p, q1, q2, rate1, rate2, bed_end, motion, modes)
     for n in range(len(cell)):
         new = p[cell[n]]
         force = momentum[n] - tension[n]

@@ -1,0 +1,104 @@
+"""Modes: parts that move as a whole, driven by the pressure in many cells.
+
+Mode n obeys m v' + r v + k ∫v dt = Σ_i W_ni p_i, and takes the volume velocity W_ni v_n out of cell
+i. The same W both ways keeps reciprocity and the energy balance. All modes are solved together with
+the pressures by the trapezoidal rule: with w twice the mean velocity of the step,
+(Z⁻¹ + G) w = W (p + p⁺) + 2 F, where Z⁻¹ = 2m/Δt + r + kΔt/2 and G = ½ W yield Wᵀ is what the modes
+feel of one another through the cells they share. The matrix is positive definite for any
+m, r, k ≥ 0, so no mode, however light, stiff or fast, limits the time step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+Real = NDArray[np.floating]
+Integer = NDArray[np.int64]
+
+
+class Modes(NamedTuple):
+    """N modes over K cells: weight (N, K) in m², half_yield (K,) and, all (N,) or (N, N),
+    inverse (Z⁻¹ + G)⁻¹, gram G, inertia 2m/Δt, half_spring kΔt/2."""
+
+    cell: NDArray
+    weight: NDArray
+    half_yield: NDArray
+    inverse: NDArray
+    gram: NDArray
+    inertia: NDArray
+    half_spring: NDArray
+
+
+@dataclass(frozen=True)
+class ModeList:
+    """Modes before discretisation: cells (flat index), weight (N, K) in m², modal m, r, k (SI)."""
+
+    cell: Integer
+    weight: Real
+    mass: Real
+    resistance: Real
+    stiffness: Real
+
+
+NO_MODES = ModeList(np.zeros(0, np.int64), np.zeros((0, 0)), *(np.zeros(0) for _ in range(3)))
+
+
+def coupled(modes: ModeList, yield_: Real, dt: float) -> Modes:
+    """Coefficients for time step `dt`; `yield_` (Pa per m³/s) is the cells', walls included.
+
+    Raises ValueError if modes without mass, resistance and stiffness move the same volume.
+    """
+    live = yield_[modes.cell] > 0
+    cell, weight = modes.cell[live], np.ascontiguousarray(modes.weight[:, live])
+    half_yield = yield_[cell] / 2
+    gram = (weight * half_yield) @ weight.T
+    inertia, half_spring = 2 * modes.mass / dt, modes.stiffness * dt / 2
+    matrix = gram + np.diag(inertia + modes.resistance + half_spring)
+    scale = 1 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    try:
+        factor = cho_factor(scale[:, None] * matrix * scale)
+    except LinAlgError as error:
+        raise ValueError("modes without mass, resistance and stiffness move one volume") from error
+    inverse = scale[:, None] * cho_solve(factor, np.eye(len(scale))) * scale
+    return Modes(cell.astype(np.uint64), weight, half_yield, inverse, gram, inertia, half_spring)
+
+
+@njit(nogil=True, cache=True)
+def swing(p, q1, q2, rate1, rate2, bed_end, motion, modes):
+    """One step of all modes; `motion` (3, N) holds 2m v/Δt, k x and W p of the step before."""
+    cell, weight, half_yield, inverse, gram, inertia, half_spring = modes
+    count = len(inertia)
+    drive = np.empty(count)
+    w = np.zeros(count)
+    volume = np.zeros(len(cell))
+    for n in range(count):
+        total = 0.0
+        for j in range(len(cell)):
+            total += weight[n, j] * p[cell[j]]
+        drive[n] = total
+    for n in range(count):
+        for m in range(count):
+            force = motion[0, m] - motion[1, m]
+            w[n] += inverse[n, m] * ((motion[2, m] + force) + (drive[m] + force))
+    for n in range(count):
+        felt = drive[n]
+        for m in range(count):
+            felt -= gram[n, m] * w[m]
+        motion[0, n] = inertia[n] * w[n] - motion[0, n]
+        motion[1, n] += half_spring[n] * w[n]
+        motion[2, n] = felt
+        for j in range(len(cell)):
+            volume[j] += weight[n, j] * w[n]
+    for j in range(len(cell)):
+        i = cell[j]
+        change = -half_yield[j] * volume[j]
+        p[i] += change
+        if i < bed_end:
+            q1[i] += rate1 * change
+            q2[i] += rate2 * change
