@@ -24,6 +24,14 @@ app = typer.Typer(
     help="Acoustic sensing with jamming grippers: get recordings in and check them. "
     "Everything after that (features, models, report) is done by the command [b]snakemake[/b].",
 )
+gripper = typer.Typer(
+    no_args_is_help=True,
+    help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
+    "object: {kind: cube, edge_mm: 20}\n\n"
+    "What is not said takes its default; the keys are gripper, medium, object, grasp, environment "
+    "and numerics.",
+)
+app.add_typer(gripper, name="gripper")
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 
@@ -221,3 +229,32 @@ def acquire(
             with bar(f"recording {name}/{one} ({source})") as started:
                 recorded, kept = acquire_virtual(paths, name, one, started)
             out.print(f"{name}/{one}: {recorded} recorded, {kept} already there")
+
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="YAML or JSON file")]
+
+
+@gripper.command()
+def show(
+    scene: SceneArgument,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="where to; default: gripper-<name of the scene>")
+    ] = None,
+    animation: Annotated[
+        bool, typer.Option(help="also film the pressure in the cross-section")
+    ] = True,
+) -> None:
+    """Draw a scene: its cross-section, its response and spectrum, and the moving pressure."""
+    from ajgdata.pipeline.show import show_scene
+
+    for path in show_scene(scene, folder, film=animation):
+        out.print(escape(str(path)), soft_wrap=True)
+
+
+@gripper.command("plan")
+def plan_command(scene: SceneArgument) -> None:
+    """Say what would be solved and what is left out, on which grid, at what cost."""
+    from ajgdata.pipeline.show import plan_facts
+
+    for topic, said in plan_facts(scene).items():
+        out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
