@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from ajgdata.gripper.geometry import Cavity, cavity, relief
+from ajgdata.gripper.geometry import cavity, relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
@@ -50,17 +50,11 @@ def section(scene: Scene) -> Section:
     x = shape.axis
     floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))
     table, top, inside = None, np.zeros_like(x), np.zeros(x.shape, bool)
-    if scene.object is not None:
+    if shape.table_m is not None:
         seen = relief(scene, *np.meshgrid(x, x))
-        table = _table_mm(shape, seen.height)
-        top, inside = table + 1e3 * seen.height[row], seen.inside[row] > 0.5
+        table = 1e3 * shape.table_m
+        top, inside = table + 1e3 * np.maximum(seen.height[row], 0), seen.inside[row] > 0.5
     return Section(1e3 * x, floor, roof, surface, shape.contact[row], table, top, inside)
-
-
-def _table_mm(shape: Cavity, height: Real) -> float:
-    """Height of the table, from where the membrane lies on the object most surely."""
-    sure = shape.contact >= min(0.98, float(shape.contact.max()))
-    return float(1e3 * np.median((shape.floor - height)[sure]))
 
 
 @styled
@@ -150,7 +144,7 @@ def _names(axes: Axes, scene: Scene, cut: Section) -> None:
     axes.text(0, (cut.surface.max() + scene.gripper.height_mm) / 2, "air", ha="center", **style)
     if cut.table is not None:
         low = float(np.min(cut.floor)) - DEEPEST_MM
-        said = "table" if cut.table >= low else f"table at −{number(-cut.table)} mm"
+        said = "table" if cut.table >= low else f"table at\n−{number(-cut.table)} mm"
         axes.text(-1.3 * rim, max(cut.table, low) - 2.2, said, color=GREY, **style)
         if scene.object is not None and np.any(cut.inside):
             x, top = cut.x[cut.inside], cut.top[cut.inside]
@@ -161,7 +155,7 @@ def _names(axes: Axes, scene: Scene, cut: Section) -> None:
 
 def _grasp_line(scene: Scene) -> str:
     grasp, numerics = scene.grasp, scene.numerics
-    parts = [f"{scene.medium.kind}, bed {number(scene.medium.bed_depth_mm)} mm"]
+    parts = [f"{scene.medium.kind}, bed {number(scene.gripper.bed_depth_mm)} mm"]
     if scene.medium.kind == "air":
         parts = ["no grains"]
     if scene.object is not None:

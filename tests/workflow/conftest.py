@@ -46,8 +46,8 @@ class Project:
 
     def snakemake(self, *arguments: str) -> str:
         command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-        command += ["--directory", str(self.root), "--cores", "2"]
-        command += ["--configfile", str(self.root / "settings.yaml"), *arguments]
+        command += ["--configfile", str(self.root / "settings.yaml")]
+        command += ["--directory", str(self.root), "--cores", "2", *arguments]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
