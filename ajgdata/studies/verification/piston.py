@@ -81,16 +81,11 @@ class Piston(Refinement):
         "dispersion (k h)²/24 of the frequency, over the damping of the resonance; for a soft "
         "piston also k h/2, as it acts on the cell's centre"
     )
-    sizes = (12e-3, 8e-3, 6e-3, 4e-3)
+    sizes = (12e-3, 8e-3, 6e-3, 4e-3, 2e-3)
     quick_sizes = (12e-3, 8e-3, 6e-3)
     least_order = 1.8
     piston: ClassVar[str]
     soft: ClassVar[bool] = False
-
-    @property
-    def title(self) -> str:  # type: ignore[override]
-        """Of the piston."""
-        return f"transfer function of a piston: {self.piston}"
 
     def error(self, h: float) -> float:
         """Relative L2 error over 100 Hz-3 kHz."""
@@ -110,30 +105,35 @@ class Piston(Refinement):
 class LatexPiston(Piston):
     """0.3 mm of rubber, lossy."""
 
+    title = "transfer function of a piston: latex"
     piston = "latex"
 
 
 class StyrofoamPiston(Piston):
     """Light and soft."""
 
+    title = "transfer function of a piston: Styrofoam plate"
     piston = "Styrofoam plate"
 
 
 class WoodPiston(Piston):
     """Softwood."""
 
+    title = "transfer function of a piston: wood"
     piston = "wood"
 
 
 class SteelPiston(Piston):
     """All but rigid."""
 
+    title = "transfer function of a piston: steel"
     piston = "steel"
 
 
 class MasslessPiston(Piston):
     """A spring, softer than the air of a cell."""
 
+    title = "transfer function of a piston: massless"
     piston = "massless"
     soft = True
     least_order = 1.0
@@ -142,18 +142,21 @@ class MasslessPiston(Piston):
 class HeavyPiston(Piston):
     """A mass without a spring."""
 
+    title = "transfer function of a piston: 1e5 kg/m²"
     piston = "1e5 kg/m²"
 
 
 class FastPiston(Piston):
     """50 MHz on a grid that ends at 90 kHz."""
 
+    title = "transfer function of a piston: resonance above Nyquist"
     piston = "resonance above Nyquist"
 
 
 class StiffPiston(Piston):
     """As stiff as anything."""
 
+    title = "transfer function of a piston: stiffness 1e15"
     piston = "stiffness 1e15"
 
 
