@@ -11,6 +11,7 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
 from ajgdata.paths import Paths
+from ajgdata.pipeline.studies import STUDIES, read_study
 from ajgdata.store.features import read_store
 
 pytestmark = pytest.mark.artefact
@@ -19,6 +20,7 @@ PATHS = Paths()
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else {"datasets": [], "runs": []}
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
+VERIFIED = [PATHS.study(name) for name in STUDIES if name in ("verification", "stability")]
 METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
 
 
@@ -104,6 +106,16 @@ def test_no_group_is_in_two_folds(path):
     for row in rows_of(path.with_name("predictions.csv")):
         if row["split"] == "grouped":
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
+
+
+@pytest.mark.parametrize("path", VERIFIED, ids=lambda p: p.stem)
+def test_what_the_studies_claim_holds(path):
+    _, tables = read_study(path)
+    rows = {table.name: table.rows for table in tables}
+    if path.stem == "verification":
+        assert [row for row in rows["verification"] if not row["passed"]] == []
+    else:
+        assert [row for row in rows["stability"] if row["outcome"] != row["expected"]] == []
 
 
 def test_the_report_needs_no_network_and_has_every_figure():
