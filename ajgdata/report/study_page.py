@@ -87,10 +87,11 @@ def render_study(
 
 
 def numeric(table: Table, key: str) -> bool:
-    """Whether a column holds numbers, and perhaps gaps: it is set flush right."""
+    """Whether a column holds numbers, finite or not, and perhaps gaps: it is set flush right."""
     found = [value for value in table.column(key) if value is not None]
     return bool(found) and all(
-        isinstance(value, int | float) and not isinstance(value, bool) for value in found
+        value in ("inf", "-inf", "nan") if isinstance(value, str) else not isinstance(value, bool)
+        for value in found
     )
 
 
