@@ -133,6 +133,11 @@ class Paths:
         return self.root / ".ajgdata" / "features" / dataset / f"{session}.nc"
 
     @property
+    def responses(self) -> Path:
+        """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
+        return self.root / ".ajgdata" / "responses"
+
+    @property
     def hash_cache(self) -> Path:
         """Known hashes by size, times and inode."""
         return self.root / ".ajgdata" / "hashes.json"

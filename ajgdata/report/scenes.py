@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from ajgdata.gripper.geometry import Cavity, cavity
+from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.relief import relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
@@ -56,22 +56,14 @@ def section(scene: Scene) -> Section:
     floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))
     table, inside = None, np.zeros(x.shape, bool)
     top = below = np.zeros_like(x)
-    if scene.object is not None:
-        steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
-        seen = relief(scene.object, scene.grasp, steepest, *np.meshgrid(x, x))
-        table = _table_mm(shape, seen.height)
-        below = np.full(x.shape, table)
-        top, inside = table + 1e3 * seen.height[row], seen.inside[row] > 0.5
+    if scene.object is not None and shape.table_m is not None:
+        seen = relief(scene, *np.meshgrid(x, x))
+        table, inside = 1e3 * shape.table_m, seen.inside[row] > 0.5
+        top, below = table + 1e3 * np.maximum(seen.height[row], 0), np.full(x.shape, table)
         if scene.object.kind in UPSIDE_DOWN:
             below = 2 * table + scene.object.size_mm[2] - top
     contact = shape.contact[row]
     return Section(1e3 * x, floor, roof, surface, contact, table, top, below, inside)
-
-
-def _table_mm(shape: Cavity, height: Real) -> float:
-    """Height of the table, from where the membrane lies on the object most surely."""
-    sure = shape.contact >= min(0.98, float(shape.contact.max()))
-    return float(1e3 * np.median((shape.floor - height)[sure]))
 
 
 @styled

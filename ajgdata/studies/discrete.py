@@ -17,16 +17,16 @@ Real = NDArray[np.floating]
 def energies(system: System, state: State, steps: int) -> Real:
     """The discrete energy before each of `steps` steps, marching `state`.
 
-    ½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls, with a and b the decay and gain of a
-    face. Its change in a step is -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and what poles and walls dissipate:
-    constant without losses, never growing with them, both at round-off, for every stencil whose
-    divergence is the adjoint of its gradient.
+    ½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls + modes, with a and b the decay and
+    gain of a face. Its change in a step is -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and what poles, walls and
+    modes dissipate: constant without losses, never growing with them, both at round-off, for every
+    stencil whose divergence is the adjoint of its gradient.
     """
     out = np.empty(steps)
     for n in range(steps):
         old = State(*(a.copy() for a in state))
         march(system, state, SILENT, SILENT, np.zeros(0), 1)
-        total = np.sum(system.mass.ravel() * old.p.astype(np.float64) ** 2)
+        total = np.sum(system.mass.ravel() * _double(old.p) ** 2)
         total += _kinetic(system, old, state)
         total += _stored(system, old)
         out[n] = total / 2
@@ -39,26 +39,32 @@ def _kinetic(system: System, old: State, new: State) -> float:
         old[1:4], new[1:4], system.faces[:3], system.faces[3:], strict=True
     ):
         open_ = gain > 0
-        w, u, a, b = (v[open_].astype(np.float64) for v in (before, after, decay, gain))
+        w, u, a, b = (_double(v[open_]) for v in (before, after, decay, gain))
         total += np.sum(system.dt / b * ((1 - a) / 2 * w**2 + w * u))
     return float(total)
 
 
 def _stored(system: System, state: State) -> float:
-    c, walls, dt = system.capacities, system.walls, system.dt
+    c, walls, modes, dt = system.capacities, system.walls, system.modes, system.dt
     live, total = c.yield_ > 0, 0.0
     for q, back, rate in zip((state.q1, state.q2), (c.return1, c.return2), c.rates, strict=True):
         if rate > 0:
-            total += np.sum(back[live] * dt / (2 * rate * c.yield_[live]) * q[live] ** 2)
+            total += np.sum(back[live] * dt / (2 * rate * c.yield_[live]) * _double(q[live]) ** 2)
     area = walls.coupling / (c.yield_[walls.cell] * walls.admittance)
-    for force, impedance in ((state.momentum, walls.inertia), (state.tension, walls.half_spring)):
+    every = np.ones(len(modes.inertia))
+    for share, force, impedance in (
+        (area, state.momentum, walls.inertia),
+        (area, state.tension, walls.half_spring),
+        (every, state.motion[0], modes.inertia),
+        (every, state.motion[1], modes.half_spring),
+    ):
         some = impedance > 0
-        total += np.sum(area[some] * force[some] ** 2 * dt / (2 * impedance[some]))
-    modes = system.modes
-    for force, impedance in zip(state.motion[:2], (modes.inertia, modes.half_spring), strict=True):
-        some = impedance > 0
-        total += np.sum(force[some] ** 2 * dt / (2 * impedance[some]))
+        total += np.sum(share[some] * _double(force[some]) ** 2 * dt / (2 * impedance[some]))
     return float(total)
+
+
+def _double(values: NDArray) -> Real:
+    return values.astype(np.float64)
 
 
 def operator(system: System) -> csc_array:

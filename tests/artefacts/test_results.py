@@ -11,15 +11,19 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
 from ajgdata.paths import Paths
+from ajgdata.pipeline.studies import GALLERY
 from ajgdata.store.features import read_store
 
 pytestmark = pytest.mark.artefact
 
 PATHS = Paths()
+EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": []}
 #: Only what this run is about: results of what was declared once may still lie about.
-RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else {"datasets": [], "runs": []}
+RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
 METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
+PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
+STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name != GALLERY]
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
@@ -106,9 +110,25 @@ def test_no_group_is_in_two_folds(path):
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
 
 
-def test_the_report_needs_no_network_and_has_every_figure():
-    page = PATHS.report.read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.stem)
+def test_each_page_needs_no_network_and_what_it_links_to_is_there(path):
+    page = path.read_text(encoding="utf-8")
     assert not re.search(r"<(script|img|iframe|source)[^>]+src=[\"'](?!data:)", page)
     assert not re.search(r"@import|url\(\s*[\"']?http|<link[^>]+href=[\"']http", page)
-    for link in re.findall(r"href=\"(figures/[^\"]+)\"", page):
-        assert (PATHS.report.parent / link).is_file()
+    links = re.findall(r"href=\"(?!https?:|#)([^\"]+)\"", page)
+    assert links
+    for link in links:
+        assert (path.parent / link).is_file(), link
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
+def test_what_a_study_claims_holds(path):
+    """Its tables are whole, and no row says that it did not pass."""
+    document = json.loads(path.read_text(encoding="utf-8"))
+    assert document["tables"]
+    for table in document["tables"]:
+        keys = {column["key"] for column in table["columns"]}
+        assert table["rows"]
+        for row in table["rows"]:
+            assert set(row) == keys
+            assert row.get("passed") is not False, row

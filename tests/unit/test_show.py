@@ -37,12 +37,14 @@ def test_the_section_is_the_cavity_of_the_scene():
     cut = section(SCENE)
     np.testing.assert_array_equal(cut.x, -cut.x[::-1])
     on_top = cut.inside & (np.abs(cut.x) < 6)
-    # the membrane lies on the cube, an edge above the table; rounding is the smoothing's
+    # the membrane lies on the cube, an edge above the table; what it lacks is its smoothing's:
+    # half of 1.5 mm squared times the balloon's curvature of 2 x 45 mm / (50 mm)^2 is 0.04 mm
     np.testing.assert_allclose(cut.top[on_top] - cut.table, 20, atol=1e-9)
-    np.testing.assert_allclose(cut.floor[on_top], cut.top[on_top], atol=0.01)
+    np.testing.assert_allclose(cut.floor[on_top], cut.top[on_top], atol=0.045)
     # the raster is 0.5 mm
     assert np.ptp(cut.x[cut.inside]) == pytest.approx(20, abs=1)
-    assert cut.floor.min() >= cut.table - 0.01
+    # off the axis the balloon is more curved, at r = 30 mm by 0.8^-3
+    assert cut.floor.min() >= cut.table - 0.045 * 0.8**-3
     assert section(Scene()).table is None
 
 
@@ -75,7 +77,7 @@ def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
     assert trusted_bands_hz(2.5) == (3_000, 6_000)
     assert trusted_bands_hz(5.0)[0] == pytest.approx(3_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
-    ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0})
+    ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
     figure = response_figure(ir, "made up")
     assert {"trusted", "with care", "the grid's", "simulated"} <= set(
         text.get_text() for text in figure.findobj(Text)
@@ -179,7 +181,7 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
         ("object: {kind: cube, edge_mm: .nan}", "edge_mm = nan"),
         ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),
         ("[1", "not valid YAML"),
-        ("gripper: {bed_depth_mm: 80}", "lower gripper.bed_depth_mm"),
+        ("gripper: {bed_depth_mm: 85}", "lower gripper.bed_depth_mm"),
     ],
 )
 def test_a_bad_scene_is_one_line(ajgdata, tmp_path, content, said):

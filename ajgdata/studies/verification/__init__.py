@@ -92,7 +92,7 @@ def _convergence(findings: Sequence[Finding]) -> Table:
         Column("dx_mm", "grid", "mm"),
         Column("error", "relative error"),
     )
-    rows = tuple(
+    rows: tuple[dict[str, Value], ...] = tuple(
         {"case": f.case, "title": f.title, "dx_mm": 1e3 * h, "error": error}
         for f in findings
         for h, error in f.points

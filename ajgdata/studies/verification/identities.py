@@ -185,7 +185,7 @@ class Unused(Identity):
         empty = {"object": None, "medium": {"kind": "air"}}
         grains = {"kind": "air", "grain_diameter_mm": 3.0, "porosity": 0.5}
         others = (
-            {"medium": grains},
+            {"medium": grains, "gripper": {"bed_depth_mm": 10.0}},
             {"grasp": {"angle_deg": 33.0, "force_n": 5.0, "offset_x_mm": 3.0}},
             {"grasp": {"nuisance": {"packing": 0.1, "roughness_mm": 2.0, "force": 0.1}}},
         )

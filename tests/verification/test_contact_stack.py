@@ -1,0 +1,110 @@
+"""Grains, seat, object and support in series against springs, lines and a chain of masses."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import legendre
+from scipy.linalg import eigh
+
+from ajgdata.gripper.contact import (
+    Frame,
+    Spring,
+    pad,
+    plate_hz,
+    resonance_hz,
+    stack_admittance,
+    thermal_admittance,
+)
+from ajgdata.gripper.materials import MATERIALS
+
+FRAME, SEAT, SUPPORT = Frame(1060.0, 2.2e7, 0.04), Spring(2.5e8, 0.1), Spring(6e7, 0.15)
+OMEGA = 2 * np.pi * np.array([150.0, 700.0, 2_000.0, 5_000.0])
+
+
+def test_at_rest_all_springs_give_way_in_series():
+    omega = np.array([2 * np.pi * 1e-3])
+    frame = Frame(1060.0, 2.2e7, 0.0)
+    soft = stack_admittance(omega, frame, 0.02, Spring(2.5e8, 0.0), 900.0, Spring(6e7, 0.0))
+    give = 0.02 / 2.2e7 + 1 / 2.5e8 + 1 / 6e7
+    assert soft[0] / (1j * omega[0]) == pytest.approx(give, rel=1e-9)
+
+
+def test_no_grains_leave_an_object_on_its_support():
+    bare = stack_admittance(OMEGA, FRAME, 0.0, Spring(1e30, 0.0), 40.0, SUPPORT)
+    exact = 1 / (1j * OMEGA * 40.0 + 6e7 * (1 + 0.15j) / (1j * OMEGA))
+    assert bare == pytest.approx(exact, rel=1e-12)
+    assert resonance_hz(4 * np.pi**2 * 9.0, 1.0) == pytest.approx(3.0)
+
+
+def test_a_chain_of_many_masses_does_the_same():
+    count, depth = 2_000, 0.02
+    h, modulus = depth / count, FRAME.modulus_pa * (1 + 1j * FRAME.loss)
+    lines = stack_admittance(OMEGA, FRAME, depth, SEAT, 75.0, SUPPORT)
+    for omega, line in zip(OMEGA, lines, strict=True):
+        # From the ground upwards: compliances add in velocity, masses in impedance.
+        impedance = SUPPORT.stiffness_n_m3 * (1 + 1j * SUPPORT.loss) / (1j * omega)
+        impedance += 1j * omega * 75.0
+        impedance = 1 / (1 / impedance + 1j * omega / (SEAT.stiffness_n_m3 * (1 + 1j * SEAT.loss)))
+        for _ in range(count):
+            impedance += 1j * omega * FRAME.density * h / 2
+            impedance = 1 / (1 / impedance + 1j * omega * h / modulus)
+            impedance += 1j * omega * FRAME.density * h / 2
+        # Trapezoidal chain: (k h)²/12 of the phase, below 1e-6 at 5 kHz, times the resonance.
+        assert line == pytest.approx(1 / impedance, rel=1e-5)
+
+
+@given(
+    st.floats(10, 20_000),
+    st.floats(0, 0.05),
+    st.floats(1e3, 1e15),
+    st.floats(1e-9, 1e6),
+    st.one_of(st.none(), st.floats(0, 1e15)),
+)
+@settings(max_examples=60, derandomize=True, deadline=None)
+def test_a_stack_is_passive(frequency, depth, stiffness, mass, support):
+    held = None if support is None else Spring(support, 0.1)
+    omega = np.array([2 * np.pi * frequency])
+    admittance = stack_admittance(omega, FRAME, depth, Spring(stiffness, 0.1), mass, held)
+    assert np.isfinite(admittance) and admittance.real >= -1e-12 * abs(admittance)
+
+
+def test_a_pad_lies_between_its_bounds():
+    rubber = MATERIALS["rubber"]
+    bulk = rubber.young_pa / (3 * (1 - 2 * rubber.poisson))
+    assert pad(rubber, 5e-3, 0.0).stiffness_n_m3 * 5e-3 < rubber.young_pa
+    assert pad(rubber, 5e-3, 1e3).stiffness_n_m3 * 5e-3 == pytest.approx(bulk, rel=1e-4)
+
+
+def test_plate_roots_are_those_of_a_ritz_solution():
+    """Free square plate, ν = 0.3, Legendre polynomials to degree 9: Leissa's 13.47, 19.60, 24.27,
+    which are an upper bound of 1966 in four digits."""
+    n, poisson = 10, 0.3
+    x, weight = legendre.leggauss(24)
+    value = [
+        np.array([legendre.legval(x, legendre.legder(row, d)) for row in np.eye(n)])
+        for d in range(3)
+    ]
+
+    def product(i: int, j: int) -> np.ndarray:
+        return (value[i] * weight) @ value[j].T
+
+    mass = np.kron(product(0, 0), product(0, 0))
+    stiff = np.kron(product(2, 2), product(0, 0)) + np.kron(product(0, 0), product(2, 2))
+    stiff += poisson * (
+        np.kron(product(2, 0), product(0, 2)) + np.kron(product(0, 2), product(2, 0))
+    )
+    stiff += 2 * (1 - poisson) * np.kron(product(1, 1), product(1, 1))
+    # On [-1, 1] the edge is 2: λ² = 4 √eigenvalue. Three rigid motions come first.
+    roots = 4 * np.sqrt(eigh(stiff, mass, eigvals_only=True)[3:6])
+    assert roots == pytest.approx([13.47, 19.60, 24.27], rel=1e-3)
+    steel = MATERIALS["steel"].model_copy(update={"poisson": poisson})
+    rigidity = 200e9 * 5e-3**3 / 12 / 0.91
+    expected = roots[2] / (2 * np.pi * 0.1**2) * np.sqrt(rigidity / (7850 * 5e-3))
+    assert plate_hz(0.1, 5e-3, steel) == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_thermal_layer_grows_with_the_root_and_vanishes_on_an_insulator():
+    low, high = thermal_admittance(OMEGA[:1], 0.0), thermal_admittance(4 * OMEGA[:1], 0.0)
+    assert high == pytest.approx(2 * low) and low.real > 0
+    assert abs(thermal_admittance(OMEGA[:1], 1e6)[0]) < 1e-9
