@@ -23,6 +23,12 @@ from ajgdata.studies.verification.identities import (
     Reciprocity,
     Unused,
 )
+from ajgdata.studies.verification.moving import (
+    EnergyConstantWithModes,
+    EnergyNeverGrowsWithModes,
+    ReciprocityWithModes,
+)
+from ajgdata.studies.verification.piston import PISTON_CASES, OnePiston
 from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
 from ajgdata.studies.verification.tube import (
     BedAgainstTheory,
@@ -34,8 +40,11 @@ from ajgdata.studies.verification.tube import (
 CASES: tuple[type[Case], ...] = (
     EnergyConstant,
     EnergyNeverGrows,
+    EnergyConstantWithModes,
+    EnergyNeverGrowsWithModes,
     Adjoint,
     Reciprocity,
+    ReciprocityWithModes,
     Linearity,
     BoxDispersion,
     Unused,
@@ -46,6 +55,8 @@ CASES: tuple[type[Case], ...] = (
     MetalBedLayer,
     CoffeeBedLayer,
     BedAgainstTheory,
+    *PISTON_CASES,
+    OnePiston,
     LongRunLossless,
     LongRunLosslessSingle,
     StaticDrift,
