@@ -80,6 +80,38 @@ def convergence_figure(table: Table) -> Figure:
     return figure
 
 
+@styled
+def stability_figure(table: Table) -> Figure:
+    """Energy at the end over that after the strike, of each case that was marched."""
+    groups = {
+        group: [row for row in rows if row["growth"] is not None]
+        for group, rows in parted(table, "group").items()
+    }
+    marched = {group: rows for group, rows in groups.items() if rows}
+    count = sum(map(len, marched.values()))
+    figure = new_figure(
+        (WIDTH_IN, 4.2), "Energy left at the end", f"{count} cases marched", ["simulated"]
+    )
+    axes = figure.subplots()
+    begun = 0
+    for index, (group, rows) in enumerate(marched.items()):
+        place = np.arange(begun, begun + len(rows))
+        shown = {**look(index), "ls": "none"}
+        axes.plot(place, [row["growth"] for row in rows], label=group, **shown)
+        axes.plot(
+            place,
+            [row["growth_single"] for row in rows],
+            mfc="none",
+            **{**shown, "ms": 8, "mew": 0.8},
+        )
+        begun += len(rows) + 1
+    axes.axhline(1, color=GREY, lw=1.1, ls=(0, (5, 3)))
+    axes.set(yscale="log", ylabel="energy, last over first", xticks=[], xlabel="cases, by group")
+    plain_ticks(axes.yaxis)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return figure
+
+
 #: Caption and drawing by (study, table).
 FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
     ("verification", "convergence"): (
@@ -89,7 +121,16 @@ FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
             "Relative error against grid spacing, both logarithmic, one line a case.",
         ),
         convergence_figure,
-    )
+    ),
+    ("stability", "stability"): (
+        Caption(
+            "Energy at the end of each run over that after its strike: dots in float64, rings in "
+            "float32. Dashed: what a cavity without losses keeps. A case that blew up would lie "
+            "above it.",
+            "Energy left at the end of each marched case, logarithmic, by group: none above one.",
+        ),
+        stability_figure,
+    ),
 }
 
 

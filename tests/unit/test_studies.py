@@ -13,7 +13,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.pages import build_study_page
 from ajgdata.pipeline.studies import GALLERY, STUDIES, read_study, run_study
 from ajgdata.report.study_figures import FIGURES, study_figures
-from ajgdata.report.study_page import LEADS, numeric, page_links, passed, render_study
+from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.report.wording import DASH, value
 from ajgdata.store.provenance import code_digest
 from ajgdata.studies.table import Column, Table
@@ -157,12 +157,35 @@ def test_the_convergence_figure_shows_each_case_and_the_slopes():
     } == {"order 1"}  # its text, too, ends with a space
 
 
+def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
+    keys = ("group", "name", "growth", "growth_single")
+    rows = (("a", "x", 0.1, 0.2), ("a", "y", None, None), ("b", "z", 1.0, 1.1))
+    table = Table(
+        "stability",
+        "t",
+        "n",
+        tuple(Column(key, key) for key in keys),
+        tuple(dict(zip(keys, row, strict=True)) for row in rows),
+    )
+    figure = FIGURES["stability", "stability"][1](table)
+    (axes,) = figure.axes
+    shown = [list(line.get_ydata()) for line in axes.lines]
+    assert shown == [[0.1], [0.2], [1.0], [1.1], [1, 1]]
+    assert "2 cases marched" in [text.get_text() for text in figure.findobj(Text)]
+
+
 def test_numbers_are_told_from_words():
     assert [numeric(TABLE, key) for key in ("case", "error", "passed")] == [False, True, False]
     infinite = Table("t", "", "", TABLE.columns[2:3], ({"error": "inf"}, {"error": None}))
     assert numeric(infinite, "error")  # as its file says it
     assert not numeric(Table("t", "", "", TABLE.columns[:1], ()), "case")
-    assert passed(DRAWN) == ""
+
+
+def test_rows_hold_or_fail_or_claim_nothing():
+    assert [holds(row) for row in TABLE.rows] == [True, False, None]
+    assert passed(DRAWN) == "" and holds(DRAWN.rows[0]) is None
+    assert holds({"expected": "bounded", "outcome": "bounded"}) is True
+    assert holds({"expected": "bounded", "outcome": "refused"}) is False
 
 
 @pytest.mark.parametrize(
