@@ -13,12 +13,14 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ajgdata.gripper.chain import SignalChain
+from ajgdata.gripper.equivalence import canonical
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
 
 if TYPE_CHECKING:
     from ajgdata.gripper.plain import SceneError
     from ajgdata.gripper.plan import Plan, compile
-    from ajgdata.gripper.signal import SignalChain, Take, excitation_sweep, record
+    from ajgdata.gripper.signal import Take, excitation_sweep, record
     from ajgdata.gripper.simulation import ImpulseResponse, simulate
 
 _HOME = {
@@ -27,7 +29,6 @@ _HOME = {
     "compile": "plan",
     "ImpulseResponse": "simulation",
     "simulate": "simulation",
-    "SignalChain": "signal",
     "Take": "signal",
     "excitation_sweep": "signal",
     "record": "signal",
@@ -41,6 +42,7 @@ __all__ = [
     "SceneError",
     "SignalChain",
     "Take",
+    "canonical",
     "compile",
     "derive_seed",
     "excitation_sweep",

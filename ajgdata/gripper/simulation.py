@@ -31,7 +31,8 @@ class ImpulseResponse:
     decimation filter. `static` is what the response settles at, for ever on this time scale,
     because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
     without it. Convolve the input with `samples`, then add `static` times its running sum.
-    `provenance` says how it was computed; it is as deterministic as `samples`.
+    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
+    what holds sound from outside back.
     """
 
     samples: Real
@@ -39,6 +40,7 @@ class ImpulseResponse:
     sample_rate_hz: int
     latency_samples: int
     provenance: dict[str, Any]
+    membrane_kg_m2: float
 
 
 def simulate(what: Scene | Plan) -> ImpulseResponse:
@@ -62,7 +64,8 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "precision": scene.numerics.precision,
         "left_out": list(LEFT_OUT),
     }
-    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance)
+    membrane = scene.gripper.membrane.mass_kg_m2
+    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)
 
 
 def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
