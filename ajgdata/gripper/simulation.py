@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.plan import LEFT_OUT, Plan, compile
+from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
@@ -21,26 +19,6 @@ PASS_HZ = 20_000.0
 STOP_HZ = SAMPLE_RATE_HZ - PASS_HZ
 #: The energy is looked at once a millisecond of this many samples.
 CHUNK = 44
-
-
-@dataclass(frozen=True)
-class ImpulseResponse:
-    """Pressure (Pa) at the microphone per volume velocity (m³/s) at the speaker.
-
-    p[n] = Σ samples[m] q[n - m + latency_samples]; the latency is that of the linear-phase
-    decimation filter. `static` is what the response settles at, for ever on this time scale,
-    because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
-    without it. Convolve the input with `samples`, then add `static` times its running sum.
-    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
-    what holds sound from outside back.
-    """
-
-    samples: Real
-    static: float
-    sample_rate_hz: int
-    latency_samples: int
-    provenance: dict[str, Any]
-    membrane_kg_m2: float
 
 
 def simulate(what: Scene | Plan) -> ImpulseResponse:
