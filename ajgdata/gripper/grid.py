@@ -1,7 +1,7 @@
 """Cut cells: which part of each cubic cell, and of each face between two, is open.
 
-Arrays are (nz, ny, nx) with an empty layer all around, two along z; face arrays hold the face between a cell
-and its upper neighbour along their axis.
+Arrays are (nz, ny, nx) with an empty layer all around, two along z; face arrays hold the face
+between a cell and its upper neighbour along their axis.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ajgdata.gripper.compiled import njit
 
 FINER = 4
 Real = NDArray[np.floating]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from ajgdata.gripper.fields import RandomField
 from ajgdata.gripper.geometry import MM, SceneError, cavity
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
+from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
@@ -37,15 +39,13 @@ class Plan:
 
 
 def steps_per_sample(
-    dx_m: float, cfl: float, wide: float = 0.0, hottest_c: float = HOTTEST_C
+    dx_m: float, cfl: float, temperature_c: float = HOTTEST_C, wide: float = 0.0
 ) -> int:
-    """Steps per sample at 44.1 kHz, by the speed of sound at 30 °C or, if more, `hottest_c`.
-
-    The four-point differences of weight `wide` shorten the step by 1 + 4 `wide`.
+    """Steps per sample at 44.1 kHz by the sound speed at 30 °C, so that all scenes share it; in
+    hotter air by its own. Four-point differences of weight `wide` shorten the step by 1 + 4 `wide`.
     """
-    fastest = Air(max(hottest_c, HOTTEST_C)).sound_speed
-    steps = fastest * np.sqrt(3) * (1 + 4 * wide) / (cfl * dx_m * SAMPLE_RATE_HZ)
-    return int(np.ceil(steps - 1e-9))
+    fastest = Air(max(temperature_c, HOTTEST_C)).sound_speed
+    return int(np.ceil(fastest * np.sqrt(3) * (1 + 4 * wide) / (cfl * dx_m * SAMPLE_RATE_HZ)))
 
 
 def wide_weight(dx_m: float) -> float:
@@ -55,13 +55,6 @@ def wide_weight(dx_m: float) -> float:
     """
     half = np.pi * ACCURATE_HZ / Air().sound_speed * dx_m
     return float((half / np.sin(half) - 1) / (3 - np.sin(3 * half) / np.sin(half)))
-
-
-def courant_number(plan: Plan) -> float:
-    """c Δt √3 (1 + 4w) / dx at 30 °C: the time step in units of its limit on a full grid."""
-    h, dt = plan.cells.h, plan.system.dt
-    wide = wide_weight(h) if plan.scene.numerics.scheme == "wide" else 0.0
-    return float(Air(HOTTEST_C).sound_speed * np.sqrt(3) * (1 + 4 * wide) * dt / h)
 
 
 def compile(scene: Scene) -> Plan:
@@ -74,7 +67,7 @@ def compile(scene: Scene) -> Plan:
     air = _air(scene)
     grains = _grains(scene, cells, air)
     wide = wide_weight(h) if scene.numerics.scheme == "wide" else 0.0
-    per_sample = steps_per_sample(h, scene.numerics.cfl, wide, _hottest_c(scene))
+    per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
     dtype = np.float32 if scene.numerics.precision == "float32" else np.float64
     system = assemble(
         cells,
@@ -94,17 +87,12 @@ def compile(scene: Scene) -> Plan:
 
 
 def _air(scene: Scene) -> Air:
-    """The air of this grasp; never warmer than what the time step allows."""
+    """The air of this grasp; its scatter takes no scene of up to 30 °C to a shorter time step."""
     nuisance = scene.grasp.nuisance
     draw = np.random.default_rng(derive_seed(scene.grasp.seed, "temperature")).standard_normal()
     temperature = scene.environment.temperature_c + nuisance.temperature_k * float(draw)
-    return Air(min(temperature, _hottest_c(scene)), scene.environment.pressure_pa)
-
-
-def _hottest_c(scene: Scene) -> float:
-    """What the time step allows for: 30 °C, so that most scenes share it, and more if it must."""
-    warm = scene.environment.temperature_c
-    return HOTTEST_C if warm <= HOTTEST_C else warm + 3 * scene.grasp.nuisance.temperature_k
+    hottest = HOTTEST_C if scene.environment.temperature_c <= HOTTEST_C else math.inf
+    return Air(min(temperature, hottest), scene.environment.pressure_pa)
 
 
 def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
@@ -120,11 +108,9 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
 
 
 def _walls(scene: Scene, cells: Cells, air: Air) -> WallList:
-    gripper, membrane = scene.gripper, scene.gripper.membrane
+    gripper = scene.gripper
     impedance = air.density * air.sound_speed
-    walls = WallList.uniform(
-        cells.membrane, membrane.mass_kg_m2, membrane.resistance_pa_s_m, membrane.stiffness_n_m3
-    )
+    walls = membrane_walls(scene, cells)
     if gripper.wall_admittance > 0:
         walls += WallList.uniform(cells.housing, 0.0, impedance / gripper.wall_admittance, 0.0)
     # The hose is long and lossy: beyond the inert fitting it sends nothing back.
