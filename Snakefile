@@ -6,6 +6,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 
@@ -37,6 +38,12 @@ RUNS = [
     for task, settings in one.spec.tasks.items()
     for model in settings.models
 ]
+# Pages on the virtual gripper.
+PAGES = [
+    name
+    for name in (GALLERY, *STUDIES)
+    if config["pages"] is None or name in config["pages"]
+]
 
 
 wildcard_constraints:
@@ -59,5 +66,6 @@ include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/train.smk"
+include: "workflow/rules/gripper.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

@@ -24,6 +24,14 @@ app = typer.Typer(
     help="Acoustic sensing with jamming grippers: get recordings in and check them. "
     "Everything after that (features, models, report) is done by the command [b]snakemake[/b].",
 )
+gripper = typer.Typer(
+    no_args_is_help=True,
+    help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
+    "object: {kind: cube, edge_mm: 20}\n\n"
+    "What is not said takes its default; the keys are gripper, medium, object, grasp, environment "
+    "and numerics.",
+)
+app.add_typer(gripper, name="gripper")
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 
@@ -209,15 +217,74 @@ def acquire(
     source: Annotated[
         Literal["virtual"], typer.Option(help="virtual: the physics simulation")
     ] = "virtual",
+    recipe: Annotated[
+        Path | None,
+        typer.Option(
+            help="declaration (like dataset.yaml) with a recipe: made a data set of the project and"
+            " recorded"
+        ),
+    ] = None,
     session: Annotated[str, typer.Option(help="one session; default: all of the recipe")] = "",
+    cores: Annotated[
+        int, typer.Option(min=0, help="processes that simulate; default: one for each core")
+    ] = 0,
 ) -> None:
     """Record what is missing of a data set's recipe. Stop it at any moment: it goes on there."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.acquire import acquire_virtual, recipe_sessions, with_recipe
+    from ajgdata.pipeline.acquire import acquire_all
+    from ajgdata.pipeline.recipes import declare_from, recipe_sessions, with_recipe
 
     paths = find_project()
-    for name in dataset or with_recipe(paths):
-        for one in [session] if session else recipe_sessions(paths, name):
-            with bar(f"recording {name}/{one} ({source})") as started:
-                recorded, kept = acquire_virtual(paths, name, one, started)
-            out.print(f"{name}/{one}: {recorded} recorded, {kept} already there")
+    names = [*(dataset or []), *([declare_from(paths, recipe)] if recipe else [])]
+    wanted = [
+        (name, one)
+        for name in names or with_recipe(paths)
+        for one in ([session] if session else recipe_sessions(paths, name))
+    ]
+    skipped = 0
+    with bar(f"recording ({source})") as started:
+        for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
+            for grasp, reason in done.skipped.items():
+                err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
+            skipped += len(done.skipped)
+            left = f", {len(done.skipped)} grasps skipped" if done.skipped else ""
+            out.print(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
+    raise typer.Exit(bool(skipped))
+
+
+def _free_cores() -> int:
+    """Cores that this process may use, which a batch system may have limited."""
+    import os
+
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="YAML or JSON file")]
+
+
+@gripper.command()
+def show(
+    scene: SceneArgument,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="where to; default: gripper-<name of the scene>")
+    ] = None,
+    animation: Annotated[
+        bool, typer.Option(help="also film the pressure in the cross-section")
+    ] = True,
+) -> None:
+    """Draw a scene: its cross-section, its response and spectrum, and the moving pressure."""
+    from ajgdata.pipeline.show import show_scene
+
+    for path in show_scene(scene, folder, film=animation):
+        out.print(escape(str(path)), soft_wrap=True)
+
+
+@gripper.command("plan")
+def plan_command(scene: SceneArgument) -> None:
+    """Say what would be solved and what is left out, on which grid, at what cost."""
+    from ajgdata.pipeline.show import plan_facts
+
+    for topic, said in plan_facts(scene).items():
+        out.print(f"{topic:13} {escape(said)}", soft_wrap=True)

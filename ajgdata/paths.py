@@ -112,9 +112,30 @@ class Paths:
         """The report."""
         return self.results / "report" / "index.html"
 
+    def study(self, name: str) -> Path:
+        """Figures of one study of the virtual gripper."""
+        return self.results / "gripper" / f"{name}.json"
+
+    def page(self, name: str) -> Path:
+        """Another page of the report, beside it."""
+        return self.report.with_name(f"{name}.html")
+
+    def page_figures(self, page: str) -> Path:
+        """Folder of the figures of such a page."""
+        return self.report.parent / page
+
+    def page_figure(self, page: str, name: str) -> Path:
+        """A figure of such a page without its suffix; see FIGURE_FORMATS."""
+        return self.page_figures(page) / name
+
     def shard_cache(self, dataset: str, session: str) -> Path:
         """Last good shard, kept where Snakemake does not delete it."""
         return self.root / ".ajgdata" / "features" / dataset / f"{session}.nc"
+
+    @property
+    def responses(self) -> Path:
+        """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
+        return self.root / ".ajgdata" / "responses"
 
     @property
     def hash_cache(self) -> Path:

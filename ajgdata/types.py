@@ -143,7 +143,9 @@ class RecipeObject(Strict):
     """One object of a recipe: its scene description and the labels it gets."""
 
     name: Name
-    shape: dict[str, JsonValue] = Field(description="the gripper's object description")
+    shape: str | dict[str, JsonValue] = Field(
+        description="the gripper's object description, or a name of its library"
+    )
     targets: dict[str, float | str] = {}
 
 
@@ -158,6 +160,16 @@ class Recipe(Strict):
     )
     samples_per_grasp: int = Field(1, ge=1)
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
+    signal: dict[str, JsonValue] = Field(
+        {},
+        description="overrides of its default signal chain, e.g. external_noise_dba: 80; they need"
+        " no new simulation",
+    )
+    grasps_of: Name | None = Field(
+        None,
+        description="draw the same grasps as the recipe of this data set, e.g. to record them again"
+        " under other noise",
+    )
     vary: dict[str, tuple[float, float]] = Field(
         {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
     )
@@ -279,6 +291,7 @@ class Session(Strict):
     )
     software: str = Field("", description="what wrote this session")
     scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
+    skipped: dict[str, str] = Field({}, description="grasps that could not be made, and why")
     notes: str = ""
 
 

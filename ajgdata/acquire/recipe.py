@@ -23,13 +23,15 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
     """Every grasp of one session, objects in turn as a person would place them.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
-    number): adding an object or a grasp changes no other. `code` is a digest of the gripper's
-    sources; it enters the setup's digest, so that changed physics is simulated again.
+    number): adding an object or a grasp changes no other. The data set is `recipe.grasps_of` where
+    that is given. `code` is a digest of the gripper's sources; with scene and signal chain it makes
+    the grasp's digest, so that changed physics is simulated again.
     """
     grasps = []
     for number in range(1, recipe.grasps_per_object + 1):
         for made in recipe.objects:
-            seed = derive_seed(recipe.seed, dataset, session, made.name, number)
+            drawn_for = recipe.grasps_of or dataset
+            seed = derive_seed(recipe.seed, drawn_for, session, made.name, number)
             grasp = _grasp_settings(recipe, seed)
             setup = {**recipe.scene, "object": made.shape, "grasp": grasp}
             grasps.append(
@@ -39,10 +41,24 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
                     samples=recipe.samples_per_grasp,
                     targets=made.targets,
                     setup=setup,
-                    digest=_digest({"setup": setup, "code": code}),
+                    digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
                 )
             )
     return grasps
+
+
+def yaml_place(recipe: Recipe, made: str, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
+    """Where in a declaration stands what is wrong at `place` of a setup of the object `made`."""
+    number = [one.name for one in recipe.objects].index(made)
+    match place:
+        case ():
+            return ("recipe", "objects", number)
+        case ("object", *rest):
+            return ("recipe", "objects", number, "shape", *rest)
+        case ("grasp", str(key), *_) if key in recipe.vary:
+            return ("recipe", "vary", key)
+        case _:
+            return ("recipe", "scene", *place)
 
 
 def _grasp_settings(recipe: Recipe, seed: int) -> dict[str, Any]:

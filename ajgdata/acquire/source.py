@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
+
+from ajgdata.types import DataError
 
 
 @dataclass(frozen=True)
@@ -33,11 +35,15 @@ class Take:
     clipped: int = 0
 
 
+class GraspError(DataError):
+    """A grasp that cannot be made; the others can."""
+
+
 class Source(Protocol):
     """A speaker and a microphone in a gripper, real or virtual.
 
-    A source is used for one session: `excitation()` once, then for each grasp `take` for each of
-    its samples, in order. `describe()` is kept in session.yaml.
+    A source is used for one session: `excitation()` and `expect()` once, then for each of those
+    grasps `take` for each of its samples, in order. `describe()` is kept in session.yaml.
     """
 
     @property
@@ -54,8 +60,12 @@ class Source(Protocol):
         """The sound that is played, (n,) in [-1, 1]."""
         ...
 
+    def expect(self, grasps: Sequence[Grasp]) -> None:
+        """Hear which grasps will be asked for, so that a source may work ahead."""
+        ...
+
     def take(self, grasp: Grasp, sample: int) -> Take:
-        """Play once and record. Raises ValueError for a grasp that cannot be made."""
+        """Play once and record. Raises GraspError for a grasp that cannot be made."""
         ...
 
     def describe(self) -> Mapping[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.acquire.source import Grasp, Source
+from ajgdata.acquire.source import Grasp, GraspError, Source
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.provenance import software
@@ -18,6 +19,15 @@ from ajgdata.types import DataError, Excitation, Recording, Session
 SETUP_COLUMN = "setup_sha256"
 
 
+class Acquired(NamedTuple):
+    """What an acquisition did: recordings made, recordings that were there already, and grasps that
+    could not be made, with the reason."""
+
+    recorded: int
+    kept: int
+    skipped: Mapping[str, str]
+
+
 def acquire_session(
     folder: Path,
     source: Source,
@@ -25,53 +35,83 @@ def acquire_session(
     *,
     notes: str = "",
     progress: Callable[[], object] = lambda: None,
-) -> tuple[int, int]:
-    """Make the session at `folder` hold `grasps`; returns (recorded, kept) counts.
+) -> Acquired:
+    """Make the session at `folder` hold `grasps`.
 
     Recordings already made of the same setup are kept. The table is rewritten after each grasp, so
     a killed acquisition goes on where it stopped; session.yaml comes last, so that a folder without
-    it is known to be incomplete. `progress` is called once a recording.
+    it is known to be incomplete. `progress` is called once a recording. A grasp that cannot be made
+    is left out and named in session.yaml; the rest goes on.
 
     A virtual session then holds exactly `grasps`. What a real source recorded cannot be made again:
     it is never removed, and DataError is raised when it would have to be replaced.
     """
     held = _held(folder)
-    wanted: list[Recording] = []
-    recorded = kept = 0
+    planned = [(grasp, _rows(folder, source, grasp, held)) for grasp in grasps]
+    missing = [grasp for grasp, rows in planned if not all(row.sha256 for row in rows)]
     sound = source.excitation()
-    for grasp in grasps:
-        before = recorded
-        for row in (_row(grasp, sample) for sample in range(grasp.samples)):
-            old = held.pop(row.recording_id, None)
-            if old and _same(folder, old, row):
-                wanted.append(row.model_copy(update={"sha256": old.sha256, "quality": old.quality}))
-                kept += 1
-            else:
-                if old and source.kind != "virtual" and (folder / row.file).is_file():
-                    raise DataError(
-                        folder / row.file,
-                        "was recorded of another setup, or altered since",
-                        "record into another session",
-                    )
-                (folder / SESSION_FILE).unlink(missing_ok=True)  # incomplete until all is made
-                take = source.take(grasp, row.sample)
-                write_pcm24(folder / row.file, take.samples, source.sample_rate_hz)
-                quality = "clipped" if take.clipped else "ok"
-                digest = file_sha256(folder / row.file)
-                wanted.append(row.model_copy(update={"sha256": digest, "quality": quality}))
-                recorded += 1
-            progress()
-        if recorded > before:
+    if missing:
+        (folder / SESSION_FILE).unlink(missing_ok=True)  # incomplete until all is made
+        source.expect(missing)
+    wanted: list[Recording] = []
+    skipped: dict[str, str] = {}
+    recorded = kept = 0
+    for grasp, rows in planned:
+        made = [row for row in rows if row.sha256]
+        taken = []
+        try:
+            for row in rows:
+                held.pop(row.recording_id, None)
+                if not row.sha256:
+                    taken.append(_record(folder, source, grasp, row))
+                progress()
+        except GraspError as error:
+            skipped[grasp.grasp_id] = f"{error.problem}; {error.fix}"
+            for row in rows[len(made) + len(taken) :]:
+                held.pop(row.recording_id, None)
+                progress()
+        wanted += sorted([*made, *taken], key=lambda row: row.sample)
+        recorded, kept = recorded + len(taken), kept + len(made)
+        if taken:
             write_recordings(folder, [*wanted, *held.values()])
     if source.kind != "virtual":
         wanted += held.values()
-    write_session(folder, _session(folder, source, sound, notes), wanted)
+    write_session(folder, _session(folder, source, sound, notes, skipped), wanted)
     if source.kind == "virtual":
         _remove_others(folder, wanted)
-    return recorded, kept
+    return Acquired(recorded, kept, skipped)
 
 
-def _session(folder: Path, source: Source, sound: np.ndarray, notes: str) -> Session:
+def _rows(
+    folder: Path, source: Source, grasp: Grasp, held: Mapping[str, Recording]
+) -> list[Recording]:
+    """A row for each sample of `grasp`; those that need no recording have their sha256."""
+    rows = []
+    for row in (_row(grasp, sample) for sample in range(grasp.samples)):
+        old = held.get(row.recording_id)
+        same = old is not None and _same(folder, old, row)
+        if old and not same and source.kind != "virtual" and (folder / row.file).is_file():
+            raise DataError(
+                folder / row.file,
+                "was recorded of another setup, or altered since",
+                "record into another session",
+            )
+        known = {"sha256": old.sha256, "quality": old.quality} if old and same else {}
+        rows.append(row.model_copy(update=known))
+    return rows
+
+
+def _record(folder: Path, source: Source, grasp: Grasp, row: Recording) -> Recording:
+    take = source.take(grasp, row.sample)
+    write_pcm24(folder / row.file, take.samples, source.sample_rate_hz)
+    quality = "clipped" if take.clipped else "ok"
+    digest = file_sha256(folder / row.file)
+    return row.model_copy(update={"sha256": digest, "quality": quality})
+
+
+def _session(
+    folder: Path, source: Source, sound: np.ndarray, notes: str, skipped: dict[str, str]
+) -> Session:
     path = folder / EXCITATION_FILE
     write_pcm24(path, sound, source.sample_rate_hz)
     return Session(
@@ -83,6 +123,7 @@ def _session(folder: Path, source: Source, sound: np.ndarray, notes: str) -> Ses
         ),
         software=f"ajgdata {software()['ajgdata_version']}",
         notes=notes,
+        skipped=skipped,
         **source.describe(),
     )
 

@@ -13,21 +13,21 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
+from ajgdata.gripper.chain import SignalChain
+from ajgdata.gripper.equivalence import canonical
+from ajgdata.gripper.plain import SceneError
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, parse_scene, scene_digest
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.plain import SceneError
     from ajgdata.gripper.plan import Plan, compile
-    from ajgdata.gripper.signal import SignalChain, Take, excitation_sweep, record
+    from ajgdata.gripper.signal import Take, excitation_sweep, record
     from ajgdata.gripper.simulation import ImpulseResponse, simulate
 
 _HOME = {
-    "SceneError": "plain",
     "Plan": "plan",
     "compile": "plan",
     "ImpulseResponse": "simulation",
     "simulate": "simulation",
-    "SignalChain": "signal",
     "Take": "signal",
     "excitation_sweep": "signal",
     "record": "signal",
@@ -41,9 +41,11 @@ __all__ = [
     "SceneError",
     "SignalChain",
     "Take",
+    "canonical",
     "compile",
     "derive_seed",
     "excitation_sweep",
+    "parse_scene",
     "record",
     "scene_digest",
     "simulate",

@@ -16,6 +16,13 @@ from ajgdata.gripper.materials import Material
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
+#: What grains are made of. Densities: the paper's balls, 0.2 g of 6 mm and 0.36 g of 4.5 mm, and
+#: handbook values else; the modulus and loss of coffee, a brittle foam, are estimates.
+GRAIN_SOLIDS = {
+    "plastic": Material(density_kg_m3=1_770.0, young_pa=2.5e9, poisson=0.35, loss=0.04),
+    "metal": Material(density_kg_m3=7_550.0, young_pa=200e9, poisson=0.30, loss=0.002),
+    "coffee": Material(density_kg_m3=1_200.0, young_pa=5e8, poisson=0.30, loss=0.10),
+}
 #: Forces per area below this (Pa) are the weight of a grain or two: no frame is looser.
 LOOSEST_PA = 10.0
 

@@ -28,7 +28,7 @@ class Cavity:
 
     Between `floor` (membrane) and `roof` there is air above `surface` and grains below it; where
     `floor` >= `roof` there is nothing. `contact` is 1 where the membrane lies on the object or on
-    the table, `held` where on the object, which `force_n` presses.
+    the table, `held` where on the object, which `force_n` presses. The table lies at `table_m`.
     """
 
     axis: Real
@@ -37,6 +37,7 @@ class Cavity:
     surface: Real
     contact: Real
     held: Real
+    table_m: float | None
     displaced_m3: float
     force_n: float
 
@@ -68,16 +69,17 @@ def cavity(scene: Scene) -> Cavity:
     depth = gripper.balloon_depth_mm * MM
     free = -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
     force = _force(scene)
-    floor, contact, held = _press(scene, x, y, free, force)
+    floor, contact, held, table = _press(scene, x, y, free, force)
     _refuse_pinched(scene, floor, free, roof)
     displaced = float(np.sum(floor - free)) * RASTER_M**2
     surface = _settle(scene, axis, roof, floor, free)
-    return Cavity(axis, floor, roof, surface, contact, held, displaced, force)
+    return Cavity(axis, floor, roof, surface, contact, held, table, displaced, force)
 
 
 def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:
-    """Where the membrane was raised the cavity stays open by the clearance, also at the cone."""
-    gap = np.min(np.where(floor - free > RASTER_M, roof - floor, np.inf)) / MM
+    """Above the rim, where the membrane was raised, the cavity stays open, also at the cone."""
+    raised = (floor > 0) & (floor - free > RASTER_M)
+    gap = np.min(np.where(raised, roof - floor, np.inf)) / MM
     if gap < scene.gripper.clearance_mm:
         raise SceneError(
             f"object {_title(scene)} pinches the cavity to {max(gap, 0):.1f} mm of at least "
@@ -98,33 +100,47 @@ def _force(scene: Scene) -> float:
     return scene.grasp.force_n * max(0.1, 1 + scene.grasp.nuisance.force * float(draw))
 
 
-def _press(scene: Scene, x: Real, y: Real, free: Real, force: float) -> tuple[Real, Real, Real]:
-    """Height of the membrane, where it lies on the object or on the table, where on the object."""
+def _press(
+    scene: Scene, x: Real, y: Real, free: Real, force: float
+) -> tuple[Real, Real, Real, float | None]:
+    """Height of the membrane, where it lies on the object or on the table, where on the object,
+    and the height of the table."""
     if scene.object is None:
-        return free, np.zeros_like(free), np.zeros_like(free)
+        return free, np.zeros_like(free), np.zeros_like(free), None
     gripper = scene.gripper
-    steepest = float(np.tan(np.deg2rad(gripper.drape_deg)))
-    shape = relief(scene.object, scene.grasp, steepest, x, y)
+    shape = relief(scene, x, y)
     within = free < 0
     if not np.any(shape.inside[within] > 0):
-        raise SceneError(f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm")
+        raise SceneError(
+            f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm "
+            f"{scene.grasp.offset_x_mm:g} or grasp.offset_y_mm {scene.grasp.offset_y_mm:g}"
+        )
     table = _table(scene, shape, free, within, force)
-    pressed = np.maximum(free, table + shape.height)
+    over = table + np.maximum(shape.height, 0) - free
     smoothing = gripper.drape_smoothing_mm * MM / RASTER_M
-    rise = np.where(within, gaussian_filter(pressed - free, smoothing), 0.0)
-    flat = np.clip(1 - (pressed - table) / RASTER_M, 0, 1)
+    raised = np.where(within, np.maximum(over, 0), 0.0)
+    rise = np.where(within, gaussian_filter(raised, smoothing), 0.0)
+    # What smoothing carried over the rim comes back, so that the force law holds.
+    rise *= raised.sum() / rise.sum()
+    pressed = _edge(over) * within
     contact, held = (
-        np.clip(gaussian_filter(touching * (pressed > free), smoothing), 0, 1)
-        for touching in (np.maximum(shape.touching, flat), shape.touching)
+        np.clip(gaussian_filter(touching * pressed, smoothing), 0, 1)
+        for touching in (np.maximum(shape.touching, shape.beside), shape.touching)
     )
-    return free + rise, contact, held
+    return free + rise, contact, held, table
+
+
+def _edge(level: Real) -> Real:
+    """1 where `level` is positive, 0 where it is negative, and in between along its zero line."""
+    slope = np.hypot(*np.gradient(level))
+    return np.clip(0.5 + level / np.maximum(slope, 1e-12), 0, 1)
 
 
 def _table(
     scene: Scene, shape: Relief, free: Real, within: NDArray[np.bool_], force: float
 ) -> float:
     """Height of the table (m) at which the displaced volume answers the force."""
-    under, over = free[within], shape.height[within]
+    under, over = free[within], np.maximum(shape.height[within], 0)
     goal = force / scene.gripper.stiffness_n_m3
 
     def excess(table: float) -> float:
@@ -133,14 +149,7 @@ def _table(
     room = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     under_roof = room - float(over.max())
     if excess(min(0.0, under_roof)) < 0:
-        how = (
-            "pinches the cavity to its clearance: make it lower or wider"
-            if under_roof < 0
-            else "lets the rim stand on the table: make it larger or higher"
-        )
-        raise SceneError(
-            f"object {_title(scene)} {how}, or lower grasp.force_n, to hold {force:.3g} N"
-        )
+        raise SceneError(_unheld(scene, shape, within, force, under_roof))
     table = brentq(excess, float(np.min(under - over)), min(0.0, under_roof), xtol=1e-9)
     under_rim = table + np.where(shape.inside > 0, shape.height, 0.0)[~within]
     if under_rim.max() > 0:
@@ -149,6 +158,26 @@ def _table(
             "lower, or move it to the axis"
         )
     return float(table)
+
+
+def _unheld(
+    scene: Scene, shape: Relief, within: NDArray[np.bool_], force: float, under_roof: float
+) -> str:
+    """Why the force cannot be reached, in one line."""
+    what = f"object {_title(scene)}"
+    fix = f"or lower grasp.force_n, to hold {force:.3g} N"
+    if under_roof >= 0:
+        return f"{what} lets the rim stand on the table: make it larger or higher, {fix}"
+    highest = np.argwhere(within & (shape.height > shape.height[within].max() - RASTER_M))
+    tops = (highest - shape.height.shape[0] // 2)[:, ::-1] * RASTER_M / MM
+    for name in ("speaker_mm", "microphone_mm"):
+        x, y = getattr(scene.gripper, name)
+        if np.min(np.hypot(*(tops - (x, y)).T)) < 3 * scene.gripper.transducer_sigma_mm:
+            return (
+                f"{what} would stand in the transducer at gripper.{name} ({x:g}, {y:g}): "
+                f"move it or make it lower, {fix}"
+            )
+    return f"{what} pinches the cavity to its clearance: make it lower or wider, {fix}"
 
 
 def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Real:
@@ -173,13 +202,17 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     inside = roof > floor
     lowest, highest = np.min((floor - shape)[inside]), np.max((roof - shape)[inside])
     if excess(highest) < 0:
-        raise SceneError("the grains no longer fit: lower gripper.bed_depth_mm or the force")
+        raise SceneError(
+            f"the grains no longer fit: lower gripper.bed_depth_mm {scene.gripper.bed_depth_mm:g} "
+            f"or grasp.force_n {scene.grasp.force_n:g}"
+        )
     height = brentq(excess, lowest, highest, xtol=1e-9)
-    surface = np.maximum(floor, height + shape)
+    surface = np.maximum(floor, np.minimum(height + shape, roof))
     ceiling = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     if np.max(surface) > ceiling:
         raise SceneError(
-            "the grains would fill the cavity up to the roof: lower gripper.bed_depth_mm"
+            "the grains would bury the speaker and the microphone: lower gripper.bed_depth_mm "
+            f"{scene.gripper.bed_depth_mm:g}"
         )
     return surface
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ajgdata.gripper.scene import Grasp
+from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.shapes import (
     Box,
     Compound,
@@ -39,28 +39,34 @@ _HALF_RING = np.array(
 @dataclass(frozen=True)
 class Relief:
     """An object on the table as the membrane sees it: `height` falls off at the drape angle
-    beside it, `inside` is its footprint with antialiased edges, and `touching` the part of the
-    footprint where the membrane lies on it."""
+    beside it, below the table as well; `inside` is its footprint with antialiased edges, `touching`
+    the part of the footprint where the membrane lies on it, `beside` what the drape leaves."""
 
     height: Real
     inside: Real
     touching: Real
+    beside: Real
 
 
-def relief(shape: Object, grasp: Grasp, steepest: float, x: Real, y: Real) -> Relief:
-    """Relief of an object on the grid x, y (m); `steepest` is the slope of a draped membrane."""
+def relief(scene: Scene, x: Real, y: Real) -> Relief:
+    """Relief of the scene's object over the table on the grid x, y (m)."""
+    shape, grasp = scene.object, scene.grasp
+    assert shape is not None
+    steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
     placed = (grasp.offset_x_mm * MM, grasp.offset_y_mm * MM, grasp.angle_deg)
     parts = [
         (top + lift, inside)
         for top, inside, lift in _parts(shape, *_turned(x, y, *placed), steepest)
     ]
-    height = np.maximum(np.max([top for top, _ in parts], axis=0), 0.0)
+    height = np.max([top for top, _ in parts], axis=0)
     if any(_curved(primitive) for primitive in _primitives(shape)):
         _drape(height, steepest * RASTER_M, _HALF_RING)
     touching = np.zeros_like(height)
     for top, inside in parts:
         touching = np.maximum(touching, inside * np.clip(1 - (height - top) / RASTER_M, 0, 1))
-    return Relief(height, np.max([inside for _, inside in parts], axis=0), touching)
+    inside = np.max([inside for _, inside in parts], axis=0)
+    beside = np.clip(0.5 - height / (steepest * RASTER_M), 0, 1)
+    return Relief(height, inside, touching, beside)
 
 
 def _primitives(shape: Object) -> Iterator[Object]:

@@ -7,40 +7,18 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
 
-from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ
+from ajgdata.gripper.chain import SignalChain
+from ajgdata.gripper.outside import REFERENCE_PA, outside_noise
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
 from ajgdata.gripper.simulation import ImpulseResponse
 
 Real = NDArray[np.floating]
-REFERENCE_PA = 20e-6
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
 STEPS = 2.0**23
 #: Measured once on the default scene with a 20 mm cube; a test holds it to half a decibel.
 FLOW_AT_100_DB_M3_S = 2.71e-6
-
-
-class SignalChain(Plain):
-    """Loudspeaker, microphone and converter. Level and frequency responses of the paper's parts
-    are not published with it; these are of their kind (balanced armature, MEMS)."""
-
-    level_db_spl: Finite = Field(
-        100.0, description="rms of a full-scale sweep in the default gripper on a 20 mm cube"
-    )
-    full_scale_db_spl: Finite = Field(
-        130.0, description="sine that just reaches full scale; even the empty gripper stays below"
-    )
-    gain_db: Finite = Field(0.0, description="preamplifier, before the converter")
-    noise_db_spl: Finite | None = Field(
-        42.0, description="microphone and room, white over the band; null for none"
-    )
-    coupling_hz: Positive = Field(100.0, description="AC coupling of speaker and of microphone")
-    peaks_hz: tuple[Positive, ...] = Field((3_000.0, 9_000.0), description="armature resonances")
-    peaks_db: tuple[NonNegative, ...] = (10.0, 8.0)
-    peaks_q: tuple[Positive, ...] = (2.5, 3.5)
-    rolloff_hz: Positive = Field(14_000.0, description="second order, Q 0.7")
 
 
 DEFAULT_CHAIN = SignalChain()
@@ -105,8 +83,9 @@ def record(
 ) -> Take:
     """Play `excitation` (n,), full scale 1, in the scene of `ir` and record it, (n,).
 
-    Recording = (excitation ∗ speaker ∗ h ∗ microphone) gain + noise, clipped and quantised to 24
-    bits; playing and recording start together. `seed` draws the noise of this one take.
+    Recording = (excitation ∗ speaker ∗ h ∗ microphone + noise) gain, clipped and quantised to 24
+    bits; playing and recording start together. Noise is the chain's floor and, through the
+    membrane, the sound outside. `seed` draws both for this one take.
     """
     excitation = np.asarray(excitation, dtype=np.float64)
     if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
@@ -119,6 +98,11 @@ def record(
     if chain.noise_db_spl is not None:
         floor = REFERENCE_PA * 10 ** (chain.noise_db_spl / 20)
         pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
+    if chain.external_noise_dba is not None:
+        own = derive_seed(seed, "outside")  # the floor stays as it is without
+        pressure += outside_noise(
+            len(pressure), chain.external_noise_dba, ir.membrane_kg_m2, chain.coupling_hz, own
+        )
     full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
     return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
 

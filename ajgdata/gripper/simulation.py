@@ -31,7 +31,8 @@ class ImpulseResponse:
     decimation filter. `static` is what the response settles at, for ever on this time scale,
     because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
     without it. Convolve the input with `samples`, then add `static` times its running sum.
-    `provenance` says how it was computed; it is as deterministic as `samples`.
+    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
+    what holds sound from outside back.
     """
 
     samples: Real
@@ -39,6 +40,7 @@ class ImpulseResponse:
     sample_rate_hz: int
     latency_samples: int
     provenance: dict[str, Any]
+    membrane_kg_m2: float
 
 
 def simulate(what: Scene | Plan) -> ImpulseResponse:
@@ -49,20 +51,22 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     model = what if isinstance(what, Plan) else compile(what)
     scene = model.scene
     samples, static, steps, latency = _impulse(model, scene.numerics)
+    fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed
     provenance = {
         "scene_sha256": scene_digest(scene),
         "dx_mm": scene.numerics.dx_mm,
         "dt_s": model.system.dt,
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
-        "cfl": float(Air(HOTTEST_C).sound_speed * np.sqrt(3) * model.system.dt / model.cells.h),
+        "cfl": float(fastest * np.sqrt(3) * model.system.dt / model.cells.h),
         "added_volume": model.system.added_volume,
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,
         "precision": scene.numerics.precision,
         "left_out": list(LEFT_OUT),
     }
-    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance)
+    membrane = scene.gripper.membrane.mass_kg_m2
+    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)
 
 
 def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:

@@ -47,9 +47,9 @@ class Probe(NamedTuple):
 def at_rest(system: System) -> State:
     """A state of silence for `system`."""
     dtype = system.capacities.yield_.dtype
-    cells = (np.zeros(system.mass.size, dtype) for _ in range(6))
-    walls = (np.zeros(len(system.walls.cell), dtype) for _ in range(3))
-    return State(*cells, *walls, np.zeros((3, len(system.modes.inertia))))
+    sizes = [system.mass.size] * 6 + [len(system.walls.cell)] * 3
+    cells_and_walls = (np.zeros(size, dtype) for size in sizes)
+    return State._make([*cells_and_walls, np.zeros((3, len(system.modes.inertia)))])
 
 
 @njit(nogil=True, cache=True)

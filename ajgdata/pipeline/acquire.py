@@ -2,57 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
-from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.recipe import session_names
+from ajgdata.acquire.solving import solving
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.acquire.writer import acquire_session
+from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
+from ajgdata.pipeline.recipes import planned_grasps, recipe_of
 from ajgdata.store import manifest
-from ajgdata.store.provenance import code_digest
-from ajgdata.store.sessions import list_datasets, read_dataset
-from ajgdata.types import DataError, Recipe
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DataError
 
-
-def with_recipe(paths: Paths) -> list[str]:
-    """Names of the data sets that have a recipe."""
-    return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
-
-
-def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Names of the sessions that the recipe of `dataset` makes."""
-    return session_names(_recipe(paths, dataset))
+Started = Callable[[int], Callable[[], object]]
 
 
 def acquire_virtual(
-    paths: Paths,
-    dataset: str,
-    session: str,
-    started: Callable[[int], Callable[[], object]] = lambda total: lambda: None,
-) -> tuple[int, int]:
-    """Record what is missing of one session; returns (recorded, kept) counts.
+    paths: Paths, dataset: str, session: str, started: Started = lambda total: lambda: None
+) -> Acquired:
+    """Record what is missing of one session, in this process.
 
     `started(total)` returns what is called once a recording.
     """
-    recipe = _recipe(paths, dataset)
-    if session not in session_names(recipe):
-        raise DataError(session, "is not a session of the recipe", f"{session_names(recipe)}")
-    grasps = plan_session(recipe, dataset, session, code_digest("gripper"))
-    source = VirtualGripper(grasps[0].setup)
-    counts = acquire_session(
-        paths.session(dataset, session),
-        source,
-        grasps,
-        progress=started(sum(grasp.samples for grasp in grasps)),
-    )
-    manifest.write(paths, dataset, session)
-    return counts
+    ((_, _, acquired),) = acquire_all(paths, [(dataset, session)], 1, started)
+    return acquired
 
 
-def _recipe(paths: Paths, dataset: str) -> Recipe:
-    recipe = read_dataset(paths, dataset).recipe
-    if recipe is None:
-        raise DataError(
-            paths.dataset(dataset), "has no recipe", "add one, or import recordings instead"
-        )
-    return recipe
+def acquire_all(
+    paths: Paths,
+    wanted: Sequence[tuple[str, str]],
+    cores: int,
+    started: Started = lambda total: lambda: None,
+) -> Iterator[tuple[str, str, Acquired]]:
+    """Record what is missing of the sessions `wanted`, pairs of data set and session.
+
+    Scenes are solved by `cores` processes; each session is yielded when it is on disk. Raises
+    DataError, before anything is recorded, for what a recipe gets wrong.
+    """
+    plans = []
+    for dataset, session in wanted:
+        recipe = recipe_of(paths, dataset)
+        if session not in session_names(recipe):
+            raise DataError(session, "is not a session of the recipe", f"{session_names(recipe)}")
+        (grasps,) = planned_grasps(paths, read_dataset(paths, dataset), [session])
+        plans.append((dataset, session, recipe, grasps))
+    advance = started(sum(grasp.samples for *_, grasps in plans for grasp in grasps))
+    with solving(paths.responses, cores) as solver:
+        for dataset, session, recipe, grasps in plans:
+            source = VirtualGripper(grasps[0].setup, solver, recipe.signal)
+            folder = paths.session(dataset, session)
+            acquired = acquire_session(folder, source, grasps, progress=advance)
+            manifest.write(paths, dataset, session)
+            yield dataset, session, acquired

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from ajgdata.acquire.recipe import plan_session, session_names
-from ajgdata.acquire.virtual import scene_of
+from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import SESSION_FILE, Paths
 from ajgdata.pipeline.progress import when_slow
+from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import PAPER_FILE, parse_paper
 from ajgdata.store import manifest
 from ajgdata.store.files import json_bytes, link_or_copy, read_yaml, write_if_changed
-from ajgdata.store.provenance import PACKAGE, code_digest
+from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
 from ajgdata.types import DataError, DatasetSpec
 
@@ -46,7 +46,8 @@ def plan(
         _check_paper(paths, spec)
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         if refresh:
-            write_scenes(paths, spec, virtual)
+            if virtual:
+                write_scenes(paths, spec, virtual)
             unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
             looking = partial(when_slow, what=f"reading new recordings of {name}")
             manifest.refresh(paths, name, incomplete=unready, each=looking)
@@ -93,14 +94,7 @@ def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
 def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:
     """Write what each virtual session shall hold, if that changed. Raises DataError for a recipe
     with a scene that the gripper does not know."""
-    if spec.recipe is None:
-        return
-    code = code_digest("gripper")
-    where = f"{paths.dataset(spec.name)}: recipe"
-    for session in virtual:
-        grasps = plan_session(spec.recipe, spec.name, session, code)
-        for grasp in grasps:
-            scene_of(f"{where}, {grasp.object}", grasp.setup)
+    for session, grasps in zip(virtual, planned_grasps(paths, spec, virtual), strict=True):
         content = [{**vars(grasp), "targets": dict(grasp.targets)} for grasp in grasps]
         write_if_changed(paths.scenes(spec.name, session), json_bytes(content))
 

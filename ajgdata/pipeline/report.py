@@ -35,12 +35,20 @@ MAX_SPECTRA = 8
 
 
 def build_report(
-    paths: Paths, *, datasets: Sequence[str], runs: Sequence[tuple[str, str, str]]
+    paths: Paths,
+    *,
+    datasets: Sequence[str],
+    runs: Sequence[tuple[str, str, str]],
+    pages: Sequence[str] = (),
 ) -> None:
-    """Write the report on `datasets` and on `runs`, triples of data set, task and model."""
+    """Write the report on `datasets` and on `runs`, triples of data set, task and model.
+
+    `pages` are the pages on the virtual gripper that it is linked with.
+    """
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.illustrations import illustrations
     from ajgdata.report.page import render_page
+    from ajgdata.report.study_page import page_links
 
     paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     specs = {name: read_dataset(paths, name) for name in datasets}
@@ -66,8 +74,9 @@ def build_report(
     for name, illustration in illustrations(report).items():
         saved = save_figure(illustration.draw(), paths.figure(name))
         svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
-    write_bytes(paths.report, render_page(report, svgs).encode())
-    write_bytes(paths.runs, json_bytes({"datasets": list(datasets), "runs": list(runs)}))
+    write_bytes(paths.report, render_page(report, svgs, page_links(pages)).encode())
+    content = {"datasets": list(datasets), "runs": list(runs), "pages": list(pages)}
+    write_bytes(paths.runs, json_bytes(content))
 
 
 def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -18,33 +18,55 @@ from ajgdata.report.content import Report, TaskResult
 MAX_FINDINGS = 50
 
 
-def render_page(report: Report, svgs: Mapping[str, bytes]) -> str:
+class Link(NamedTuple):
+    """Another page of the report, relative to this one."""
+
+    link: str
+    title: str
+
+
+def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link] = ()) -> str:
     """The page as HTML text: the same report and figures give the same text.
 
-    `svgs` holds the SVG file of each name of `illustrations(report)`; PNG and PDF are linked where
-    `Paths.figure` puts them. Raises ValueError if a figure is missing.
+    `pages` are linked from its contents. `svgs` holds the SVG file of each name of
+    `illustrations(report)`; PNG and PDF are linked where `Paths.figure` puts them. Raises
+    ValueError if a figure is missing.
     """
     drawn = figures.illustrations(report)
     if missing := [name for name in drawn if name not in svgs]:
         raise ValueError(f"figures not drawn: {', '.join(missing)}")
-    environment = Environment(
+    return (
+        environment()
+        .get_template("report.html.j2")
+        .render(
+            report=report,
+            pages=pages,
+            figures=drawn,
+            figure_formats=FIGURE_FORMATS,
+            image={name: data_uri(svgs[name]) for name in drawn},
+            max_findings=MAX_FINDINGS,
+            **_names(),
+        )
+    )
+
+
+def environment() -> Environment:
+    """Templates whose values are all escaped and none of which may be missing."""
+    made = Environment(
         loader=PackageLoader("ajgdata.report", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(
-        number=wording.number, words=wording.words, mean_sd=wording.mean_sd, setting=_setting
+    made.filters.update(
+        number=wording.number,
+        words=wording.words,
+        mean_sd=wording.mean_sd,
+        setting=_setting,
+        value=wording.value,
     )
-    return environment.get_template("report.html.j2").render(
-        report=report,
-        figures=drawn,
-        figure_formats=FIGURE_FORMATS,
-        image={name: _data_uri(svgs[name]) for name in drawn},
-        max_findings=MAX_FINDINGS,
-        **_names(),
-    )
+    return made
 
 
 def _names() -> dict[str, Any]:
@@ -115,8 +137,9 @@ def _from_page(target: PurePosixPath) -> str:
     return str(PurePosixPath(*[".."] * up, target.relative_to(folder)))
 
 
-def _data_uri(svg: bytes) -> str:
-    return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode('ascii')}"
+def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
+    """A picture as the address of an image that needs no file."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _setting(value: object) -> str:

@@ -29,6 +29,29 @@ def number(value: float, digits: int = 3) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def value(given: float | str | None) -> str:
+    """A cell of a table: yes or no, text as it is, numbers to three digits, a dash for nothing.
+
+    Numbers below 0.001 and from 100,000 on get a power of ten.
+    """
+    if given is None:
+        return DASH
+    if isinstance(given, bool):
+        return "yes" if given else "no"
+    if isinstance(given, str):
+        return given
+    if isinstance(given, int):
+        return f"{given:,}".replace("-", "−")
+    if given == 0 or 1e-3 <= abs(given) < 1e5:
+        return number(given).replace("-", "−")
+    mantissa, exponent = f"{given:.2e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".").replace("-", "−")
+    return f"{mantissa} × 10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+
+
 def with_unit(text: str, unit: str) -> str:
     """A space before a unit, none before the degree sign, nothing after a bare number."""
     return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()

@@ -115,6 +115,30 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return content
 
 
+def line_of(path: Path, place: Iterable[int | str]) -> int:
+    """Line of a YAML file on which `place` (keys and numbers of elements) begins.
+
+    Where it leads to what is not there (a key that is missing, the name of an alternative), the
+    line is that of the last thing that is.
+    """
+    loader = _Loader(read_text(path))
+    try:
+        node, line = loader.get_single_node(), 1
+    finally:
+        loader.dispose()
+    for step in place:
+        if isinstance(node, yaml.MappingNode):
+            found = [pair for pair in node.value if pair[0].value == str(step)]
+        elif isinstance(node, yaml.SequenceNode) and isinstance(step, int):
+            found = [(one, one) for one in node.value[step : step + 1]]
+        else:
+            break
+        if found:
+            (mark, node), *_ = found
+            line = mark.start_mark.line + 1
+    return line
+
+
 def yaml_bytes(content: Mapping[str, Any]) -> bytes:
     """YAML in the given key order."""
     return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True).encode()

@@ -114,6 +114,9 @@ def survey(
         problem = f"{file}: {error.problem}"
         whole = Finding(name, WHOLE_SESSION, file, "error", "bad_session", problem, error.fix)
         return _manifest(paths, folder, None, [], [whole]), []
+    for grasp, reason in session.skipped.items():
+        problem, _, fix = reason.rpartition("; ")
+        findings.append(Finding(name, grasp, "", "warning", "skipped", problem, fix))
     files = []
     for recording in recordings:
         try:

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.files import (
     csv_bytes,
+    line_of,
     numbered_rows,
     read_yaml,
     write_if_changed,
@@ -41,13 +42,20 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     if not path.is_file():
         known = ", ".join(list_datasets(paths)) or "none"
         raise DataError(path, "no such data set", f"declared here: {known}")
-    try:
-        spec = DatasetSpec.model_validate(read_yaml(path))
-    except ValidationError as error:
-        raise describe(error, path) from None
+    spec = read_declaration(path)
     if spec.name != dataset:
         raise DataError(path, f"name = {spec.name!r}", f"must be its folder's name, {dataset!r}")
     return spec
+
+
+def read_declaration(path: Path) -> DatasetSpec:
+    """A declaration, wherever it lies; DataError names file, line, key, value and fix."""
+    content = read_yaml(path)
+    try:
+        return DatasetSpec.model_validate(content)
+    except ValidationError as error:
+        line = line_of(path, error.errors()[0]["loc"])
+        raise describe(error, f"{path}:{line}") from None
 
 
 def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:

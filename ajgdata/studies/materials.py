@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene
 from ajgdata.gripper.contact import (
+    GRAIN_SOLIDS,
     Pack,
     Spring,
     contact_modulus,
@@ -51,9 +52,7 @@ SHAPES: dict[str, dict[str, object]] = {
 }
 
 
-PLASTIC_BALLS = Pack(
-    6e-3, 0.40, Material(density_kg_m3=1_768.0, young_pa=2.5e9, poisson=0.35, loss=0.04)
-)
+PLASTIC_BALLS = Pack(6e-3, 0.40, GRAIN_SOLIDS["plastic"])
 RUBBER = MATERIALS["rubber"], 5e-3
 
 

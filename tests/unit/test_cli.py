@@ -183,7 +183,7 @@ OPTIONS = {
                "--reference", "--replace"],
     "validate": ["--notes"],
     "seal": [],
-    "acquire": ["--source", "--session"],
+    "acquire": ["--source", "--recipe", "--session", "--cores"],
 }  # fmt: skip
 
 

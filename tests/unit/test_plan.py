@@ -99,18 +99,37 @@ def test_nothing_to_run_is_said(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "said", "line"),
     [
-        ({"objects": [{"name": "a", "shape": {"kind": "cubus"}}]}, "recipe, a: object: .*'cubus'"),
-        ({"vary": {"roll": [0, 1]}}, "recipe, a: unknown key grasp.roll"),
-        ({"scene": {"numeric": {}}}, "recipe, a: unknown key numeric"),
+        (
+            {"objects": [{"name": "a", "shape": {"kind": "cubus"}}]},
+            "recipe, a: object: .*'cubus'",
+            "shape:",
+        ),
+        (
+            {"objects": [{"name": "a", "shape": {"kind": "cube", "edge_mm": -1}}]},
+            "recipe, a: object.*edge_mm = -1: .* greater than or equal to 0.5",
+            "edge_mm: -1",
+        ),
+        ({"vary": {"roll": [0, 1]}}, "recipe, a: unknown key grasp.roll", "roll:"),
+        ({"scene": {"numeric": {}}}, "recipe, a: unknown key numeric", "numeric: {}"),
+        ({"scene": {"grasp": {"force_n": -8}}}, "recipe, a: grasp.force_n = -8", "force_n: -8"),
+        (
+            {"scene": {"grasp": {"offset_x_mm": 99}}},
+            "recipe, a: content: the object's centre lies outside",
+            "- name: a",
+        ),
+        ({"signal": {"gain": 3}}, "recipe, signal: unknown key gain", "gain: 3"),
+        ({"signal": {"gain_db": "x"}}, "recipe, signal: gain_db = 'x'", "gain_db: x"),
     ],
 )
-def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, change, said):
+def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, change, said, line):
     paths = Paths(tmp_path)
     declare(paths, "made", recipe=RECIPE | change)
-    with pytest.raises(DataError, match=f"dataset.yaml: {said}"):
+    with pytest.raises(DataError, match=rf"dataset.yaml:\d+: {said}") as caught:
         plan(paths, refresh=True)
+    number = int(caught.value.where.split(":")[1])
+    assert paths.dataset("made").read_text().splitlines()[number - 1].strip().startswith(line)
     assert not paths.scenes("made", "virtual-01").exists()
 
 

@@ -34,6 +34,10 @@ def write_tone(path: Path, hz: float, seed: int) -> None:
     write_pcm24(path, 0.5 * np.sin(2 * np.pi * hz * time) + noise, RATE_HZ)
 
 
+#: The studies of the virtual gripper take minutes; tests ask for what they look at.
+SETTINGS = {"pages": [], "quick": True}
+
+
 class Project:
     """A project folder and what Snakemake would do in it."""
 
@@ -42,6 +46,7 @@ class Project:
 
     def snakemake(self, *arguments: str) -> str:
         command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+        command += ["--configfile", str(self.root / "settings.yaml")]
         command += ["--directory", str(self.root), "--cores", "2", *arguments]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
@@ -70,6 +75,7 @@ def finished(tmp_path_factory) -> Project:
     declaration = project.paths.dataset("tones")
     declaration.parent.mkdir(parents=True)
     declaration.write_text(yaml.safe_dump(DECLARATION))
+    (project.root / "settings.yaml").write_text(yaml.safe_dump(SETTINGS))
     for number, session in enumerate(SESSIONS):
         recordings = []
         for index in range(8):

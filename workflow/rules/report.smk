@@ -5,6 +5,7 @@ rule report:
         metrics=of_runs(PATHS.metrics),
         costs=of_runs(PATHS.cost),
         predictions=of_runs(PATHS.predictions),
+        pages=[PATHS.page(name) for name in PAGES],
     output:
         page=PATHS.report,
         runs=PATHS.runs,
@@ -19,6 +20,7 @@ rule report:
         root=str(PATHS.root),
         datasets=list(PLANS),
         runs=RUNS,
+        pages=PAGES,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=code_digest("report", "pipeline/report"),
     message:

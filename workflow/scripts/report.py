@@ -11,4 +11,5 @@ with logged(snakemake.log[0]):
         Paths(Path(snakemake.params.root)),
         datasets=snakemake.params.datasets,
         runs=[tuple(run) for run in snakemake.params.runs],
+        pages=snakemake.params.pages,
     )

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from scipy.signal import sosfreqz
 
+from ajgdata.gripper.chain import SignalChain
+from ajgdata.gripper.outside import a_weighting, outside_noise, transmission
 from ajgdata.gripper.signal import (
     FLOW_AT_100_DB_M3_S,
-    SignalChain,
     excitation_sweep,
     record,
     transducers,
@@ -15,8 +16,8 @@ QUIET = SignalChain(noise_db_spl=None)
 FULL_SCALE_PA = np.sqrt(2) * 20e-6 * 10 ** (130 / 20)
 
 
-def _response(samples, static=0.0, latency=0):
-    return ImpulseResponse(np.asarray(samples, float), static, 44_100, latency, {})
+def _response(samples, static=0.0, latency=0, membrane=0.3):
+    return ImpulseResponse(np.asarray(samples, float), static, 44_100, latency, {}, membrane)
 
 
 def test_the_sweep_runs_from_20_hz_to_20_khz():
@@ -81,6 +82,87 @@ def test_the_noise_has_its_level_and_its_seed():
     assert level == pytest.approx(42, abs=0.1)
     assert np.array_equal(one, same)
     assert abs(np.corrcoef(one, other)[0, 1]) < 0.03
+
+
+def test_a_weighting_is_that_of_the_standard():
+    """Table 3 of IEC 61672-1 at its exact frequencies 1000·10^(n/10), rounded to 0.1 dB there."""
+    n = np.array([-17, -10, -3, 0, 4, 10, 13])
+    stated = np.array([-50.5, -19.1, -3.2, 0.0, 1.3, -2.5, -9.3])
+    level = 20 * np.log10(a_weighting(1_000 * 10.0 ** (n / 10)))
+    assert np.max(np.abs(level - stated)) <= 0.05 + 1e-9
+
+
+def test_the_mass_law_is_the_mean_over_a_diffuse_field():
+    """Quadrature of 1/(1 + (a cos θ)²) cos θ sin θ instead of the closed form."""
+    theta = np.deg2rad(np.linspace(0, 78, 20_001))
+    weight = np.cos(theta) * np.sin(theta)
+    rho_c = 101_325 / (287.05 * 293.15) * np.sqrt(1.4 * 287.05 * 293.15)
+    for f, mass in ((100.0, 0.3), (1_000.0, 0.3), (10_000.0, 0.3), (500.0, 3.0)):
+        a = np.pi * f * mass / rho_c
+        mean = np.trapezoid(weight / (1 + (a * np.cos(theta)) ** 2), theta)
+        expected = mean / np.trapezoid(weight, theta)
+        assert transmission(np.array([f]), mass)[0] == pytest.approx(expected, rel=1e-6)
+    assert np.array_equal(transmission(np.array([0.0, 1_000.0]), 0.0), [1, 1])
+    heavy = transmission(np.array([2_000.0, 4_000.0]), 1e3)
+    # Far above the mass law's corner an octave costs 6 dB, less the slow logarithm.
+    assert 5.5 < 10 * np.log10(heavy[0] / heavy[1]) < 6.1
+
+
+def _outside_pa(dba, mass, seed=3, count=44_100):
+    chain = SignalChain(noise_db_spl=None, external_noise_dba=dba, gain_db=10)
+    taken = record(_response([0.0], membrane=mass), np.zeros(count), chain, seed)
+    return taken.samples * FULL_SCALE_PA / 10 ** (10 / 20)
+
+
+@pytest.mark.parametrize("mass", [0.0, 0.3, 2.0])
+def test_sound_from_outside_has_the_level_of_the_mass_law(mass):
+    """Mean square against the integral of A-weighted white sound times the transmitted share.
+
+    The mean square of Gaussian noise of density S scatters by √(∫S² df / T) / ∫S df, with T = 1 s.
+    """
+    f = np.linspace(20, 20_000, 400_001)
+    white = (20e-6) ** 2 * 10**8 / np.trapezoid(a_weighting(f) ** 2, f)
+    density = white * transmission(f, mass) * f**2 / (f**2 + 100.0**2)
+    expected = np.trapezoid(density, f)
+    scatter = np.sqrt(np.trapezoid(density**2, f)) / expected
+    squares = [np.mean(_outside_pa(80, mass, seed) ** 2) for seed in range(8)]
+    assert np.mean(squares) == pytest.approx(expected, rel=4 * scatter / np.sqrt(8))
+    assert 0.3 * scatter < np.std(squares, ddof=1) / expected < 2.5 * scatter
+
+
+def test_the_spectrum_inside_falls_by_the_mass_law():
+    """The same noise behind no membrane and behind one; bin by bin, up to the FFT's round-off."""
+    open_, behind = (np.fft.rfft(outside_noise(44_100, 80, m, 100.0, 3)) for m in (0.0, 0.3))
+    f = np.arange(20, 20_001)
+    share = np.abs(behind[f] / open_[f]) ** 2
+    np.testing.assert_allclose(share, transmission(f.astype(float), 0.3), rtol=1e-9)
+    for spectrum in (open_, behind):
+        beyond = np.abs(np.delete(spectrum, f))
+        assert beyond.max() < 1e-12 * np.abs(spectrum).max()
+
+
+def test_more_noise_outside_is_the_same_noise_scaled():
+    quiet, loud = (outside_noise(4_410, dba, 0.3, 100.0, 5) for dba in (45, 80))
+    np.testing.assert_allclose(loud, quiet * 10 ** (35 / 20), rtol=1e-14)
+    quiet, loud = (np.std(_outside_pa(dba, 0.3)) for dba in (45, 80))
+    # Rounding adds noise of 2^-23/√12 of full scale to the quieter one, and by chance what the two
+    # have in common: r = added / quiet moves the ratio by r²/2 ± r/√n.
+    share = FULL_SCALE_PA / 10 ** (10 / 20) * 2**-23 / np.sqrt(12) / quiet
+    tolerance = share**2 / 2 + 4 * share / np.sqrt(44_100)
+    assert loud / quiet == pytest.approx(10 ** (35 / 20), rel=tolerance)
+
+
+def test_noise_from_outside_adds_to_all_else_and_has_its_seed():
+    sweep, response = excitation_sweep(0.1), _response([1e6, -5e5])
+    with_floor = SignalChain(external_noise_dba=70)
+    both, again = (record(response, sweep, with_floor, 9).samples for _ in range(2))
+    assert np.array_equal(both, again)
+    without = record(response, sweep, SignalChain(), 9).samples
+    chain = SignalChain(noise_db_spl=None, external_noise_dba=70)
+    alone = record(_response([0.0]), np.zeros(len(sweep)), chain, 9).samples
+    assert np.max(np.abs(both - without - alone)) <= 1.5 * 2**-23
+    other = record(_response([0.0]), np.zeros(len(sweep)), chain, 10).samples
+    assert abs(np.corrcoef(alone, other)[0, 1]) < 0.2
 
 
 @pytest.mark.parametrize("bad", [np.zeros((2, 3)), np.array([np.nan, 0])])

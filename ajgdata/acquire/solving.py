@@ -1,0 +1,135 @@
+"""Who solves scenes: this process, or several that work ahead of whoever asks."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from functools import cache
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Protocol
+
+from ajgdata import gripper
+from ajgdata.store.responses import ResponseStore
+from ajgdata.types import DataError
+
+#: Scenes that each process has before it: none waits, and few responses lie in memory.
+AHEAD = 3
+
+
+class Solver(Protocol):
+    """Scene -> impulse response."""
+
+    def expect(self, scenes: Sequence[gripper.Scene]) -> None:
+        """Hear which scenes will be asked for, in which order."""
+        ...
+
+    def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
+        """The response of a scene. Raises gripper.SceneError."""
+        ...
+
+
+class Alone:
+    """Solves each scene when it is asked for, in this process."""
+
+    def __init__(self, folder: Path) -> None:
+        self._store = ResponseStore(folder)
+
+    def expect(self, scenes: Sequence[gripper.Scene]) -> None:
+        """Nothing is done ahead."""
+
+    def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
+        """As ResponseStore.solve."""
+        return self._store.solve(scene)
+
+
+class Workers:
+    """Solves the scenes that are expected in processes, a few ahead of who asks.
+
+    The order in which they finish changes nothing: each scene has one response.
+    """
+
+    def __init__(self, folder: Path, pool: ProcessPoolExecutor, count: int) -> None:
+        self._folder, self._pool, self._most = folder, pool, AHEAD * count
+        self._waiting: deque[gripper.Scene] = deque()
+        self._ahead: dict[str, Future[gripper.ImpulseResponse]] = {}
+
+    def expect(self, scenes: Sequence[gripper.Scene]) -> None:
+        """Begin with the first of `scenes`; what was expected before and not asked for is left."""
+        for future in self._ahead.values():
+            future.cancel()
+        self._ahead.clear()
+        self._waiting = deque(scenes)
+        self._fill()
+
+    def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
+        """Wait for the response of `scene`. DataError if a process was ended from outside."""
+        digest = gripper.scene_digest(scene)
+        try:
+            self._submit(scene)
+            return self._ahead[digest].result()
+        except BrokenProcessPool:
+            self._waiting.clear()
+            raise DataError(
+                "solving scenes",
+                "a process was ended from outside, perhaps for want of memory",
+                "go on with fewer --cores",
+            ) from None
+        finally:
+            self._ahead.pop(digest, None)
+            self._fill()
+
+    def _fill(self) -> None:
+        while self._waiting and len(self._ahead) < self._most:
+            self._submit(self._waiting.popleft())
+
+    def _submit(self, scene: gripper.Scene) -> None:
+        digest = gripper.scene_digest(scene)
+        if digest not in self._ahead:
+            self._ahead[digest] = self._pool.submit(_solve, self._folder, scene)
+
+
+@contextmanager
+def solving(folder: Path, cores: int) -> Iterator[Solver]:
+    """A solver that keeps its responses in `folder`, with `cores` processes (1: this one).
+
+    The processes end with this one, whatever becomes of it.
+    """
+    if cores == 1:
+        yield Alone(folder)
+        return
+    context = multiprocessing.get_context("spawn")  # forking would copy threads in any state
+    pool = ProcessPoolExecutor(cores, mp_context=context, initializer=_begin)
+    try:
+        yield Workers(folder, pool, cores)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the main process hears it, and ends this one
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """A killed parent cannot tell its children: without this they would wait for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+@cache
+def _store(folder: Path) -> ResponseStore:
+    return ResponseStore(folder)
+
+
+def _solve(folder: Path, scene: gripper.Scene) -> gripper.ImpulseResponse:
+    return _store(folder).solve(scene)

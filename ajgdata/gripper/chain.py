@@ -1,0 +1,33 @@
+"""The signal chain as plain data: what plays, what listens, and what else can be heard."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
+
+
+class SignalChain(Plain):
+    """Loudspeaker, microphone, converter and noise. Level and frequency responses of the paper's
+    parts are not published with it; these are of their kind (balanced armature, MEMS)."""
+
+    level_db_spl: Finite = Field(
+        100.0, description="rms of a full-scale sweep in the default gripper on a 20 mm cube"
+    )
+    full_scale_db_spl: Finite = Field(
+        130.0, description="sine that just reaches full scale; even the empty gripper stays below"
+    )
+    gain_db: Finite = Field(0.0, description="preamplifier, before the converter")
+    noise_db_spl: Finite | None = Field(
+        42.0, description="microphone and room, white over the band; null for none"
+    )
+    external_noise_dba: Finite | None = Field(
+        None,
+        description="level of white sound outside the gripper, heard through its membrane; null for"
+        " none (the paper's experiment: 45 to 80)",
+    )
+    coupling_hz: Positive = Field(100.0, description="AC coupling of speaker and of microphone")
+    peaks_hz: tuple[Positive, ...] = Field((3_000.0, 9_000.0), description="armature resonances")
+    peaks_db: tuple[NonNegative, ...] = (10.0, 8.0)
+    peaks_q: tuple[Positive, ...] = (2.5, 3.5)
+    rolloff_hz: Positive = Field(14_000.0, description="second order, Q 0.7")

@@ -1,0 +1,50 @@
+"""Which scenes are one and the same: settings that nothing reads are set to their defaults."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from pydantic import BaseModel
+
+from ajgdata.gripper.scene import Scene
+
+Model = TypeVar("Model", bound=BaseModel)
+#: Settings that nothing reads unless the membrane is pressed on something.
+PRESSING = ("drape_deg", "drape_smoothing_mm", "stiffness_n_m3")
+POSE = ("angle_deg", "offset_x_mm", "offset_y_mm", "force_n")
+#: Settings of the grains beside their `kind`.
+BED = ("roughness_mm", "slope_deg", "packing")
+
+
+def canonical(scene: Scene) -> Scene:
+    """The scene that stands for all whose response is the same, bit for bit.
+
+    An empty gripper has no grains whose size could matter; without an object there is no pose; a
+    random field of no strength has no correlation length; without any nuisance, no seed.
+    """
+    gripper, medium, grasp, nuisance = (
+        scene.gripper, scene.medium, scene.grasp, scene.grasp.nuisance
+    )  # fmt: skip
+    if medium.kind == "air":
+        gripper, medium = _default(gripper, "bed_depth_mm"), type(medium)(kind="air")
+        nuisance = nuisance.model_copy(update=dict.fromkeys(BED, 0.0))
+    if scene.object is None:
+        gripper = _default(gripper, *PRESSING)
+        medium = _default(medium, "heave_deg", "heave_fraction")
+        grasp = _default(grasp, *POSE)
+        nuisance = nuisance.model_copy(update={"force": 0.0})
+    if nuisance.roughness_mm == 0:
+        nuisance = _default(nuisance, "roughness_correlation_mm")
+    if nuisance.packing == 0:
+        nuisance = _default(nuisance, "packing_correlation_mm")
+    grasp = grasp.model_copy(update={"nuisance": nuisance})
+    if not any(
+        (*(getattr(nuisance, name) for name in BED), nuisance.force, nuisance.temperature_k)
+    ):
+        grasp = _default(grasp, "seed")
+    return scene.model_copy(update={"gripper": gripper, "medium": medium, "grasp": grasp})
+
+
+def _default(model: Model, *names: str) -> Model:
+    fields = type(model).model_fields
+    return model.model_copy(update={name: fields[name].get_default() for name in names})

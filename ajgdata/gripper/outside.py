@@ -1,0 +1,68 @@
+"""Sound from outside: its A-weighted level there, and what of it the membrane lets through."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper.medium import Air
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ
+
+Real = NDArray[np.floating]
+REFERENCE_PA = 20e-6
+#: Band of the sound outside; in it, its spectrum is white.
+BAND_HZ = (20.0, 20_000.0)
+#: Sound arrives from all directions up to this angle from the normal: the usual field incidence.
+FIELD_LIMIT_DEG = 78.0
+
+
+def a_weighting(frequency_hz: Real) -> Real:
+    """Gain (not dB) of A-weighting, 1 at 1 kHz: IEC 61672-1:2013, annex E, analytic form."""
+    square = np.square(frequency_hz, dtype=np.float64)
+    poles = np.array([20.598997, 107.65265, 737.86223, 12194.217]) ** 2
+
+    def gain(f2: Real | float) -> Real:
+        outer = (f2 + poles[0]) * (f2 + poles[3])
+        return np.asarray(poles[3] * f2**2 / (outer * np.sqrt((f2 + poles[1]) * (f2 + poles[2]))))
+
+    return gain(square) / gain(1e6)
+
+
+def transmission(frequency_hz: Real, mass_kg_m2: float) -> Real:
+    """Share of the sound power that a limp wall of `mass_kg_m2` lets through, field incidence.
+
+    Mass law 1/(1 + (a cos θ)²), a = ω m / (2 ρ c), averaged over a diffuse field up to 78° from
+    the normal (Fahy & Gardonio, Sound and Structural Vibration, 2nd ed., section 5.4):
+    ln((1 + a²) / (1 + a² cos² 78°)) / (a² sin² 78°).
+    """
+    air, limit = Air(), np.deg2rad(FIELD_LIMIT_DEG)
+    mass_term = np.pi * np.asarray(frequency_hz, dtype=np.float64) * mass_kg_m2
+    square = (mass_term / (air.density * air.sound_speed)) ** 2
+    heard = np.log1p(square) - np.log1p(square * np.cos(limit) ** 2)
+    share = np.ones_like(square)  # no mass, no loss
+    return np.divide(heard, square * np.sin(limit) ** 2, out=share, where=square > 0)
+
+
+def outside_noise(count: int, dba: float, mass_kg_m2: float, coupling_hz: float, seed: int) -> Real:
+    """Pressure (Pa) at the microphone, (count,), of sound that is white and `dba` dB(A) outside.
+
+    Gaussian noise, filtered in the frequency domain by membrane and AC coupling; another level is
+    the same noise, scaled.
+    """
+    white = np.random.default_rng(seed).standard_normal(count)
+    filtered = np.fft.irfft(np.fft.rfft(white) * _gain(count, mass_kg_m2, coupling_hz), count)
+    return REFERENCE_PA * 10 ** (dba / 20) * filtered
+
+
+@lru_cache(maxsize=16)
+def _gain(count: int, mass_kg_m2: float, coupling_hz: float) -> Real:
+    """From unit white noise to that of 0 dB(A) outside, per reference pressure."""
+    low, high = BAND_HZ
+    fine = np.linspace(low, high, 200_001)
+    density = 1 / np.trapezoid(a_weighting(fine) ** 2, fine)
+    f = np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ)
+    # Unit white noise has the one-sided density 2 / rate.
+    white = np.sqrt(density * SAMPLE_RATE_HZ / 2) * ((f >= low) & (f <= high))
+    return white * np.sqrt(transmission(f, mass_kg_m2)) * f / np.hypot(f, coupling_hz)

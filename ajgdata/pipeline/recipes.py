@@ -1,0 +1,79 @@
+"""Recipes as they stand in a file: which grasps they ask for, and on which line they are wrong.
+
+Called while Snakemake parses: light imports only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ajgdata import gripper
+from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
+from ajgdata.acquire.source import Grasp
+from ajgdata.paths import Paths
+from ajgdata.store.files import line_of, write_bytes
+from ajgdata.store.provenance import code_digest
+from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
+from ajgdata.types import DataError, DatasetSpec, Recipe, describe
+
+
+def with_recipe(paths: Paths) -> list[str]:
+    """Names of the data sets that have a recipe."""
+    return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
+
+
+def recipe_of(paths: Paths, dataset: str) -> Recipe:
+    """The recipe of `dataset`; DataError if it has none."""
+    return _recipe(paths.dataset(dataset), read_dataset(paths, dataset))
+
+
+def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
+    """Names of the sessions that the recipe of `dataset` makes."""
+    return session_names(recipe_of(paths, dataset))
+
+
+def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
+    """The grasps of each session of `spec`'s recipe.
+
+    Raises DataError with file, line, key and fix for a scene or a signal chain that cannot be.
+    """
+    path = paths.dataset(spec.name)
+    recipe, code = _recipe(path, spec), code_digest("gripper")
+    try:
+        gripper.SignalChain.model_validate(recipe.signal)
+    except ValidationError as error:
+        line = line_of(path, ("recipe", "signal", *error.errors()[0]["loc"]))
+        raise describe(error, f"{path}:{line}: recipe, signal") from None
+    planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
+    for grasp in (grasp for grasps in planned for grasp in grasps):
+        try:
+            gripper.Scene.model_validate(grasp.setup)
+        except ValidationError as error:
+            line = line_of(path, yaml_place(recipe, grasp.object, error.errors()[0]["loc"]))
+            raise describe(error, f"{path}:{line}: recipe, {grasp.object}") from None
+    return planned
+
+
+def declare_from(paths: Paths, file: Path) -> str:
+    """Make the declaration `file`, which has a recipe, a data set of the project; returns its name.
+
+    Raises DataError when the file is no such declaration, or another one has its name.
+    """
+    spec = read_declaration(file)
+    _recipe(file, spec)
+    target, content = paths.dataset(spec.name), file.read_bytes()
+    if not target.is_file():
+        write_bytes(target, content)
+    elif target.read_bytes() != content:
+        problem = f"name = {spec.name!r}, and {target} declares something else of this name"
+        raise DataError(file, problem, "give it another name, or edit that file instead")
+    return spec.name
+
+
+def _recipe(path: Path, spec: DatasetSpec) -> Recipe:
+    if spec.recipe is None:
+        raise DataError(path, "has no recipe", "add one, or import recordings instead")
+    return spec.recipe

@@ -1,0 +1,82 @@
+"""A scene -> pictures in a folder, and what its plan says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ajgdata.gripper import SAMPLE_RATE_HZ, Plan, Scene, SceneError, compile, simulate
+from ajgdata.gripper.field import Film, slices
+from ajgdata.gripper.plan import LEFT_OUT
+from ajgdata.gripper.solver import at_rest
+from ajgdata.report.wording import number
+from ajgdata.store.files import write_bytes
+from ajgdata.store.scenes import read_scene
+from ajgdata.types import DataError
+
+#: Frames of an animation, and the simulated time from one to the next.
+FRAMES, FRAME_S = 100, 1.5e-5
+FILM_FILE = "pressure.gif"
+
+
+def open_scene(name: str) -> tuple[str, Scene]:
+    """Title and scene of the file `name` (YAML or JSON). Raises DataError."""
+    path = Path(name)
+    return path.stem, read_scene(path)
+
+
+def planned(name: str, scene: Scene) -> Plan:
+    """The plan of a scene. Raises DataError, in one line, for one that cannot exist."""
+    try:
+        return compile(scene)
+    except SceneError as error:
+        problem, _, fix = str(error).partition(": ")
+        raise DataError(name, problem, fix or "change the scene") from None
+
+
+def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list[Path]:
+    """Draw the scene `name` into the folder `out`; return the files that people open.
+
+    The cross-section, the response with its spectrum, and, with `film`, the moving pressure.
+    """
+    from ajgdata.report.animation import animate
+    from ajgdata.report.canvas import save_figure
+    from ajgdata.report.scenes import cross_section_figure, response_figure
+
+    title, scene = open_scene(name)
+    plan = planned(name, scene)
+    folder = out or Path(f"gripper-{title}")
+    drawn = {
+        "cross-section": cross_section_figure(scene, title, LEFT_OUT),
+        "response": response_figure(simulate(plan), title),
+    }
+    files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
+    if film:
+        files.append(folder / FILM_FILE)
+        write_bytes(files[-1], animate(scene, filmed(plan)))
+    return files
+
+
+def filmed(plan: Plan) -> Film:
+    """1.5 ms of the pressure in the plane of the cross-section, whatever the grid."""
+    return slices(plan, "xz", every=max(1, round(FRAME_S / plan.system.dt)), frames=FRAMES)
+
+
+def plan_facts(name: str) -> dict[str, str]:
+    """What marching the scene `name` takes and what it leaves out, in words by topic."""
+    _, scene = open_scene(name)
+    plan = planned(name, scene)
+    system, numerics = plan.system, scene.numerics
+    arrays = (*system.faces, *system.capacities, *system.walls, *at_rest(system), system.mass)
+    cells = np.count_nonzero(system.mass)
+    longest = round(numerics.max_time_s * SAMPLE_RATE_HZ) * plan.steps_per_sample
+    return {
+        "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
+        "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} a sample",
+        "steps": f"until {number(numerics.decay_db)} dB down, {longest:,} at most",
+        "memory": f"{number(sum(a.nbytes for a in arrays) / 1e6)} MB, {numerics.precision}",
+        "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
+        "volume added": f"{system.added_volume:.2%}, to be stable",
+        "left out": "; ".join(LEFT_OUT),
+    }

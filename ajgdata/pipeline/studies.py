@@ -1,0 +1,81 @@
+"""Studies of the virtual gripper -> files of figures, and back. Light: Snakemake imports it."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.provenance import code_digest, software
+from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    from ajgdata.studies.table import Table
+
+#: Modules of `ajgdata.studies`, in the order of the report.
+STUDIES: tuple[str, ...] = ()
+GALLERY = "gallery"
+#: What the gallery and the studies' figures depend on.
+GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")
+STUDY_CODE = ("gripper", "studies", "features", "types", "pipeline/studies")
+
+
+def run_study(name: str, out: Path, *, quick: bool = False) -> None:
+    """Run the study `name` and write its tables, with what made them, to `out` (JSON).
+
+    `quick`: coarser grids and fewer cases. Raises ValueError for a table whose rows do not have
+    its columns.
+    """
+    tables = importlib.import_module(f"ajgdata.studies.{name}").tables(quick)
+    content = {
+        "study": name,
+        "quick": quick,
+        **software(),
+        "code": code_digest(*STUDY_CODE),
+        "tables": [_plain(table) for table in tables],
+    }
+    write_bytes(out, json_bytes(content))
+
+
+def _plain(table: Table) -> dict[str, Any]:
+    keys = [column.key for column in table.columns]
+    for number, row in enumerate(table.rows):
+        if sorted(row) != sorted(keys):
+            raise ValueError(f"row {number} of table {table.name} has {sorted(row)}, not {keys}")
+    return {
+        "name": table.name,
+        "title": table.title,
+        "note": table.note,
+        "columns": [vars(column) for column in table.columns],
+        "rows": [{key: _value(value) for key, value in row.items()} for row in table.rows],
+    }
+
+
+def _value(value: Any) -> str | int | float | bool | None:
+    """A value that JSON has: numpy's numbers become Python's, what is not finite its name."""
+    plain = value.item() if hasattr(value, "item") else value
+    return str(plain) if isinstance(plain, float) and not math.isfinite(plain) else plain
+
+
+def read_study(path: Path) -> tuple[Mapping[str, Any], list[Table]]:
+    """What `run_study` wrote: provenance and tables. Raises DataError for another file."""
+    from ajgdata.studies.table import Column, Table
+
+    content = read_json(path)
+    try:
+        tables = [
+            Table(
+                **{
+                    **given,
+                    "columns": tuple(Column(**column) for column in given["columns"]),
+                    "rows": tuple(given["rows"]),
+                }
+            )
+            for given in content.pop("tables")
+        ]
+    except (AttributeError, KeyError, TypeError):
+        raise DataError(path, "is not a study's file", "delete it and run again") from None
+    return content, tables

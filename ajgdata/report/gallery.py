@@ -1,0 +1,126 @@
+"""Which scenes the gallery shows, and its page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ajgdata.gripper.scene import Scene
+from ajgdata.paths import FIGURE_FORMATS
+from ajgdata.report.page import Link, data_uri, environment
+from ajgdata.report.scenes import Section, section
+from ajgdata.report.study_page import LEADS
+from ajgdata.report.wording import Caption, number
+
+PAGE = "gallery"
+FILM, RESPONSE = "pressure.gif", "response"
+FILM_TEXT = (
+    "A wavelet around 4 kHz leaves the speaker. Red: pressure above rest, blue: below; the colours "
+    "follow the logarithm of strong pressures, so that echoes are seen. Brown line: free surface "
+    "of the grains, in which sound is slower and is damped."
+)
+RESPONSE_TEXT = (
+    "What the microphone hears of a pulse in the same scene. Top: the response, and the energy "
+    "that is still to come. Bottom: its spectrum, and the band in which it is the gripper's and "
+    "not the grid's."
+)
+
+
+class Exhibit(NamedTuple):
+    """One picture of the gallery: its file name without suffix, its title and its scene."""
+
+    name: str
+    title: str
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Group:
+    """Exhibits that belong together."""
+
+    id: str
+    title: str
+    text: str
+    exhibits: tuple[Exhibit, ...]
+
+
+def caption(exhibit: Exhibit) -> Caption:
+    """What the drawn geometry measures, in words."""
+    cut: Section = section(exhibit.scene)
+    cavity = cut.roof > cut.floor
+    clearance = float((cut.roof - cut.surface)[cavity].max())
+    text = f"{exhibit.title}. Air above the bed: up to {number(clearance, 2)} mm."
+    if cut.table is not None:
+        raised = float(cut.floor.min() + exhibit.scene.gripper.balloon_depth_mm)
+        text += f" Lowest point of the membrane raised by {number(max(raised, 0), 2)} mm."
+    return Caption(text, f"Cross-section of the cavity, cut at y = 0. {text}")
+
+
+def render_gallery(
+    groups: Sequence[Group],
+    svgs: Mapping[str, bytes],
+    film: tuple[Exhibit, bytes],
+    provenance: Mapping[str, Any],
+    pages: Sequence[Link] = (),
+) -> str:
+    """The page as HTML text; `svgs` by name of exhibit, and one called RESPONSE of the film's."""
+
+    def shown(name: str, words: Caption) -> dict[str, Any]:
+        links = {suffix: f"{PAGE}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
+        return {"id": name, "image": data_uri(svgs[name]), "caption": words, "links": links}
+
+    filmed, gif = film
+    template = environment().get_template("gallery.html.j2")
+    return template.render(
+        title=LEADS[PAGE].title,
+        lead=LEADS[PAGE].text,
+        provenance=provenance,
+        pages=pages,
+        film={
+            "title": filmed.title,
+            "text": FILM_TEXT,
+            "image": data_uri(gif, "image/gif"),
+            "link": f"{PAGE}/{FILM}",
+        },
+        response=shown(
+            RESPONSE, Caption(RESPONSE_TEXT, f"Impulse response and spectrum with {filmed.title}.")
+        ),
+        groups=[
+            {
+                "id": group.id,
+                "title": group.title,
+                "text": group.text,
+                "pictures": [shown(one.name, caption(one)) for one in group.exhibits],
+            }
+            for group in groups
+        ],
+    )
+
+
+def _cube(**changes: Any) -> dict[str, Any]:
+    return {"object": {"kind": "cube", "edge_mm": 20}, **changes}
+
+
+def groups() -> tuple[Group, ...]:
+    """A dozen objects and the grippers."""
+    objects = {
+        "cube 10 mm": {"object": {"kind": "cube", "edge_mm": 10}},
+        "cube 20 mm": _cube(),
+        "cube 30 mm": {"object": {"kind": "cube", "edge_mm": 30}},
+        "sphere 30 mm": {"object": {"kind": "ellipsoid", "diameters_mm": [30, 30, 30]}},
+        "sphere 80 mm": {"object": {"kind": "ellipsoid", "diameters_mm": [80, 80, 80]}},
+        "nothing": {},
+    }
+    return (
+        Group(
+            "objects", "Objects", "One grasp of each in the default gripper.", _exhibits(objects)
+        ),
+    )
+
+
+def _exhibits(specs: Mapping[str, Mapping[str, Any]]) -> tuple[Exhibit, ...]:
+    return tuple(
+        Exhibit(title.replace(" ", "-"), title, Scene.model_validate(spec))
+        for title, spec in specs.items()
+    )

@@ -1,0 +1,237 @@
+"""A scene -> pictures: the cross-section of the cavity, and the response with its spectrum."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
+
+from ajgdata.gripper.geometry import cavity, relief
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene
+from ajgdata.gripper.simulation import ImpulseResponse
+from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
+from ajgdata.report.wording import number
+
+Real = NDArray[np.floating]
+AIR, GRAINS, OBJECT = "#eaf3fa", "#dcc9a3", "#9aa3ad"
+MEMBRANE, TOUCHING = "#D55E00", "#7a2f00"
+#: How far below the membrane a drawing goes.
+DEEPEST_MM = 40.0
+#: Trusted below, to be taken with care below, on the default grid of 2.5 mm; see Numerics.
+TRUSTED_HZ, CAREFUL_HZ, AT_DX_MM = 3_000.0, 6_000.0, 2.5
+
+
+@dataclass(frozen=True)
+class Section:
+    """The cut y = 0 through a cavity, all in mm: heights over `x` (n,), the height of the table
+    (None without an object), and where it is the object's footprint (n,)."""
+
+    x: Real
+    floor: Real
+    roof: Real
+    surface: Real
+    contact: Real
+    table: float | None
+    top: Real
+    inside: NDArray[np.bool_]
+
+
+def section(scene: Scene) -> Section:
+    """Cut the cavity of `scene` through its axis. Raises SceneError if there is none."""
+    shape = cavity(scene)
+    row = int(np.argmin(np.abs(shape.axis)))
+    x = shape.axis
+    floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))
+    table, top, inside = None, np.zeros_like(x), np.zeros(x.shape, bool)
+    if shape.table_m is not None:
+        seen = relief(scene, *np.meshgrid(x, x))
+        table = 1e3 * shape.table_m
+        top, inside = table + 1e3 * np.maximum(seen.height[row], 0), seen.inside[row] > 0.5
+    return Section(1e3 * x, floor, roof, surface, shape.contact[row], table, top, inside)
+
+
+@styled
+def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ()) -> Figure:
+    """Housing, bed, imprint, membrane, transducers, port, object and table in the plane y = 0.
+
+    `left_out` are the parts that the plan does not solve; they are listed below the drawing.
+    """
+    lines = textwrap.wrap("Left out: " + "; ".join(left_out), 110) if left_out else []
+    size = WIDTH_IN, 4.9 + 0.16 * len(lines)
+    figure = new_figure(size, title, _grasp_line(scene), ["simulated"])
+    draw_cross_section(figure.subplots(), scene)
+    if lines:
+        figure.supxlabel("\n".join(lines), x=0.02, ha="left", fontsize=8, color=GREY)
+    return figure
+
+
+@styled
+def exhibit_figure(scene: Scene, title: str) -> Figure:
+    """The same without names and numbers, small enough to stand beside others."""
+    figure = new_figure((3.5, 3.4), title, "", ["simulated"])
+    axes = figure.subplots()
+    draw_cross_section(axes, scene, named=False)
+    axes.set(xlabel="", ylabel="")
+    return figure
+
+
+def draw_cross_section(axes: Axes, scene: Scene, named: bool = True) -> None:
+    """The drawing itself, in mm; with `named` its parts are labelled."""
+    cut, gripper = section(scene), scene.gripper
+    rim, roof, height = gripper.rim_radius_mm, gripper.roof_radius_mm, gripper.height_mm
+    open_ = cut.roof > cut.floor
+    x, floor, surface = cut.x[open_], cut.floor[open_], cut.surface[open_]
+    axes.fill_between(x, floor, cut.roof[open_], color=AIR, lw=0)
+    axes.fill_between(x, floor, surface, where=(surface > floor).tolist(), color=GRAINS, lw=0)
+    low = lowest = float(np.min(cut.floor))
+    if cut.table is not None:
+        # The rest of a tall object tells nothing: the table may lie below the drawing.
+        low = max(min(lowest, cut.table), lowest - DEEPEST_MM)
+        base = np.full(cut.x.shape, cut.table)
+        axes.fill_between(cut.x, base, cut.top, where=cut.inside.tolist(), color=OBJECT, lw=0)
+        axes.axhline(cut.table, color=GREY, lw=1.2)
+    wall = [-rim, -roof, roof, rim], [0, height, height, 0]
+    axes.plot(*wall, color="#333333", lw=2.6, solid_capstyle="round")
+    axes.plot(x, np.where(cut.contact[open_] < 0.5, floor, np.nan), color=MEMBRANE, lw=1.8)
+    axes.plot(x, np.where(cut.contact[open_] >= 0.5, floor, np.nan), color=TOUCHING, lw=2.8)
+    _transducers(axes, scene, named)
+    if named:
+        _names(axes, scene, cut)
+    axes.set(xlim=(-1.32 * rim, 1.32 * rim), ylim=(low - 7, height + 13), aspect="equal")
+    axes.set(xlabel="x (mm), cut at y = 0", ylabel="height over the rim (mm)")
+    axes.grid(False)
+
+
+def _transducers(axes: Axes, scene: Scene, named: bool) -> None:
+    gripper = scene.gripper
+    marks = (
+        ("speaker", gripper.speaker_mm, "v", COLOURS[0]),
+        ("microphone", gripper.microphone_mm, "o", COLOURS[2]),
+        ("port", gripper.port_mm, "s", GREY),
+    )
+    for name, (x, y), marker, colour in marks:
+        top = gripper.height_mm
+        axes.plot([x], [top], marker, color=colour, ms=7, mec="white", mew=0.8, zorder=5)
+        if named:
+            text = f"{name}\ny = {number(y)}".replace("-", "−")
+            axes.text(x, top + 2.5, text, ha="center", va="bottom", fontsize=7, color=colour)
+
+
+def _names(axes: Axes, scene: Scene, cut: Section) -> None:
+    """Names beside the parts, so that no legend has to be learnt."""
+    rim = scene.gripper.rim_radius_mm
+    style: dict[str, Any] = {"fontsize": 8, "va": "center"}
+    side = int(np.argmin(np.abs(cut.x - 0.72 * rim)))
+    axes.annotate(
+        "membrane",
+        (cut.x[side], cut.floor[side]),
+        (0.98 * rim, float(np.min(cut.floor)) * 0.55),
+        color=MEMBRANE,
+        arrowprops={"arrowstyle": "-", "color": MEMBRANE, "lw": 0.8},
+        **style,
+    )
+    middle = int(np.argmin(np.abs(cut.x + 0.45 * rim)))
+    if scene.medium.kind != "air" and cut.surface[middle] - cut.floor[middle] > 6:
+        depth = (cut.surface[middle] + cut.floor[middle]) / 2
+        axes.text(cut.x[middle], depth, f"{scene.medium.kind} grains", ha="center", **style)
+    axes.text(0, (cut.surface.max() + scene.gripper.height_mm) / 2, "air", ha="center", **style)
+    if cut.table is not None:
+        low = float(np.min(cut.floor)) - DEEPEST_MM
+        said = "table" if cut.table >= low else f"table at\n−{number(-cut.table)} mm"
+        axes.text(-1.3 * rim, max(cut.table, low) - 2.2, said, color=GREY, **style)
+        if scene.object is not None and np.any(cut.inside):
+            x, top = cut.x[cut.inside], cut.top[cut.inside]
+            place = float(np.mean(x)), (max(cut.table, low) + float(np.max(top))) / 2
+            room = np.ptp(x) > 18 and np.ptp((cut.table, float(np.max(top)))) > 5
+            axes.text(*place, scene.object.kind if room else "", ha="center", **style)
+
+
+def _grasp_line(scene: Scene) -> str:
+    grasp, numerics = scene.grasp, scene.numerics
+    parts = [f"{scene.medium.kind}, bed {number(scene.gripper.bed_depth_mm)} mm"]
+    if scene.medium.kind == "air":
+        parts = ["no grains"]
+    if scene.object is not None:
+        parts.append(f"{number(grasp.force_n)} N, {number(grasp.angle_deg)}°")
+    return "   ".join([*parts, f"seed {grasp.seed}", f"grid {number(numerics.dx_mm)} mm"])
+
+
+def trusted_bands_hz(dx_mm: float) -> tuple[float, float]:
+    """Up to where a spectrum can be trusted, and up to where with care.
+
+    What was measured on 2.5 mm, moved to another grid by the law of a second-order scheme: the
+    frequency of a mode errs by f (k dx)²/24, so that equal errors in Hz have equal f³ dx².
+    """
+    factor = (AT_DX_MM / dx_mm) ** (2 / 3)
+    return TRUSTED_HZ * factor, CAREFUL_HZ * factor
+
+
+@styled
+def response_figure(ir: ImpulseResponse, title: str) -> Figure:
+    """Impulse response, the decay of its energy, and its spectrum with the trusted band."""
+    samples = ir.samples[ir.latency_samples :]
+    milliseconds = 1e3 * np.arange(len(samples)) / SAMPLE_RATE_HZ
+    fall = number(_fall_db(samples), 2)
+    subtitle = f"{number(milliseconds[-1])} ms; its last tenth lies {fall} dB below its first"
+    figure = new_figure((WIDTH_IN, 5.4), title, subtitle, ["simulated"])
+    upper, lower = figure.subplots(2, 1, height_ratios=[1, 1.25])
+    upper.plot(milliseconds, samples / np.abs(samples).max(), color=COLOURS[0], lw=0.9)
+    upper.set(xlabel="time (ms)", ylabel="pressure (of its peak)", ylim=(-1.05, 1.05))
+    decay = upper.twinx()
+    decay.plot(milliseconds, _decay_db(samples), color=COLOURS[1], lw=1.2)
+    decay.set(ylim=(-80, 4))
+    decay.set_ylabel("energy still to come (dB)", color=COLOURS[1])
+    decay.grid(False)
+    frequency, level = spectrum_db(samples)
+    lower.plot(frequency, level, color=COLOURS[0], lw=1.0)
+    _mark_bands(lower, ir.provenance["dx_mm"])
+    lower.set(xscale="log", xlim=(100, 20_000), ylim=(level.max() - 80, level.max() + 12))
+    lower.set(xlabel="frequency (Hz)", ylabel="level (dB re 1 Pa s/m³)")
+    lower.xaxis.set_major_formatter(FuncFormatter(lambda hz, _: number(hz)))
+    return figure
+
+
+def _mark_bands(axes: Axes, dx_mm: float) -> None:
+    trusted, careful = trusted_bands_hz(dx_mm)
+    spans = ((100, trusted, "#009E73", "trusted"), (trusted, careful, "#E69F00", "with care"))
+    for low, high, colour, name in (*spans, (careful, 20_000, GREY, "the grid's")):
+        if low >= 20_000:
+            continue
+        axes.axvspan(low, min(high, 20_000), color=colour, alpha=0.10, lw=0)
+        middle = np.sqrt(low * min(high, 20_000))
+        place: dict[str, Any] = {
+            "transform": axes.get_xaxis_transform(),
+            "ha": "center",
+            "va": "top",
+        }
+        axes.text(middle, 0.98, name, fontsize=8, color=colour, **place)
+
+
+def spectrum_db(samples: Real) -> tuple[Real, Real]:
+    """Frequencies from 100 Hz to 20 kHz and 20 log10 |H|; bins are 2.7 Hz wide at most."""
+    length = max(1 << 14, len(samples))
+    transfer = np.fft.rfft(samples, length)
+    frequency = np.fft.rfftfreq(length, 1 / SAMPLE_RATE_HZ)
+    heard = (frequency >= 100) & (frequency <= 20_000)
+    magnitude = np.abs(transfer[heard])
+    return frequency[heard], 20 * np.log10(np.maximum(magnitude, 1e-6 * magnitude.max()))
+
+
+def _decay_db(samples: Real) -> Real:
+    """Energy after each moment relative to all of it (Schroeder 1965), in dB."""
+    left = np.cumsum(samples[::-1] ** 2)[::-1]
+    return 10 * np.log10(np.maximum(left / left[0], 1e-12))
+
+
+def _fall_db(samples: Real) -> float:
+    """How far the last tenth lies below the first, in dB of their mean squares."""
+    tenth = max(1, len(samples) // 10)
+    first, last = (float(np.mean(part**2)) for part in (samples[:tenth], samples[-tenth:]))
+    return 10 * np.log10(first / max(last, 1e-30 * first))

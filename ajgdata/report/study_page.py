@@ -1,0 +1,102 @@
+"""The tables of a study of the virtual gripper -> a page of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ajgdata.paths import FIGURE_FORMATS
+from ajgdata.report.illustrations import Illustration
+from ajgdata.report.page import Link, data_uri, environment
+from ajgdata.studies.table import Table
+
+
+class Lead(NamedTuple):
+    """What a page is about: its title, and the question that it answers."""
+
+    title: str
+    text: str
+
+
+LEADS = {
+    "gallery": Lead(
+        "Gallery",
+        "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
+        "through its axis, and the sound moving through one of them.",
+    ),
+    "verification": Lead(
+        "Verification",
+        "Does the solver solve the equations it claims to solve? Identities that hold at "
+        "round-off, and known answers that it approaches at a known rate.",
+    ),
+    "stability": Lead(
+        "Stability",
+        "What becomes of stiff, light, heavy, tiny, huge, hot and impossible scenes: each stays "
+        "bounded, or is refused with a reason before anything runs.",
+    ),
+    "accuracy": Lead(
+        "Error against run time",
+        "How far a response is from that of a much finer grid, and what it costs to come closer.",
+    ),
+    "omissions": Lead(
+        "What is left out",
+        "What a plan leaves out of a scene, what it expected that to change, and what it does "
+        "change when it is put back in.",
+    ),
+    "materials": Lead(
+        "Materials",
+        "How far apart materials of the same shape sound, beside how far apart two grasps of one "
+        "object do.",
+    ),
+}
+
+
+def page_links(names: Sequence[str]) -> list[Link]:
+    """Links between the pages, in the order of the report."""
+    return [Link(f"{name}.html", LEADS[name].title) for name in LEADS if name in names]
+
+
+def render_study(
+    name: str,
+    provenance: Mapping[str, Any],
+    tables: Sequence[Table],
+    figures: Mapping[str, Mapping[str, Illustration]],
+    svgs: Mapping[str, bytes],
+    pages: Sequence[Link] = (),
+) -> str:
+    """The page as HTML text. `figures` holds, by table, figures by name; `svgs` their files.
+
+    Raises ValueError if a figure is missing.
+    """
+    drawn = {figure for ones in figures.values() for figure in ones}
+    if missing := sorted(drawn - set(svgs)):
+        raise ValueError(f"figures not drawn: {', '.join(missing)}")
+    template = environment().get_template("study.html.j2")
+    return template.render(
+        title=LEADS[name].title,
+        lead=LEADS[name].text,
+        provenance=provenance,
+        tables=tables,
+        figures={table.name: figures.get(table.name, {}) for table in tables},
+        image={figure: data_uri(svgs[figure]) for figure in drawn},
+        links=lambda figure: {suffix: f"{name}/{figure}.{suffix}" for suffix in FIGURE_FORMATS},
+        numeric=numeric,
+        passed=passed,
+        pages=pages,
+    )
+
+
+def numeric(table: Table, key: str) -> bool:
+    """Whether a column holds numbers, and perhaps gaps: it is set flush right."""
+    found = [value for value in table.column(key) if value is not None]
+    return bool(found) and all(
+        isinstance(value, int | float) and not isinstance(value, bool) for value in found
+    )
+
+
+def passed(table: Table) -> str:
+    """`12 of 13 hold`, for a table that says of each row whether it passed, else nothing."""
+    if "passed" not in {column.key for column in table.columns}:
+        return ""
+    said = [value for value in table.column("passed") if value is not None]
+    return f"{sum(map(bool, said))} of {len(said)} hold."

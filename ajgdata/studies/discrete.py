@@ -1,0 +1,140 @@
+"""What the marched equations conserve, and their resonances, read off the kernel itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array, diags_array
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from ajgdata.gripper.solver import State, at_rest, march
+from ajgdata.gripper.system import System
+from ajgdata.studies.domains import SILENT
+
+Real = NDArray[np.floating]
+
+
+def energies(system: System, state: State, steps: int) -> Real:
+    """The discrete energy before each of `steps` steps, marching `state`.
+
+    ½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls + modes, with a and b the decay and
+    gain of a face. Its change in a step is -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and what poles, walls and
+    modes dissipate: constant without losses, never growing with them, both at round-off, for every
+    stencil whose divergence is the adjoint of its gradient.
+    """
+    out = np.empty(steps)
+    for n in range(steps):
+        old = State(*(a.copy() for a in state))
+        march(system, state, SILENT, SILENT, np.zeros(0), 1)
+        total = np.sum(system.mass.ravel() * _double(old.p) ** 2)
+        total += _kinetic(system, old, state)
+        total += _stored(system, old)
+        out[n] = total / 2
+    return out
+
+
+def _kinetic(system: System, old: State, new: State) -> float:
+    total = 0.0
+    for before, after, decay, gain in zip(
+        old[1:4], new[1:4], system.faces[:3], system.faces[3:], strict=True
+    ):
+        open_ = gain > 0
+        w, u, a, b = (_double(v[open_]) for v in (before, after, decay, gain))
+        total += np.sum(system.dt / b * ((1 - a) / 2 * w**2 + w * u))
+    return float(total)
+
+
+def _stored(system: System, state: State) -> float:
+    c, walls, modes, dt = system.capacities, system.walls, system.modes, system.dt
+    live, total = c.yield_ > 0, 0.0
+    for q, back, rate in zip((state.q1, state.q2), (c.return1, c.return2), c.rates, strict=True):
+        if rate > 0:
+            total += np.sum(back[live] * dt / (2 * rate * c.yield_[live]) * _double(q[live]) ** 2)
+    area = walls.coupling / (c.yield_[walls.cell] * walls.admittance)
+    every = np.ones(len(modes.inertia))
+    for share, force, impedance in (
+        (area, state.momentum, walls.inertia),
+        (area, state.tension, walls.half_spring),
+        (every, state.motion[0], modes.inertia),
+        (every, state.motion[1], modes.half_spring),
+    ):
+        some = impedance > 0
+        total += np.sum(share[some] * _double(force[some]) ** 2 * dt / (2 * impedance[some]))
+    return float(total)
+
+
+def _double(values: NDArray) -> Real:
+    return values.astype(np.float64)
+
+
+def operator(system: System) -> csc_array:
+    """A in p₊ - 2p + p₋ = -A p of a lossless `system`, cell by cell from what the kernel does.
+
+    A step from rest leaves p - A p. Unit pressures far enough apart not to be confused are
+    marched at once. Raises ValueError if the kernel reaches further than three cells.
+    """
+    live = np.flatnonzero(system.mass.ravel())
+    number = np.full(system.mass.size, -1)
+    number[live] = np.arange(len(live))
+    trial = np.zeros(system.mass.size)
+    trial[live] = np.random.default_rng(0).standard_normal(len(live))
+    wanted = _applied(system, trial)[live]
+    for reach in (1, 3):
+        found = _probed(system, live, number, reach)
+        if np.max(np.abs(found @ trial[live] - wanted)) < 1e-12 * np.max(np.abs(wanted)):
+            return found
+    raise ValueError("the kernel reaches further than three cells")
+
+
+def _applied(system: System, p: Real) -> Real:
+    state = at_rest(system)
+    state.p[:] = p
+    march(system, state, SILENT, SILENT, np.zeros(0), 1)
+    return p - state.p
+
+
+def _probed(
+    system: System, live: NDArray[np.int64], number: NDArray[np.int64], reach: int
+) -> csc_array:
+    """A, if it couples cells along the axes no further apart than `reach`."""
+    period, where = 2 * reach + 1, np.unravel_index(live, system.shape)
+    colour = np.ravel_multi_index([i % period for i in where], (period,) * 3)
+    strides = (system.shape[1] * system.shape[2], system.shape[2], 1)
+    offsets = np.unique(np.outer(range(-reach, reach + 1), strides))
+    rows, columns, values = [], [], []
+    for shade in np.unique(colour):
+        ones = live[colour == shade]
+        unit = np.zeros(system.mass.size)
+        unit[ones] = 1.0
+        column = _applied(system, unit)
+        for offset in offsets:
+            near = ones[(number.take(ones + offset, mode="clip") >= 0) & (ones + offset >= 0)]
+            rows.append(number[near + offset])
+            columns.append(number[near])
+            values.append(column[near + offset])
+    entries = (np.concatenate(rows), np.concatenate(columns))
+    found = coo_array((np.concatenate(values), entries), shape=(len(live), len(live))).tocsc()
+    found.eliminate_zeros()
+    return found
+
+
+def frequencies(system: System, count: int) -> Real:
+    """Lowest `count` resonances (Hz) of the lossless `system` as marched, but the static one.
+
+    Lanczos on the symmetric form of `operator`, in which the static pressure, known exactly, is
+    moved to the other end of the spectrum.
+    """
+    mass = system.mass.ravel()
+    root = np.sqrt(mass[mass > 0])
+    matrix = (diags_array(root) @ operator(system) @ diags_array(1 / root)).tocsr()
+    static = root / np.linalg.norm(root)
+    deflated = LinearOperator(
+        matrix.shape, matvec=lambda x: matrix @ x + 4 * static * (static @ x), dtype=float
+    )
+    start = np.random.default_rng(0).standard_normal(len(root))
+    squares = eigsh(
+        deflated, count, which="SA", v0=start, ncv=4 * count + 40, tol=1e-6,
+        return_eigenvectors=False,
+    )  # fmt: skip
+    omega = 2 / system.dt * np.arcsin(np.sqrt(np.sort(squares)) / 2)
+    return omega / (2 * np.pi)

@@ -1,0 +1,93 @@
+"""Resonances of bodies with a closed solution, on the grid and off it."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.studies.discrete import frequencies
+from ajgdata.studies.domains import AIR, box, closed, sphere
+from ajgdata.studies.verification.case import Refinement
+
+Real = NDArray[np.floating]
+BOX = (0.120, 0.100, 0.080)
+COURANT = 0.99
+
+
+def box_modes(edges: tuple[float, ...], highest: float) -> Real:
+    """Resonances (Hz) of a rigid box below `highest`, ascending, without the static one."""
+    orders = np.stack(np.meshgrid(*[np.arange(12)] * 3), -1).reshape(-1, 3)
+    modes = np.sort(AIR.sound_speed / 2 * np.sqrt(((orders / edges) ** 2).sum(1)))[1:]
+    return modes[modes < highest]
+
+
+def dispersion(frequency: float, h: float) -> float:
+    """(k h)²/24, by which a grid along an axis lowers a frequency: the worst direction."""
+    return (2 * np.pi * frequency / AIR.sound_speed * h) ** 2 / 24
+
+
+class BoxOnGrid(Refinement):
+    """A box of 120 × 100 × 80 mm whose walls lie on faces of the grid."""
+
+    title = "resonances of a box below 3 kHz, walls on the grid"
+    derived = "numerical dispersion of a wave along an axis, (k h)²/24"
+    sizes: ClassVar[tuple[float, ...]] = (5e-3, 4e-3, 10e-3 / 3, 2.5e-3, 2e-3)
+    quick_sizes = (5e-3, 10e-3 / 3)
+    least_order = 1.9
+    highest = 3_000.0
+
+    def error(self, h: float) -> float:
+        """Largest relative error of a resonance."""
+        exact = box_modes(BOX, self.highest)
+        _, system = closed(box(*BOX), h, 0.061, 0.0, BOX[2], COURANT)
+        return float(np.max(np.abs(frequencies(system, len(exact)) / exact - 1)))
+
+    def cap(self, h: float) -> float:
+        """See `derived`."""
+        return dispersion(self.highest, h)
+
+
+class BoxOffGrid(BoxOnGrid):
+    """The same box on grids that its walls cut: the worst of three spacings close together."""
+
+    title = "resonances of a box below 3 kHz, walls cutting cells"
+    derived = "walls are placed within h/8 at either side, of the shortest edge; dispersion"
+    sizes = (6e-3, 4.6e-3, 3.5e-3, 2.7e-3)
+    quick_sizes = (6e-3, 3.5e-3)
+    least_order = 0.9
+
+    def error(self, h: float) -> float:
+        """Largest relative error of a resonance on any of the three."""
+        return max(super(BoxOffGrid, self).error(h * near) for near in (1.0, 0.96, 0.91))
+
+    def cap(self, h: float) -> float:
+        """See `derived`."""
+        return h / 4 / min(BOX) + super().cap(h)
+
+
+class SphereDipole(Refinement):
+    """The first mode of a sphere, three directions alike: j₁'(ka) = 0 at ka = 2.0816."""
+
+    title = "dipole mode of a sphere"
+    derived = "dispersion (k h)²/24 and the share of volume added to cut cells"
+    sizes = (6e-3, 4.2e-3, 3e-3, 2.1e-3)
+    quick_sizes = (6e-3, 3e-3)
+    least_order = 0.9
+    radius = 0.03
+
+    def error(self, h: float) -> float:
+        """Largest relative error among the three modes."""
+        _, system = closed(
+            sphere(self.radius), h, 0.031, -0.031, self.radius + 0.3 * h, courant=0.9
+        )
+        self.added = system.added_volume
+        return float(np.max(np.abs(frequencies(system, 3) / self._exact() - 1)))
+
+    def _exact(self) -> float:
+        return float(2.081_575_977_8 * AIR.sound_speed / (2 * np.pi * self.radius))
+
+    def cap(self, h: float) -> float:
+        """See `derived`."""
+        return dispersion(self._exact(), h) + self.added

@@ -1,0 +1,311 @@
+"""Each scene is solved once; nothing that happens to the files gives another response."""
+
+import errno
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata import gripper
+from ajgdata.gripper import ImpulseResponse, Scene
+from ajgdata.store import responses
+from ajgdata.store.responses import LIMIT_VARIABLE, SHARES, ResponseStore
+from ajgdata.types import DataError
+
+#: The coarsest grid, and a few milliseconds of sound.
+QUICK = {"dx_mm": 6, "max_time_s": 0.004}
+
+
+def scene(seed=0, **changes):
+    content = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": QUICK, **changes}
+    return Scene.model_validate({"grasp": {"seed": seed}, **content})
+
+
+def made_up(seed, count=300):
+    samples = np.random.default_rng(seed).standard_normal(count)
+    return ImpulseResponse(samples, 1 / 3, 44_100, 17, {"note": "é", "list": [1, 2.5]}, 0.3)
+
+
+def same(one, other):
+    assert one.samples.tobytes() == other.samples.tobytes()
+    assert replace(one, samples=0) == replace(other, samples=0)
+
+
+@pytest.fixture
+def store(tmp_path):
+    return ResponseStore(tmp_path / "responses", limit_mb=10)
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Scenes that were really simulated."""
+    scenes = []
+
+    def simulate(one):
+        scenes.append(one)
+        return simulated(one)
+
+    simulated = gripper.simulate
+    monkeypatch.setattr(gripper, "simulate", simulate)
+    return scenes
+
+
+def test_a_scene_is_solved_once_and_comes_back_the_same(store, solved):
+    first = store.solve(scene())
+    same(store.solve(scene()), first)
+    same(ResponseStore(store.folder).solve(scene()), first)
+    assert len(solved) == 1
+    store.solve(scene(seed=1))
+    assert len(solved) == 2
+
+
+def test_other_code_solves_again(store, solved, monkeypatch):
+    store.solve(scene())
+    monkeypatch.setattr(responses, "code_digest", lambda part: f"other {part}")
+    ResponseStore(store.folder).solve(scene())
+    assert len(solved) == 2
+
+
+def test_every_field_comes_back(store):
+    store.write(scene(), made_up(3))
+    same(store.read(scene()), made_up(3))
+    assert store.read(scene()).samples.flags.writeable
+    written = store.path(scene()).read_bytes()
+    store.write(scene(), made_up(3))
+    assert store.path(scene()).read_bytes() == written
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.data())
+def test_a_spoilt_file_is_never_believed(tmp_path_factory, data):
+    store = ResponseStore(tmp_path_factory.mktemp("spoilt"), limit_mb=10)
+    store.write(scene(), made_up(1, count=20))
+    path = store.path(scene())
+    whole = path.read_bytes()
+    place = data.draw(st.integers(0, len(whole) - 1))
+    if data.draw(st.booleans()):
+        spoilt = whole[:place]
+    else:
+        spoilt = bytearray(whole)
+        spoilt[place] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(bytes(spoilt))
+    assert store.read(scene()) is None
+
+
+def test_a_spoilt_file_is_replaced_and_said(store, solved, caplog):
+    first = store.solve(scene())
+    path = store.path(scene())
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-8])
+    same(store.solve(scene()), first)
+    assert len(solved) == 2
+    assert path.read_bytes() == whole
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{path} is damaged: simulated again and replaced"
+    ]
+
+
+def test_the_least_recently_used_goes_first(tmp_path):
+    size = len(responses._encode(made_up(0))) + 100
+    store = ResponseStore(tmp_path, limit_mb=SHARES * 4.5 * size / 1e6)
+    by_share: dict[str, list[Scene]] = {}
+    for seed in range(200):
+        by_share.setdefault(store.path(scene(seed)).parent.name, []).append(scene(seed))
+    one = next(scenes for scenes in by_share.values() if len(scenes) >= 8)[:8]
+    for number, each in enumerate(one[:4]):
+        store.write(each, made_up(number))
+        os.utime(store.path(each), ns=(number, number))
+    assert store.read(one[0]) is not None  # used: now the newest
+    for number, each in enumerate(one[4:7], start=4):
+        store.write(each, made_up(number))
+    held = [number for number, each in enumerate(one) if store.path(each).is_file()]
+    assert held == [0, 4, 5, 6]
+
+
+def test_the_store_keeps_to_its_limit(tmp_path):
+    limit = 60_000
+    store = ResponseStore(tmp_path, limit_mb=limit / 1e6)
+    for seed in range(150):
+        store.write(scene(seed), made_up(seed, count=100))
+        held = sum(path.stat().st_size for path in tmp_path.rglob("*") if path.is_file())
+        assert held <= limit
+    assert held > limit / 3  # and uses it: shares hold whole files of about a third of their room
+    nothing = ResponseStore(tmp_path / "none", limit_mb=0)
+    nothing.write(scene(), made_up(0))
+    assert not (tmp_path / "none").exists()
+
+
+def test_leftovers_of_killed_writers_go_too(tmp_path):
+    store = ResponseStore(tmp_path, limit_mb=SHARES * 5_000 / 1e6)
+    left = store.path(scene()).with_name(".abc.123.tmp")
+    left.parent.mkdir(parents=True)
+    left.write_bytes(bytes(4_000))
+    os.utime(left, (0, 0))
+    store.write(scene(), made_up(0))
+    assert [p.name for p in left.parent.iterdir()] == [store.path(scene()).name]
+
+
+@pytest.mark.parametrize("value", ["much", "-1", "nan", "inf"])
+def test_a_limit_must_be_a_number(tmp_path, monkeypatch, value):
+    monkeypatch.setenv(LIMIT_VARIABLE, value)
+    with pytest.raises(DataError, match=rf"{LIMIT_VARIABLE}: = '{value}'; set a number"):
+        ResponseStore(tmp_path)
+    monkeypatch.setenv(LIMIT_VARIABLE, "2.5")
+    assert ResponseStore(tmp_path).limit_bytes == 2_500_000
+
+
+def test_where_nothing_can_be_written_it_works_without(tmp_path, solved, caplog):
+    (tmp_path / "responses").write_text("a file where the folder should be")
+    store = ResponseStore(tmp_path / "responses")
+    first = store.solve(scene())
+    same(store.solve(scene()), first)
+    store.solve(scene(seed=1))
+    assert len(solved) == 3
+    (said,) = [one.getMessage() for one in caplog.records]
+    assert said == f"{store.folder} cannot be written (Not a directory): no response is kept"
+
+
+def test_a_folder_that_can_only_be_read_is_still_used(store, solved, caplog, monkeypatch):
+    """Permissions do not bind an administrator, so the operating system's answer is given here."""
+    first = store.solve(scene())
+
+    def refused(*_):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(os, "utime", refused)
+    monkeypatch.setattr(responses, "write_bytes", refused)
+    same(store.solve(scene()), first)
+    assert len(solved) == 1
+    assert not caplog.records
+    for _ in range(2):
+        store.solve(scene(seed=1))
+    assert len(solved) == 3
+    (said,) = [one.getMessage() for one in caplog.records]
+    assert said == f"{store.folder} cannot be written (Permission denied): no response is kept"
+
+
+def churn(folder, seeds, limit_mb):
+    """Write and read the same few scenes over and over; every response must be the right one."""
+    store = ResponseStore(folder, limit_mb)
+    found = 0
+    for seed in seeds:
+        store.write(scene(seed), made_up(seed, count=2_000))
+        for other in range(4):
+            read = store.read(scene(other))
+            if read is not None:
+                assert read.samples.tobytes() == made_up(other, count=2_000).samples.tobytes()
+                found += 1
+    return found
+
+
+def test_two_processes_write_and_read_the_same_scenes(tmp_path):
+    context = multiprocessing.get_context("spawn")
+    seeds = [n % 4 for n in range(100)]
+    with ProcessPoolExecutor(2, mp_context=context) as pool:
+        for limit_mb in (10, 0.3):  # roomy, and so small that they remove each other's
+            folder = tmp_path / str(limit_mb)
+            both = [pool.submit(churn, folder, order, limit_mb) for order in (seeds, seeds[::-1])]
+            assert min(one.result() for one in both) > 100
+            assert not list(folder.rglob("*.tmp"))
+
+
+AIR = {"medium": {"kind": "air"}}
+FREE = {"object": None}
+CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}
+#: What a scene does not need, and the settings that then change nothing.
+UNUSED = [
+    (
+        AIR,
+        {
+            "medium": {
+                "kind": "air", "porosity": 0.7, "grain_diameter_mm": 2,
+                "heave_deg": 40, "heave_fraction": 0.9,
+            },
+            "gripper": {"bed_depth_mm": 50},
+            "grasp": {"nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2}},
+        },
+    ),
+    (
+        FREE,
+        {
+            "gripper": {"drape_deg": 60, "drape_smoothing_mm": 3, "stiffness_n_m3": 1e5},
+            "medium": {"heave_deg": 40, "heave_fraction": 0.9},
+            "grasp": {
+                "angle_deg": 20, "offset_x_mm": 3, "offset_y_mm": 70, "force_n": 3,
+                "nuisance": {"force": 0.2},
+            },
+        },
+    ),
+    (
+        {"grasp": {"nuisance": {"roughness_mm": 0, "packing": 0}}},
+        {
+            "grasp": {
+                "nuisance": {
+                    "roughness_mm": 0, "packing": 0,
+                    "roughness_correlation_mm": 2, "packing_correlation_mm": 2,
+                }
+            }
+        },
+    ),
+    ({"grasp": {"nuisance": CALM}}, {"grasp": {"seed": 5, "nuisance": CALM}}),
+    (
+        {**AIR, "grasp": {"nuisance": {"force": 0, "temperature_k": 0}}},
+        {**AIR, "grasp": {"seed": 5, "nuisance": {"force": 0, "temperature_k": 0}}},
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("base", "changes"), UNUSED, ids=["no grains", "no object", "no fields", "calm", "calm air"]
+)
+def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
+    """Simulated as they stand, not by their canonical form."""
+    plain = Scene.model_validate(
+        {"object": {"kind": "cube", "edge_mm": 20}, "numerics": QUICK} | base
+    )
+    other = Scene.model_validate(
+        {"object": {"kind": "cube", "edge_mm": 20}, "numerics": QUICK} | base | changes
+    )
+    assert plain != other
+    one, two = gripper.simulate(plain), gripper.simulate(other)
+    assert one.samples.tobytes() == two.samples.tobytes()
+    assert (one.static, one.latency_samples) == (two.static, two.latency_samples)
+    known = {**one.provenance, "scene_sha256": ""}
+    assert known == {**two.provenance, "scene_sha256": ""}
+    same(store.solve(plain), store.solve(other))
+    assert len(solved) == 3
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gripper": {"wall_admittance": 3e-3}},
+        {"gripper": {"membrane": {"mass_kg_m2": 0.4}}},
+        {"gripper": {"bed_depth_mm": 34}},
+        {"medium": {"kind": "metal"}},
+        {"object": {"kind": "cube", "edge_mm": 21}},
+        {"grasp": {"angle_deg": 3}},
+        {"grasp": {"force_n": 7}},
+        {"grasp": {"seed": 1}},
+        {"grasp": {"nuisance": {"packing_correlation_mm": 4}}},
+        {"environment": {"temperature_c": 21}},
+        {"numerics": {**QUICK, "decay_db": 50}},
+        {**AIR, "gripper": {"stiffness_n_m3": 3e5}},
+        {**FREE, "gripper": {"bed_depth_mm": 34}},
+    ],
+    ids=str,
+)
+def test_what_matters_is_another_scene(store, changes):
+    assert store.path(scene()) != store.path(scene(**changes))
+
+
+def test_canonical_is_its_own_and_valid():
+    for base, changes in UNUSED:
+        one = gripper.canonical(Scene.model_validate({**base, **changes}))
+        assert gripper.canonical(one) == one
+        assert Scene.model_validate(one.model_dump(mode="json")) == one

@@ -1,0 +1,190 @@
+"""Pictures of a scene: what is drawn, read back, and the command that draws it."""
+
+import io
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+from PIL import Image
+
+from ajgdata.cli import main
+from ajgdata.gripper import ImpulseResponse, Scene, compile
+from ajgdata.gripper.field import slices
+from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, animate, loudness, palette
+from ajgdata.report.canvas import encode
+from ajgdata.report.scenes import (
+    cross_section_figure,
+    response_figure,
+    section,
+    spectrum_db,
+    trusted_bands_hz,
+)
+
+CUBE = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6}}
+SCENE = Scene.model_validate(CUBE)
+
+
+def texts(figure):
+    return " ".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_the_section_is_the_cavity_of_the_scene():
+    cut = section(SCENE)
+    np.testing.assert_array_equal(cut.x, -cut.x[::-1])
+    on_top = cut.inside & (np.abs(cut.x) < 6)
+    # the membrane lies on the cube, an edge above the table; what it lacks is its smoothing's:
+    # half of 1.5 mm squared times the balloon's curvature of 2 x 45 mm / (50 mm)^2 is 0.04 mm
+    np.testing.assert_allclose(cut.top[on_top] - cut.table, 20, atol=1e-9)
+    np.testing.assert_allclose(cut.floor[on_top], cut.top[on_top], atol=0.045)
+    # the raster is 0.5 mm
+    assert np.ptp(cut.x[cut.inside]) == pytest.approx(20, abs=1)
+    # off the axis the balloon is more curved, at r = 30 mm by 0.8^-3
+    assert cut.floor.min() >= cut.table - 0.045 * 0.8**-3
+    assert section(Scene()).table is None
+
+
+def test_the_drawing_names_parts_and_what_is_left_out():
+    figure = cross_section_figure(SCENE, "a cube", ["<b>the moon</b>"])
+    said = texts(figure)
+    for word in (
+        "simulated", "a cube", "speaker", "microphone", "port", "membrane", "plastic grains",
+        "cube", "table", "air", "8 N", "Left out: <b>the moon</b>",
+    ):  # fmt: skip
+        assert word in said
+    box, size = figure.get_tightbbox(), figure.get_size_inches()
+    assert box.min.min() >= -0.5 / 72 and np.all(box.max <= size + 0.5 / 72)
+    empty = texts(cross_section_figure(Scene.model_validate({"medium": {"kind": "air"}}), "none"))
+    assert "grains" not in empty.replace("no grains", "") and "table" not in empty
+    assert encode(figure, "svg") == encode(
+        cross_section_figure(SCENE, "a cube", ["<b>the moon</b>"]), "svg"
+    )
+
+
+def test_the_spectrum_of_a_tone_peaks_at_it():
+    tone_hz = 1_360 * 44_100 / 60_000  # of a whole number of periods
+    frequency, level = spectrum_db(np.sin(2 * np.pi * tone_hz / 44_100 * np.arange(60_000)))
+    assert frequency[np.argmax(level)] == pytest.approx(tone_hz)
+    assert level.max() == pytest.approx(20 * np.log10(30_000))
+    assert (frequency[0] >= 100) and (frequency[-1] <= 20_000)
+
+
+def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
+    assert trusted_bands_hz(2.5) == (3_000, 6_000)
+    assert trusted_bands_hz(5.0)[0] == pytest.approx(3_000 / 2 ** (2 / 3))
+    samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
+    ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
+    figure = response_figure(ir, "made up")
+    assert {"trusted", "with care", "the grid's", "simulated"} <= set(
+        text.get_text() for text in figure.findobj(Text)
+    )
+    lower = figure.axes[1]
+    ends = [patch.get_extents().transformed(lower.transData.inverted()) for patch in lower.patches]
+    assert ends[0].x1 == pytest.approx(trusted_bands_hz(5.0)[0], rel=1e-6)
+    assert ends[1].x1 == pytest.approx(trusted_bands_hz(5.0)[1], rel=1e-6)
+    # decay: e^-n/200 of amplitude is 10 log10 e / 100 dB of energy a sample
+    (decay,) = figure.axes[2].lines
+    milliseconds, fallen = decay.get_data()
+    slope = (fallen[800] - fallen[100]) / (milliseconds[800] - milliseconds[100])
+    assert slope == pytest.approx(-44.1 * 10 * np.log10(np.e) / 100, rel=0.02)
+
+
+def test_the_animation_shows_the_wave_where_there_is_room_and_nowhere_else():
+    film = slices(compile(SCENE), every=4, frames=8)
+    content = animate(SCENE, film)
+    assert content == animate(SCENE, film)
+    with Image.open(io.BytesIO(content)) as image:
+        assert image.n_frames == 8 and image.info["loop"] == 0
+        shown = []
+        for number in range(8):
+            image.seek(number)
+            shown.append(np.asarray(image.convert("RGB")).astype(int))
+    first, last = shown[0][HEAD_PX:], shown[-1][HEAD_PX:]
+    colours = np.array(palette()).reshape(-1, 3)
+    assert (last == colours[BLUE_AT]).all(axis=2).any()  # the speaker
+    moved = np.any(first != last, axis=2)
+    assert moved.mean() > 0.05
+    rows, columns = np.nonzero(moved)
+    x = film.across_m[0] * 1e3 - 3 + (columns + 0.5) / 4
+    z = film.up_m[-1] * 1e3 + 3 - (rows + 0.5) / 4
+    cut = section(SCENE)
+    # what moves lies between membrane and roof, give or take the width of a line
+    assert np.all(z > np.interp(x, cut.x, cut.floor) - 1)
+    assert np.all(z < np.interp(x, cut.x, cut.roof) + 1)
+
+
+def test_pressures_become_colours():
+    pressures = np.array([[-1.0, -0.01, 0.0, 0.01, 1.0]])
+    loud = loudness(pressures)
+    np.testing.assert_allclose(loud, -loud[:, ::-1])
+    assert loud[0, 4] == 1 and loud[0, 3] > 0.03 and loud[0, 2] == 0
+    assert not loudness(np.zeros((1, 3))).any()
+    assert len(palette()) <= 256 * 3
+    middle = palette()[3 * (SHADES // 2) :][:3]
+    assert middle == [0xEA, 0xF3, 0xFA]
+
+
+def test_a_film_of_another_plane_is_refused():
+    film = slices(compile(SCENE), "xy", every=1, frames=1)
+    with pytest.raises(ValueError, match="take xz"):
+        animate(SCENE, film)
+
+
+@pytest.fixture
+def ajgdata(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["ajgdata", "gripper", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        printed = capsys.readouterr()
+        return stopped.value.code or 0, printed.out, printed.err
+
+    return run
+
+
+def test_show_writes_what_it_says(ajgdata, tmp_path):
+    (tmp_path / "cube.yaml").write_text("object: {kind: cube, edge_mm: 20}\nnumerics: {dx_mm: 6}\n")
+    code, out, err = ajgdata("show", "cube.yaml")
+    assert (code, err) == (0, "")
+    assert out.split() == [
+        "gripper-cube/cross-section.svg", "gripper-cube/response.svg", "gripper-cube/pressure.gif",
+    ]  # fmt: skip
+    for name in out.split():
+        assert 1_000 < (tmp_path / name).stat().st_size < 3_000_000
+    assert ajgdata("show", "cube.yaml", "--out", "here", "--no-animation")[0] == 0
+    assert {path.suffix for path in (tmp_path / "here").iterdir()} == {".svg", ".png", ".pdf"}
+    assert (tmp_path / "here/response.svg").read_bytes() == (
+        tmp_path / "gripper-cube/response.svg"
+    ).read_bytes()
+
+
+def test_plan_says_what_marching_takes(ajgdata, tmp_path):
+    (tmp_path / "a.json").write_text('{"numerics": {"dx_mm": 5, "max_time_s": 0.1}}')
+    code, out, err = ajgdata("plan", "a.json")
+    assert (code, err) == (0, "")
+    lines = dict(line.split(None, 1) for line in out.splitlines())
+    plan = compile(Scene.model_validate({"numerics": {"dx_mm": 5}}))
+    assert lines["grid"].startswith(f"5 mm, {np.count_nonzero(plan.system.mass):,} open cells")
+    assert f"{4_410 * plan.steps_per_sample:,} at most" in lines["steps"]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("object: {kind: cube, edge_mm: -1}", "edge_mm = -1"),
+        ("object: {kind: cube, edge_mm: .nan}", "edge_mm = nan"),
+        ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),
+        ("[1", "not valid YAML"),
+        ("gripper: {bed_depth_mm: 85}", "lower gripper.bed_depth_mm"),
+    ],
+)
+def test_a_bad_scene_is_one_line(ajgdata, tmp_path, content, said):
+    (tmp_path / "bad.yaml").write_text(content)
+    for command in ("show", "plan"):
+        code, out, err = ajgdata(command, "bad.yaml")
+        assert (code, out) == (1, "")
+        assert err.startswith("error bad.yaml") and said in err and err.count("\n") == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"bad.yaml"}
+    assert "there is no such file" in ajgdata("plan", "nope.yaml")[2]

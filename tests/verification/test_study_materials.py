@@ -1,0 +1,22 @@
+"""What the paper estimates of contact effects say, and that they say why."""
+
+from ajgdata.studies.materials import SHAPES, WORTH, estimates
+
+
+def test_estimates_separate_what_is_worth_simulating():
+    table = estimates()
+    change = {(row["shape"], row["effect"]): row["change"] for row in table.rows}
+    for shape in SHAPES:
+        through = change[shape, "grain on object through the membrane"]
+        assert WORTH < through < change[shape, "grain on object, no membrane"] / 10
+        for small in (
+            "depth of the imprint",
+            "heat into a bare surface",
+            "micro-slip at 100 dB",
+            "stiffening by sound at 100 dB",
+        ):
+            assert change[shape, small] < WORTH
+        assert change[shape, "weight on 5 mm of rubber"] > 10 * WORTH
+    assert change["5 mm plate", "bending on 5 mm of rubber"] > 10 * WORTH
+    assert change["80 mm sphere", "weight on its Hertz contact, hard ground"] > 10 * WORTH
+    assert all(row["worth"] == (row["change"] > WORTH) for row in table.rows)

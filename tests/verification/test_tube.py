@@ -1,0 +1,75 @@
+"""The grain bed against the analytic Johnson-Champoux-Allard fluid."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper.medium import Packing, fit_fluid
+from ajgdata.studies.domains import AIR, PLASTIC
+from ajgdata.studies.verification.tube import (
+    LAYER_M,
+    BedAgainstTheory,
+    BedLayer,
+    CoffeeBedLayer,
+    MetalBedLayer,
+    reflection,
+)
+
+
+@pytest.mark.parametrize("case", [BedLayer, MetalBedLayer, CoffeeBedLayer])
+def test_a_layer_in_a_tube_reflects_like_its_fluid(case):
+    finding = case().run(quick=True)
+    assert finding.passed, finding
+    assert finding.value < 4e-3  # on the grid of 4 mm
+
+
+def test_scheme_and_fit_together_reflect_like_the_theory():
+    finding = BedAgainstTheory().run(quick=True)
+    assert finding.passed, finding
+
+
+def test_the_analytic_reflection_has_its_limits():
+    omega = 2 * np.pi * np.array([100.0, 1_000.0])
+    rho = np.full(2, AIR.density + 0j)
+    # A layer of air only delays by its round trip; one of lead reflects everything.
+    delay = np.exp(-2j * omega / AIR.sound_speed * LAYER_M)
+    assert reflection(rho, np.full(2, AIR.compressibility + 0j), omega) == pytest.approx(delay)
+    heavy = reflection(1e12 * rho, np.full(2, 1e-12 + 0j), omega)
+    assert heavy == pytest.approx(np.ones(2), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("packing", "errors"),
+    [
+        (Packing(6e-3, 0.40), (0.13, 0.035, 0.025)),
+        (Packing(4.5e-3, 0.40), (0.15, 0.045, 0.025)),
+        (Packing(0.7e-3, 0.50), (0.13, 0.055, 0.030)),
+    ],
+)
+def test_two_poles_fit_the_reflection_and_fewer_do_worse(packing, errors):
+    omega = 2 * np.pi * np.geomspace(80, 15_000, 300)
+    exact = reflection(*packing.jca(omega, AIR), omega)
+    found = []
+    for poles in range(3):
+        fluid = fit_fluid(packing, AIR, poles)
+        fitted = reflection(*fluid.response(omega), omega)
+        found.append(float(np.sqrt(np.mean(np.abs(fitted - exact) ** 2))))
+        assert fluid.density > 0 and fluid.drag > 0 and min(fluid.strengths, default=1) > 0
+    assert found[0] > 2 * found[1] > 2 * found[2]
+    assert all(f < cap for f, cap in zip(found, errors, strict=True))
+
+
+def test_jca_has_its_two_limits():
+    slow, fast = np.array([2 * np.pi * 1e-3]), np.array([2 * np.pi * 1e9])
+    k0 = 0.4**3 * 0.006**2 / (180 * 0.6**2)
+    rho, c = PLASTIC.jca(slow, AIR)
+    assert rho.imag[0] * slow[0] == pytest.approx(-AIR.viscosity / k0, rel=1e-4)
+    assert c.real[0] == pytest.approx(0.4 / AIR.pressure_pa, rel=1e-4)  # isothermal
+    rho, c = PLASTIC.jca(fast, AIR)
+    assert rho.real[0] == pytest.approx(0.4**-0.5 * AIR.density / 0.4, rel=1e-2)
+    assert c.real[0] == pytest.approx(0.4 * AIR.compressibility, rel=1e-2)  # adiabatic
+
+
+def test_air_is_air():
+    assert AIR.sound_speed == pytest.approx(344.4, abs=0.2)  # 22 °C, dry air
+    assert AIR.viscosity == pytest.approx(1.82e-5, rel=0.01)
+    assert AIR.density == pytest.approx(1.196, rel=0.002)

@@ -1,0 +1,62 @@
+wildcard_constraints:
+    study="|".join(STUDIES) or "-",
+
+
+rule study:
+    output:
+        figures=PATHS.study("{study}"),
+    log:
+        "results/logs/study/{study}.log",
+    benchmark:
+        "results/benchmarks/study/{study}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        quick=config["quick"],
+        code=code_digest(*STUDY_CODE),
+    message:
+        "Studying the virtual gripper: {wildcards.study}"
+    script:
+        "../scripts/study.py"
+
+
+rule study_page:
+    input:
+        figures=PATHS.study("{study}"),
+    output:
+        page=PATHS.page("{study}"),
+        figures=directory(PATHS.page_figures("{study}")),
+    log:
+        "results/logs/study_page/{study}.log",
+    benchmark:
+        "results/benchmarks/study_page/{study}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        pages=PAGES,
+        code=code_digest("report", "pipeline/pages"),
+    message:
+        "Page on {wildcards.study}"
+    script:
+        "../scripts/study_page.py"
+
+
+rule gallery:
+    output:
+        page=PATHS.page(GALLERY),
+        figures=directory(PATHS.page_figures(GALLERY)),
+    log:
+        "results/logs/gallery.log",
+    benchmark:
+        "results/benchmarks/gallery.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        pages=PAGES,
+        code=code_digest(*GALLERY_CODE),
+    message:
+        "Gallery of objects and grippers"
+    script:
+        "../scripts/gallery.py"
