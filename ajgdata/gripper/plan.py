@@ -12,6 +12,7 @@ from ajgdata.gripper.fields import RandomField
 from ajgdata.gripper.geometry import MM, SceneError, cavity
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
+from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
@@ -91,11 +92,9 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
 
 
 def _walls(scene: Scene, cells: Cells, air: Air) -> WallList:
-    gripper, membrane = scene.gripper, scene.gripper.membrane
+    gripper = scene.gripper
     impedance = air.density * air.sound_speed
-    walls = WallList.uniform(
-        cells.membrane, membrane.mass_kg_m2, membrane.resistance_pa_s_m, membrane.stiffness_n_m3
-    )
+    walls = membrane_walls(scene, cells)
     if gripper.wall_admittance > 0:
         walls += WallList.uniform(cells.housing, 0.0, impedance / gripper.wall_admittance, 0.0)
     # The hose is long and lossy: beyond the inert fitting it sends nothing back.
