@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
-from ajgdata.gripper.contact import Pack, seat
+from ajgdata.gripper.contact import GRAIN_SOLIDS, Pack, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
-from ajgdata.gripper.materials import MATERIALS, Material, Support, material_of
+from ajgdata.gripper.materials import MATERIALS, Support, material_of
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.sections import foot_area, section
@@ -29,13 +29,6 @@ from ajgdata.gripper.walls import WallList
 MM = 1e-3
 Real = NDArray[np.floating]
 GRAVITY = 9.81
-#: What the grains are made of. Coffee: roasted beans (density, E ~ 0.2 GPa: order of magnitude of
-#: compression tests), with the loss of a porous plant tissue; estimate.
-GRAIN_MATERIALS: dict[str, Material] = {
-    "plastic": MATERIALS["plastic"],
-    "metal": MATERIALS["steel"],
-    "coffee": Material(density_kg_m3=1100.0, young_pa=2e8, poisson=0.3, loss=0.1),
-}
 
 
 @dataclass(frozen=True)
@@ -112,7 +105,7 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
     medium = scene.medium
     if scene.object is None or medium.kind == "air" or not where.total:
         return None
-    pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_MATERIALS[medium.kind])
+    pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
     stress = force / where.total
     object_ = material_of(scene.object.material)
     return Bed(pack.frame(stress), seat(stress, pack, object_), where.depth)
@@ -156,10 +149,5 @@ def mode_list(
     """The `chosen` modes with their loss as a resistance at their own frequency."""
     cell, weight = mode_weights(where, cells, modes.shape[chosen])
     square = modes.square[chosen]
-    return ModeList(
-        cell.astype(np.int64),
-        weight,
-        np.ones(len(chosen)),
-        modes.loss[chosen] * np.sqrt(square),
-        square,
-    )
+    resistance = modes.loss[chosen] * np.sqrt(square)
+    return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)

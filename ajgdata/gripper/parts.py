@@ -4,7 +4,8 @@ The estimate is a circuit. A part that gives way by ΔY (m³/s per Pa) at the su
 changes what the microphone hears by about ΔY Z, where Z (Pa s/m³) is how far the cavity answers a
 volume velocity: its compliance ρc²/(ωV) at low frequencies, its diffuse field ρω/√(πA) with the
 absorbing area A above. What lies under the grains is reached through them, there and back. The
-mean over the band in which the feature has its energy is the effect, as a relative L2 norm.
+mean over the band in which the feature has its energy, times SAFETY, bounds the effect, a relative
+L2 norm. studies/omissions.py measures what it is.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ Complex = NDArray[np.complexfloating]
 BAND_HZ = (1_000.0, 14_000.0)
 #: Features have unit norm and no negative value, so that no two differ by more.
 FURTHEST = float(np.sqrt(2))
+#: The circuit is right within a factor of five either way on whole scenes (studies/omissions.py).
+SAFETY = 5.0
 OMEGA = 2 * np.pi * np.linspace(*BAND_HZ, 261)
 
 
@@ -80,9 +83,10 @@ class Circuit:
         return np.asarray(motion * met * (self.area * driven) ** 2)
 
     def effect(self, change: Complex) -> float:
-        """Relative change of the feature by a change of admittance (m³/s per Pa) at OMEGA."""
+        """Bound of the relative change of the feature by an admittance (m³/s per Pa) at OMEGA."""
         size = np.abs(change) * self.answer
-        return float(np.sqrt(np.mean((size / (1 + size)) ** 2)))
+        mean = float(np.sqrt(np.mean((size / (1 + size)) ** 2)))
+        return min(SAFETY * mean, FURTHEST)
 
 
 def circuit(
