@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.gripper.bending import PlateModes
 from ajgdata.gripper.column import Bed, Body, StackModes, skin, solve
 from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.mechanics import (
     Imprint,
     bed_of,
+    bending,
+    bending_list,
     body_of,
     imprint,
     mode_list,
@@ -20,7 +23,7 @@ from ajgdata.gripper.mechanics import (
     stack_of,
 )
 from ajgdata.gripper.modes import NO_MODES, ModeList
-from ajgdata.gripper.parts import OMEGA, Circuit, Complex, Part
+from ajgdata.gripper.parts import OMEGA, Circuit, Complex, Part, Real
 from ajgdata.gripper.plain import PartName
 from ajgdata.gripper.scene import Numerics, Scene
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -65,9 +68,10 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         numerics, "compliance", circuit.effect(circuit.skin(wall)), "skin of the object"
     )
     motion = judged(numerics, "motion", circuit.effect(through[0]), _first(alone))
-    elastic = judged(
-        numerics, "elastic", circuit.effect(through[1:].sum(0)), "higher modes of the object"
-    )
+    bent = bending(scene, where, cells, body)
+    bows = _bows(circuit, where, bent)
+    higher = circuit.effect(through[1:].sum(0) + bows.sum(0))
+    elastic = judged(numerics, "elastic", higher, "higher modes of the object")
     frame, coupled = _framed(scene, body, bed, circuit, through.sum(0))
     solved = alone if coupled is None else coupled
     if coupled is not None:
@@ -75,11 +79,24 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         motion, elastic = (Part(p.name, True, p.effect, why) for p in (motion, elastic))
     chosen = _worth(numerics, circuit, solved, [motion.kept, elastic.kept])
     support = _support(scene, [compliance, motion, elastic])
+    solved_modes = mode_list(where, cells, solved, chosen) if len(chosen) else NO_MODES
+    if bent is not None and elastic.kept:
+        heard = np.array([circuit.effect(bow) for bow in bows])
+        heavy = np.flatnonzero(heard >= min(numerics.tolerance, 0.01) / 2 / len(heard))
+        solved_modes += bending_list(where, cells, *bent, heavy)
     return Grasped(
         (motion, elastic, compliance, frame, support),
         skin_walls(where, cells, wall) if compliance.kept else NO_WALLS,
-        mode_list(where, cells, solved, chosen) if len(chosen) else NO_MODES,
+        solved_modes,
     )
+
+
+def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None) -> Complex:
+    """Admittance of each bending mode: (N, ω)."""
+    if bent is None:
+        return np.zeros((0, len(OMEGA)), complex)
+    modes, shapes = bent
+    return circuit.piston(modes.square, modes.loss, shapes @ where.area / where.total)
 
 
 def _first(modes: StackModes) -> str:

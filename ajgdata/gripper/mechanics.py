@@ -16,14 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
+from ajgdata.gripper.bending import PlateModes, plate_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
-from ajgdata.gripper.contact import GRAIN_SOLIDS, Pack, seat
+from ajgdata.gripper.contact import GRAIN_SOLIDS, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.materials import MATERIALS, Support, material_of
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.sections import foot_area, section
+from ajgdata.gripper.shapes import Box, Cube
 from ajgdata.gripper.walls import WallList
 
 MM = 1e-3
@@ -150,4 +152,39 @@ def mode_list(
     cell, weight = mode_weights(where, cells, modes.shape[chosen])
     square = modes.square[chosen]
     resistance = modes.loss[chosen] * np.sqrt(square)
+    return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)
+
+
+def bending(
+    scene: Scene, where: Imprint, cells: Cells, body: Body
+) -> tuple[PlateModes, Real] | None:
+    """Bending modes of a box on rubber, and their shapes over the imprint (N, columns); on the
+    rigid ground, and for other shapes, none."""
+    shape = scene.object
+    if not isinstance(shape, Box | Cube) or scene.support.kind == "rigid" or shape.shell_mm:
+        return None
+    stiffness, loss = support_of(scene.support, body.foot_m2)
+    if np.isinf(stiffness):
+        return None
+    length, width, height = (size * MM for size in shape.size_mm)
+    foundation = Spring(stiffness / body.foot_m2, loss)
+    modes = plate_modes(length, width, height, body.material, foundation)
+    row, column = np.divmod(where.column, len(cells.x))
+    x = cells.x[column] - scene.grasp.offset_x_mm * MM
+    y = cells.y[row] - scene.grasp.offset_y_mm * MM
+    turn = np.deg2rad(scene.grasp.angle_deg)
+    u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+    # The membrane's drape reaches a little beyond the edges.
+    inside = np.clip(u, -length / 2, length / 2), np.clip(v, -width / 2, width / 2)
+    return modes, modes.at(*inside)
+
+
+def bending_list(
+    where: Imprint, cells: Cells, modes: PlateModes, shapes: Real, chosen: NDArray[np.int64]
+) -> ModeList:
+    """The `chosen` bending modes, driven by the pressure on the imprint."""
+    cell = where.lowest * cells.shape[1] * cells.shape[2] + where.column
+    square = modes.square[chosen]
+    resistance = modes.loss[chosen] * np.sqrt(square)
+    weight = shapes[chosen] * where.area
     return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)

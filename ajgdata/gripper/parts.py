@@ -74,9 +74,16 @@ class Circuit:
             rise = np.linspace(0.0, 1.0, shape.shape[1] - 1)
             middle = np.concatenate([[0.0], (rise[1:] + rise[:-1]) / 2])
             driven = shape[:, -1:] - np.diff(shape, axis=1) @ self.profile(middle)
-        square = modes.square[:, None]
-        damping = 1j * modes.loss[:, None] * np.sqrt(square) * OMEGA
-        motion = 1j * OMEGA / (square - OMEGA**2 + damping)
+        return self._moving(modes.square, modes.loss, driven)
+
+    def piston(self, square: Real, loss: Real, shape: Real) -> Complex:
+        """Admittance of modes (N,) of mean `shape` (N,) over the imprint, under the grains."""
+        return self._moving(square, loss, shape[:, None] * self.profile(np.zeros(1)))
+
+    def _moving(self, square: Real, loss: Real, driven: Complex) -> Complex:
+        natural = square[:, None]
+        damping = 1j * loss[:, None] * np.sqrt(natural) * OMEGA
+        motion = 1j * OMEGA / (natural - OMEGA**2 + damping)
         # A piston wider than the wavelength averages most of a diffuse field away (the directivity
         # of a disc, (2 J1(x)/x)² over all directions, as a rational function of ka).
         met = 1 / (1 + self.reach**2 / 2)
