@@ -15,16 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 from ajgdata.gripper.chain import SignalChain
 from ajgdata.gripper.equivalence import canonical
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
+from ajgdata.gripper.plain import SceneError
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, parse_scene, scene_digest
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.plain import SceneError
     from ajgdata.gripper.plan import Plan, compile
     from ajgdata.gripper.signal import Take, excitation_sweep, record
     from ajgdata.gripper.simulation import ImpulseResponse, simulate
 
 _HOME = {
-    "SceneError": "plain",
     "Plan": "plan",
     "compile": "plan",
     "ImpulseResponse": "simulation",
@@ -46,6 +45,7 @@ __all__ = [
     "compile",
     "derive_seed",
     "excitation_sweep",
+    "parse_scene",
     "record",
     "scene_digest",
     "simulate",

@@ -26,7 +26,7 @@ def canonical(scene: Scene) -> Scene:
         scene.gripper, scene.medium, scene.grasp, scene.grasp.nuisance
     )  # fmt: skip
     if medium.kind == "air":
-        medium = type(medium)(kind="air")
+        gripper, medium = _default(gripper, "bed_depth_mm"), type(medium)(kind="air")
         nuisance = nuisance.model_copy(update=dict.fromkeys(BED, 0.0))
     if scene.object is None:
         gripper = _default(gripper, *PRESSING)

@@ -223,9 +223,10 @@ UNUSED = [
         AIR,
         {
             "medium": {
-                "kind": "air", "bed_depth_mm": 50, "porosity": 0.7, "grain_diameter_mm": 2,
+                "kind": "air", "porosity": 0.7, "grain_diameter_mm": 2,
                 "heave_deg": 40, "heave_fraction": 0.9,
             },
+            "gripper": {"bed_depth_mm": 50},
             "grasp": {"nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2}},
         },
     ),
@@ -285,7 +286,7 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
     [
         {"gripper": {"wall_admittance": 3e-3}},
         {"gripper": {"membrane": {"mass_kg_m2": 0.4}}},
-        {"medium": {"bed_depth_mm": 34}},
+        {"gripper": {"bed_depth_mm": 34}},
         {"medium": {"kind": "metal"}},
         {"object": {"kind": "cube", "edge_mm": 21}},
         {"grasp": {"angle_deg": 3}},
@@ -295,7 +296,7 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
         {"environment": {"temperature_c": 21}},
         {"numerics": {**QUICK, "decay_db": 50}},
         {**AIR, "gripper": {"stiffness_n_m3": 3e5}},
-        {**FREE, "medium": {"bed_depth_mm": 34}},
+        {**FREE, "gripper": {"bed_depth_mm": 34}},
     ],
     ids=str,
 )
