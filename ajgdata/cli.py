@@ -27,9 +27,10 @@ app = typer.Typer(
 gripper = typer.Typer(
     no_args_is_help=True,
     help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
-    "object: {kind: cube, edge_mm: 20}\n\n"
-    "What is not said takes its default; the keys are gripper, medium, object, grasp, environment "
-    "and numerics.",
+    "object: {kind: cube, edge_mm: 20, material: wood}\n\n"
+    "medium: {kind: coffee}\n\n"
+    "What is not said takes its default. The keys are gripper, medium, object, support, grasp, "
+    "environment and numerics; gripper and object may be names, and a name alone is a scene.",
 )
 app.add_typer(gripper, name="gripper")
 out = Console(emoji=False, highlight=False)
@@ -263,7 +264,9 @@ def _free_cores() -> int:
     return os.cpu_count() or 1
 
 
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="YAML or JSON file")]
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="YAML or JSON file, or name of an object or gripper")
+]
 
 
 @gripper.command()
@@ -290,3 +293,22 @@ def plan_command(scene: SceneArgument) -> None:
 
     for topic, said in plan_facts(scene).items():
         out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
+
+
+@gripper.command()
+def objects() -> None:
+    """List the objects that have a name."""
+    _print_library("objects")
+
+
+@gripper.command()
+def grippers() -> None:
+    """List the grippers that have a name."""
+    _print_library("grippers")
+
+
+def _print_library(kind: Literal["objects", "grippers"]) -> None:
+    from ajgdata.pipeline.show import listed
+
+    for name, said in listed(kind).items():
+        out.print(f"{name:20} {escape(said)}", soft_wrap=True)

@@ -25,7 +25,7 @@ def canonical(scene: Scene) -> Scene:
     gripper, medium, support, grasp = scene.gripper, scene.medium, scene.support, scene.grasp
     nuisance = grasp.nuisance
     if medium.kind == "air":
-        medium = type(medium)(kind="air")
+        gripper, medium = _default(gripper, "bed_depth_mm"), type(medium)(kind="air")
         nuisance = nuisance.model_copy(update=dict.fromkeys(BED, 0.0))
         # A fill level that any gripper can have.
         gripper = gripper.model_copy(update={"bed_depth_mm": gripper.balloon_depth_mm})

@@ -29,13 +29,14 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     model = what if isinstance(what, Plan) else compile(what)
     scene = model.scene
     samples, static, steps, latency = _impulse(model, scene.numerics)
+    fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed
     provenance = {
         "scene_sha256": scene_digest(scene),
         "dx_mm": scene.numerics.dx_mm,
         "dt_s": model.system.dt,
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
-        "cfl": float(Air(HOTTEST_C).sound_speed * np.sqrt(3) * model.system.dt / model.cells.h),
+        "cfl": float(fastest * np.sqrt(3) * model.system.dt / model.cells.h),
         "added_volume": model.system.added_volume,
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,

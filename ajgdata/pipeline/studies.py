@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ajgdata.studies.table import Table
 
 #: Modules of `ajgdata.studies`, in the order of the report.
-STUDIES: tuple[str, ...] = ()
+STUDIES: tuple[str, ...] = ("verification", "stability")
 GALLERY = "gallery"
 #: What the gallery and the studies' figures depend on.
 GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")

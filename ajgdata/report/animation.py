@@ -90,8 +90,8 @@ def _background(
         draw.line(line(np.array([-200.0, 200.0]), table), fill=GREY_AT, width=2)
         if np.any(cut.inside):
             under = cut.x[cut.inside]
-            top = line(under, cut.top[cut.inside])
-            draw.polygon([*top, *line(under[[-1, 0]], table)], fill=OBJECT_AT)
+            top, below = (line(under, side[cut.inside]) for side in (cut.top, cut.below))
+            draw.polygon([*top, *reversed(below)], fill=OBJECT_AT)
     draw.polygon([*line(x, floor), *reversed(line(x, roof))], fill=0)
     if scene.medium.kind != "air":
         draw.line(line(x, cut.surface[open_]), fill=GRAINS_AT, width=2)
