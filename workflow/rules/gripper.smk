@@ -55,6 +55,7 @@ rule gallery:
     params:
         root=str(PATHS.root),
         pages=PAGES,
+        quick=config["quick"],
         code=code_digest(*GALLERY_CODE),
     message:
         "Gallery of objects and grippers"
