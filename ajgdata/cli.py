@@ -242,14 +242,16 @@ def acquire(
         for name in names or with_recipe(paths)
         for one in ([session] if session else recipe_sessions(paths, name))
     ]
-    skipped = 0
+    said, skipped = [], 0
     with bar(f"recording ({source})") as started:
         for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
             for grasp, reason in done.skipped.items():
                 err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
             skipped += len(done.skipped)
             left = f", {len(done.skipped)} grasps skipped" if done.skipped else ""
-            out.print(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
+            said.append(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
+    for line in said:
+        out.print(line, soft_wrap=True)
     raise typer.Exit(bool(skipped))
 
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from ajgdata.gripper.compiled import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from ajgdata.gripper.fields import RandomField
 from ajgdata.gripper.geometry import MM, SceneError, cavity
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
+from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
@@ -34,9 +36,10 @@ class Plan:
     displaced_m3: float
 
 
-def steps_per_sample(dx_m: float, cfl: float) -> int:
-    """Steps per sample at 44.1 kHz: the same for all scenes, by the sound speed at 30 °C."""
-    fastest = Air(HOTTEST_C).sound_speed
+def steps_per_sample(dx_m: float, cfl: float, temperature_c: float = HOTTEST_C) -> int:
+    """Steps per sample at 44.1 kHz by the sound speed at 30 °C, so that all scenes share it; in
+    hotter air by its own."""
+    fastest = Air(max(temperature_c, HOTTEST_C)).sound_speed
     return int(np.ceil(fastest * np.sqrt(3) / (cfl * dx_m * SAMPLE_RATE_HZ)))
 
 
@@ -49,7 +52,7 @@ def compile(scene: Scene) -> Plan:
     )
     air = _air(scene)
     grains = _grains(scene, cells, air)
-    per_sample = steps_per_sample(h, scene.numerics.cfl)
+    per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c)
     dtype = np.float32 if scene.numerics.precision == "float32" else np.float64
     system = assemble(
         cells,
@@ -68,11 +71,12 @@ def compile(scene: Scene) -> Plan:
 
 
 def _air(scene: Scene) -> Air:
-    """The air of this grasp; never warmer than what the time step allows."""
+    """The air of this grasp; its scatter takes no scene of up to 30 °C to a shorter time step."""
     nuisance = scene.grasp.nuisance
     draw = np.random.default_rng(derive_seed(scene.grasp.seed, "temperature")).standard_normal()
     temperature = scene.environment.temperature_c + nuisance.temperature_k * float(draw)
-    return Air(min(temperature, HOTTEST_C), scene.environment.pressure_pa)
+    hottest = HOTTEST_C if scene.environment.temperature_c <= HOTTEST_C else math.inf
+    return Air(min(temperature, hottest), scene.environment.pressure_pa)
 
 
 def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
@@ -88,11 +92,9 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
 
 
 def _walls(scene: Scene, cells: Cells, air: Air) -> WallList:
-    gripper, membrane = scene.gripper, scene.gripper.membrane
+    gripper = scene.gripper
     impedance = air.density * air.sound_speed
-    walls = WallList.uniform(
-        cells.membrane, membrane.mass_kg_m2, membrane.resistance_pa_s_m, membrane.stiffness_n_m3
-    )
+    walls = membrane_walls(scene, cells)
     if gripper.wall_admittance > 0:
         walls += WallList.uniform(cells.housing, 0.0, impedance / gripper.wall_admittance, 0.0)
     # The hose is long and lossy: beyond the inert fitting it sends nothing back.

@@ -151,6 +151,12 @@ class Scene(Plain):
                 f"the object's centre lies outside the gripper's rim of {reach:g} mm: "
                 "reduce grasp.offset_x_mm or grasp.offset_y_mm"
             )
+        least = min(self.gripper.height_mm, self.gripper.balloon_depth_mm)
+        if least < 2 * self.numerics.dx_mm:
+            raise ValueError(
+                f"numerics.dx_mm {self.numerics.dx_mm:g} is too coarse for a gripper of "
+                f"{least:g} mm: at most {least / 2:g}"
+            )
         if self.medium.kind != "air":
             loosest = self.medium.porosity * (1 + PACKING_SIGMAS * self.grasp.nuisance.packing)
             if loosest >= 1:

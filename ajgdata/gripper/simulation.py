@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.plan import LEFT_OUT, Plan, compile
+from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
@@ -23,26 +21,6 @@ STOP_HZ = SAMPLE_RATE_HZ - PASS_HZ
 CHUNK = 44
 
 
-@dataclass(frozen=True)
-class ImpulseResponse:
-    """Pressure (Pa) at the microphone per volume velocity (m³/s) at the speaker.
-
-    p[n] = Σ samples[m] q[n - m + latency_samples]; the latency is that of the linear-phase
-    decimation filter. `static` is what the response settles at, for ever on this time scale,
-    because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
-    without it. Convolve the input with `samples`, then add `static` times its running sum.
-    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
-    what holds sound from outside back.
-    """
-
-    samples: Real
-    static: float
-    sample_rate_hz: int
-    latency_samples: int
-    provenance: dict[str, Any]
-    membrane_kg_m2: float
-
-
 def simulate(what: Scene | Plan) -> ImpulseResponse:
     """Impulse response of a scene or its plan at 44.1 kHz; the same scene gives the same bytes.
 
@@ -51,13 +29,14 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     model = what if isinstance(what, Plan) else compile(what)
     scene = model.scene
     samples, static, steps, latency = _impulse(model, scene.numerics)
+    fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed
     provenance = {
         "scene_sha256": scene_digest(scene),
         "dx_mm": scene.numerics.dx_mm,
         "dt_s": model.system.dt,
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
-        "cfl": float(Air(HOTTEST_C).sound_speed * np.sqrt(3) * model.system.dt / model.cells.h),
+        "cfl": float(fastest * np.sqrt(3) * model.system.dt / model.cells.h),
         "added_volume": model.system.added_volume,
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,

@@ -12,9 +12,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
 from numpy.typing import NDArray
 
+from ajgdata.gripper.compiled import njit
 from ajgdata.gripper.system import System
 from ajgdata.gripper.walls import react
 

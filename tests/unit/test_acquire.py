@@ -353,6 +353,10 @@ def test_scenes_that_cannot_be(project):
     project.declare(recipe=recipe)
     with pytest.raises(DataError, match=r"dataset.yaml:\d+: recipe, x: object"):
         acquire_virtual(project.paths, "d", "virtual-01")
+    recipe["objects"][0]["shape"] = "bananna"
+    project.declare(recipe=recipe)
+    with pytest.raises(DataError, match=r"recipe, x: object.*'bananna': try banana"):
+        acquire_virtual(project.paths, "d", "virtual-01")
     recipe["vary"] = {"angel_deg": [0, 1]}
     recipe["objects"][0]["shape"] = {"kind": "cube", "edge_mm": 20}
     project.declare(recipe=recipe)

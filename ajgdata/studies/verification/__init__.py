@@ -27,6 +27,7 @@ from ajgdata.studies.verification.moving import (
     EnergyConstantWithModes,
     EnergyNeverGrowsWithModes,
     ReciprocityWithModes,
+    StaticPressure,
 )
 from ajgdata.studies.verification.piston import PISTON_CASES, OnePiston
 from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
@@ -47,6 +48,7 @@ CASES: tuple[type[Case], ...] = (
     ReciprocityWithModes,
     Linearity,
     BoxDispersion,
+    StaticPressure,
     Unused,
     BoxOnGrid,
     BoxOffGrid,

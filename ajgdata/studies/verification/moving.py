@@ -17,6 +17,7 @@ from ajgdata.studies.domains import (
     BOWL,
     PLASTIC,
     bowl,
+    box,
     random_state,
     time_step,
     two_probes,
@@ -131,3 +132,40 @@ class ReciprocityWithModes(Identity):
     def cap(self, quick: bool) -> float:
         """See `derived`."""
         return self.steps**0.5 * EPS
+
+
+class StaticPressure(Identity):
+    """A volume of air pushed in presses on air, grains, a sprung wall and a sprung mode at once."""
+
+    title = "what a cavity settles at: p (V/γP + grains + S/k + W²/k) is the volume pushed in"
+    derived = "what is held may be rounded in each step, all alike: steps ε"
+    steps, height, width, h = 30_000, 0.032, 0.040, 4e-3
+    wall = (0.3, 2e4, 1e7)
+    mode = (1e-3, 30.0, 2e4)
+
+    def deviation(self, quick: bool) -> float:
+        """Relative error of the pressure at the end."""
+        fluid, bed = fit_fluid(PLASTIC, AIR), self.height / 2
+        cells = cut_cells(
+            box(self.width, self.width, self.height, bed), self.h, 0.024, 0.0, self.height
+        )
+        end = int(np.flatnonzero(cells.volume.any((1, 2)))[0])
+        floor = np.where(np.arange(len(cells.z))[:, None, None] == end, cells.volume / self.h, 0.0)
+        walls = WallList.uniform(floor, *self.wall)
+        modes = ModeList(walls.cell, walls.area[None, :], *np.array([self.mode]).T)
+        grains = Packed(fluid, PLASTIC.porosity, np.ones(cells.shape))
+        air, dt = air_fluid(AIR), time_step(self.h)
+        system = assemble(cells, air, dt, grains, walls, modes=modes)
+        source, receiver = two_probes(system)
+        slowly = np.exp(-((np.arange(-800, 801) / 100) ** 2) / 2)
+        slowly /= slowly.sum()
+        heard = march(system, at_rest(system), source, receiver, slowly, self.steps)
+        area = self.width**2
+        dense = fluid.compressibility * (1 + sum(fluid.strengths))
+        yielding = area * (bed * dense + (self.height - bed) * air.compressibility)
+        yielding += area / self.wall[2] + area**2 / self.mode[2]
+        return float(abs(heard[-1] * yielding / dt - 1))
+
+    def cap(self, quick: bool) -> float:
+        """See `derived`."""
+        return self.steps * EPS
