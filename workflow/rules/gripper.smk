@@ -11,6 +11,7 @@ rule study:
         "results/benchmarks/study/{study}.tsv"
     conda:
         "../../environment.yml"
+    threads: lambda wildcards: workflow.cores if wildcards.study in TIMED else 1
     params:
         quick=config["quick"],
         code=code_digest(*STUDY_CODE),
