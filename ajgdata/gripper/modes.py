@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from ajgdata.gripper.compiled import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
@@ -50,11 +51,8 @@ class ModeList:
         cell, place = np.unique(np.concatenate([self.cell, other.cell]), return_inverse=True)
         count = len(self.mass)
         weight = np.zeros((count + len(other.mass), len(cell)))
-        for j, k in enumerate(place):
-            if j < len(self.cell):
-                weight[:count, k] += self.weight[:, j]
-            else:
-                weight[count:, k] += other.weight[:, j - len(self.cell)]
+        np.add.at(weight[:count].T, place[: len(self.cell)], self.weight.T)
+        np.add.at(weight[count:].T, place[len(self.cell) :], other.weight.T)
         pairs = [
             np.concatenate([getattr(self, name), getattr(other, name)])
             for name in ("mass", "resistance", "stiffness")
