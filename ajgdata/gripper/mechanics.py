@@ -16,26 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
+from ajgdata.gripper.bending import PlateModes, plate_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
-from ajgdata.gripper.contact import Pack, seat
+from ajgdata.gripper.contact import GRAIN_SOLIDS, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
-from ajgdata.gripper.materials import MATERIALS, Material, Support, material_of
+from ajgdata.gripper.materials import MATERIALS, Support, material_of
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.sections import foot_area, section
+from ajgdata.gripper.shapes import Box, Cube
 from ajgdata.gripper.walls import WallList
 
 MM = 1e-3
 Real = NDArray[np.floating]
 GRAVITY = 9.81
-#: What the grains are made of. Coffee: roasted beans (density, E ~ 0.2 GPa: order of magnitude of
-#: compression tests), with the loss of a porous plant tissue; estimate.
-GRAIN_MATERIALS: dict[str, Material] = {
-    "plastic": MATERIALS["plastic"],
-    "metal": MATERIALS["steel"],
-    "coffee": Material(density_kg_m3=1100.0, young_pa=2e8, poisson=0.3, loss=0.1),
-}
 
 
 @dataclass(frozen=True)
@@ -112,7 +107,7 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
     medium = scene.medium
     if scene.object is None or medium.kind == "air" or not where.total:
         return None
-    pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_MATERIALS[medium.kind])
+    pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
     stress = force / where.total
     object_ = material_of(scene.object.material)
     return Bed(pack.frame(stress), seat(stress, pack, object_), where.depth)
@@ -156,10 +151,40 @@ def mode_list(
     """The `chosen` modes with their loss as a resistance at their own frequency."""
     cell, weight = mode_weights(where, cells, modes.shape[chosen])
     square = modes.square[chosen]
-    return ModeList(
-        cell.astype(np.int64),
-        weight,
-        np.ones(len(chosen)),
-        modes.loss[chosen] * np.sqrt(square),
-        square,
-    )
+    resistance = modes.loss[chosen] * np.sqrt(square)
+    return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)
+
+
+def bending(
+    scene: Scene, where: Imprint, cells: Cells, body: Body
+) -> tuple[PlateModes, Real] | None:
+    """Bending modes of a box on rubber, and their shapes over the imprint (N, columns); on the
+    rigid ground, and for other shapes, none."""
+    shape = scene.object
+    if not isinstance(shape, Box | Cube) or scene.support.kind == "rigid" or shape.shell_mm:
+        return None
+    stiffness, loss = support_of(scene.support, body.foot_m2)
+    if np.isinf(stiffness):
+        return None
+    length, width, height = (size * MM for size in shape.size_mm)
+    foundation = Spring(stiffness / body.foot_m2, loss)
+    modes = plate_modes(length, width, height, body.material, foundation)
+    row, column = np.divmod(where.column, len(cells.x))
+    x = cells.x[column] - scene.grasp.offset_x_mm * MM
+    y = cells.y[row] - scene.grasp.offset_y_mm * MM
+    turn = np.deg2rad(scene.grasp.angle_deg)
+    u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+    # The membrane's drape reaches a little beyond the edges.
+    inside = np.clip(u, -length / 2, length / 2), np.clip(v, -width / 2, width / 2)
+    return modes, modes.at(*inside)
+
+
+def bending_list(
+    where: Imprint, cells: Cells, modes: PlateModes, shapes: Real, chosen: NDArray[np.int64]
+) -> ModeList:
+    """The `chosen` bending modes, driven by the pressure on the imprint."""
+    cell = where.lowest * cells.shape[1] * cells.shape[2] + where.column
+    square = modes.square[chosen]
+    resistance = modes.loss[chosen] * np.sqrt(square)
+    weight = shapes[chosen] * where.area
+    return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)

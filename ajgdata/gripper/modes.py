@@ -45,6 +45,19 @@ class ModeList:
     resistance: Real
     stiffness: Real
 
+    def __add__(self, other: ModeList) -> ModeList:
+        # A cell must occur once: modes feel one another through the cells they share.
+        cell, place = np.unique(np.concatenate([self.cell, other.cell]), return_inverse=True)
+        count = len(self.mass)
+        weight = np.zeros((count + len(other.mass), len(cell)))
+        np.add.at(weight[:count], (slice(None), place[: len(self.cell)]), self.weight)
+        np.add.at(weight[count:], (slice(None), place[len(self.cell) :]), other.weight)
+        pairs = [
+            np.concatenate([getattr(self, name), getattr(other, name)])
+            for name in ("mass", "resistance", "stiffness")
+        ]
+        return ModeList(cell, weight, *pairs)
+
 
 NO_MODES = ModeList(np.zeros(0, np.int64), np.zeros((0, 0)), *(np.zeros(0) for _ in range(3)))
 

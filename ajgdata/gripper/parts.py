@@ -4,7 +4,8 @@ The estimate is a circuit. A part that gives way by ΔY (m³/s per Pa) at the su
 changes what the microphone hears by about ΔY Z, where Z (Pa s/m³) is how far the cavity answers a
 volume velocity: its compliance ρc²/(ωV) at low frequencies, its diffuse field ρω/√(πA) with the
 absorbing area A above. What lies under the grains is reached through them, there and back. The
-mean over the band in which the feature has its energy is the effect, as a relative L2 norm.
+mean over the band in which the feature has its energy, times SAFETY, bounds the effect, a relative
+L2 norm. studies/omissions.py measures what it is.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ Complex = NDArray[np.complexfloating]
 BAND_HZ = (1_000.0, 14_000.0)
 #: Features have unit norm and no negative value, so that no two differ by more.
 FURTHEST = float(np.sqrt(2))
+#: The circuit is right within a factor of five either way on whole scenes (studies/omissions.py).
+SAFETY = 5.0
 OMEGA = 2 * np.pi * np.linspace(*BAND_HZ, 261)
 
 
@@ -71,18 +74,26 @@ class Circuit:
             rise = np.linspace(0.0, 1.0, shape.shape[1] - 1)
             middle = np.concatenate([[0.0], (rise[1:] + rise[:-1]) / 2])
             driven = shape[:, -1:] - np.diff(shape, axis=1) @ self.profile(middle)
-        square = modes.square[:, None]
-        damping = 1j * modes.loss[:, None] * np.sqrt(square) * OMEGA
-        motion = 1j * OMEGA / (square - OMEGA**2 + damping)
+        return self._moving(modes.square, modes.loss, driven)
+
+    def piston(self, square: Real, loss: Real, shape: Real) -> Complex:
+        """Admittance of modes (N,) of mean `shape` (N,) over the imprint, under the grains."""
+        return self._moving(square, loss, shape[:, None] * self.profile(np.zeros(1)))
+
+    def _moving(self, square: Real, loss: Real, driven: Complex) -> Complex:
+        natural = square[:, None]
+        damping = 1j * loss[:, None] * np.sqrt(natural) * OMEGA
+        motion = 1j * OMEGA / (natural - OMEGA**2 + damping)
         # A piston wider than the wavelength averages most of a diffuse field away (the directivity
         # of a disc, (2 J1(x)/x)² over all directions, as a rational function of ka).
         met = 1 / (1 + self.reach**2 / 2)
         return np.asarray(motion * met * (self.area * driven) ** 2)
 
     def effect(self, change: Complex) -> float:
-        """Relative change of the feature by a change of admittance (m³/s per Pa) at OMEGA."""
+        """Bound of the relative change of the feature by an admittance (m³/s per Pa) at OMEGA."""
         size = np.abs(change) * self.answer
-        return float(np.sqrt(np.mean((size / (1 + size)) ** 2)))
+        mean = float(np.sqrt(np.mean((size / (1 + size)) ** 2)))
+        return min(SAFETY * mean, FURTHEST)
 
 
 def circuit(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.plan import LEFT_OUT, Plan, compile
+from ajgdata.gripper.plan import Plan, compile
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
@@ -63,7 +63,8 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,
         "precision": scene.numerics.precision,
-        "left_out": list(LEFT_OUT),
+        "left_out": model.left_out,
+        "plan": model.describe(),
     }
     membrane = scene.gripper.membrane.mass_kg_m2
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)
