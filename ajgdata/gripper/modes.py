@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from ajgdata.gripper.compiled import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
@@ -50,11 +51,8 @@ class ModeList:
         cell, place = np.unique(np.concatenate([self.cell, other.cell]), return_inverse=True)
         count = len(self.mass)
         weight = np.zeros((count + len(other.mass), len(cell)))
-        for j, k in enumerate(place):
-            if j < len(self.cell):
-                weight[:count, k] += self.weight[:, j]
-            else:
-                weight[count:, k] += other.weight[:, j - len(self.cell)]
+        np.add.at(weight[:count].T, place[: len(self.cell)], self.weight.T)
+        np.add.at(weight[count:].T, place[len(self.cell) :], other.weight.T)
         pairs = [
             np.concatenate([getattr(self, name), getattr(other, name)])
             for name in ("mass", "resistance", "stiffness")
@@ -82,8 +80,6 @@ def coupled(modes: ModeList, yield_: Real, dt: float) -> Modes:
     except LinAlgError as error:
         raise ValueError("modes without mass, resistance and stiffness move one volume") from error
     inverse = scale[:, None] * cho_solve(factor, np.eye(len(scale))) * scale
-    # Rows in order, with modes or without: the kernel is compiled once for all.
-    inverse, gram = np.ascontiguousarray(inverse), np.ascontiguousarray(gram)
     return Modes(cell.astype(np.uint64), weight, half_yield, inverse, gram, inertia, half_spring)
 
 

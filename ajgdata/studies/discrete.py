@@ -118,6 +118,15 @@ def _probed(
     return found
 
 
+def fastest(system: System) -> float:
+    """Largest eigenvalue of `operator`; marching is stable up to 4, where sin²(ωΔt/2) is 1."""
+    mass = system.mass.ravel()
+    root = np.sqrt(mass[mass > 0])
+    matrix = diags_array(root) @ operator(system) @ diags_array(1 / root)
+    start = np.random.default_rng(0).standard_normal(len(root))
+    return float(eigsh(matrix.tocsr(), 1, which="LA", v0=start, return_eigenvectors=False)[0])
+
+
 def frequencies(system: System, count: int) -> Real:
     """Lowest `count` resonances (Hz) of the lossless `system` as marched, but the static one.
 

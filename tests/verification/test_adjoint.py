@@ -1,5 +1,7 @@
 """The divergence is the adjoint of the gradient: where the energy comes from."""
 
+import numpy as np
+
 from ajgdata.studies.discrete import operator
 from ajgdata.studies.domains import BOWL, bowl, closed
 from ajgdata.studies.verification.identities import Adjoint
@@ -8,6 +10,19 @@ from ajgdata.studies.verification.identities import Adjoint
 def test_the_marched_operator_is_self_adjoint():
     finding = Adjoint().run(quick=True)
     assert finding.passed, finding
+
+
+class OneCellOff(Adjoint):
+    """A cell whose pressure yields a millionth more than its volume says."""
+
+    def system(self, h):
+        system = super().system(h)
+        system.capacities.yield_[np.argmax(system.mass)] *= 1.000001
+        return system
+
+
+def test_a_cell_in_error_is_found():
+    assert not OneCellOff().run(quick=True).passed
 
 
 def test_a_uniform_pressure_does_not_move():

@@ -14,6 +14,19 @@ def test_it_is_constant_in_a_closed_cavity_with_cut_cells():
     assert finding.passed, finding
 
 
+class OneCellOff(EnergyConstant):
+    """A cell whose pressure yields a thousandth more than its volume says."""
+
+    def system(self, h):
+        system = super().system(h)
+        system.capacities.yield_[np.argmax(system.mass)] *= 1.001
+        return system
+
+
+def test_a_cell_in_error_is_found():
+    assert not OneCellOff().run(quick=True).passed
+
+
 def test_it_never_grows_with_drag_relaxation_and_walls():
     finding = EnergyNeverGrows().run(quick=True)
     assert finding.passed, finding

@@ -23,6 +23,13 @@ from ajgdata.studies.verification.identities import (
     Reciprocity,
     Unused,
 )
+from ajgdata.studies.verification.moving import (
+    EnergyConstantWithModes,
+    EnergyNeverGrowsWithModes,
+    ReciprocityWithModes,
+    StaticPressure,
+)
+from ajgdata.studies.verification.piston import PISTON_CASES, OnePiston
 from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
 from ajgdata.studies.verification.tube import (
     BedAgainstTheory,
@@ -34,10 +41,14 @@ from ajgdata.studies.verification.tube import (
 CASES: tuple[type[Case], ...] = (
     EnergyConstant,
     EnergyNeverGrows,
+    EnergyConstantWithModes,
+    EnergyNeverGrowsWithModes,
     Adjoint,
     Reciprocity,
+    ReciprocityWithModes,
     Linearity,
     BoxDispersion,
+    StaticPressure,
     Unused,
     BoxOnGrid,
     BoxOffGrid,
@@ -46,6 +57,8 @@ CASES: tuple[type[Case], ...] = (
     MetalBedLayer,
     CoffeeBedLayer,
     BedAgainstTheory,
+    *PISTON_CASES,
+    OnePiston,
     LongRunLossless,
     LongRunLosslessSingle,
     StaticDrift,

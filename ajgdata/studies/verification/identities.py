@@ -26,15 +26,23 @@ Real = NDArray[np.floating]
 EPS = float(np.finfo(float).eps)
 
 
-class EnergyConstant(Identity):
-    """Random pressure and flow in a closed lossless cavity full of cut cells."""
+class ClosedBowl(Identity):
+    """In a closed lossless cavity full of cut cells."""
+
+    def system(self, h: float) -> System:
+        """What is examined."""
+        return closed(bowl(), h, *BOWL)[1]
+
+
+class EnergyConstant(ClosedBowl):
+    """Random pressure and flow, and what becomes of their energy."""
 
     title = "energy of a closed lossless cavity is constant"
     derived = "each step may round the whole energy once, at random: √steps ε"
 
     def deviation(self, quick: bool) -> float:
         """Largest less smallest energy over the first."""
-        _, system = closed(bowl(), 4e-3, *BOWL)
+        system = self.system(4e-3)
         energy = energies(system, random_state(system), self._steps(quick))
         return float(np.ptp(energy) / energy[0])
 
@@ -65,7 +73,7 @@ class EnergyNeverGrows(Identity):
         return 4 * EPS
 
 
-class Adjoint(Identity):
+class Adjoint(ClosedBowl):
     """The divergence is the adjoint of the gradient, cut cells and all: M A is symmetric."""
 
     title = "the marched operator is self-adjoint"
@@ -73,7 +81,7 @@ class Adjoint(Identity):
 
     def deviation(self, quick: bool) -> float:
         """Largest difference from the transpose over the largest entry."""
-        _, system = closed(bowl(), 6e-3 if quick else 4e-3, *BOWL)
+        system = self.system(6e-3 if quick else 4e-3)
         mass = system.mass.ravel()
         symmetric = operator(system).multiply(mass[mass > 0][:, None]).tocsc()
         return float(abs(symmetric - symmetric.T).max() / abs(symmetric).max())

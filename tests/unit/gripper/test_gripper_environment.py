@@ -33,7 +33,10 @@ def test_scenes_up_to_30_degrees_share_a_time_step_and_hotter_ones_shorten_their
     plans = {
         celsius: compile(
             Scene.model_validate(
-                {"environment": {"temperature_c": celsius}, "numerics": {"dx_mm": 4.7}}
+                {
+                    "environment": {"temperature_c": celsius},
+                    "numerics": {"dx_mm": 4.7, "scheme": "second"},
+                }
             )
         )
         for celsius in (-20.0, 30.0, 60.0)

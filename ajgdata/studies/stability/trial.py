@@ -1,0 +1,115 @@
+"""How a trial is judged: strike the system once, march it in both precisions, look at the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from ajgdata.gripper import SceneError
+from ajgdata.gripper.scene import one_line
+from ajgdata.gripper.solver import Probe, at_rest, march
+from ajgdata.gripper.system import System
+from ajgdata.studies.discrete import energies
+
+Real = NDArray[np.floating]
+Ends = tuple[System, Probe, Probe]
+#: A step rounds its coefficients by up to half an ulp, always the same way: at worst it gains that
+#: much of its energy each time, and a run what they add up to.
+ROUNDING = {np.float32: 2.0**-24, np.float64: 2.0**-53}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One extreme: `build` makes the system in a precision; ValueError is a refusal."""
+
+    group: str
+    name: str
+    build: Callable[[type], Ends]
+    steps: int
+    expected: str = "bounded"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One precision: pressure heard; energy at the end over that after the strike; the largest
+    relative growth among the steps looked at singly; change of the mean pressure between the last
+    two quarters, over the peak."""
+
+    heard: Real
+    growth: float
+    step_growth: float
+    drift: float
+
+    @property
+    def finite(self) -> bool:
+        """Whether every pressure is a number."""
+        return bool(np.isfinite(self.heard).all()) and bool(np.isfinite(self.growth))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of a trial: "bounded", "grows" or "refused" with the message."""
+
+    group: str
+    name: str
+    expected: str
+    outcome: str
+    message: str = ""
+    steps: int | None = None
+    growth: float | None = None
+    step_growth: float | None = None
+    growth_single: float | None = None
+    drift: float | None = None
+    drift_single: float | None = None
+    added_volume: float | None = None
+    difference_single: float | None = None
+
+
+def run(ends: Ends, steps: int, watched: int = 50) -> Run:
+    """Strike the source once, watch the energy for `watched` steps, then march the rest."""
+    system, source, receiver = ends
+    state = at_rest(system)
+    march(system, state, source, receiver, np.ones(1), 1)
+    energy = energies(system, state, watched)
+    heard = march(system, state, source, receiver, np.zeros(0), steps - watched)
+    last = energies(system, state, 1)[0]
+    quarters = heard[len(heard) % 4 :].reshape(4, -1)
+    peak = float(np.max(np.abs(heard)))
+    drift = float(abs(quarters[3].mean() - quarters[2].mean()) / peak) if peak > 0 else 0.0
+    grown = float(np.max(np.diff(energy) / energy[:-1]))
+    return Run(heard, float(last / energy[0]), max(0.0, grown), drift)
+
+
+def judge(trial: Trial) -> Verdict:
+    """Run a trial in float64 and float32."""
+    try:
+        built = {dtype: trial.build(dtype) for dtype in (np.float64, np.float32)}
+    except ValidationError as error:
+        return Verdict(trial.group, trial.name, trial.expected, "refused", one_line(error))
+    except SceneError as error:
+        return Verdict(trial.group, trial.name, trial.expected, "refused", str(error))
+    double, single = (run(ends, trial.steps) for ends in built.values())
+    bounded = all(
+        r.finite and r.growth <= 1 + trial.steps * ROUNDING[dtype]
+        for dtype, r in zip(built, (double, single), strict=True)
+    )
+    difference = np.linalg.norm(single.heard - double.heard) / np.linalg.norm(double.heard)
+    return Verdict(
+        trial.group,
+        trial.name,
+        trial.expected,
+        "bounded" if bounded else "grows",
+        "",
+        trial.steps,
+        double.growth,
+        double.step_growth,
+        single.growth,
+        double.drift,
+        single.drift,
+        built[np.float64][0].added_volume,
+        float(difference),
+    )

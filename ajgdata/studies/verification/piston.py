@@ -1,0 +1,192 @@
+"""A piston of any mass, resistance and stiffness at the end of a tube, as a wall and as a mode."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.medium import air_fluid
+from ajgdata.gripper.modes import NO_MODES, ModeList
+from ajgdata.gripper.solver import Probe, at_rest, march
+from ajgdata.gripper.system import assemble
+from ajgdata.gripper.walls import NO_WALLS, WallList
+from ajgdata.studies.domains import AIR, box, time_step
+from ajgdata.studies.verification.case import Identity, Refinement
+
+Real = NDArray[np.floating]
+Complex = NDArray[np.complexfloating]
+#: Mass kg/m², resistance Pa s/m, stiffness N/m³.
+Parameters = tuple[float, float, float]
+LENGTH_M = 0.24
+#: Transfer functions are taken at ω - iα: what is left of the response after TIME_S is e^-20.
+TIME_S, FADE = 20e-3, 1_000.0
+OMEGA = 2 * np.pi * np.linspace(100, 3_000, 30) - 1j * FADE
+
+
+def plate(density: float, young: float, loss: float, thickness: float = 0.01) -> Parameters:
+    """A plate that yields along its thickness H: ρH, η √(k m) and k = E/H."""
+    mass, stiffness = density * thickness, young / thickness
+    return mass, loss * float(np.sqrt(stiffness * mass)), stiffness
+
+
+PISTONS: dict[str, Parameters] = {
+    "latex": (0.3, 450.0, 1e5),
+    "Styrofoam plate": plate(25.0, 5e6, 0.06),
+    "wood": plate(650.0, 8e9, 0.02),
+    "steel": plate(7_850.0, 200e9, 0.002),
+    "massless": (0.0, 0.0, 3e6),
+    "1e5 kg/m²": (1e5, 0.0, 0.0),
+    "resonance above Nyquist": (1e-9, 1e-3, 1e8),
+    "stiffness 1e15": (1.0, 0.0, 1e15),
+}
+
+
+def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, float]:
+    """Pressure beside the piston after a pulse of one step at the far end; Δt, cross-section."""
+    cells = cut_cells(box(2 * h, 2 * h, LENGTH_M, 0.0), h, 2 * h, 0.0, LENGTH_M)
+    end, start = np.flatnonzero(cells.volume.any((1, 2)))[[0, -1]].tolist()
+    area = np.where(np.arange(len(cells.z))[:, None, None] == end, cells.volume / h, 0.0)
+    walls, modes = WallList.uniform(area, *piston), NO_MODES
+    if as_mode:
+        modal = [np.array([area.sum() * value]) for value in piston]
+        modes = ModeList(walls.cell, walls.area[None, :], *modal)
+        walls = NO_WALLS
+    system = assemble(cells, air_fluid(AIR), time_step(h), walls=walls, modes=modes)
+    live = np.flatnonzero((cells.volume > 0).ravel())
+    ends = [live[live // system.span.slab == k] for k in (end, start)]
+    near, far = (Probe(c.astype(np.uint64), np.full(len(c), 1 / len(c))) for c in ends)
+    heard = march(system, at_rest(system), far, near, np.ones(1), int(TIME_S / system.dt))
+    return heard, system.dt, float(area.sum())
+
+
+def transfer(h: float, piston: Parameters) -> Complex:
+    """Pressure in the middle of the last cell per volume velocity per area at the far end.
+
+    p = Z cos kx + i ρc sin kx up to a factor, for a piston of impedance Z; u by Euler's equation.
+    """
+    mass, resistance, stiffness = piston
+    k, z0 = OMEGA / AIR.sound_speed, AIR.density * AIR.sound_speed
+    impedance = 1j * OMEGA * mass + resistance + stiffness / (1j * OMEGA)
+    inflow = (1j * impedance * np.sin(k * LENGTH_M) + z0 * np.cos(k * LENGTH_M)) / z0
+    return np.asarray((impedance * np.cos(k * h / 2) + 1j * z0 * np.sin(k * h / 2)) / inflow)
+
+
+class Piston(Refinement):
+    """Its transfer function; subclasses name the piston."""
+
+    derived = (
+        "dispersion (k h)²/24 of the frequency, over the damping of the resonance; for a soft "
+        "piston also k h/2, as it acts on the cell's centre"
+    )
+    sizes = (12e-3, 8e-3, 6e-3, 4e-3, 2e-3)
+    quick_sizes = (12e-3, 8e-3, 6e-3)
+    least_order = 1.8
+    piston: ClassVar[str]
+    soft: ClassVar[bool] = False
+
+    def error(self, h: float) -> float:
+        """Relative L2 error over 100 Hz-3 kHz."""
+        heard, dt, area = tube(h, PISTONS[self.piston], as_mode=True)
+        time = (np.arange(len(heard)) + 0.5) * dt
+        measured = np.exp(-1j * OMEGA[:, None] * time) @ heard * area
+        exact = transfer(h, PISTONS[self.piston])
+        return float(np.linalg.norm(measured - exact) / np.linalg.norm(exact))
+
+    def cap(self, h: float) -> float:
+        """See `derived`."""
+        top = float(OMEGA[-1].real)
+        k = top / AIR.sound_speed
+        return top * (k * h) ** 2 / 24 / FADE + self.soft * k * h / 2
+
+
+class LatexPiston(Piston):
+    """0.3 mm of rubber, lossy."""
+
+    title = "transfer function of a piston: latex"
+    piston = "latex"
+
+
+class StyrofoamPiston(Piston):
+    """Light and soft."""
+
+    title = "transfer function of a piston: Styrofoam plate"
+    piston = "Styrofoam plate"
+
+
+class WoodPiston(Piston):
+    """Softwood."""
+
+    title = "transfer function of a piston: wood"
+    piston = "wood"
+
+
+class SteelPiston(Piston):
+    """All but rigid."""
+
+    title = "transfer function of a piston: steel"
+    piston = "steel"
+
+
+class MasslessPiston(Piston):
+    """A spring, softer than the air of a cell."""
+
+    title = "transfer function of a piston: massless"
+    piston = "massless"
+    soft = True
+    least_order = 1.0
+
+
+class HeavyPiston(Piston):
+    """A mass without a spring."""
+
+    title = "transfer function of a piston: 1e5 kg/m²"
+    piston = "1e5 kg/m²"
+
+
+class FastPiston(Piston):
+    """50 MHz on a grid that ends at 90 kHz."""
+
+    title = "transfer function of a piston: resonance above Nyquist"
+    piston = "resonance above Nyquist"
+
+
+class StiffPiston(Piston):
+    """As stiff as anything."""
+
+    title = "transfer function of a piston: stiffness 1e15"
+    piston = "stiffness 1e15"
+
+
+class OnePiston(Identity):
+    """A wall and a mode are two implementations of the same piston."""
+
+    title = "locally reacting wall and mode are the same piston, for all eight"
+    derived = "sums in another order differ by an ulp a step, and nothing forgets: steps ε"
+    h = 8e-3
+
+    def deviation(self, quick: bool) -> float:
+        """Largest difference over the largest pressure, of all pistons."""
+        found = []
+        for piston in PISTONS.values():
+            local, modal = (tube(self.h, piston, as_mode)[0] for as_mode in (False, True))
+            found.append(float(np.max(np.abs(local - modal)) / np.max(np.abs(local))))
+        return max(found)
+
+    def cap(self, quick: bool) -> float:
+        """See `derived`."""
+        return TIME_S / time_step(self.h) * float(np.finfo(float).eps)
+
+
+PISTON_CASES: tuple[type[Piston], ...] = (
+    LatexPiston,
+    StyrofoamPiston,
+    WoodPiston,
+    SteelPiston,
+    MasslessPiston,
+    HeavyPiston,
+    FastPiston,
+    StiffPiston,
+)

@@ -1,0 +1,78 @@
+"""Stiff and extreme cases: bounded or refused, as each should be."""
+
+import numpy as np
+import pytest
+
+from ajgdata.studies.discrete import fastest
+from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed
+from ajgdata.studies.stability import limit
+from ajgdata.studies.stability.trial import Trial, judge, run
+from ajgdata.studies.stability.trials import of_bowl, trials
+
+TRIALS = {f"{t.group}: {t.name}": t for t in trials(quick=True)}
+#: float32 keeps 24 bits; the largest difference seen comes from phases that drift apart by
+#: as much a step, over a run of 1,000 steps of waves of a few steps each.
+SINGLE = 1_000 * 2.0**-24 * 2 * np.pi
+
+
+@pytest.mark.parametrize("name", TRIALS)
+def test_each_is_bounded_or_refused(name):
+    verdict = judge(TRIALS[name])
+    assert verdict.outcome == verdict.expected, verdict
+    if verdict.outcome == "refused":
+        assert len(verdict.message) > 20
+        assert "\n" not in verdict.message
+    else:
+        assert verdict.growth <= 1 + 1e-12
+        assert verdict.difference_single < SINGLE
+        assert verdict.added_volume < 0.02 or "enlarged" in name
+        # The slow equalisation of pressure is the same in both precisions.
+        assert abs(verdict.drift - verdict.drift_single) < 1e-3
+
+
+def test_without_losses_nothing_is_lost_either():
+    for name in ("wall: mass 1e-06 kg/m²", "mode: resonance at 160 GHz", "mode: mass 0 kg"):
+        verdict = judge(TRIALS[name])
+        assert verdict.growth == pytest.approx(1, abs=1e-10)
+
+
+def test_cells_not_enlarged_are_caught_growing():
+    """The judgement can say no: the bowl of the study, a thousandth above its limit."""
+
+    largest = fastest(of_bowl(packing=None)(np.float64)[0])
+
+    def build(dtype):
+        system, source, receiver = of_bowl(packing=None)(dtype)
+        return limit.at_ratio(system, 1.001, largest), source, receiver
+
+    verdict = judge(Trial("g", "n", build, 2_000))
+    assert verdict.outcome == "grows"
+
+
+@pytest.mark.parametrize("ratio", [0.99, 0.999, 1.001, 1.01])
+def test_the_limit_of_the_time_step_is_sharp(ratio):
+    _, system = closed(bowl(), 5e-3, *BOWL)
+    # Below: a beat of modes may move the largest value of a quarter; above: exactly e^{μn}.
+    found = limit.rate(limit.at_ratio(system, ratio, fastest(system)))
+    assert found == pytest.approx(limit.expected(ratio), rel=2e-3, abs=2e-3)
+    assert (found > 0.05) == (ratio > 1)
+
+
+def test_the_limit_of_a_box_is_the_textbook_one():
+    """λ = 4 C² Σ sin²(π (n-1) / 2n) for the fastest mode of n cells a side."""
+    n, h, courant = 10, 4e-3, 0.9
+    _, system = closed(box(n * h, n * h, n * h), h, 6 * h, 0.0, n * h, courant)
+    exact = 4 * courant**2 * np.sin(np.pi * (n - 1) / (2 * n)) ** 2
+    assert fastest(system) == pytest.approx(exact, rel=1e-12)
+    assert system.dt == pytest.approx(courant * h / (np.sqrt(3) * AIR.sound_speed))
+
+
+def test_every_assembled_system_stays_below_the_limit():
+    for courant in (0.5, 0.99, 1.0, 1.5):
+        _, system = closed(bowl(), 5e-3, *BOWL, courant)
+        assert fastest(system) < 4
+
+
+def test_a_run_hears_what_was_struck():
+    ends = of_bowl()(np.float64)
+    assert np.abs(run(ends, 200).heard).max() > 0
