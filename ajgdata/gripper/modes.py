@@ -80,8 +80,6 @@ def coupled(modes: ModeList, yield_: Real, dt: float) -> Modes:
     except LinAlgError as error:
         raise ValueError("modes without mass, resistance and stiffness move one volume") from error
     inverse = scale[:, None] * cho_solve(factor, np.eye(len(scale))) * scale
-    # Rows in order, with modes or without: the kernel is compiled once for all.
-    inverse, gram = np.ascontiguousarray(inverse), np.ascontiguousarray(gram)
     return Modes(cell.astype(np.uint64), weight, half_yield, inverse, gram, inertia, half_spring)
 
 
