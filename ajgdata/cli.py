@@ -27,9 +27,10 @@ app = typer.Typer(
 gripper = typer.Typer(
     no_args_is_help=True,
     help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
-    "object: {kind: cube, edge_mm: 20}\n\n"
-    "What is not said takes its default; the keys are gripper, medium, object, grasp, environment "
-    "and numerics.",
+    "object: {kind: cube, edge_mm: 20, material: wood}\n\n"
+    "medium: {kind: coffee}\n\n"
+    "What is not said takes its default. The keys are gripper, medium, object, support, grasp, "
+    "environment and numerics; gripper and object may be names, and a name alone is a scene.",
 )
 app.add_typer(gripper, name="gripper")
 out = Console(emoji=False, highlight=False)
@@ -241,14 +242,16 @@ def acquire(
         for name in names or with_recipe(paths)
         for one in ([session] if session else recipe_sessions(paths, name))
     ]
-    skipped = 0
+    said, skipped = [], 0
     with bar(f"recording ({source})") as started:
         for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
             for grasp, reason in done.skipped.items():
                 err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
             skipped += len(done.skipped)
             left = f", {len(done.skipped)} grasps skipped" if done.skipped else ""
-            out.print(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
+            said.append(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
+    for line in said:
+        out.print(line, soft_wrap=True)
     raise typer.Exit(bool(skipped))
 
 
@@ -261,7 +264,9 @@ def _free_cores() -> int:
     return os.cpu_count() or 1
 
 
-SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="YAML or JSON file")]
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="YAML or JSON file, or name of an object or gripper")
+]
 
 
 @gripper.command()
@@ -288,3 +293,22 @@ def plan_command(scene: SceneArgument) -> None:
 
     for topic, said in plan_facts(scene).items():
         out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
+
+
+@gripper.command()
+def objects() -> None:
+    """List the objects that have a name."""
+    _print_library("objects")
+
+
+@gripper.command()
+def grippers() -> None:
+    """List the grippers that have a name."""
+    _print_library("grippers")
+
+
+def _print_library(kind: Literal["objects", "grippers"]) -> None:
+    from ajgdata.pipeline.show import listed
+
+    for name, said in listed(kind).items():
+        out.print(f"{name:20} {escape(said)}", soft_wrap=True)

@@ -143,7 +143,9 @@ class RecipeObject(Strict):
     """One object of a recipe: its scene description and the labels it gets."""
 
     name: Name
-    shape: dict[str, JsonValue] = Field(description="the gripper's object description")
+    shape: str | dict[str, JsonValue] = Field(
+        description="the gripper's object description, or a name of its library"
+    )
     targets: dict[str, float | str] = {}
 
 

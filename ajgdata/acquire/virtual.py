@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from ajgdata import gripper
 from ajgdata.acquire.solving import Solver
 from ajgdata.acquire.source import Grasp, GraspError, Take
+from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.types import describe
 
 
@@ -58,14 +59,15 @@ class VirtualGripper:
         scene = self._scene.model_dump(mode="json")
         kept = {key: scene[key] for key in ("medium", "environment", "numerics")}
         return {
-            "gripper": "virtual-default" if scene["gripper"] == _DEFAULT else "virtual-custom",
+            "gripper": f"virtual-{_variant(self._scene.gripper)}",
             "medium": self._scene.medium.kind,
             "device": "virtual gripper",
             "scene": {**kept, "signal": self._chain.model_dump(mode="json")},
         }
 
 
-_DEFAULT = gripper.Scene().gripper.model_dump(mode="json")
+def _variant(made: Gripper) -> str:
+    return next((name for name, known in GRIPPERS.items() if known == made), "custom")
 
 
 def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:

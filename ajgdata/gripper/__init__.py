@@ -15,23 +15,25 @@ from typing import TYPE_CHECKING, Any
 
 from ajgdata.gripper.chain import SignalChain
 from ajgdata.gripper.equivalence import canonical
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, scene_digest
+from ajgdata.gripper.plain import SceneError
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, parse_scene, scene_digest
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.plain import SceneError
+    from ajgdata.gripper.outside import outside_noise
     from ajgdata.gripper.plan import Plan, compile
+    from ajgdata.gripper.response import ImpulseResponse
     from ajgdata.gripper.signal import Take, excitation_sweep, record
-    from ajgdata.gripper.simulation import ImpulseResponse, simulate
+    from ajgdata.gripper.simulation import simulate
 
 _HOME = {
-    "SceneError": "plain",
     "Plan": "plan",
     "compile": "plan",
-    "ImpulseResponse": "simulation",
+    "ImpulseResponse": "response",
     "simulate": "simulation",
     "Take": "signal",
     "excitation_sweep": "signal",
     "record": "signal",
+    "outside_noise": "outside",
 }
 
 __all__ = [
@@ -46,6 +48,8 @@ __all__ = [
     "compile",
     "derive_seed",
     "excitation_sweep",
+    "outside_noise",
+    "parse_scene",
     "record",
     "scene_digest",
     "simulate",

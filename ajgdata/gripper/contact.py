@@ -233,17 +233,6 @@ def resonance_hz(stiffness: ArrayLike, mass: ArrayLike) -> Real:
     return np.sqrt(np.asarray(stiffness, float) / np.asarray(mass)) / (2 * np.pi)
 
 
-def plate_hz(edge: float, thickness: float, material: Material, root: float = 24.27) -> float:
-    """Bending resonance of a free square plate, λ²/(2π a²) √(D/(ρh)).
-
-    λ² = 13.47, 19.60, 24.27 for its first three modes at ν = 0.3 (Leissa, Vibration of Plates,
-    NASA SP-160, 1969); a pressure on its middle drives the third, all edges against the centre.
-    """
-    bending = plane_modulus(material.young_pa, material.poisson) * thickness**3 / 12
-    per_area = material.density_kg_m3 * thickness
-    return float(root / (2 * np.pi * edge**2) * np.sqrt(bending / per_area))
-
-
 def thermal_admittance(
     omega: ArrayLike, effusivity_ratio: ArrayLike, sound_speed: float = 344.4
 ) -> Complex:

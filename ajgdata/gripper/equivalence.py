@@ -22,17 +22,21 @@ def canonical(scene: Scene) -> Scene:
     An empty gripper has no grains whose size could matter; without an object there is no pose; a
     random field of no strength has no correlation length; without any nuisance, no seed.
     """
-    gripper, medium, grasp, nuisance = (
-        scene.gripper, scene.medium, scene.grasp, scene.grasp.nuisance
-    )  # fmt: skip
+    gripper, medium, support, grasp = scene.gripper, scene.medium, scene.support, scene.grasp
+    nuisance = grasp.nuisance
     if medium.kind == "air":
-        medium = type(medium)(kind="air")
+        gripper, medium = _default(gripper, "bed_depth_mm"), type(medium)(kind="air")
         nuisance = nuisance.model_copy(update=dict.fromkeys(BED, 0.0))
+        # A fill level that any gripper can have.
+        gripper = gripper.model_copy(update={"bed_depth_mm": gripper.balloon_depth_mm})
     if scene.object is None:
         gripper = _default(gripper, *PRESSING)
         medium = _default(medium, "heave_deg", "heave_fraction")
         grasp = _default(grasp, *POSE)
+        support = type(support)()
         nuisance = nuisance.model_copy(update={"force": 0.0})
+    if support.kind == "rigid":
+        support = type(support)()
     if nuisance.roughness_mm == 0:
         nuisance = _default(nuisance, "roughness_correlation_mm")
     if nuisance.packing == 0:
@@ -42,7 +46,8 @@ def canonical(scene: Scene) -> Scene:
         (*(getattr(nuisance, name) for name in BED), nuisance.force, nuisance.temperature_k)
     ):
         grasp = _default(grasp, "seed")
-    return scene.model_copy(update={"gripper": gripper, "medium": medium, "grasp": grasp})
+    parts = {"gripper": gripper, "medium": medium, "support": support, "grasp": grasp}
+    return scene.model_copy(update=parts)
 
 
 def _default(model: Model, *names: str) -> Model:

@@ -111,7 +111,10 @@ def _press(
     shape = relief(scene, x, y)
     within = free < 0
     if not np.any(shape.inside[within] > 0):
-        raise SceneError(f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm")
+        raise SceneError(
+            f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm "
+            f"{scene.grasp.offset_x_mm:g} or grasp.offset_y_mm {scene.grasp.offset_y_mm:g}"
+        )
     table = _table(scene, shape, free, within, force)
     over = table + np.maximum(shape.height, 0) - free
     smoothing = gripper.drape_smoothing_mm * MM / RASTER_M
@@ -146,14 +149,7 @@ def _table(
     room = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     under_roof = room - float(over.max())
     if excess(min(0.0, under_roof)) < 0:
-        how = (
-            "pinches the cavity to its clearance: make it lower or wider"
-            if under_roof < 0
-            else "lets the rim stand on the table: make it larger or higher"
-        )
-        raise SceneError(
-            f"object {_title(scene)} {how}, or lower grasp.force_n, to hold {force:.3g} N"
-        )
+        raise SceneError(_unheld(scene, shape, within, force, under_roof))
     table = brentq(excess, float(np.min(under - over)), min(0.0, under_roof), xtol=1e-9)
     under_rim = table + np.where(shape.inside > 0, shape.height, 0.0)[~within]
     if under_rim.max() > 0:
@@ -162,6 +158,26 @@ def _table(
             "lower, or move it to the axis"
         )
     return float(table)
+
+
+def _unheld(
+    scene: Scene, shape: Relief, within: NDArray[np.bool_], force: float, under_roof: float
+) -> str:
+    """Why the force cannot be reached, in one line."""
+    what = f"object {_title(scene)}"
+    fix = f"or lower grasp.force_n, to hold {force:.3g} N"
+    if under_roof >= 0:
+        return f"{what} lets the rim stand on the table: make it larger or higher, {fix}"
+    highest = np.argwhere(within & (shape.height > shape.height[within].max() - RASTER_M))
+    tops = (highest - shape.height.shape[0] // 2)[:, ::-1] * RASTER_M / MM
+    for name in ("speaker_mm", "microphone_mm"):
+        x, y = getattr(scene.gripper, name)
+        if np.min(np.hypot(*(tops - (x, y)).T)) < 3 * scene.gripper.transducer_sigma_mm:
+            return (
+                f"{what} would stand in the transducer at gripper.{name} ({x:g}, {y:g}): "
+                f"move it or make it lower, {fix}"
+            )
+    return f"{what} pinches the cavity to its clearance: make it lower or wider, {fix}"
 
 
 def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Real:
@@ -186,13 +202,17 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     inside = roof > floor
     lowest, highest = np.min((floor - shape)[inside]), np.max((roof - shape)[inside])
     if excess(highest) < 0:
-        raise SceneError("the grains no longer fit: lower gripper.bed_depth_mm or the force")
+        raise SceneError(
+            f"the grains no longer fit: lower gripper.bed_depth_mm {scene.gripper.bed_depth_mm:g} "
+            f"or grasp.force_n {scene.grasp.force_n:g}"
+        )
     height = brentq(excess, lowest, highest, xtol=1e-9)
     surface = np.maximum(floor, np.minimum(height + shape, roof))
     ceiling = (scene.gripper.height_mm - scene.gripper.clearance_mm) * MM
     if np.max(surface) > ceiling:
         raise SceneError(
-            "the grains would fill the cavity up to the roof: lower gripper.bed_depth_mm"
+            "the grains would bury the speaker and the microphone: lower gripper.bed_depth_mm "
+            f"{scene.gripper.bed_depth_mm:g}"
         )
     return surface
 

@@ -1,7 +1,7 @@
 """Cut cells: which part of each cubic cell, and of each face between two, is open.
 
-Arrays are (nz, ny, nx) with one empty layer all around; face arrays hold the face between a cell
-and its upper neighbour along their axis.
+Arrays are (nz, ny, nx) with an empty layer all around, two along z; face arrays hold the face
+between a cell and its upper neighbour along their axis.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ajgdata.gripper.compiled import njit
 
 FINER = 4
 Real = NDArray[np.floating]
@@ -52,47 +54,98 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     The grid is centred on the axis, covers ±half_width, and a face lies at z = top. Volumes and
     areas are exact along z and sampled four times finer than the grid along x and y; horizontal
     faces weigh each sample by the slope of the boundary through it, so that all areas vary
-    smoothly with the geometry.
+    smoothly with the geometry. Raises ValueError if the domain touches the edge of the grid.
     """
     nx = 2 * (int(np.ceil(half_width / h)) + 1)
-    nz = int(np.ceil((top - bottom) / h)) + 2
+    nz = int(np.ceil((top - bottom) / h)) + 4
     centre = (np.arange(nx) - nx / 2 + 0.5) * h
-    z = top + (np.arange(nz) - nz + 1.5) * h
-    fine = (np.arange(nx * FINER) - nx * FINER / 2 + 0.5) * h / FINER
-    floor, roof, surface, _ = columns.at(fine, fine)
-    tile = (h / FINER) ** 2
-    lower, upper = z[:, None, None] - h / 2, z[:, None, None] + h / 2
-    low, high = np.maximum(floor, lower), np.minimum(roof, upper)
-    volume = _blocks(np.clip(high - low, 0, None)) * tile
-    bed = _blocks(np.clip(np.minimum(high, surface) - low, 0, None)) * tile
-    # Rounding must not open a film of air above a roof that coincides with a face.
-    volume[volume < 1e-9 * h**3] = 0.0
+    z = top + (np.arange(nz) - nz + 2.5) * h
+    base, spacing = float(z[0]) - h / 2, h / FINER
+    fine = (np.arange(nx * FINER) - nx * FINER / 2 + 0.5) * spacing
+    heights = columns.at(fine, fine)
+    slopes = _slope(heights[0], spacing), _slope(heights[1], spacing)
+    volume, bed, area_z, above_z, floor, touching = _fill(*heights, *slopes, base, h, nz)
     if any(np.any(np.take(volume, (0, -1), axis)) for axis in range(3)):
         raise ValueError("the domain reaches the edge of its grid: enlarge half_width or bottom")
-    below, above = _slope(floor, h / FINER), _slope(roof, h / FINER)
-    opening = np.clip((upper - floor) / below + 0.5, 0, 1) + np.clip(
-        (roof - upper) / above + 0.5, 0, 1
+    below, roof, _, _ = columns.at(centre + h / 2, fine)
+    area_x, above_x = _sides(below, roof, base, h, nz)
+    below, roof, _, _ = columns.at(fine, centre + h / 2)
+    area_y, above_y = (
+        np.ascontiguousarray(side.transpose(0, 2, 1))
+        for side in _sides(below.T.copy(), roof.T.copy(), base, h, nz)
     )
-    area_z = _blocks(np.clip(opening - 1, 0, 1)) * tile
-    area_x = _side(columns.at(centre + h / 2, fine), lower, upper, axis=1) * h / FINER
-    area_y = _side(columns.at(fine, centre + h / 2), lower, upper, axis=2) * h / FINER
     for area, axis in ((area_x, 2), (area_y, 1), (area_z, 0)):
         area[(volume == 0) | (np.roll(volume, -1, axis) == 0)] = 0.0
-    wall = _wall_area(area_x, area_y, area_z)
-    # The membrane is what is near the floor; rim cells count by their centre's column.
-    middle, _, _, touching = columns.at(centre, centre)
-    is_floor = z[:, None, None] < np.maximum(middle + h, 0.0)
-    free = np.where(is_floor, 1 - np.clip(touching, 0, 1), 0.0)
-    wall[volume == 0] = 0.0
+    wall, ground = _missing((area_x, area_y, area_z)), _missing((above_x, above_y, above_z))
+    lower, upper = _norm(ground), _norm([w - g for w, g in zip(wall, ground, strict=True)])
+    total, both = np.where(volume > 0, _norm(wall), 0.0), lower + upper
+    membrane = total * np.divide(lower, both, out=np.zeros_like(both), where=both > 0)
+    free = 1 - np.divide(touching, floor, out=np.zeros_like(floor), where=floor > 0)
     return Cells(
-        h, centre, centre, z, volume, bed, area_x, area_y, area_z, wall * free, wall * ~is_floor
+        h,
+        centre,
+        centre,
+        z,
+        volume,
+        bed,
+        area_x,
+        area_y,
+        area_z,
+        membrane * free,
+        total - membrane,
     )
 
 
-def _blocks(fine: Real) -> Real:
-    """Sums over FINER x FINER samples."""
-    nz, ny, nx = fine.shape
-    return fine.reshape(nz, ny // FINER, FINER, nx // FINER, FINER).sum(axis=(2, 4))
+@njit(cache=True)
+def _fill(floor, roof, surface, contact, below, above, base, h, nz):
+    """Per cell: volume, grains, upper face, that of a domain without a roof, floor, its contact."""
+    ny, nx = floor.shape[0] // FINER, floor.shape[1] // FINER
+    out = np.zeros((6, nz, ny, nx))
+    volume, bed, area, open_, ground, touching = out
+    tile = (h / FINER) ** 2
+    for j in range(floor.shape[0]):
+        for i in range(floor.shape[1]):
+            low, high, y, x = floor[j, i], roof[j, i], j // FINER, i // FINER
+            # Rounding must not open a film of air above a roof that coincides with a face.
+            if high - low < 1e-9 * h:
+                continue
+            rise, fall = below[j, i], above[j, i]
+            slant = tile * np.sqrt(1 + (rise * FINER / h) ** 2)
+            for k in range(max(0, int((low - rise - base) / h)), nz):
+                under = base + k * h
+                over = under + h
+                inside = min(high, over) - max(low, under)
+                if inside > 1e-9 * h:
+                    volume[k, y, x] += tile * inside
+                    bed[k, y, x] += tile * max(
+                        0.0, min(high, over, surface[j, i]) - max(low, under)
+                    )
+                rising = min(max((over - low) / rise + 0.5, 0.0), 1.0)
+                open_[k, y, x] += tile * rising
+                falling = min(max((high - over) / fall + 0.5, 0.0), 1.0)
+                area[k, y, x] += tile * max(0.0, rising + falling - 1)
+                part = min(over, low + rise / 2) - max(under, low - rise / 2)
+                if part > 0:
+                    ground[k, y, x] += slant * part / rise
+                    touching[k, y, x] += slant * part / rise * contact[j, i]
+    return out
+
+
+@njit(cache=True)
+def _sides(floor, roof, base, h, nz):
+    """Open parts of the vertical faces on lines of samples (y, finer, x), with and without roof."""
+    ny, nx = floor.shape[0] // FINER, floor.shape[1]
+    area, above = np.zeros((nz, ny, nx)), np.zeros((nz, ny, nx))
+    width = h / FINER
+    for k in range(nz):
+        under = base + k * h
+        over = under + h
+        for j in range(floor.shape[0]):
+            for i in range(nx):
+                low = max(floor[j, i], under)
+                above[k, j // FINER, i] += width * max(0.0, over - low)
+                area[k, j // FINER, i] += width * max(0.0, min(roof[j, i], over) - low)
+    return area, above
 
 
 def _slope(height: Real, spacing: float) -> Real:
@@ -110,18 +163,10 @@ def _slope(height: Real, spacing: float) -> Real:
     return rise
 
 
-def _side(at: tuple[Real, ...], lower: Real, upper: Real, axis: int) -> Real:
-    """Open heights in the vertical faces of one direction, summed over the samples on `axis`."""
-    floor, roof = at[:2]
-    heights = np.clip(np.minimum(roof, upper) - np.maximum(floor, lower), 0, None)
-    shape = list(heights.shape)
-    shape[axis : axis + 1] = [shape[axis] // FINER, FINER]
-    return heights.reshape(shape).sum(axis=axis + 1)
+def _missing(areas: tuple[Real, Real, Real]) -> list[Real]:
+    """Vector area of the walls of each cell: what its faces lack to be closed (Gauss)."""
+    return [area - np.roll(area, 1, axis) for area, axis in zip(areas, (2, 1, 0), strict=True)]
 
 
-def _wall_area(area_x: Real, area_y: Real, area_z: Real) -> Real:
-    """Wall inside each cell: what the open faces lack to be a closed surface (Gauss)."""
-    missing = [
-        area - np.roll(area, 1, axis) for area, axis in ((area_x, 2), (area_y, 1), (area_z, 0))
-    ]
-    return np.sqrt(sum((m**2 for m in missing), start=np.zeros_like(area_x)))
+def _norm(vector: list[Real]) -> Real:
+    return np.sqrt(sum((v**2 for v in vector), start=np.zeros_like(vector[0])))

@@ -23,6 +23,9 @@ class Membrane(Plain):
     stiffness_n_m3: NonNegative = Field(
         1e5, description="order of T (2.4/R)^2 for a tension of 40 N/m at R = 50 mm; estimate"
     )
+    pinned: bool = Field(
+        True, description="where grains lie on it, it moves only in the spans between them"
+    )
 
 
 class Gripper(Plain):

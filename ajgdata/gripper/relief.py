@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ajgdata.gripper.compiled import njit
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.shapes import (
     Box,

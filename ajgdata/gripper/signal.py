@@ -11,8 +11,8 @@ from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
 
 from ajgdata.gripper.chain import SignalChain
 from ajgdata.gripper.outside import REFERENCE_PA, outside_noise
+from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
-from ajgdata.gripper.simulation import ImpulseResponse
 
 Real = NDArray[np.floating]
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.

@@ -2,45 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord
 
+from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.plan import LEFT_OUT, Plan, compile
+from ajgdata.gripper.plan import Plan, compile
+from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
 
 Real = NDArray[np.floating]
-PASS_HZ = 20_000.0
 #: What folds down to below 20 kHz lies above this.
 STOP_HZ = SAMPLE_RATE_HZ - PASS_HZ
 #: The energy is looked at once a millisecond of this many samples.
 CHUNK = 44
-
-
-@dataclass(frozen=True)
-class ImpulseResponse:
-    """Pressure (Pa) at the microphone per volume velocity (m³/s) at the speaker.
-
-    p[n] = Σ samples[m] q[n - m + latency_samples]; the latency is that of the linear-phase
-    decimation filter. `static` is what the response settles at, for ever on this time scale,
-    because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
-    without it. Convolve the input with `samples`, then add `static` times its running sum.
-    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
-    what holds sound from outside back.
-    """
-
-    samples: Real
-    static: float
-    sample_rate_hz: int
-    latency_samples: int
-    provenance: dict[str, Any]
-    membrane_kg_m2: float
 
 
 def simulate(what: Scene | Plan) -> ImpulseResponse:
@@ -51,18 +29,21 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     model = what if isinstance(what, Plan) else compile(what)
     scene = model.scene
     samples, static, steps, latency = _impulse(model, scene.numerics)
+    fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed
     provenance = {
         "scene_sha256": scene_digest(scene),
         "dx_mm": scene.numerics.dx_mm,
         "dt_s": model.system.dt,
         "steps": steps,
         "cells": int(np.count_nonzero(model.system.mass)),
-        "cfl": float(Air(HOTTEST_C).sound_speed * np.sqrt(3) * model.system.dt / model.cells.h),
+        "scheme": scene.numerics.scheme,
+        "cfl": float(fastest * np.sqrt(3) * model.system.dt / model.cells.h),
         "added_volume": model.system.added_volume,
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,
         "precision": scene.numerics.precision,
-        "left_out": list(LEFT_OUT),
+        "left_out": model.left_out,
+        "plan": model.describe(),
     }
     membrane = scene.gripper.membrane.mass_kg_m2
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)
@@ -84,7 +65,7 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
     for n in range(int(np.ceil(numerics.max_time_s * SAMPLE_RATE_HZ / CHUNK))):
         drive = scale * pulse[n * CHUNK * factor : (n + 1) * CHUNK * factor]
         heard = march(system, state, model.speaker, model.microphone, drive, CHUNK * factor)
-        pieces.append(heard[::factor])
+        pieces.append(heard)
         before, (level, unrest) = level, _mean_and_unrest(system, state)
         if not np.isfinite(unrest):
             raise FloatingPointError("the wave field is not finite: this is a fault of the solver")
@@ -93,12 +74,14 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
         if not len(drive) and energy < strongest * 10 ** (-numerics.decay_db / 10):
             break
     static = float(heard[-len(heard) // 2 :].mean())
-    samples = np.concatenate(pieces)
+    heard = np.concatenate(pieces)
     # The static pressure enters with the pulse, as its running sum.
-    entering = np.cumsum(pulse)[::factor]
-    samples[: len(entering)] -= static * entering
-    samples[len(entering) :] -= static
-    return samples / scale, static / scale, CHUNK * factor * len(pieces), latency
+    entered = np.cumsum(pulse) / factor
+    heard[: len(entered)] -= static * entered
+    heard[len(entered) :] -= static
+    plain = numerics.scheme == "second"
+    samples = heard[::factor] if plain else undisperse(heard, factor, latency)
+    return samples / scale, static / scale, len(heard), latency
 
 
 def _mean_and_unrest(system: System, state: State) -> tuple[float, float]:

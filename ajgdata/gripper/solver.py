@@ -12,9 +12,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
 from numpy.typing import NDArray
 
+from ajgdata.gripper.compiled import njit
 from ajgdata.gripper.system import System
 from ajgdata.gripper.walls import react
 
@@ -65,6 +66,19 @@ def _damped_velocity(u, decay, gain, p, lo, hi, step):
 
 
 @njit(nogil=True, cache=True)
+def _wide_velocity(u, gain, reach, p, lo, hi, step):
+    for i in range(lo, hi):
+        u[i] -= gain[i] * ((p[i + step] - p[i]) - reach[i] * (p[i + step + step] - p[i - step]))
+
+
+@njit(nogil=True, cache=True)
+def _damped_wide_velocity(u, decay, gain, reach, p, lo, hi, step):
+    for i in range(lo, hi):
+        rise = (p[i + step] - p[i]) - reach[i] * (p[i + step + step] - p[i - step])
+        u[i] = decay[i] * u[i] - gain[i] * rise
+
+
+@njit(nogil=True, cache=True)
 def _pressure(p, yield_, ux, uy, uz, lo, hi, row, slab):
     one = uint64(1)
     for i in range(lo, hi):
@@ -77,6 +91,26 @@ def _divergence(out, ux, uy, uz, lo, hi, row, slab):
     one = uint64(1)
     for i in range(lo, hi):
         out[i - lo] = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
+
+
+@njit(nogil=True, cache=True)
+def _wide_divergence(out, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab):
+    one = uint64(1)
+    for i in range(lo, hi):
+        far = reach_x[i + one] * ux[i + one] - reach_x[i - one - one] * ux[i - one - one]
+        out[i - lo] = (ux[i] - ux[i - one]) - far
+    for i in range(lo, hi):
+        far = reach_y[i + row] * uy[i + row] - reach_y[i - row - row] * uy[i - row - row]
+        out[i - lo] += (uy[i] - uy[i - row]) - far
+    for i in range(lo, hi):
+        far = reach_z[i + slab] * uz[i + slab] - reach_z[i - slab - slab] * uz[i - slab - slab]
+        out[i - lo] += (uz[i] - uz[i - slab]) - far
+
+
+@njit(nogil=True, cache=True)
+def _empty(p, yield_, out, lo, hi):
+    for i in range(lo, hi):
+        p[i] -= yield_[i] * out[i - lo]
 
 
 @njit(nogil=True, cache=True)
@@ -113,6 +147,34 @@ def _sweep(state, faces, capacities, span, scratch):
 
 
 @njit(nogil=True, cache=True)
+def _wide_sweep(state, faces, reach, capacities, span, scratch):
+    p, ux, uy, uz, q1, q2, _, _, _, _ = state
+    decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
+    reach_x, reach_y, reach_z = reach
+    first, last, bed_slabs, row, slab = span
+    rate1, rate2 = capacities[4][0], capacities[4][1]
+    one, slabs = uint64(1), len(first)
+    # The slab below the one whose velocities are new is the last whose pressure nobody needs.
+    for above in range(1, slabs):
+        lo, hi = first[above], last[above]
+        if above < bed_slabs:
+            _damped_wide_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, one)
+            _damped_wide_velocity(uy, decay_y, gain_y, reach_y, p, lo, hi, row)
+            _damped_wide_velocity(uz, decay_z, gain_z, reach_z, p, lo, hi, slab)
+        else:
+            _wide_velocity(ux, gain_x, reach_x, p, lo, hi, one)
+            _wide_velocity(uy, gain_y, reach_y, p, lo, hi, row)
+            _wide_velocity(uz, gain_z, reach_z, p, lo, hi, slab)
+        k = above - 1
+        lo, hi = first[k], last[k]
+        _wide_divergence(scratch, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab)
+        if k < bed_slabs:
+            _relax(p, q1, q2, capacities, rate1, rate2, scratch, lo, hi)
+        else:
+            _empty(p, capacities[0], scratch, lo, hi)
+
+
+@njit(nogil=True, cache=True)
 def _drive(p, q1, q2, rate1, rate2, bed_end, yield_, cell, weight, flow):
     for m in range(len(cell)):
         i = cell[m]
@@ -132,7 +194,7 @@ def _listen(p, cell, weight):
 
 
 @njit(nogil=True, cache=True)
-def _march(state, faces, capacities, walls, modes, span, source, receiver, drive, out):
+def _march(state, faces, reach, capacities, walls, modes, span, source, receiver, drive, out):
     # Plain tuples, because a compiled function in the cache does not notice that a named one has
     # changed; unpacked once, because handing them on costs reference counts each time.
     p, _, _, _, q1, q2, momentum, tension, before, motion = state
@@ -142,7 +204,10 @@ def _march(state, faces, capacities, walls, modes, span, source, receiver, drive
     bed_end = bed_slabs * slab
     scratch = np.zeros(slab, p.dtype)
     for n in range(len(out)):
-        _sweep(state, faces, capacities, span, scratch)
+        if len(reach[0]):
+            _wide_sweep(state, faces, reach, capacities, span, scratch)
+        else:
+            _sweep(state, faces, capacities, span, scratch)
         if n < len(drive):
             _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source[0], source[1], drive[n])
         react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes)
@@ -162,6 +227,7 @@ def march(
     _march(
         tuple(state),
         tuple(system.faces),
+        tuple(system.reach),
         tuple(system.capacities),
         tuple(system.walls),
         tuple(system.modes),

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ajgdata.gripper.compiled import njit
 from ajgdata.gripper.modes import swing
 
 Real = NDArray[np.floating]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from ajgdata.gripper import SAMPLE_RATE_HZ, Plan, Scene, SceneError, compile, simulate
+from ajgdata.gripper import Plan, Scene, SceneError, compile, simulate
 from ajgdata.gripper.field import Film, slices
-from ajgdata.gripper.plan import LEFT_OUT
-from ajgdata.gripper.solver import at_rest
+from ajgdata.gripper.grippers import GRIPPERS
+from ajgdata.gripper.library import OBJECTS
+from ajgdata.gripper.materials import Material
 from ajgdata.report.wording import number
 from ajgdata.store.files import write_bytes
 from ajgdata.store.scenes import read_scene
@@ -17,13 +19,43 @@ from ajgdata.types import DataError
 
 #: Frames of an animation, and the simulated time from one to the next.
 FRAMES, FRAME_S = 100, 1.5e-5
+#: What a gripper is shown with.
+HELD = "cube_20p7"
 FILM_FILE = "pressure.gif"
 
 
 def open_scene(name: str) -> tuple[str, Scene]:
-    """Title and scene of the file `name` (YAML or JSON). Raises DataError."""
+    """Title and scene of a file (YAML or JSON), or of an object or a gripper by its name.
+
+    Raises DataError.
+    """
     path = Path(name)
-    return path.stem, read_scene(path)
+    if path.is_file():
+        return path.stem, read_scene(path)
+    if name in OBJECTS:
+        return name, Scene.model_validate({"object": name})
+    if name in GRIPPERS:
+        return name, Scene.model_validate({"gripper": name, "object": HELD})
+    problem = "there is no such file, object or gripper"
+    raise DataError(name, problem, "see `ajgdata gripper objects` and `ajgdata gripper grippers`")
+
+
+def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
+    """Names of the library, each with what it is."""
+    if kind == "objects":
+        return {
+            name: f"{spec.category}: {spec.shape.title}, {_material(spec.shape.material)}"
+            for name, spec in OBJECTS.items()
+        }
+    return {
+        name: f"rim {number(2 * one.rim_radius_mm)} mm across, {number(one.height_mm)} mm high, "
+        f"balloon {number(one.balloon_depth_mm)} mm deep, bed {number(one.bed_depth_mm)} mm"
+        for name, one in GRIPPERS.items()
+    }
+
+
+def _material(material: str | Material) -> str:
+    return material if isinstance(material, str) else f"{number(material.density_kg_m3)} kg/m³"
 
 
 def planned(name: str, scene: Scene) -> Plan:
@@ -48,7 +80,7 @@ def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list
     plan = planned(name, scene)
     folder = out or Path(f"gripper-{title}")
     drawn = {
-        "cross-section": cross_section_figure(scene, title, LEFT_OUT),
+        "cross-section": cross_section_figure(scene, title, plan.left_out),
         "response": response_figure(simulate(plan), title),
     }
     files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
@@ -68,15 +100,13 @@ def plan_facts(name: str) -> dict[str, str]:
     _, scene = open_scene(name)
     plan = planned(name, scene)
     system, numerics = plan.system, scene.numerics
-    arrays = (*system.faces, *system.capacities, *system.walls, *at_rest(system), system.mass)
     cells = np.count_nonzero(system.mass)
-    longest = round(numerics.max_time_s * SAMPLE_RATE_HZ) * plan.steps_per_sample
     return {
         "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
         "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} a sample",
-        "steps": f"until {number(numerics.decay_db)} dB down, {longest:,} at most",
-        "memory": f"{number(sum(a.nbytes for a in arrays) / 1e6)} MB, {numerics.precision}",
+        "steps": f"until {number(numerics.decay_db)} dB down, {plan.most_steps:,} at most",
+        "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
         "volume added": f"{system.added_volume:.2%}, to be stable",
-        "left out": "; ".join(LEFT_OUT),
+        "left out": "; ".join(plan.left_out),
     }

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.scene import Scene
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.page import Link, data_uri, environment
@@ -14,6 +16,24 @@ from ajgdata.report.study_page import LEADS
 from ajgdata.report.wording import Caption, number
 
 PAGE = "gallery"
+#: What the grippers hold.
+HELD = "cube_20p7"
+SHOWN = (
+    "cube_10p0",
+    HELD,
+    "cube_30p0",
+    "sphere30_wood",
+    "sphere80_styrofoam",
+    "plate_metal",
+    "bar",
+    "tennis_ball",
+    "banana",
+    "screwdriver",
+    "spoon",
+    "padlock",
+    "foam_brick",
+    "spam_can",
+)
 FILM, RESPONSE = "pressure.gif", "response"
 FILM_TEXT = (
     "A wavelet around 4 kHz leaves the speaker. Red: pressure above rest, blue: below; the colours "
@@ -50,7 +70,9 @@ def caption(exhibit: Exhibit) -> Caption:
     cut: Section = section(exhibit.scene)
     cavity = cut.roof > cut.floor
     clearance = float((cut.roof - cut.surface)[cavity].max())
-    text = f"{exhibit.title}. Air above the bed: up to {number(clearance, 2)} mm."
+    sizes = " × ".join(map(number, shape.size_mm)) if (shape := exhibit.scene.object) else ""
+    held = f", {shape.kind} of {sizes} mm" if shape else ""
+    text = f"{exhibit.title}{held}. Air above the bed: up to {number(clearance, 2)} mm."
     if cut.table is not None:
         raised = float(cut.floor.min() + exhibit.scene.gripper.balloon_depth_mm)
         text += f" Lowest point of the membrane raised by {number(max(raised, 0), 2)} mm."
@@ -98,29 +120,27 @@ def render_gallery(
     )
 
 
-def _cube(**changes: Any) -> dict[str, Any]:
-    return {"object": {"kind": "cube", "edge_mm": 20}, **changes}
-
-
-def groups() -> tuple[Group, ...]:
-    """A dozen objects and the grippers."""
-    objects = {
-        "cube 10 mm": {"object": {"kind": "cube", "edge_mm": 10}},
-        "cube 20 mm": _cube(),
-        "cube 30 mm": {"object": {"kind": "cube", "edge_mm": 30}},
-        "sphere 30 mm": {"object": {"kind": "ellipsoid", "diameters_mm": [30, 30, 30]}},
-        "sphere 80 mm": {"object": {"kind": "ellipsoid", "diameters_mm": [80, 80, 80]}},
-        "nothing": {},
-    }
+def groups(quick: bool = False) -> tuple[Group, ...]:
+    """A dozen objects, and every gripper but the default one on a cube; `quick`: two of each."""
+    grippers = [name for name in GRIPPERS if name != "default"]
+    few = 2 if quick else None
     return (
         Group(
-            "objects", "Objects", "One grasp of each in the default gripper.", _exhibits(objects)
+            "objects",
+            "Objects",
+            "One grasp of each in the default gripper. A sphere, a lying rod or an ellipsoid is "
+            "drawn whole, the others as the membrane meets them: what hangs over is filled below.",
+            tuple(_exhibit(name, object=name) for name in SHOWN[:few]),
+        ),
+        Group(
+            "grippers",
+            "Grippers",
+            "Variants of the default gripper, each pressed on the same cube.",
+            tuple(_exhibit(name, gripper=name, object=HELD) for name in grippers[:few]),
         ),
     )
 
 
-def _exhibits(specs: Mapping[str, Mapping[str, Any]]) -> tuple[Exhibit, ...]:
-    return tuple(
-        Exhibit(title.replace(" ", "-"), title, Scene.model_validate(spec))
-        for title, spec in specs.items()
-    )
+def _exhibit(name: str, **spec: str) -> Exhibit:
+    title = re.sub(r"(\d)p(\d)", r"\1.\2", name).replace("_", " ").replace("-", " ")
+    return Exhibit(name, title, Scene.model_validate(spec))

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from ajgdata.gripper.geometry import cavity, relief
+from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.relief import relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
@@ -22,6 +23,9 @@ from ajgdata.report.wording import number
 Real = NDArray[np.floating]
 AIR, GRAINS, OBJECT = "#eaf3fa", "#dcc9a3", "#9aa3ad"
 MEMBRANE, TOUCHING = "#D55E00", "#7a2f00"
+#: Objects that look the same upside down; the others are drawn as the membrane meets them, from
+#: above, with what hangs over filled below.
+UPSIDE_DOWN = ("rod", "sphere", "ellipsoid")
 #: How far below the membrane a drawing goes.
 DEEPEST_MM = 40.0
 #: Trusted below, to be taken with care below, on the default grid of 2.5 mm; see Numerics.
@@ -31,7 +35,7 @@ TRUSTED_HZ, CAREFUL_HZ, AT_DX_MM = 3_000.0, 6_000.0, 2.5
 @dataclass(frozen=True)
 class Section:
     """The cut y = 0 through a cavity, all in mm: heights over `x` (n,), the height of the table
-    (None without an object), and where it is the object's footprint (n,)."""
+    (None without an object), upper side and underside of the object, and its footprint (n,)."""
 
     x: Real
     floor: Real
@@ -40,6 +44,7 @@ class Section:
     contact: Real
     table: float | None
     top: Real
+    below: Real
     inside: NDArray[np.bool_]
 
 
@@ -49,12 +54,16 @@ def section(scene: Scene) -> Section:
     row = int(np.argmin(np.abs(shape.axis)))
     x = shape.axis
     floor, roof, surface = (1e3 * field[row] for field in (shape.floor, shape.roof, shape.surface))
-    table, top, inside = None, np.zeros_like(x), np.zeros(x.shape, bool)
-    if shape.table_m is not None:
+    table, inside = None, np.zeros(x.shape, bool)
+    top = below = np.zeros_like(x)
+    if scene.object is not None and shape.table_m is not None:
         seen = relief(scene, *np.meshgrid(x, x))
-        table = 1e3 * shape.table_m
-        top, inside = table + 1e3 * np.maximum(seen.height[row], 0), seen.inside[row] > 0.5
-    return Section(1e3 * x, floor, roof, surface, shape.contact[row], table, top, inside)
+        table, inside = 1e3 * shape.table_m, seen.inside[row] > 0.5
+        top, below = table + 1e3 * np.maximum(seen.height[row], 0), np.full(x.shape, table)
+        if scene.object.kind in UPSIDE_DOWN:
+            below = 2 * table + scene.object.size_mm[2] - top
+    contact = shape.contact[row]
+    return Section(1e3 * x, floor, roof, surface, contact, table, top, below, inside)
 
 
 @styled
@@ -94,8 +103,7 @@ def draw_cross_section(axes: Axes, scene: Scene, named: bool = True) -> None:
     if cut.table is not None:
         # The rest of a tall object tells nothing: the table may lie below the drawing.
         low = max(min(lowest, cut.table), lowest - DEEPEST_MM)
-        base = np.full(cut.x.shape, cut.table)
-        axes.fill_between(cut.x, base, cut.top, where=cut.inside.tolist(), color=OBJECT, lw=0)
+        axes.fill_between(cut.x, cut.below, cut.top, where=cut.inside.tolist(), color=OBJECT, lw=0)
         axes.axhline(cut.table, color=GREY, lw=1.2)
     wall = [-rim, -roof, roof, rim], [0, height, height, 0]
     axes.plot(*wall, color="#333333", lw=2.6, solid_capstyle="round")

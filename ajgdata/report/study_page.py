@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.illustrations import Illustration
 from ajgdata.report.page import Link, data_uri, environment
-from ajgdata.studies.table import Table
+from ajgdata.studies.table import Table, Value
 
 
 class Lead(NamedTuple):
@@ -82,21 +82,30 @@ def render_study(
         links=lambda figure: {suffix: f"{name}/{figure}.{suffix}" for suffix in FIGURE_FORMATS},
         numeric=numeric,
         passed=passed,
+        holds=holds,
         pages=pages,
     )
 
 
 def numeric(table: Table, key: str) -> bool:
-    """Whether a column holds numbers, and perhaps gaps: it is set flush right."""
+    """Whether a column holds numbers, finite or not, and perhaps gaps: it is set flush right."""
     found = [value for value in table.column(key) if value is not None]
     return bool(found) and all(
-        isinstance(value, int | float) and not isinstance(value, bool) for value in found
+        value in ("inf", "-inf", "nan") if isinstance(value, str) else not isinstance(value, bool)
+        for value in found
     )
 
 
+def holds(row: Mapping[str, Value]) -> bool | None:
+    """Whether a row that says `passed`, or `expected` and `outcome`, says that all is well."""
+    if "passed" in row:
+        return None if row["passed"] is None else bool(row["passed"])
+    if {"expected", "outcome"} <= set(row):
+        return row["expected"] == row["outcome"]
+    return None
+
+
 def passed(table: Table) -> str:
-    """`12 of 13 hold`, for a table that says of each row whether it passed, else nothing."""
-    if "passed" not in {column.key for column in table.columns}:
-        return ""
-    said = [value for value in table.column("passed") if value is not None]
-    return f"{sum(map(bool, said))} of {len(said)} hold."
+    """`12 of 13 hold`, for a table whose rows can hold or fail, else nothing."""
+    said = [verdict for row in table.rows if (verdict := holds(row)) is not None]
+    return f"{sum(said)} of {len(said)} hold." if said else ""

@@ -44,7 +44,8 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
         raise DataError(path, "no such data set", f"declared here: {known}")
     spec = read_declaration(path)
     if spec.name != dataset:
-        raise DataError(path, f"name = {spec.name!r}", f"must be its folder's name, {dataset!r}")
+        where = f"{path}:{line_of(path, ['name'])}"
+        raise DataError(where, f"name = {spec.name!r}", f"must be its folder's name, {dataset!r}")
     return spec
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene
+from ajgdata.gripper.bending import plate_modes
 from ajgdata.gripper.contact import (
     GRAIN_SOLIDS,
     Pack,
@@ -17,7 +18,6 @@ from ajgdata.gripper.contact import (
     hertz_stiffness,
     microslip_loss,
     pad,
-    plate_hz,
     rest,
     seat,
     stack_admittance,
@@ -100,15 +100,15 @@ class Bench:
         return Spring(float(stiffness), self.pack.grain.loss)
 
     def bending(self, solid: Material) -> R:
-        """A plate's first bending that moves its middle, on the sheet of rubber, beside its bounce.
-
-        Modal mass and share of the pressure that of a piston: both within a factor of two.
-        """
-        sheet, mass = self.support(solid, rubber=True), self.mass(solid)
+        """A plate's bending on the sheet of rubber, pressed over a disc of the imprint's area."""
+        sheet = self.support(solid, rubber=True)
         assert sheet is not None
-        bent = (2 * np.pi * plate_hz(0.1, 5e-3, solid)) ** 2 * (1 + 1j * solid.loss)
-        square = bent + sheet.stiffness_n_m3 / mass * (1 + 1j * sheet.loss)
-        return 2 * AIR * 1j * OMEGA / (mass * (square - OMEGA**2))
+        modes = plate_modes(0.1, 0.1, 5e-3, solid, sheet)
+        edge = np.sqrt(self.area) / 2
+        u, v = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-edge, edge, 21)]))
+        pressed = modes.at(u, v).mean(axis=1)[:, None] ** 2 * self.area
+        square = modes.square[:, None] * (1 + 1j * modes.loss[:, None])
+        return 2 * AIR * np.sum(1j * OMEGA * pressed / (square - OMEGA**2), axis=0)
 
 
 def estimates() -> Table:

@@ -11,17 +11,20 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
 from ajgdata.paths import Paths
-from ajgdata.pipeline.studies import STUDIES, read_study
+from ajgdata.pipeline.studies import GALLERY, read_study
+from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 
 pytestmark = pytest.mark.artefact
 
 PATHS = Paths()
+EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": []}
 #: Only what this run is about: results of what was declared once may still lie about.
-RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else {"datasets": [], "runs": []}
+RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
-VERIFIED = [PATHS.study(name) for name in STUDIES if name in ("verification", "stability")]
 METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
+PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
+STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name != GALLERY]
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
@@ -108,19 +111,21 @@ def test_no_group_is_in_two_folds(path):
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
 
 
-@pytest.mark.parametrize("path", VERIFIED, ids=lambda p: p.stem)
-def test_what_the_studies_claim_holds(path):
-    _, tables = read_study(path)
-    rows = {table.name: table.rows for table in tables}
-    if path.stem == "verification":
-        assert [row for row in rows["verification"] if not row["passed"]] == []
-    else:
-        assert [row for row in rows["stability"] if row["outcome"] != row["expected"]] == []
-
-
-def test_the_report_needs_no_network_and_has_every_figure():
-    page = PATHS.report.read_text(encoding="utf-8")
+@pytest.mark.parametrize("path", PAGES, ids=lambda p: p.stem)
+def test_each_page_needs_no_network_and_what_it_links_to_is_there(path):
+    page = path.read_text(encoding="utf-8")
     assert not re.search(r"<(script|img|iframe|source)[^>]+src=[\"'](?!data:)", page)
     assert not re.search(r"@import|url\(\s*[\"']?http|<link[^>]+href=[\"']http", page)
-    for link in re.findall(r"href=\"(figures/[^\"]+)\"", page):
-        assert (PATHS.report.parent / link).is_file()
+    links = re.findall(r"href=\"(?!https?:|#)([^\"]+)\"", page)
+    assert links
+    for link in links:
+        assert (path.parent / link).is_file(), link
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
+def test_what_the_studies_claim_holds(path):
+    _, tables = read_study(path)
+    assert tables
+    for table in tables:
+        assert table.rows
+        assert [row for row in table.rows if holds(row) is False] == []

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from ajgdata.store.files import (
     csv_bytes,
     json_bytes,
+    line_of,
     numbered_rows,
     read_csv,
     read_json,
@@ -200,3 +201,34 @@ def test_json(tmp_path):
     path.write_text('{"a": 1,\n')
     with pytest.raises(DataError, match=r"x.json:2: not valid JSON"):
         read_json(path)
+
+
+PLACES = """\
+# a comment
+name: x
+objects:
+  - {name: a, shape: {kind: cube,
+       edge_mm: 3}}
+  - name: b
+    shape: ball
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "line"),
+    [
+        ((), 1),
+        (("name",), 2),
+        (("nowhere",), 1),
+        (("objects",), 3),
+        (("objects", 0, "name"), 4),
+        (("objects", 0, "shape", "cube", "edge_mm"), 5),  # the alternative's name stands nowhere
+        (("objects", 1), 6),
+        (("objects", 1, "shape", "kind"), 7),
+        (("objects", 2, "shape"), 3),
+    ],
+)
+def test_the_line_of_a_place(tmp_path, place, line):
+    path = tmp_path / "x.yaml"
+    path.write_text(PLACES)
+    assert line_of(path, place) == line

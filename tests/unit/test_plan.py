@@ -108,7 +108,7 @@ def test_nothing_to_run_is_said(tmp_path):
         ),
         (
             {"objects": [{"name": "a", "shape": {"kind": "cube", "edge_mm": -1}}]},
-            "recipe, a: object.*edge_mm = -1: .* greater than or equal to 0.5",
+            "recipe, a: object.*edge_mm = -1: Input should be greater",
             "edge_mm: -1",
         ),
         ({"vary": {"roll": [0, 1]}}, "recipe, a: unknown key grasp.roll", "roll:"),

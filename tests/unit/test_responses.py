@@ -216,22 +216,25 @@ def test_two_processes_write_and_read_the_same_scenes(tmp_path):
 
 AIR = {"medium": {"kind": "air"}}
 FREE = {"object": None}
+SOFT = {"object": {"kind": "ellipsoid", "diameters_mm": [40, 40, 40], "material": "styrofoam"}}
 CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}
+#: What the empty gripper does not read.
+GRAINS = {
+    "medium": {
+        "kind": "air", "porosity": 0.7, "grain_diameter_mm": 2,
+        "heave_deg": 40, "heave_fraction": 0.9,
+    },
+    "gripper": {"bed_depth_mm": 50},
+    "grasp": {"nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2}},
+}  # fmt: skip
 #: What a scene does not need, and the settings that then change nothing.
 UNUSED = [
-    (
-        AIR,
-        {
-            "medium": {
-                "kind": "air", "bed_depth_mm": 50, "porosity": 0.7, "grain_diameter_mm": 2,
-                "heave_deg": 40, "heave_fraction": 0.9,
-            },
-            "grasp": {"nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2}},
-        },
-    ),
+    (AIR, GRAINS),
+    ({**AIR, **SOFT}, GRAINS),
     (
         FREE,
         {
+            "support": {"kind": "rubber"},
             "gripper": {"drape_deg": 60, "drape_smoothing_mm": 3, "stiffness_n_m3": 1e5},
             "medium": {"heave_deg": 40, "heave_fraction": 0.9},
             "grasp": {
@@ -251,6 +254,7 @@ UNUSED = [
             }
         },
     ),
+    ({}, {"support": {"kind": "rigid", "thickness_mm": 9}}),
     ({"grasp": {"nuisance": CALM}}, {"grasp": {"seed": 5, "nuisance": CALM}}),
     (
         {**AIR, "grasp": {"nuisance": {"force": 0, "temperature_k": 0}}},
@@ -260,7 +264,9 @@ UNUSED = [
 
 
 @pytest.mark.parametrize(
-    ("base", "changes"), UNUSED, ids=["no grains", "no object", "no fields", "calm", "calm air"]
+    ("base", "changes"),
+    UNUSED,
+    ids=["no grains", "no grains, soft", "no object", "no fields", "no sheet", "calm", "calm air"],
 )
 def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
     """Simulated as they stand, not by their canonical form."""
@@ -285,7 +291,7 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
     [
         {"gripper": {"wall_admittance": 3e-3}},
         {"gripper": {"membrane": {"mass_kg_m2": 0.4}}},
-        {"medium": {"bed_depth_mm": 34}},
+        {"gripper": {"bed_depth_mm": 34}},
         {"medium": {"kind": "metal"}},
         {"object": {"kind": "cube", "edge_mm": 21}},
         {"grasp": {"angle_deg": 3}},
@@ -295,7 +301,7 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
         {"environment": {"temperature_c": 21}},
         {"numerics": {**QUICK, "decay_db": 50}},
         {**AIR, "gripper": {"stiffness_n_m3": 3e5}},
-        {**FREE, "medium": {"bed_depth_mm": 34}},
+        {**FREE, "gripper": {"bed_depth_mm": 34}},
     ],
     ids=str,
 )

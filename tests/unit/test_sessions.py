@@ -82,7 +82,7 @@ def test_mistakes_in_dataset_yaml(project, keys, said):
     with pytest.raises(DataError) as caught:
         read_dataset(project.paths, "d")
     text = str(caught.value)
-    assert text.startswith(f"{path}:")
+    assert re.match(rf"{re.escape(str(path))}:\d+: ", text)
     assert said in text
     assert "\n" not in text
     assert len(text) < 500

@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 from PIL import Image
+from test_report_page import Page
 
 from ajgdata.cli import main
 from ajgdata.gripper import ImpulseResponse, Scene, compile
 from ajgdata.gripper.field import slices
-from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, animate, loudness, palette
+from ajgdata.gripper.grippers import GRIPPERS
+from ajgdata.gripper.library import OBJECTS
+from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, WIDTH_PX, animate, loudness, palette
 from ajgdata.report.canvas import encode
+from ajgdata.report.gallery import RESPONSE, caption, groups, render_gallery
 from ajgdata.report.scenes import (
     cross_section_figure,
     response_figure,
@@ -105,8 +109,9 @@ def test_the_animation_shows_the_wave_where_there_is_room_and_nowhere_else():
     moved = np.any(first != last, axis=2)
     assert moved.mean() > 0.05
     rows, columns = np.nonzero(moved)
-    x = film.across_m[0] * 1e3 - 3 + (columns + 0.5) / 4
-    z = film.up_m[-1] * 1e3 + 3 - (rows + 0.5) / 4
+    scale = WIDTH_PX / (6 * len(film.across_m))
+    x = film.across_m[0] * 1e3 - 3 + (columns + 0.5) / scale
+    z = film.up_m[-1] * 1e3 + 3 - (rows + 0.5) / scale
     cut = section(SCENE)
     # what moves lies between membrane and roof, give or take the width of a line
     assert np.all(z > np.interp(x, cut.x, cut.floor) - 1)
@@ -188,3 +193,41 @@ def test_a_bad_scene_is_one_line(ajgdata, tmp_path, content, said):
         assert err.startswith("error bad.yaml") and said in err and err.count("\n") == 1
     assert {path.name for path in tmp_path.iterdir()} == {"bad.yaml"}
     assert "there is no such file" in ajgdata("plan", "nope.yaml")[2]
+
+
+def test_a_name_is_a_scene_and_names_are_listed(ajgdata):
+    code, out, _ = ajgdata("objects")
+    assert code == 0 and "banana" in out and len(out.splitlines()) == len(OBJECTS)
+    code, out, _ = ajgdata("grippers")
+    assert code == 0 and out.split()[0] == "default" and len(out.splitlines()) == len(GRIPPERS)
+    assert ajgdata("plan", "banana")[0] == ajgdata("plan", "small")[0] == 0
+    assert "see `ajgdata gripper objects`" in ajgdata("plan", "banan")[2]
+
+
+@pytest.mark.parametrize("name", ["sphere80_wood", "banana", "bar"])
+def test_objects_are_drawn_between_table_and_membrane(name):
+    cut = section(Scene.model_validate({"object": name}))
+    assert np.all(cut.below[cut.inside] >= cut.table - 1e-9)
+    assert np.all(cut.top[cut.inside] >= cut.below[cut.inside] - 1e-9)
+    within = cut.inside & (cut.roof > cut.floor)
+    # the membrane is smoothed over 1.5 mm at edges as steep as the drape
+    assert np.all(cut.floor[within] >= cut.top[within] - 2)
+
+
+def test_the_gallery_has_a_dozen_objects_and_every_gripper():
+    objects, grippers = groups()
+    assert len(objects.exhibits) >= 12
+    assert {one.name for one in grippers.exhibits} == set(GRIPPERS) - {"default"}
+    for one in (*objects.exhibits, *grippers.exhibits):
+        said = caption(one)
+        assert one.title in said.text and "Air above the bed" in said.alt
+    svgs = {one.name: b"<svg/>" for group in (objects, grippers) for one in group.exhibits}
+    made = {"ajgdata_version": "1", "git_commit": "<b>", "code": "c"}
+    film = (objects.exhibits[0], b"GIF89a")
+    html = render_gallery(groups(), {**svgs, RESPONSE: b"<svg/>"}, film, made)
+    page = Page(html)
+    assert len(page.all("figure")) == len(svgs) + 2
+    assert "<code><b>" not in html
+    ids = [a["id"] for _, a in page.tags if "id" in a]
+    assert len(ids) == len(set(ids))
+    assert all(a["src"].startswith("data:image/") for a in page.all("img"))

@@ -4,14 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.polynomial import legendre
-from scipy.linalg import eigh
 
 from ajgdata.gripper.contact import (
     Frame,
     Spring,
     pad,
-    plate_hz,
     resonance_hz,
     stack_admittance,
     thermal_admittance,
@@ -74,34 +71,6 @@ def test_a_pad_lies_between_its_bounds():
     bulk = rubber.young_pa / (3 * (1 - 2 * rubber.poisson))
     assert pad(rubber, 5e-3, 0.0).stiffness_n_m3 * 5e-3 < rubber.young_pa
     assert pad(rubber, 5e-3, 1e3).stiffness_n_m3 * 5e-3 == pytest.approx(bulk, rel=1e-4)
-
-
-def test_plate_roots_are_those_of_a_ritz_solution():
-    """Free square plate, ν = 0.3, Legendre polynomials to degree 9: Leissa's 13.47, 19.60, 24.27,
-    which are an upper bound of 1966 in four digits."""
-    n, poisson = 10, 0.3
-    x, weight = legendre.leggauss(24)
-    value = [
-        np.array([legendre.legval(x, legendre.legder(row, d)) for row in np.eye(n)])
-        for d in range(3)
-    ]
-
-    def product(i: int, j: int) -> np.ndarray:
-        return (value[i] * weight) @ value[j].T
-
-    mass = np.kron(product(0, 0), product(0, 0))
-    stiff = np.kron(product(2, 2), product(0, 0)) + np.kron(product(0, 0), product(2, 2))
-    stiff += poisson * (
-        np.kron(product(2, 0), product(0, 2)) + np.kron(product(0, 2), product(2, 0))
-    )
-    stiff += 2 * (1 - poisson) * np.kron(product(1, 1), product(1, 1))
-    # On [-1, 1] the edge is 2: λ² = 4 √eigenvalue. Three rigid motions come first.
-    roots = 4 * np.sqrt(eigh(stiff, mass, eigvals_only=True)[3:6])
-    assert roots == pytest.approx([13.47, 19.60, 24.27], rel=1e-3)
-    steel = MATERIALS["steel"].model_copy(update={"poisson": poisson})
-    rigidity = 200e9 * 5e-3**3 / 12 / 0.91
-    expected = roots[2] / (2 * np.pi * 0.1**2) * np.sqrt(rigidity / (7850 * 5e-3))
-    assert plate_hz(0.1, 5e-3, steel) == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_thermal_layer_grows_with_the_root_and_vanishes_on_an_insulator():

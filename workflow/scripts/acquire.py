@@ -9,9 +9,8 @@ from ajgdata.pipeline.progress import lines
 
 dataset, session = snakemake.wildcards.dataset, snakemake.wildcards.session
 with logged(snakemake.log[0]):
-    acquire_virtual(
-        Paths(Path(snakemake.params.root)),
-        dataset,
-        session,
-        lines(f"recording {dataset}/{session}"),
-    )
+    said = lines(f"recording {dataset}/{session}")
+    done = acquire_virtual(Paths(Path(snakemake.params.root)), dataset, session, said)
+    print(f"{done.recorded} recorded, {done.kept} already there")
+    for grasp, reason in done.skipped.items():
+        print(f"skipped {grasp}: {reason}")

@@ -47,7 +47,7 @@ PISTONS: dict[str, Parameters] = {
 def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, float]:
     """Pressure beside the piston after a pulse of one step at the far end; Δt, cross-section."""
     cells = cut_cells(box(2 * h, 2 * h, LENGTH_M, 0.0), h, 2 * h, 0.0, LENGTH_M)
-    end = int(np.flatnonzero(cells.volume.any((1, 2)))[0])
+    end, start = np.flatnonzero(cells.volume.any((1, 2)))[[0, -1]].tolist()
     area = np.where(np.arange(len(cells.z))[:, None, None] == end, cells.volume / h, 0.0)
     walls, modes = WallList.uniform(area, *piston), NO_MODES
     if as_mode:
@@ -56,7 +56,7 @@ def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, floa
         walls = NO_WALLS
     system = assemble(cells, air_fluid(AIR), time_step(h), walls=walls, modes=modes)
     live = np.flatnonzero((cells.volume > 0).ravel())
-    ends = [live[live // system.span.slab == k] for k in (end, len(cells.z) - 2)]
+    ends = [live[live // system.span.slab == k] for k in (end, start)]
     near, far = (Probe(c.astype(np.uint64), np.full(len(c), 1 / len(c))) for c in ends)
     heard = march(system, at_rest(system), far, near, np.ones(1), int(TIME_S / system.dt))
     return heard, system.dt, float(area.sum())

@@ -103,7 +103,7 @@ def _numbers(given, path=()):
 
 @st.composite
 def spoiled(draw):
-    """A scene one of whose numbers is nonsense, and the key of that number."""
+    """A scene one of whose numbers is nonsense."""
     scene = deepcopy(draw(SCENES.filter(lambda scene: any(True for _ in _numbers(scene)))))
     path = draw(st.sampled_from(sorted(_numbers(scene), key=str)))
     inner = scene

@@ -1,0 +1,96 @@
+"""Sizes, volumes and masses of shapes; what cannot be a shape."""
+
+import math
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from ajgdata.gripper.shapes import Object
+
+SHAPE = TypeAdapter(Object)
+BALL = {"kind": "sphere", "diameter_mm": 40.0}
+SLAB = {"kind": "box", "length_mm": 40.0, "width_mm": 20.0, "height_mm": 10.0}
+
+
+def shape(given):
+    return SHAPE.validate_python(given)
+
+
+def compound(*parts, **keys):
+    return {"kind": "compound", "parts": list(parts)} | keys
+
+
+@pytest.mark.parametrize(
+    ("given", "size", "volume", "hollow"),
+    [
+        ({"kind": "cube", "edge_mm": 10.0}, (10, 10, 10), 1000, 8**3),
+        (SLAB, (40, 20, 10), 8000, 38 * 18 * 8),
+        (
+            {"kind": "cylinder", "diameter_mm": 20.0, "height_mm": 30.0},
+            (20, 20, 30),
+            math.pi * 100 * 30,
+            math.pi * 81 * 28,
+        ),
+        (
+            {"kind": "rod", "diameter_mm": 20.0, "length_mm": 30.0},
+            (30, 20, 20),
+            math.pi * 100 * 30,
+            math.pi * 81 * 28,
+        ),
+        (BALL, (40, 40, 40), 4 / 3 * math.pi * 20**3, 4 / 3 * math.pi * 19**3),
+        (
+            {"kind": "ellipsoid", "diameters_mm": [40, 20, 10]},
+            (40, 20, 10),
+            math.pi / 6 * 8000,
+            math.pi / 6 * 38 * 18 * 8,
+        ),
+        (
+            compound({"shape": SLAB}, {"shape": SLAB, "x_mm": 40}),
+            (80, 20, 10),
+            16000,
+            2 * 38 * 18 * 8,
+        ),
+    ],
+)
+def test_volumes_are_those_of_the_textbook(given, size, volume, hollow):
+    solid, shell = shape(given), shape(given | {"shell_mm": 1.0})
+    assert solid.size_mm == pytest.approx(size)
+    assert solid.volume_mm3 == pytest.approx(volume)
+    assert shell.volume_mm3 == pytest.approx(volume - hollow)
+
+
+def test_mass_is_volume_times_density_and_rigid_bodies_have_none():
+    assert shape(BALL).mass_kg is None
+    steel = shape(BALL | {"material": "steel"})
+    assert steel.mass_kg == pytest.approx(7850 * 4 / 3 * math.pi * 0.02**3)
+
+
+def test_a_turned_part_reaches_along_its_diagonal():
+    turned = shape(compound({"shape": SLAB, "angle_deg": 90}, {"shape": SLAB}))
+    assert turned.size_mm == pytest.approx((40, 40, 10))
+    oblique = shape(compound({"shape": SLAB, "angle_deg": 45, "lift_mm": 0.0}))
+    assert oblique.size_mm[:2] == pytest.approx(2 * [60 / math.sqrt(2)])
+    assert shape(compound({"shape": SLAB}, {"shape": BALL, "lift_mm": 7})).size_mm[
+        2
+    ] == pytest.approx(47)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (BALL | {"diameter_mm": 0.4}, "greater than or equal to 0.5"),
+        (BALL | {"diameter_mm": float("nan")}, "finite"),
+        (BALL | {"shell_mm": 20.0}, "shell_mm 20 fills a sphere"),
+        (BALL | {"radius_mm": 20.0}, "radius_mm"),
+        (BALL | {"material": "cheese"}, "material"),
+        (compound(), "parts"),
+        (compound({"shape": BALL, "lift_mm": 3}), "no part rests on the table: lower every"),
+        (compound({"shape": BALL | {"material": "steel"}}), "belong to the compound"),
+        (compound({"shape": BALL}, {"shape": SLAB}, shell_mm=6.0), "fills the part box"),
+        (compound({"shape": compound({"shape": BALL})}), "kind"),
+        ({"kind": "teapot"}, "teapot"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(given, said):
+    with pytest.raises(ValidationError, match=said):
+        shape(given)

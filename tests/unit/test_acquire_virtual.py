@@ -1,0 +1,247 @@
+"""The virtual gripper records whole data sets: over processes, again, and after any end."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from ajgdata import gripper
+from ajgdata.acquire.solving import solving
+from ajgdata.pipeline.acquire import acquire_all
+from ajgdata.pipeline.recipes import declare_from, recipe_sessions
+from ajgdata.pipeline.validate import validate_datasets
+from ajgdata.store.audio import read_audio
+from ajgdata.store.responses import LIMIT_VARIABLE
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import AudioSettings, DataError
+
+#: The coarsest grid, and a few milliseconds of sound.
+QUICK = {"numerics": {"dx_mm": 6, "max_time_s": 0.004}}
+RECIPE = {
+    "sessions": 2,
+    "grasps_per_object": 3,
+    "samples_per_grasp": 2,
+    "scene": QUICK,
+    "vary": {"angle_deg": [-10, 10]},
+    "objects": [
+        {"name": f"cube_{edge}", "shape": {"kind": "cube", "edge_mm": edge}} for edge in (10, 20)
+    ],
+}
+
+
+def acquire(project, cores=1, dataset="d"):
+    wanted = [(dataset, session) for session in recipe_sessions(project.paths, dataset)]
+    return [done for *_, done in acquire_all(project.paths, wanted, cores)]
+
+
+def recordings(project, dataset="d") -> dict[str, bytes]:
+    folder = project.paths.sessions(dataset)
+    return {
+        str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
+    }
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Scenes that were really simulated."""
+    scenes = []
+
+    def simulate(one):
+        scenes.append(one)
+        return simulated(one)
+
+    simulated = gripper.simulate
+    monkeypatch.setattr(gripper, "simulate", simulate)
+    return scenes
+
+
+def test_a_second_acquisition_only_records(project, solved):
+    project.declare(recipe=RECIPE)
+    assert [tuple(done)[:2] for done in acquire(project)] == [(12, 0), (12, 0)]
+    assert len(solved) == 12
+    before = recordings(project)
+    for path in project.paths.sessions("d").rglob("*.wav"):
+        path.unlink()
+    assert [tuple(done)[:2] for done in acquire(project)] == [(12, 0), (12, 0)]
+    assert len(solved) == 12
+    assert recordings(project) == before
+
+
+#: Stands under the rim, where it would pinch the cavity.
+ROD = {"name": "rod", "shape": {"kind": "cylinder", "diameter_mm": 5, "height_mm": 140}}
+BESIDE = {
+    **RECIPE,
+    "scene": {**QUICK, "grasp": {"offset_x_mm": 45}},
+    "objects": [ROD, RECIPE["objects"][0]],
+}
+
+
+def test_processes_make_the_same_bytes(project, solved, monkeypatch):
+    project.declare(recipe=BESIDE)
+    alone = acquire(project)
+    one, count = recordings(project), len(solved)
+    for path in project.paths.sessions("d").rglob("*.wav"):
+        path.unlink()
+    monkeypatch.setenv(LIMIT_VARIABLE, "0")  # in the children too: they must solve all again
+    steps = []
+    wanted = [("d", session) for session in recipe_sessions(project.paths, "d")]
+    together = list(acquire_all(project.paths, wanted, 2, lambda n: lambda: steps.append(n)))
+    assert [done for *_, done in together] == alone
+    assert recordings(project) == one
+    assert len(solved) == count
+    assert steps == [24] * 24  # one bar for all sessions
+
+
+def test_noise_gain_and_excitation_need_no_new_response(project, solved):
+    project.declare(recipe=RECIPE)
+    acquire(project)
+    quiet = project.paths.sessions("d") / "virtual-01" / "audio"
+    target = project.paths.dataset("loud")
+    target.parent.mkdir()
+    signal_chain = {"external_noise_dba": 80, "gain_db": -6}
+    recipe = {**RECIPE, "grasps_of": "d", "signal": signal_chain}
+    target.write_text(yaml.safe_dump({"name": "loud", "recipe": recipe}))
+    acquire(project, dataset="loud")
+    assert len(solved) == 12
+    loud = project.folder("virtual-01").parents[2] / "loud" / "sessions" / "virtual-01"
+    assert read_session(loud).scene["signal"]["external_noise_dba"] == 80
+    names = sorted(path.name for path in quiet.glob("*.wav"))
+    assert names == sorted(path.name for path in (loud / "audio").glob("*.wav"))
+    settings = AudioSettings()
+    one, two = (read_audio(f / names[0], settings).samples for f in (quiet, loud / "audio"))
+    added = two / 10 ** (-6 / 20) - one
+    full_scale_pa = np.sqrt(2) * 20e-6 * 10 ** (130 / 20)
+    level = 20 * np.log10(np.std(added) * full_scale_pa / 20e-6)
+    alone = gripper.outside_noise(44_100, 80, 0.3, 100.0, seed=1)
+    # Two takes of this noise differ in level by 4 / sqrt(time x band), band about 700 Hz.
+    assert level == pytest.approx(20 * np.log10(np.std(alone) / 20e-6), abs=8.7 * 4 / 700**0.5)
+
+
+def test_a_grasp_that_cannot_be_is_skipped_and_reported(project):
+    project.declare(recipe={**BESIDE, "sessions": 1})
+    for counts in ((6, 0), (0, 6)):
+        (done,) = acquire(project)
+        assert list(done.skipped) == [f"virtual-01_rod_0{n}" for n in (1, 2, 3)]
+        assert "pinches the cavity" in done.skipped["virtual-01_rod_01"]
+        assert (done.recorded, done.kept) == counts
+    rows, findings = read_recordings(project.folder("virtual-01"))
+    assert {row.object for row in rows} == {"cube_10"}
+    assert not findings
+    _, findings = validate_datasets(lambda: project.paths, ["d"], lambda total: lambda: None)
+    told = [one for one in findings if one.code == "skipped"]
+    assert [one.recording_id for one in told] == list(done.skipped)
+    assert told[0].fix == "correct the recipe"
+
+
+def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):
+    file = tmp_path / "my.yaml"
+    text = "# mine\n" + yaml.safe_dump({"name": "mine", "recipe": RECIPE})
+    file.write_text(text)
+    assert declare_from(project.paths, file) == "mine"
+    assert project.paths.dataset("mine").read_text() == text
+    assert declare_from(project.paths, file) == "mine"
+    assert declare_from(project.paths, project.paths.dataset("mine")) == "mine"
+    file.write_text(text + "title: other\n")
+    with pytest.raises(DataError, match=r"my.yaml: name = 'mine', and .*dataset.yaml declares som"):
+        declare_from(project.paths, file)
+    file.write_text("name: other\nrecipe:\n  sessions: 0\n")
+    with pytest.raises(DataError, match=r"my.yaml:3: recipe.sessions = 0: .*greater than"):
+        declare_from(project.paths, file)
+    file.write_text("name: other\n")
+    with pytest.raises(DataError, match=r"my.yaml: has no recipe; add one"):
+        declare_from(project.paths, file)
+    assert not project.paths.dataset("other").exists()
+
+
+COMMAND = "from ajgdata.cli import main; main()"
+
+
+def command(project, *arguments) -> list[str]:
+    return [sys.executable, "-c", COMMAND, "acquire", *arguments]
+
+
+def descendants(pid: int) -> set[int]:
+    found: set[int] = set()
+    for path in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in map(int, path.read_text().split()):
+            found |= {child, *descendants(child)}
+    return found
+
+
+def alive(pid: int) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc")
+@pytest.mark.parametrize("kills", [2, pytest.param(12, marks=pytest.mark.slow)])
+def test_goes_on_after_kills(project, monkeypatch, kills):
+    """Killed at random moments; what is left is finished to the bytes of an untroubled run, and
+    no process outlives its parent."""
+    project.declare(recipe={**RECIPE, "sessions": 1, "grasps_per_object": 3 * kills})
+    acquire(project)
+    whole = recordings(project)
+    for path in sorted(project.paths.sessions("d").rglob("*"), reverse=True):
+        path.unlink() if path.is_file() else path.rmdir()
+    monkeypatch.setenv(LIMIT_VARIABLE, "0")  # nothing comes from the runs before
+    monkeypatch.setenv("AJGDATA_ROOT", str(project.root))
+    moments, orphans = random.Random(4), set()
+    for _ in range(kills):
+        process = subprocess.Popen(
+            command(project, "d", "--cores", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        held = len(list(project.paths.sessions("d").rglob("*.wav")))
+        deadline = time.monotonic() + 60
+        while len(list(project.paths.sessions("d").rglob("*.wav"))) == held:
+            assert process.poll() is None, process.stderr.read()
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        time.sleep(moments.uniform(0, 0.05))
+        children = descendants(process.pid)
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        ended = (project.folder("virtual-01") / "session.yaml").exists()
+        assert not ended or recordings(project) == whole
+        orphans |= children
+    assert len(orphans) >= 2 * kills
+    acquire(project)
+    assert recordings(project) == whole
+    deadline = time.monotonic() + 20
+    while left := [pid for pid in orphans if alive(pid)]:
+        assert time.monotonic() < deadline, left
+        time.sleep(0.05)
+
+
+def test_a_lost_process_is_said_in_one_line(project):
+    scene = gripper.Scene.model_validate(QUICK)
+    with solving(project.paths.responses, 2) as solver:
+        solver.expect([scene])
+        solver.solve(scene)
+        (child, *_) = [pid for pid in solver._pool._processes]
+        os.kill(child, signal.SIGKILL)
+        others = [gripper.Scene.model_validate({**QUICK, "grasp": {"seed": n}}) for n in range(9)]
+        with pytest.raises(DataError, match="solving scenes: a process was ended from outside"):
+            for one in others:
+                solver.solve(one)
+
+
+def test_the_command(project, tmp_path):
+    file = tmp_path / "my.yaml"
+    recipe = {**RECIPE, "sessions": 1, "grasps_per_object": 1}
+    file.write_text(yaml.safe_dump({"name": "mine", "recipe": recipe}))
+    environment = {**os.environ, "AJGDATA_ROOT": str(project.root)}
+    arguments = ["--source", "virtual", "--recipe", str(file), "--cores", "1"]
+    done = subprocess.run(
+        command(project, *arguments), env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "mine/virtual-01: 4 recorded, 0 already there\n"
+    assert done.stderr == ""

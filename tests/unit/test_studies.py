@@ -1,0 +1,212 @@
+"""Studies become files, and files pages: nothing is lost, nothing is unescaped."""
+
+import json
+import sys
+import types
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+from test_report_page import Page
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.pages import build_study_page
+from ajgdata.pipeline.studies import GALLERY, STUDIES, read_study, run_study
+from ajgdata.report.study_figures import FIGURES, study_figures
+from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
+from ajgdata.report.wording import DASH, value
+from ajgdata.store.provenance import code_digest
+from ajgdata.studies.table import Column, Table
+from ajgdata.types import DataError
+
+SCRIPT = "<script>alert(1)</script>"
+TABLE = Table(
+    "convergence",
+    f"Errors {SCRIPT}",
+    "How to read & weep.",
+    (
+        Column("case", "case"),
+        Column("dx_mm", "grid", "mm"),
+        Column("error", "error"),
+        Column("passed", "holds"),
+    ),
+    (
+        {"case": SCRIPT, "dx_mm": np.float32(2.5), "error": np.inf, "passed": np.bool_(True)},
+        {"case": "b", "dx_mm": 5, "error": 1.25e-15, "passed": False},
+        {"case": "b", "dx_mm": None, "error": 0.5, "passed": None},
+    ),
+)
+DRAWN = Table(
+    "convergence",
+    "t",
+    "n",
+    TABLE.columns[:3],
+    tuple(
+        {"case": case, "dx_mm": h, "error": factor * h**2}
+        for case, factor in (("a", 1), ("b", 3))
+        for h in (2, 4)
+    ),
+)
+MADE = {
+    "study": "verification",
+    "quick": False,
+    "ajgdata_version": "1",
+    "git_commit": "",
+    "code": "c",
+}
+
+
+def pretend(monkeypatch, *made):
+    module = types.ModuleType("ajgdata.studies.pretended")
+    module.tables = lambda quick: [*made[: 1 if quick else None]]
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+
+
+def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
+    pretend(monkeypatch, TABLE, DRAWN)
+    out = tmp_path / "deep" / "study.json"
+    run_study("pretended", out)
+    made, (first, second) = read_study(out)
+    assert made["study"] == "pretended" and made["quick"] is False
+    assert len(made["code"]) == 16 and made["ajgdata_version"]
+    assert second == DRAWN
+    assert (first.name, first.title, first.note, first.columns) == (
+        TABLE.name, TABLE.title, TABLE.note, TABLE.columns,
+    )  # fmt: skip
+    assert first.rows[0] == {"case": SCRIPT, "dx_mm": 2.5, "error": "inf", "passed": True}
+    assert first.rows[1:] == TABLE.rows[1:]
+    before = out.read_bytes()
+    run_study("pretended", out)
+    assert out.read_bytes() == before
+    run_study("pretended", out, quick=True)
+    assert len(read_study(out)[1]) == 1
+    assert list(out.parent.iterdir()) == [out]
+
+
+def test_a_row_without_a_value_for_each_column_is_refused(monkeypatch, tmp_path):
+    ragged = Table("t", "t", "", TABLE.columns, ({"case": "a"},))
+    pretend(monkeypatch, ragged)
+    with pytest.raises(ValueError, match=r"row 0 of table t has \['case'\]"):
+        run_study("pretended", tmp_path / "s.json")
+    assert not (tmp_path / "s.json").exists()
+
+
+@pytest.mark.parametrize("content", ["[]", "{}", '{"tables": [{}]}', '{"tables": [1]}'])
+def test_another_file_is_refused_in_one_line(tmp_path, content):
+    path = tmp_path / "s.json"
+    path.write_text(content)
+    with pytest.raises(DataError, match=r"is not a study's file; delete it and run again"):
+        read_study(path)
+
+
+@pytest.fixture
+def page(tmp_path, monkeypatch):
+    paths = Paths(tmp_path)
+    monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
+    pretend(monkeypatch, TABLE)
+    run_study("pretended", paths.study("pretended"))
+    build_study_page(paths, "pretended", ["gallery", "accuracy"])
+    return paths.page("pretended").read_text(encoding="utf-8")
+
+
+def test_a_page_shows_every_value_and_runs_nothing(page):
+    assert SCRIPT not in page
+    shown = Page(page)
+    assert shown.row([SCRIPT]) == [SCRIPT, "2.5", "inf", "yes"]
+    assert shown.row(["b", "5"]) == ["b", "5", "1.25 × 10⁻¹⁵", "no"]
+    assert shown.row(["b", DASH]) == ["b", DASH, "0.5", DASH]
+    assert "1 of 2 hold." in shown.words
+    assert page.count('class="fails"') == 1
+    assert shown.rows[0] == ["case", "grid", "mm", "error", "holds"]
+    assert "How to read & weep." in shown.words
+    assert {a["href"] for a in shown.all("a")} == {"index.html", "gallery.html", "accuracy.html"}
+    assert not {tag for tag, _ in shown.tags} & {"script", "link", "iframe", "object"}
+    assert "simulated" in shown.words
+    assert all(a.get("scope") in {"row", "col"} for a in shown.all("th"))
+
+
+def test_figures_are_drawn_linked_and_embedded(tmp_path):
+    paths = Paths(tmp_path)
+    figures = study_figures("verification", [DRAWN, TABLE])["convergence"]
+    assert set(figures) == {"convergence"}
+    with pytest.raises(ValueError, match="figures not drawn: convergence"):
+        render_study("verification", MADE, [DRAWN], {"convergence": figures}, {})
+    paths.study("verification").parent.mkdir(parents=True)
+    columns = [vars(column) for column in DRAWN.columns]
+    table = {**vars(DRAWN), "columns": columns, "rows": list(DRAWN.rows)}
+    paths.study("verification").write_text(json.dumps({**MADE, "tables": [table]}))
+    build_study_page(paths, "verification", [])
+    shown = Page(paths.page("verification").read_text(encoding="utf-8"))
+    (image,) = shown.all("img")
+    assert image["src"].startswith("data:image/svg+xml;base64,") and len(image["alt"]) > 40
+    links = [a["href"] for a in shown.all("a") if a["href"] != "index.html"]
+    assert len(links) == 3
+    assert all((paths.report.parent / link).is_file() for link in links)
+
+
+def test_the_convergence_figure_shows_each_case_and_the_slopes():
+    figure = FIGURES["verification", "convergence"][1](DRAWN)
+    (axes,) = figure.axes
+    a, b, first, second = (line.get_xydata() for line in axes.lines)
+    np.testing.assert_allclose(a, [(2, 4), (4, 16)])
+    np.testing.assert_allclose(b, [(2, 12), (4, 48)])
+    for line, order in ((first, 1), (second, 2)):
+        assert np.log2(line[1, 1] / line[0, 1]) == pytest.approx(order)
+    assert {"simulated", "a", "b", "order 1", "order 2 ", "2 known answers"} - {
+        text.get_text() for text in figure.findobj(Text)
+    } == {"order 1"}  # its text, too, ends with a space
+
+
+def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
+    keys = ("group", "name", "growth", "growth_single")
+    rows = (("a", "x", 0.1, 0.2), ("a", "y", None, None), ("b", "z", 1.0, 1.1))
+    table = Table(
+        "stability",
+        "t",
+        "n",
+        tuple(Column(key, key) for key in keys),
+        tuple(dict(zip(keys, row, strict=True)) for row in rows),
+    )
+    figure = FIGURES["stability", "stability"][1](table)
+    (axes,) = figure.axes
+    shown = [list(line.get_ydata()) for line in axes.lines]
+    assert shown == [[0.1], [0.2], [1.0], [1.1], [1, 1]]
+    assert "2 cases marched" in [text.get_text() for text in figure.findobj(Text)]
+
+
+def test_numbers_are_told_from_words():
+    assert [numeric(TABLE, key) for key in ("case", "error", "passed")] == [False, True, False]
+    infinite = Table("t", "", "", TABLE.columns[2:3], ({"error": "inf"}, {"error": None}))
+    assert numeric(infinite, "error")  # as its file says it
+    assert not numeric(Table("t", "", "", TABLE.columns[:1], ()), "case")
+
+
+def test_rows_hold_or_fail_or_claim_nothing():
+    assert [holds(row) for row in TABLE.rows] == [True, False, None]
+    assert passed(DRAWN) == "" and holds(DRAWN.rows[0]) is None
+    assert holds({"expected": "bounded", "outcome": "bounded"}) is True
+    assert holds({"expected": "bounded", "outcome": "refused"}) is False
+
+
+@pytest.mark.parametrize(
+    ("given", "shown"),
+    [
+        (None, DASH), (True, "yes"), (False, "no"), ("x", "x"), (0.0, "0"), (-1234, "−1,234"),
+        (1e6, "1 × 10⁶"), (-2.5e-4, "−2.5 × 10⁻⁴"), (1e-3, "0.001"), (99_999.0, "99,999"),
+        (0.12345, "0.123"), (10**15, "1,000,000,000,000,000"),
+    ],
+)  # fmt: skip
+def test_cells(given, shown):
+    assert value(given) == shown
+
+
+def test_every_page_has_its_words_and_its_place():
+    assert set(STUDIES) | {GALLERY} <= set(LEADS)
+    assert [link.link for link in page_links(["accuracy", "gallery"])] == [
+        "gallery.html", "accuracy.html",
+    ]  # fmt: skip
+    assert page_links([]) == []
+    for study, _ in FIGURES:
+        assert study in LEADS
+    for study in STUDIES:
+        assert code_digest(f"studies/{study}")  # there is such a module
