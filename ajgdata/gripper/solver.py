@@ -94,17 +94,14 @@ def _divergence(out, ux, uy, uz, lo, hi, row, slab):
 
 
 @njit(nogil=True, cache=True)
-def _wide_divergence(out, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab):
+def _wide_divergence(into, ux, uy, uz, rx, ry, rz, lo, hi, row, slab):
     one = uint64(1)
     for i in range(lo, hi):
-        far = reach_x[i + one] * ux[i + one] - reach_x[i - one - one] * ux[i - one - one]
-        out[i - lo] = (ux[i] - ux[i - one]) - far
-    for i in range(lo, hi):
-        far = reach_y[i + row] * uy[i + row] - reach_y[i - row - row] * uy[i - row - row]
-        out[i - lo] += (uy[i] - uy[i - row]) - far
-    for i in range(lo, hi):
-        far = reach_z[i + slab] * uz[i + slab] - reach_z[i - slab - slab] * uz[i - slab - slab]
-        out[i - lo] += (uz[i] - uz[i - slab]) - far
+        out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
+        x = rx[i + one] * ux[i + one] - rx[i - one - one] * ux[i - one - one]
+        y = ry[i + row] * uy[i + row] - ry[i - row - row] * uy[i - row - row]
+        z = rz[i + slab] * uz[i + slab] - rz[i - slab - slab] * uz[i - slab - slab]
+        into[i - lo] = out - (x + y + z)
 
 
 @njit(nogil=True, cache=True)
