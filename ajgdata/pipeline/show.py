@@ -83,7 +83,7 @@ def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list
     folder = out or Path(f"gripper-{title}")
     drawn = {
         "cross-section": cross_section_figure(scene, title, LEFT_OUT),
-        "response": response_figure(simulate(plan), title),
+        "response": response_figure(simulate(plan), title, scene.numerics),
     }
     files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
     if film:
@@ -106,6 +106,7 @@ def plan_facts(name: str) -> dict[str, str]:
     cells = np.count_nonzero(system.mass)
     longest = round(numerics.max_time_s * SAMPLE_RATE_HZ) * plan.steps_per_sample
     return {
+        "scheme": numerics.scheme,
         "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
         "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} a sample",
         "steps": f"until {number(numerics.decay_db)} dB down, {longest:,} at most",
