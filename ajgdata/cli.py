@@ -291,8 +291,14 @@ def plan_command(scene: SceneArgument) -> None:
     """Say what would be solved and what is left out, on which grid, at what cost."""
     from ajgdata.pipeline.show import plan_facts
 
-    for topic, said in plan_facts(scene).items():
+    facts, parts = plan_facts(scene)
+    for topic, said in facts.items():
         out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
+    out.print()
+    for part in parts:
+        kept = "solved" if part.kept else "[yellow]left out[/yellow]"
+        effect = "" if part.effect is None else f"(effect about {part.effect:.2g}) "
+        out.print(f"{part.name:13} {kept}: {effect}{escape(part.why)}", soft_wrap=True)
 
 
 @gripper.command()

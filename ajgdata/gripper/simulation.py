@@ -8,7 +8,7 @@ from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.plan import LEFT_OUT, Plan, compile
+from ajgdata.gripper.plan import Plan, compile
 from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.solver import State, at_rest, march
@@ -42,7 +42,8 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,
         "precision": scene.numerics.precision,
-        "left_out": list(LEFT_OUT),
+        "left_out": model.left_out,
+        "plan": model.describe(),
     }
     membrane = scene.gripper.membrane.mass_kg_m2
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)

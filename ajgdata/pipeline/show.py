@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from ajgdata.gripper import SAMPLE_RATE_HZ, Plan, Scene, SceneError, compile, simulate
+from ajgdata.gripper import Plan, Scene, SceneError, compile, simulate
 from ajgdata.gripper.field import Film, slices
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.library import OBJECTS
 from ajgdata.gripper.materials import Material
-from ajgdata.gripper.plan import LEFT_OUT
-from ajgdata.gripper.solver import at_rest
+from ajgdata.gripper.parts import Part
 from ajgdata.report.wording import number
 from ajgdata.store.files import write_bytes
 from ajgdata.store.scenes import read_scene
@@ -82,7 +82,7 @@ def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list
     plan = planned(name, scene)
     folder = out or Path(f"gripper-{title}")
     drawn = {
-        "cross-section": cross_section_figure(scene, title, LEFT_OUT),
+        "cross-section": cross_section_figure(scene, title, plan.left_out),
         "response": response_figure(simulate(plan), title, scene.numerics),
     }
     files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
@@ -97,21 +97,20 @@ def filmed(plan: Plan) -> Film:
     return slices(plan, "xz", every=max(1, round(FRAME_S / plan.system.dt)), frames=FRAMES)
 
 
-def plan_facts(name: str) -> dict[str, str]:
-    """What marching the scene `name` takes and what it leaves out, in words by topic."""
+def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
+    """What marching the scene `name` takes, in words by topic; its parts, kept or left out."""
     _, scene = open_scene(name)
     plan = planned(name, scene)
     system, numerics = plan.system, scene.numerics
-    arrays = (*system.faces, *system.capacities, *system.walls, *at_rest(system), system.mass)
     cells = np.count_nonzero(system.mass)
-    longest = round(numerics.max_time_s * SAMPLE_RATE_HZ) * plan.steps_per_sample
-    return {
+    facts = {
         "scheme": numerics.scheme,
         "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
         "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} a sample",
-        "steps": f"until {number(numerics.decay_db)} dB down, {longest:,} at most",
-        "memory": f"{number(sum(a.nbytes for a in arrays) / 1e6)} MB, {numerics.precision}",
+        "steps": f"until {number(numerics.decay_db)} dB down, {plan.most_steps:,} at most",
+        "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
-        "volume added": f"{system.added_volume:.2%}, to be stable",
-        "left out": "; ".join(LEFT_OUT),
+        "volume added": f"{round(system.added_volume, 4) + 0.0:.2%}, to be stable",
+        "tolerance": f"{number(numerics.tolerance)} of the feature; what is worth less is left out",
     }
+    return facts, plan.parts

@@ -171,11 +171,12 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
     (tmp_path / "a.json").write_text('{"numerics": {"dx_mm": 5, "max_time_s": 0.1}}')
     code, out, err = ajgdata("plan", "a.json")
     assert (code, err) == (0, "")
-    lines = dict(line.split(None, 1) for line in out.splitlines())
+    lines = dict(line.split(None, 1) for line in out.splitlines() if line)
     plan = compile(Scene.model_validate({"numerics": {"dx_mm": 5}}))
-    assert lines["grid"].startswith(
-        f"5 mm, wide, {np.count_nonzero(plan.system.mass):,} open cells"
-    )
+    assert lines["grid"].startswith(f"5 mm, {np.count_nonzero(plan.system.mass):,} open cells")
+    for part in plan.parts:
+        assert lines[part.name].startswith("solved" if part.kept else "left out")
+        assert lines[part.name].endswith(part.why)
     assert f"{4_410 * plan.steps_per_sample:,} at most" in lines["steps"]
 
 
