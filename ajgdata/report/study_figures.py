@@ -77,22 +77,26 @@ def stability_figure(table: Table) -> Figure:
 @styled
 def omissions_figure(table: Table) -> Figure:
     """What leaving each part out does, against what was expected; hollow where it is left out."""
-    figure = new_figure(
-        (WIDTH_IN, 4.6), "Change of the feature by leaving a part out", "", ["simulated"]
-    )
+    guessed = {
+        part: [row for row in rows if row["estimate"] is not None]
+        for part, rows in parted(table, "part").items()
+    }
+    title = "Change of the feature by leaving a part out"
+    subtitle = f"{len(parted(table, 'scene'))} scenes"
+    figure = new_figure((WIDTH_IN, 4.6), title, subtitle, ["simulated"])
     axes = figure.subplots()
     tolerance = float(numbers(table, "tolerance")[0])
     least = tolerance / 1e3
-    for index, (part, rows) in enumerate(parted(table, "part").items()):
-        guessed = [row for row in rows if row["estimate"] is not None]
+    for index, (part, rows) in enumerate((p, rows) for p, rows in guessed.items() if rows):
         for kept in (True, False):
             points = [
                 (max(row["estimate"], least), max(row["measured"], least))
-                for row in guessed
+                for row in rows
                 if row["kept"] is kept
             ]
             shown = {**look(index), "ls": "none", "ms": 6, "label": part if kept else None}
-            axes.plot(*np.reshape(points, (-1, 2)).T, mfc=None if kept else "none", **shown)
+            fill = shown["color"] if kept else "none"
+            axes.plot(*np.reshape(points, (-1, 2)).T, mfc=fill, clip_on=False, **shown)
     ends = [least, 2.0]
     axes.plot(ends, ends, color=GREY, lw=1, ls=":", label="as expected")
     for line in (axes.axvline, axes.axhline):
