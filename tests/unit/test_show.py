@@ -75,8 +75,8 @@ def test_the_spectrum_of_a_tone_peaks_at_it():
 
 
 def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
-    default, second = Numerics(), Numerics(scheme="second", dx_mm=5)
-    assert trusted_bands_hz(default) == (10_000, 20_000)
+    wide, second = Numerics(dx_mm=3.3), Numerics(scheme="second", dx_mm=5)
+    assert trusted_bands_hz(wide) == (10_000, 20_000)
     assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
     ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
