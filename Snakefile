@@ -6,7 +6,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
-from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE
+from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 

@@ -57,28 +57,23 @@ def acquire_session(
     skipped: dict[str, str] = {}
     recorded = kept = 0
     for grasp, rows in planned:
-        made = [row for row in rows if row.sha256]
-        taken = []
-        try:
-            for row in rows:
-                held.pop(row.recording_id, None)
-                if not row.sha256:
-                    taken.append(_record(folder, source, grasp, row))
-                progress()
-        except GraspError as error:
-            skipped[grasp.grasp_id] = f"{error.problem}; {error.fix}"
-            for row in rows[len(made) + len(taken) :]:
-                held.pop(row.recording_id, None)
-                progress()
-        wanted += sorted([*made, *taken], key=lambda row: row.sample)
-        recorded, kept = recorded + len(taken), kept + len(made)
-        if taken:
+        for row in rows:
+            held.pop(row.recording_id, None)
+        there, why_not = _complete(folder, source, grasp, rows, progress)
+        before = sum(bool(row.sha256) for row in rows)
+        kept, recorded = kept + before, recorded + len(there) - before
+        wanted += there
+        if why_not:
+            skipped[grasp.grasp_id] = why_not
+        if len(there) > before:
             write_recordings(folder, [*wanted, *held.values()])
     if source.kind != "virtual":
         wanted += held.values()
     write_session(folder, _session(folder, source, sound, notes, skipped), wanted)
     if source.kind == "virtual":
         _remove_others(folder, wanted)
+    for left in folder.rglob(".*.tmp"):  # of acquisitions that were killed
+        left.unlink()
     return Acquired(recorded, kept, skipped)
 
 
@@ -99,6 +94,26 @@ def _rows(
         known = {"sha256": old.sha256, "quality": old.quality} if old and same else {}
         rows.append(row.model_copy(update=known))
     return rows
+
+
+def _complete(
+    folder: Path,
+    source: Source,
+    grasp: Grasp,
+    rows: Sequence[Recording],
+    progress: Callable[[], object],
+) -> tuple[list[Recording], str]:
+    """Record those of `rows` that are missing; what there is then, and why not all."""
+    there = [row for row in rows if row.sha256]
+    why_not = ""
+    for row in rows:
+        if not row.sha256 and not why_not:
+            try:
+                there.append(_record(folder, source, grasp, row))
+            except GraspError as error:
+                why_not = f"{error.problem}; {error.fix}"
+        progress()
+    return sorted(there, key=lambda row: row.sample), why_not
 
 
 def _record(folder: Path, source: Source, grasp: Grasp, row: Recording) -> Recording:

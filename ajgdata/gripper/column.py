@@ -1,9 +1,12 @@
 """The stack ground - support - object - membrane - grains under the imprint, as a column of rods.
 
-One-dimensional finite elements: the object with its cross-section, narrowed near the imprint and
-near the foot to the cone along which a load spreads, so that a half-space, a slender block and a
-sphere on its point all yield as they should; the membrane as a mass between object and grains; the
-grains as a solid of modulus M under lateral restraint. Displacements and forces count downwards.
+The object yields in two ways. Its skin, as deep as the imprint is wide or as the object is high,
+yields point by point: a locally reacting wall. What is below carries the load of the whole imprint
+as one-dimensional finite elements with the object's cross-section. Both are narrowed near imprint
+and foot to the cone along which a load spreads, so that together a half-space, a slender block, a
+thin layer and a sphere on its point all yield as they should. With the grains' frame, a seat and
+the grains, a solid of modulus M under lateral restraint, stand on top. Displacements and forces
+count downwards.
 """
 
 from __future__ import annotations
@@ -15,21 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from ajgdata.gripper.contact import Frame, Spring
 from ajgdata.gripper.materials import Material
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
 OBJECT_RODS = 32
 GRAIN_RODS = 16
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The grains as a solid: density (kg/m³), modulus under lateral restraint (Pa), loss factor."""
-
-    density: float
-    modulus_pa: float
-    loss: float
 
 
 @dataclass(frozen=True)
@@ -45,35 +40,51 @@ class Body:
     foot_m2: float
     imprint_m2: float
 
+    @property
+    def imprint_radius(self) -> float:
+        """Of a circle of the same area, m."""
+        return float(np.sqrt(self.imprint_m2 / np.pi))
+
+    @property
+    def core(self) -> float:
+        """Height of what lies below the skin, m; never quite zero, so that a column remains."""
+        return max(self.height - self.imprint_radius, 1e-3 * self.height)
+
+    @property
+    def skin_flexibility(self) -> float:
+        """Of the skin, m/Pa."""
+        flexibility, _ = _rods(self, self.core, self.height, 8)
+        return float(flexibility.sum()) * self.imprint_m2
+
+
+@dataclass(frozen=True)
+class Bed:
+    """The grains over an imprint: frame, the seat between them and the object, depth (m)."""
+
+    frame: Frame
+    seat: Spring
+    depth: float
+
 
 @dataclass(frozen=True)
 class Stack:
     """Matrices of the column: `mass` M, `stiffness` K (N/m) and `damping` ηK; node `contact` is
-    the imprint, the nodes above it are grains at the fractions `rise` of their depth."""
+    the imprint, the nodes above it are the grains from their seat to their surface."""
 
     mass: Real
     stiffness: Real
     damping: Real
     contact: int
-    rise: Real
 
 
 @dataclass(frozen=True)
 class StackModes:
-    """Mass-normalised modes in order of frequency: ω² (N,), loss factor (N,), shapes (N, nodes)
-    from the imprint upwards; `flexibility` (m/N) is that of the imprint, all modes together."""
+    """Mass-normalised modes in order of frequency: ω² (N,), loss factor (N,), shapes (N, nodes),
+    first at the imprint, then in the grains from their seat to their surface, if there are any."""
 
     square: Real
     loss: Real
     shape: Real
-    rise: Real
-    flexibility: float
-
-    @property
-    def residual(self) -> Real:
-        """Flexibility of the imprint that remains after 0, 1, 2, … modes (MacNeal 1971)."""
-        taken = np.cumsum(self.shape[:, 0] ** 2 / self.square)
-        return np.maximum(self.flexibility - np.concatenate([[0.0], taken]), 0.0)
 
 
 def spread(poisson: float) -> float:
@@ -107,17 +118,32 @@ def pad_stiffness(rubber: Material, thickness: float, foot_m2: float) -> float:
     return float(1 / (1 / shape + 1 / bulk) * wide / thickness)
 
 
+def skin(body: Body, membrane_kg_m2: float) -> tuple[float, float, float]:
+    """Mass, resistance and stiffness per area of the skin with the membrane on it.
+
+    A third of the skin's mass moves with its surface (Rayleigh). Beside the loss of the material,
+    waves leave downwards as into a cone, whose dashpot is ρc (Meek & Wolf, J. Geotech. Eng. 118,
+    1992), as far as there is more than skin.
+    """
+    material = body.material
+    stiffness = 1 / body.skin_flexibility
+    mass = membrane_kg_m2 + material.density_kg_m3 * (body.height - body.core) / 3
+    wave = np.sqrt(material.density_kg_m3 * material.young_pa)
+    inner = material.loss * np.sqrt(stiffness * mass)
+    return mass, float(inner + wave * body.core / body.height), stiffness
+
+
 def stack(
     body: Body,
     membrane_kg_m2: float,
     support: tuple[float, float] = (np.inf, 0.0),
-    frame: Frame | None = None,
-    depth: float = 0.0,
+    bed: Bed | None = None,
 ) -> Stack:
-    """Assemble the column; `support` is its stiffness (N/m) and loss, `depth` (m) of the grains."""
-    rods = _object_rods(body)
-    if frame is not None and depth > 0:
-        rods = np.concatenate([rods, _grain_rods(frame, body.imprint_m2, depth)])
+    """Assemble the column; `support` is the stiffness (N/m) and loss of what it stands on."""
+    flexibility, weight = _rods(body, 0.0, body.core, OBJECT_RODS)
+    rods = np.stack([1 / flexibility, np.full(OBJECT_RODS, body.material.loss), weight], axis=1)
+    if bed is not None:
+        rods = np.concatenate([rods, _grain_rods(bed, body)])
     spring, loss, weight = rods.T
     nodes = len(rods) + 1
     mass, stiffness, damping = np.zeros((3, nodes, nodes))
@@ -130,35 +156,35 @@ def stack(
         matrix[lower, lower] += value
         matrix[upper, upper] += value
         matrix[lower, upper] = matrix[upper, lower] = across
-    mass[OBJECT_RODS, OBJECT_RODS] += membrane_kg_m2 * body.imprint_m2
-    first = 0
-    if np.isinf(support[0]):
-        first = 1
-    else:
+    _, cap = _rods(body, body.core, body.height, 8)
+    mass[OBJECT_RODS, OBJECT_RODS] += membrane_kg_m2 * body.imprint_m2 + cap.sum()
+    first = 1 if np.isinf(support[0]) else 0
+    if not first:
         stiffness[0, 0] += support[0]
         damping[0, 0] += support[0] * support[1]
-    keep = slice(first, None)
-    rise = np.linspace(0.0, 1.0, nodes - OBJECT_RODS) if nodes > OBJECT_RODS + 1 else np.zeros(1)
-    return Stack(
-        mass[keep, keep], stiffness[keep, keep], damping[keep, keep], OBJECT_RODS - first, rise
-    )
+    free = slice(first, None)
+    return Stack(mass[free, free], stiffness[free, free], damping[free, free], OBJECT_RODS - first)
 
 
-def _object_rods(body: Body) -> Real:
-    """Spring (N/m), loss and mass (kg) of each element from the foot up."""
-    step = body.height / OBJECT_RODS
+def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:
+    """Flexibility (m/N) and mass (kg) of `count` equal elements from `low` to `high` (m)."""
+    step = (high - low) / count
     # Three points of Gauss in each element resolve the cones.
     nodes, weights = np.polynomial.legendre.leggauss(3)
-    z = (np.arange(OBJECT_RODS)[:, None] + (nodes + 1) / 2) * step
+    z = low + (np.arange(count)[:, None] + (nodes + 1) / 2) * step
     flexibility = (weights / 2 / rod_areas(body, z)).sum(1) * step / body.material.young_pa
-    weight = (weights / 2 * body.section(z)).sum(1) * step * body.material.density_kg_m3
-    return np.stack([1 / flexibility, np.full(OBJECT_RODS, body.material.loss), weight], axis=1)
+    mass = (weights / 2 * body.section(z)).sum(1) * step * body.material.density_kg_m3
+    return flexibility, mass
 
 
-def _grain_rods(frame: Frame, area: float, depth: float) -> Real:
-    step = depth / GRAIN_RODS
+def _grain_rods(bed: Bed, body: Body) -> Real:
+    """The seat, in series with the skin under it, and the grains: spring, loss, mass."""
+    area, step = body.imprint_m2, bed.depth / GRAIN_RODS
+    frame, seat = bed.frame, bed.seat
     rod = (frame.modulus_pa * area / step, frame.loss, frame.density * area * step)
-    return np.tile(rod, (GRAIN_RODS, 1))
+    give = 1 / seat.stiffness_n_m3 + body.skin_flexibility
+    loss = seat.loss / seat.stiffness_n_m3 + body.material.loss * body.skin_flexibility
+    return np.array([(area / give, loss / give, 0.0), *[rod] * GRAIN_RODS])
 
 
 def solve(column: Stack) -> StackModes:
@@ -166,6 +192,4 @@ def solve(column: Stack) -> StackModes:
     square, vectors = eigh(column.stiffness, column.mass)
     shape = vectors.T
     loss = np.einsum("ni,ij,nj->n", shape, column.damping, shape) / square
-    seen = shape[:, column.contact :]
-    flexibility = float(np.sum(seen[:, 0] ** 2 / square))
-    return StackModes(square, loss, seen, column.rise, flexibility)
+    return StackModes(square, loss, shape[:, column.contact :])

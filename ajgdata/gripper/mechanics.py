@@ -10,18 +10,22 @@ volume back in the same places; without the frame by A p ψ at the imprint alone
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from ajgdata.gripper.column import Body, Frame, Stack, StackModes, pad_stiffness, stack
+from ajgdata.gripper.bending import PlateModes, plate_modes
+from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
+from ajgdata.gripper.contact import GRAIN_SOLIDS, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
-from ajgdata.gripper.materials import MATERIALS, Material, Support, material_of
+from ajgdata.gripper.materials import MATERIALS, Support, material_of
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.sections import foot_area, section
+from ajgdata.gripper.shapes import Box, Cube
 from ajgdata.gripper.walls import WallList
 
 MM = 1e-3
@@ -75,22 +79,19 @@ def _mean(fine: Real) -> Real:
     return fine.reshape(ny // FINER, FINER, nx // FINER, FINER).mean(axis=(1, 3))
 
 
-def body_of(scene: Scene, material: Material, area: float, force: float) -> Body:
-    """The scene's object as a body of `material` under an imprint of `area` (m²)."""
-    assert scene.object is not None
+def body_of(scene: Scene, where: Imprint, force: float) -> Body | None:
+    """The scene's object as a body under its imprint; None if it is rigid or not touched."""
     thing = scene.object
+    material = None if thing is None else material_of(thing.material)
+    if thing is None or material is None or not where.total:
+        return None
     load = force + GRAVITY * material.density_kg_m3 * thing.volume_mm3 * MM**3
     yielding = (1 - material.poisson**2) / material.young_pa
     if scene.support.kind == "rubber":
         rubber = MATERIALS["rubber"]
         yielding += (1 - rubber.poisson**2) / rubber.young_pa
-    return Body(
-        material,
-        thing.size_mm[2] * MM,
-        lambda z: section(thing, z),
-        foot_area(thing, load, 1 / yielding),
-        area,
-    )
+    foot = foot_area(thing, load, 1 / yielding)
+    return Body(material, thing.size_mm[2] * MM, partial(section, thing), foot, where.total)
 
 
 def support_of(support: Support, foot_m2: float) -> tuple[float, float]:
@@ -101,65 +102,89 @@ def support_of(support: Support, foot_m2: float) -> tuple[float, float]:
     return pad_stiffness(rubber, support.thickness_mm * MM, foot_m2), rubber.loss
 
 
-def stack_of(scene: Scene, where: Imprint, force: float, frame: Frame | None) -> Stack | None:
-    """Column under the imprint, with or without the grains; None if the object is rigid."""
-    material = None if scene.object is None else material_of(scene.object.material)
-    if material is None or not where.total:
+def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
+    """The grains over the imprint, stressed by the grasp; None without grains or object."""
+    medium = scene.medium
+    if scene.object is None or medium.kind == "air" or not where.total:
         return None
-    body = body_of(scene, material, where.total, force)
-    return stack(
-        body,
-        scene.gripper.membrane.mass_kg_m2,
-        support_of(scene.support, body.foot_m2),
-        frame,
-        where.depth,
-    )
+    pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
+    stress = force / where.total
+    object_ = material_of(scene.object.material)
+    return Bed(pack.frame(stress), seat(stress, pack, object_), where.depth)
 
 
-def local_wall(where: Imprint, cells: Cells, modes: StackModes, taken: int) -> WallList:
-    """The imprint yields locally with the flexibility that the first `taken` modes leave, and
-    rings with the first mode that is left out."""
-    flexibility = modes.residual[taken]
-    n = min(taken, len(modes.square) - 1)
-    stiffness = 1 / (max(flexibility, 1e-18) * where.total)
-    mass = stiffness / modes.square[n]
-    count = np.ones(len(where.area))
+def stack_of(scene: Scene, body: Body, bed: Bed | None) -> Stack:
+    """The column that `body` and, if any, `bed` make on the scene's support."""
+    support = support_of(scene.support, body.foot_m2)
+    return stack(body, scene.gripper.membrane.mass_kg_m2, support, bed)
+
+
+def skin_walls(where: Imprint, cells: Cells, skin: tuple[float, float, float]) -> WallList:
+    """The object's skin, of mass, resistance and stiffness per area, as locally reacting walls."""
     cell = where.lowest * cells.shape[1] * cells.shape[2] + where.column
-    resistance = modes.loss[n] * np.sqrt(stiffness * mass)
-    return WallList(cell, where.area, mass * count, resistance * count, stiffness * count)
+    return WallList(cell, where.area, *(value * np.ones(len(cell)) for value in skin))
 
 
-def mode_weights(where: Imprint, cells: Cells, rise: Real, shapes: Real) -> tuple[NDArray, Real]:
-    """Cells (flat, K) and weights (N, K) in m² through which modes of `shapes` (N, nodes at the
-    fractions `rise` of the grains' depth) meet the air."""
+def mode_weights(where: Imprint, cells: Cells, shapes: Real) -> tuple[NDArray, Real]:
+    """Cells (flat, K) and weights (N, K) in m² through which modes of `shapes` meet the air."""
     nz, slab = cells.shape[0], cells.shape[1] * cells.shape[2]
-    if len(rise) == 1:
-        return where.lowest * slab + where.column, shapes[:, :1] * where.area
+    if shapes.shape[1] == 1:
+        return where.lowest * slab + where.column, shapes * where.area
     top = cells.z[:, None] + cells.h / 2
-    depth = np.maximum(where.surface - where.floor, 1e-9)
-    upper = np.clip((top - where.floor) / depth, 0, 1)
+    level = (top - where.floor) / np.maximum(where.surface - where.floor, 1e-9)
     layer = np.arange(nz)[:, None]
-    upper = np.where(layer < where.lowest, 0.0, upper)
-    at = np.stack([np.interp(upper, rise, shape) for shape in shapes])
-    foot = np.broadcast_to(shapes[:, None, :1], (len(shapes), 1, len(where.area)))
-    moved = -np.diff(at, axis=1, prepend=foot)
-    highest = np.argmax(upper >= 1, axis=0)
+    rise = np.linspace(0.0, 1.0, shapes.shape[1] - 1)
+    at = np.stack([np.interp(level, rise, shape[1:]) for shape in shapes])
+    foot = shapes[:, :1, None]
+    # Between two levels the air gains what the lower one sinks more than the upper one.
+    at = np.where(layer < where.lowest, foot, at)
+    moved = -np.diff(at, axis=1, prepend=np.broadcast_to(foot, (len(at), 1, at.shape[2])))
+    highest = np.argmax((level >= 1) & (layer >= where.lowest), axis=0)
     moved[:, highest, np.arange(len(where.area))] += shapes[:, -1:]
     inside = (layer >= where.lowest) & (layer <= highest)
-    cell = (layer * slab + where.column)[inside]
-    return cell, (moved * where.area)[:, inside]
+    return (layer * slab + where.column)[inside], (moved * where.area)[:, inside]
 
 
 def mode_list(
     where: Imprint, cells: Cells, modes: StackModes, chosen: NDArray[np.int64]
 ) -> ModeList:
     """The `chosen` modes with their loss as a resistance at their own frequency."""
-    cell, weight = mode_weights(where, cells, modes.rise, modes.shape[chosen])
+    cell, weight = mode_weights(where, cells, modes.shape[chosen])
     square = modes.square[chosen]
-    return ModeList(
-        cell.astype(np.int64),
-        weight,
-        np.ones(len(chosen)),
-        modes.loss[chosen] * np.sqrt(square),
-        square,
-    )
+    resistance = modes.loss[chosen] * np.sqrt(square)
+    return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)
+
+
+def bending(
+    scene: Scene, where: Imprint, cells: Cells, body: Body
+) -> tuple[PlateModes, Real] | None:
+    """Bending modes of a box on rubber, and their shapes over the imprint (N, columns); on the
+    rigid ground, and for other shapes, none."""
+    shape = scene.object
+    if not isinstance(shape, Box | Cube) or scene.support.kind == "rigid" or shape.shell_mm:
+        return None
+    stiffness, loss = support_of(scene.support, body.foot_m2)
+    if np.isinf(stiffness):
+        return None
+    length, width, height = (size * MM for size in shape.size_mm)
+    foundation = Spring(stiffness / body.foot_m2, loss)
+    modes = plate_modes(length, width, height, body.material, foundation)
+    row, column = np.divmod(where.column, len(cells.x))
+    x = cells.x[column] - scene.grasp.offset_x_mm * MM
+    y = cells.y[row] - scene.grasp.offset_y_mm * MM
+    turn = np.deg2rad(scene.grasp.angle_deg)
+    u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+    # The membrane's drape reaches a little beyond the edges.
+    inside = np.clip(u, -length / 2, length / 2), np.clip(v, -width / 2, width / 2)
+    return modes, modes.at(*inside)
+
+
+def bending_list(
+    where: Imprint, cells: Cells, modes: PlateModes, shapes: Real, chosen: NDArray[np.int64]
+) -> ModeList:
+    """The `chosen` bending modes, driven by the pressure on the imprint."""
+    cell = where.lowest * cells.shape[1] * cells.shape[2] + where.column
+    square = modes.square[chosen]
+    resistance = modes.loss[chosen] * np.sqrt(square)
+    weight = shapes[chosen] * where.area
+    return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)

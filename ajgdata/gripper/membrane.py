@@ -1,4 +1,4 @@
-"""The membrane where grains lie on it: pinned at every grain, free only in between."""
+"""The membrane with grains on it: held by every grain and by the rim, free only in between."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DRUM = 2.405
 
 
 class Span(NamedTuple):
-    """Membrane between the grains, per area: what its mean motion weighs (kg/m²) and the
+    """Membrane between what holds it, per area: what its mean motion weighs (kg/m²) and the
     stiffness against it (N/m³)."""
 
     mass_kg_m2: float
@@ -45,25 +45,31 @@ def pinned(stress: float, pack: Pack, tension: float, mass_kg_m2: float) -> Span
     return Span(mass_kg_m2 * float(share @ sag**2) / mean**2, 1 / mean)
 
 
+def strip(width: float, tension: float, mass_kg_m2: float) -> Span:
+    """A membrane held along two lines `width` (m) apart: w = p/2T x(width - x), as in `pinned`."""
+    return Span(1.2 * mass_kg_m2, 12 * tension / width**2)
+
+
 def membrane_walls(scene: Scene, cells: Cells) -> WallList:
     """The membrane where it lies on nothing outside, as locally reacting walls.
 
-    Free where no grains lie on it. Under the grains its spans yield, and in series the grains that
-    hold them: a mass on the free membrane. The tension is that of the given stiffness, the stress
-    the weight of half the bed's depth; it matters as its logarithm.
+    With grains its spans yield between them, and between their edge and the rim; in series with
+    the first the grains yield that hold them, a mass on the free membrane. The tension is that of
+    the given stiffness, the stress the weight of half the bed's depth: it matters as its logarithm.
     """
     membrane, medium = scene.gripper.membrane, scene.medium
     mass, resistance = membrane.mass_kg_m2, membrane.resistance_pa_s_m
     if medium.kind == "air" or not membrane.pinned or not membrane.stiffness_n_m3:
         return WallList.uniform(cells.membrane, mass, resistance, membrane.stiffness_n_m3)
     covered = np.divide(cells.bed, cells.volume, out=np.zeros(cells.shape), where=cells.volume > 0)
+    under, over = cells.membrane * covered, cells.membrane * (1 - covered)
     pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
-    weight = pack.density * scene.gripper.bed_depth_mm * MM
-    tension = membrane.stiffness_n_m3 * (scene.gripper.rim_radius_mm * MM / DRUM) ** 2
+    weight, rim = pack.density * scene.gripper.bed_depth_mm * MM, scene.gripper.rim_radius_mm * MM
+    tension = membrane.stiffness_n_m3 * (rim / DRUM) ** 2
     span = pinned(GRAVITY * weight / 2, pack, tension, mass)
-    under = cells.membrane * covered
+    edge = strip(max(float(over.sum()) / (2 * np.pi * rim), pack.diameter), tension, mass)
     return (
-        WallList.uniform(cells.membrane * (1 - covered), mass, resistance, membrane.stiffness_n_m3)
-        + WallList.uniform(under, span.mass_kg_m2, resistance, span.stiffness_n_m3)
+        WallList.uniform(under, span.mass_kg_m2, resistance, span.stiffness_n_m3)
         + WallList.uniform(under, weight + mass, resistance, membrane.stiffness_n_m3)
+        + WallList.uniform(over, edge.mass_kg_m2, resistance, edge.stiffness_n_m3)
     )

@@ -3,32 +3,38 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.fields import RandomField
-from ajgdata.gripper.geometry import MM, SceneError, cavity
+from ajgdata.gripper.geometry import MM, Cavity, SceneError, cavity
+from ajgdata.gripper.grasped import grasped, judged, rigid, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
+from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.parts import Part, circuit
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
-from ajgdata.gripper.walls import WallList
+from ajgdata.gripper.walls import NO_WALLS, WallList
 
 Real = NDArray[np.floating]
 #: Where the wide scheme has no dispersion along an axis.
 ACCURATE_HZ = 17_000.0
-LEFT_OUT = ("motion of the object", "frame-borne path through the grains", "air behind the drape")
+#: What no scene has, whatever it says.
+NOT_MODELLED = "air behind the drape"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A scene ready to march."""
+    """A scene ready to march, and what of its physics is solved and why."""
 
     scene: Scene
+    parts: tuple[Part, ...]
 
     cells: Cells
     system: System
@@ -36,6 +42,40 @@ class Plan:
     microphone: Probe
     steps_per_sample: int
     displaced_m3: float
+
+    @property
+    def left_out(self) -> list[str]:
+        """What is not solved, with the estimate of its effect where there is one."""
+        absent = [
+            part.name if part.effect is None else f"{part.name} (effect at most {part.effect:.2g})"
+            for part in self.parts
+            if not part.kept
+        ]
+        return [*absent, NOT_MODELLED]
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the arrays that are marched."""
+        system = self.system
+        arrays = (*system.faces, *system.capacities, *system.walls, *system.modes, system.mass)
+        state = 6 * system.mass.size + 3 * len(system.walls.cell)
+        return sum(a.nbytes for a in arrays) + state * system.faces.gain_x.itemsize
+
+    @property
+    def most_steps(self) -> int:
+        """Steps until `max_time_s`; most scenes fall silent before."""
+        return round(self.scene.numerics.max_time_s * SAMPLE_RATE_HZ) * self.steps_per_sample
+
+    def describe(self) -> dict[str, Any]:
+        """Plain data for people and for provenance."""
+        return {
+            "cells": int(np.count_nonzero(self.system.mass)),
+            "bytes": self.bytes,
+            "most_steps": self.most_steps,
+            "modes": len(self.system.modes.inertia),
+            "tolerance": self.scene.numerics.tolerance,
+            "parts": [asdict(part) for part in self.parts],
+        }
 
 
 def steps_per_sample(
@@ -58,7 +98,7 @@ def wide_weight(dx_m: float) -> float:
 
 
 def compile(scene: Scene) -> Plan:
-    """Geometry, grid, medium and walls of `scene`. Raises SceneError (a ValueError)."""
+    """Geometry, grid, medium, walls and modes of `scene`. Raises SceneError (a ValueError)."""
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
     shape = cavity(scene)
     cells = cut_cells(
@@ -68,14 +108,16 @@ def compile(scene: Scene) -> Plan:
     grains = _grains(scene, cells, air)
     wide = wide_weight(h) if scene.numerics.scheme == "wide" else 0.0
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
-    dtype = np.float32 if scene.numerics.precision == "float32" else np.float64
+    parts, object_walls, modes = _parts(scene, shape, cells, air)
+    membrane = any(part.name == "membrane" and part.kept for part in parts)
     system = assemble(
         cells,
         air_fluid(air),
         1 / (SAMPLE_RATE_HZ * per_sample),
         grains,
-        _walls(scene, cells, air),
-        dtype,
+        _walls(scene, cells, air, membrane) + object_walls,
+        np.float32 if scene.numerics.precision == "float32" else np.float64,
+        modes,
         wide=wide,
     )
     roof, sigma = gripper.height_mm * MM, gripper.transducer_sigma_mm * MM
@@ -83,7 +125,38 @@ def compile(scene: Scene) -> Plan:
         probe(cells, system, (x * MM, y * MM, roof), sigma)
         for x, y in (gripper.speaker_mm, gripper.microphone_mm)
     )
-    return Plan(scene, cells, system, speaker, microphone, per_sample, shape.displaced_m3)
+    return Plan(scene, parts, cells, system, speaker, microphone, per_sample, shape.displaced_m3)
+
+
+def _parts(
+    scene: Scene, shape: Cavity, cells: Cells, air: Air
+) -> tuple[tuple[Part, ...], WallList, ModeList]:
+    """What is worth solving, and the walls and modes of what is grasped."""
+    gripper, medium = scene.gripper, scene.medium
+    where, full = where_grasped(scene, shape, cells), medium.kind != "air"
+    packing = Packing(medium.grain_diameter_mm * MM, medium.porosity) if full else None
+    absorbing = 8 * gripper.wall_admittance * float(cells.housing.sum())
+    absorbing += np.pi * (gripper.rim_radius_mm * MM) ** 2 if full else 0.0
+    room = float(cells.volume.sum() - (cells.bed.sum() if full else 0.0))
+    depth = where.depth if where else gripper.bed_depth_mm * MM
+    cavity_answer = circuit(
+        air, room, absorbing, packing, depth, where.total if where else float(cells.membrane.sum())
+    )
+    skin = gripper.membrane
+    free = replace(cavity_answer, area=float(cells.membrane.sum())).skin(
+        (skin.mass_kg_m2, skin.resistance_pa_s_m, skin.stiffness_n_m3)
+    )
+    there = Part("object", scene.object is not None, None, "in the scene or not")
+    bed = Part("bed", full, None, "grains or air, as the scene says")
+    poles = Part("poles", full, None, "relaxation of the bed, where there is one")
+    balloon = judged(scene.numerics, "membrane", cavity_answer.effect(free), "the free balloon")
+    noise = Part("noise", False, None, "added when a take is recorded: the response needs none")
+    found = (
+        grasped(scene, shape, cells, cavity_answer, where)
+        if where
+        else rigid("nothing is touched" if scene.object is None else "the object is rigid")
+    )
+    return (bed, poles, balloon, there, *found.parts, noise), found.walls, found.modes
 
 
 def _air(scene: Scene) -> Air:
@@ -107,10 +180,10 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
     return Packed(fit_fluid(packing, air, scene.numerics.poles), medium.porosity, ratio)
 
 
-def _walls(scene: Scene, cells: Cells, air: Air) -> WallList:
+def _walls(scene: Scene, cells: Cells, air: Air, membrane: bool) -> WallList:
     gripper = scene.gripper
     impedance = air.density * air.sound_speed
-    walls = membrane_walls(scene, cells)
+    walls = membrane_walls(scene, cells) if membrane else NO_WALLS
     if gripper.wall_admittance > 0:
         walls += WallList.uniform(cells.housing, 0.0, impedance / gripper.wall_admittance, 0.0)
     # The hose is long and lossy: beyond the inert fitting it sends nothing back.

@@ -117,8 +117,10 @@ class Numerics(Plain):
         50.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
-    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
-        0.01, description="parts that change the feature by less (relative L2) are left out"
+    tolerance: Annotated[float, Field(ge=0, le=2)] = Field(
+        0.01,
+        description="parts that change the feature by less (relative L2) are left out; 2, more"
+        " than any two features differ, leaves out all but `keep`",
     )
     keep: tuple[PartName, ...] = Field((), description="parts of the plan that are never left out")
 

@@ -8,7 +8,7 @@ from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.plan import LEFT_OUT, Plan, compile
+from ajgdata.gripper.plan import Plan, compile
 from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.solver import State, at_rest, march
@@ -42,7 +42,8 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "raised_cells": model.system.raised_cells,
         "displaced_volume_m3": model.displaced_m3,
         "precision": scene.numerics.precision,
-        "left_out": list(LEFT_OUT),
+        "left_out": model.left_out,
+        "plan": model.describe(),
     }
     membrane = scene.gripper.membrane.mass_kg_m2
     return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)
@@ -72,6 +73,8 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
         strongest = max(strongest, energy)
         if not len(drive) and energy < strongest * 10 ** (-numerics.decay_db / 10):
             break
+    # Where it stops, so that nothing jumps: the slowest resonance of the balloon goes on below
+    # the band of the transducers.
     static = float(heard[-len(heard) // 2 :].mean())
     heard = np.concatenate(pieces)
     # The static pressure enters with the pulse, as its running sum.

@@ -39,12 +39,13 @@ def acquire_all(
     Scenes are solved by `cores` processes; each session is yielded when it is on disk. Raises
     DataError, before anything is recorded, for what a recipe gets wrong.
     """
+    specs = {dataset: read_dataset(paths, dataset) for dataset in {name for name, _ in wanted}}
     plans = []
     for dataset, session in wanted:
-        recipe = recipe_of(paths, dataset)
+        recipe = recipe_of(paths.dataset(dataset), specs[dataset])
         if session not in session_names(recipe):
             raise DataError(session, "is not a session of the recipe", f"{session_names(recipe)}")
-        (grasps,) = planned_grasps(paths, read_dataset(paths, dataset), [session])
+        (grasps,) = planned_grasps(paths, specs[dataset], [session])
         plans.append((dataset, session, recipe, grasps))
     advance = started(sum(grasp.samples for *_, grasps in plans for grasp in grasps))
     with solving(paths.responses, cores) as solver:

@@ -28,7 +28,7 @@ def build_study_page(paths: Paths, name: str, pages: Sequence[str]) -> None:
     write_bytes(paths.page(name), html.encode())
 
 
-def build_gallery(paths: Paths, pages: Sequence[str]) -> None:
+def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) -> None:
     """Draw the gallery's scenes, film one of them, and write the page."""
     from ajgdata.gripper import compile, simulate
     from ajgdata.pipeline.show import filmed
@@ -38,7 +38,7 @@ def build_gallery(paths: Paths, pages: Sequence[str]) -> None:
     from ajgdata.report.scenes import exhibit_figure, response_figure
     from ajgdata.report.study_page import page_links
 
-    shown = groups()
+    shown = groups(quick)
     figures = {
         one.name: exhibit_figure(one.scene, one.title) for group in shown for one in group.exhibits
     }

@@ -25,14 +25,16 @@ def with_recipe(paths: Paths) -> list[str]:
     return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
 
 
-def recipe_of(paths: Paths, dataset: str) -> Recipe:
-    """The recipe of `dataset`; DataError if it has none."""
-    return _recipe(paths.dataset(dataset), read_dataset(paths, dataset))
+def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
+    """The recipe of the declaration at `path`; DataError if it has none."""
+    if spec.recipe is None:
+        raise DataError(path, "has no recipe", "add one, or import recordings instead")
+    return spec.recipe
 
 
 def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
     """Names of the sessions that the recipe of `dataset` makes."""
-    return session_names(recipe_of(paths, dataset))
+    return session_names(recipe_of(paths.dataset(dataset), read_dataset(paths, dataset)))
 
 
 def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
@@ -41,7 +43,7 @@ def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> 
     Raises DataError with file, line, key and fix for a scene or a signal chain that cannot be.
     """
     path = paths.dataset(spec.name)
-    recipe, code = _recipe(path, spec), code_digest("gripper")
+    recipe, code = recipe_of(path, spec), code_digest("gripper")
     try:
         gripper.SignalChain.model_validate(recipe.signal)
     except ValidationError as error:
@@ -63,7 +65,7 @@ def declare_from(paths: Paths, file: Path) -> str:
     Raises DataError when the file is no such declaration, or another one has its name.
     """
     spec = read_declaration(file)
-    _recipe(file, spec)
+    recipe_of(file, spec)
     target, content = paths.dataset(spec.name), file.read_bytes()
     if not target.is_file():
         write_bytes(target, content)
@@ -71,9 +73,3 @@ def declare_from(paths: Paths, file: Path) -> str:
         problem = f"name = {spec.name!r}, and {target} declares something else of this name"
         raise DataError(file, problem, "give it another name, or edit that file instead")
     return spec.name
-
-
-def _recipe(path: Path, spec: DatasetSpec) -> Recipe:
-    if spec.recipe is None:
-        raise DataError(path, "has no recipe", "add one, or import recordings instead")
-    return spec.recipe

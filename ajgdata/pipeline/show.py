@@ -7,13 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from ajgdata.gripper import SAMPLE_RATE_HZ, Plan, Scene, SceneError, compile, simulate
+from ajgdata.gripper import Plan, Scene, SceneError, compile, simulate
 from ajgdata.gripper.field import Film, slices
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.library import OBJECTS
 from ajgdata.gripper.materials import Material
-from ajgdata.gripper.plan import LEFT_OUT
-from ajgdata.gripper.solver import at_rest
 from ajgdata.report.wording import number
 from ajgdata.store.files import write_bytes
 from ajgdata.store.scenes import read_scene
@@ -82,7 +80,7 @@ def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list
     plan = planned(name, scene)
     folder = out or Path(f"gripper-{title}")
     drawn = {
-        "cross-section": cross_section_figure(scene, title, LEFT_OUT),
+        "cross-section": cross_section_figure(scene, title, plan.left_out),
         "response": response_figure(simulate(plan), title),
     }
     files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
@@ -102,15 +100,13 @@ def plan_facts(name: str) -> dict[str, str]:
     _, scene = open_scene(name)
     plan = planned(name, scene)
     system, numerics = plan.system, scene.numerics
-    arrays = (*system.faces, *system.capacities, *system.walls, *at_rest(system), system.mass)
     cells = np.count_nonzero(system.mass)
-    longest = round(numerics.max_time_s * SAMPLE_RATE_HZ) * plan.steps_per_sample
     return {
         "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
         "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} a sample",
-        "steps": f"until {number(numerics.decay_db)} dB down, {longest:,} at most",
-        "memory": f"{number(sum(a.nbytes for a in arrays) / 1e6)} MB, {numerics.precision}",
+        "steps": f"until {number(numerics.decay_db)} dB down, {plan.most_steps:,} at most",
+        "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
         "volume added": f"{system.added_volume:.2%}, to be stable",
-        "left out": "; ".join(LEFT_OUT),
+        "left out": "; ".join(plan.left_out),
     }

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Modules of `ajgdata.studies`, in the order of the report.
 STUDIES: tuple[str, ...] = ("verification", "stability")
+#: Those that measure run time: nothing else shall run beside them.
+TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
 #: What the gallery and the studies' figures depend on.
 GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")

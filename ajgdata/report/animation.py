@@ -14,8 +14,8 @@ from ajgdata.gripper.scene import Scene
 from ajgdata.report.scenes import AIR, MEMBRANE, OBJECT, section
 
 Real = NDArray[np.floating]
-#: Pixels per mm, and the height of the head with its words.
-SCALE, HEAD_PX = 4, 24
+#: Width of the image whatever the gripper, and the height of the head with its words.
+WIDTH_PX, HEAD_PX = 420, 24
 #: Pressures from -1 to 1 take the palette's colours 0 to SHADES - 1; fixed colours follow them.
 SHADES = 81
 _FIXED = ("#ffffff", "#222222", MEMBRANE, OBJECT, "#b08b4f", "#6b6b6b", "#0072B2")
@@ -50,9 +50,9 @@ def animate(scene: Scene, film: Film, frame_ms: int = 60) -> bytes:
         raise ValueError(f"a film of the plane {film.plane} has no outline here: take xz")
     h = float(film.up_m[1] - film.up_m[0])
     corner = 1e3 * (film.across_m[0] - h / 2), 1e3 * (film.up_m[-1] + h / 2)
-    # A whole number of pixels a cell would tie the size to the grid.
-    size = round(len(film.across_m) * 1e3 * h * SCALE), round(len(film.up_m) * 1e3 * h * SCALE)
-    back = _background(scene, film, size, corner)
+    scale = WIDTH_PX / (1e3 * h * len(film.across_m))
+    height = round(WIDTH_PX / len(film.across_m) * len(film.up_m))
+    back = _background(scene, (WIDTH_PX, height), corner, scale)
     images = []
     for pressure, seconds in zip(loudness(film.frames), film.times_s, strict=True):
         images.append(_frame(pressure, back, seconds))
@@ -71,16 +71,19 @@ def animate(scene: Scene, film: Film, frame_ms: int = 60) -> bytes:
 
 
 def _background(
-    scene: Scene, film: Film, size: tuple[int, int], corner: tuple[float, float]
+    scene: Scene, size: tuple[int, int], corner: tuple[float, float], scale: float
 ) -> NDArray[np.uint8]:
-    """What does not move, as palette indices (height, width): 0 where the wave is seen."""
+    """What does not move, as palette indices (height, width): 0 where the wave is seen.
+
+    `corner` is the upper left one, in mm, `scale` in pixels per mm.
+    """
     cut = section(scene)
     image = Image.new("P", size, WHITE)
     draw = ImageDraw.Draw(image)
 
     def line(x: Real, z: Real) -> list[tuple[float, float]]:
         return [
-            ((a - corner[0]) * SCALE, (corner[1] - b) * SCALE) for a, b in zip(x, z, strict=True)
+            ((a - corner[0]) * scale, (corner[1] - b) * scale) for a, b in zip(x, z, strict=True)
         ]
 
     open_ = cut.roof > cut.floor

@@ -120,23 +120,23 @@ def render_gallery(
     )
 
 
-def groups() -> tuple[Group, ...]:
-    """A dozen objects in the default gripper, and every other gripper on a cube."""
+def groups(quick: bool = False) -> tuple[Group, ...]:
+    """A dozen objects, and every gripper but the default one on a cube; `quick`: two of each."""
+    grippers = [name for name in GRIPPERS if name != "default"]
+    few = 2 if quick else None
     return (
         Group(
             "objects",
             "Objects",
             "One grasp of each in the default gripper. A sphere, a lying rod or an ellipsoid is "
             "drawn whole, the others as the membrane meets them: what hangs over is filled below.",
-            tuple(_exhibit(name, object=name) for name in SHOWN),
+            tuple(_exhibit(name, object=name) for name in SHOWN[:few]),
         ),
         Group(
             "grippers",
             "Grippers",
             "Variants of the default gripper, each pressed on the same cube.",
-            tuple(
-                _exhibit(name, gripper=name, object=HELD) for name in GRIPPERS if name != "default"
-            ),
+            tuple(_exhibit(name, gripper=name, object=HELD) for name in grippers[:few]),
         ),
     )
 

@@ -44,9 +44,7 @@ def acquire(project, cores=1, dataset="d"):
 def recordings(project, dataset="d") -> dict[str, bytes]:
     folder = project.paths.sessions(dataset)
     return {
-        str(p.relative_to(folder)): p.read_bytes()
-        for p in sorted(folder.rglob("*"))
-        if p.is_file() and not p.name.endswith(".tmp")  # a killed process leaves its own behind
+        str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
     }
 
 

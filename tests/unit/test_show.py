@@ -14,7 +14,7 @@ from ajgdata.gripper import ImpulseResponse, Scene, compile
 from ajgdata.gripper.field import slices
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.library import OBJECTS
-from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, animate, loudness, palette
+from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, WIDTH_PX, animate, loudness, palette
 from ajgdata.report.canvas import encode
 from ajgdata.report.gallery import RESPONSE, caption, groups, render_gallery
 from ajgdata.report.scenes import (
@@ -109,8 +109,9 @@ def test_the_animation_shows_the_wave_where_there_is_room_and_nowhere_else():
     moved = np.any(first != last, axis=2)
     assert moved.mean() > 0.05
     rows, columns = np.nonzero(moved)
-    x = film.across_m[0] * 1e3 - 3 + (columns + 0.5) / 4
-    z = film.up_m[-1] * 1e3 + 3 - (rows + 0.5) / 4
+    scale = WIDTH_PX / (6 * len(film.across_m))
+    x = film.across_m[0] * 1e3 - 3 + (columns + 0.5) / scale
+    z = film.up_m[-1] * 1e3 + 3 - (rows + 0.5) / scale
     cut = section(SCENE)
     # what moves lies between membrane and roof, give or take the width of a line
     assert np.all(z > np.interp(x, cut.x, cut.floor) - 1)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ajgdata.gripper.contact import Pack
 from ajgdata.gripper.materials import MATERIALS
-from ajgdata.gripper.membrane import pinned
+from ajgdata.gripper.membrane import pinned, strip
 
 PACK = Pack(6e-3, 0.40, MATERIALS["plastic"])
 TENSION, MASS = 43.0, 0.3
@@ -37,6 +37,14 @@ def test_a_chain_of_rings_moves_as_the_span_does():
     root = 1 / np.sqrt(MASS * middle * step)
     exact = np.sqrt(np.linalg.eigvalsh(root[:, None] * stiffness * root)[0])
     assert 1.0 < np.sqrt(span.stiffness_n_m3 / span.mass_kg_m2) / exact < 1.02
+
+
+def test_a_strip_bulges_as_its_parabola():
+    x = (np.arange(2_000) + 0.5) / 2_000 * 0.01
+    sag = x * (0.01 - x) / (2 * TENSION)
+    span = strip(0.01, TENSION, MASS)
+    assert 1 / span.stiffness_n_m3 == pytest.approx(sag.mean(), rel=1e-6)
+    assert span.mass_kg_m2 == pytest.approx(MASS * np.mean(sag**2) / sag.mean() ** 2, rel=1e-6)
 
 
 @given(

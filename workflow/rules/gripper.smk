@@ -11,6 +11,7 @@ rule study:
         "results/benchmarks/study/{study}.tsv"
     conda:
         "../../environment.yml"
+    threads: lambda wildcards: workflow.cores if wildcards.study in TIMED else 1
     params:
         quick=config["quick"],
         code=code_digest(*STUDY_CODE),
@@ -55,6 +56,7 @@ rule gallery:
     params:
         root=str(PATHS.root),
         pages=PAGES,
+        quick=config["quick"],
         code=code_digest(*GALLERY_CODE),
     message:
         "Gallery of objects and grippers"

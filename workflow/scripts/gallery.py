@@ -7,4 +7,6 @@ from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.pages import build_gallery
 
 with logged(snakemake.log[0]):
-    build_gallery(Paths(Path(snakemake.params.root)), snakemake.params.pages)
+    build_gallery(
+        Paths(Path(snakemake.params.root)), snakemake.params.pages, quick=snakemake.params.quick
+    )

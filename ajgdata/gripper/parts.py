@@ -1,0 +1,113 @@
+"""What a scene needs: what each part of its physics is worth for the feature, before any marching.
+
+The estimate is a circuit. A part that gives way by ΔY (m³/s per Pa) at the surface of the grains
+changes what the microphone hears by about ΔY Z, where Z (Pa s/m³) is how far the cavity answers a
+volume velocity: its compliance ρc²/(ωV) at low frequencies, its diffuse field ρω/√(πA) with the
+absorbing area A above. What lies under the grains is reached through them, there and back. The
+mean over the band in which the feature has its energy, times SAFETY, bounds the effect, a relative
+L2 norm. studies/omissions.py measures what it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper.column import StackModes
+from ajgdata.gripper.medium import Air, Packing, wave
+from ajgdata.gripper.plain import PartName
+
+Real = NDArray[np.floating]
+Complex = NDArray[np.complexfloating]
+#: 95 % of the energy of the feature lie here: a sweep's energy falls as the cavity's modes rise.
+BAND_HZ = (1_000.0, 14_000.0)
+#: Features have unit norm and no negative value, so that no two differ by more.
+FURTHEST = float(np.sqrt(2))
+#: The circuit is right within a factor of five either way on whole scenes (studies/omissions.py).
+SAFETY = 5.0
+OMEGA = 2 * np.pi * np.linspace(*BAND_HZ, 261)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of the physics: whether it is solved, what it is worth as a relative change of the
+    feature (None where there is nothing to estimate), and why, in a sentence."""
+
+    name: PartName
+    kept: bool
+    effect: float | None
+    why: str
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """The cavity as the imprint sees it: `answer` Z (Pa s/m³) at OMEGA, the bed's wavenumber k
+    (None without grains), its depth (m), the imprint's area (m²), and its radius in 1/k of air."""
+
+    answer: Real
+    wavenumber: Complex | None
+    depth: float
+    area: float
+    reach: Real
+
+    def profile(self, rise: Real) -> Complex:
+        """Pressure at the fractions `rise` of the bed over that on its surface: (len(rise), ω)."""
+        if self.wavenumber is None:
+            return np.ones((len(rise), len(OMEGA)), complex)
+        phase = self.wavenumber * self.depth
+        return np.cos(phase * rise[:, None]) / np.cos(phase)
+
+    def skin(self, wall: tuple[float, float, float]) -> Complex:
+        """Admittance of a locally reacting wall under the grains, seen at their surface."""
+        mass, resistance, stiffness = wall
+        impedance = 1j * OMEGA * mass + resistance + stiffness / (1j * OMEGA)
+        return np.asarray(self.area / impedance * self.profile(np.zeros(1))[0] ** 2)
+
+    def modes(self, modes: StackModes) -> Complex:
+        """Admittance of each mode, seen at the surface of the grains: (N, ω)."""
+        shape = modes.shape
+        if shape.shape[1] == 1:
+            driven = shape * self.profile(np.zeros(1))
+        else:
+            rise = np.linspace(0.0, 1.0, shape.shape[1] - 1)
+            middle = np.concatenate([[0.0], (rise[1:] + rise[:-1]) / 2])
+            driven = shape[:, -1:] - np.diff(shape, axis=1) @ self.profile(middle)
+        return self._moving(modes.square, modes.loss, driven)
+
+    def piston(self, square: Real, loss: Real, shape: Real) -> Complex:
+        """Admittance of modes (N,) of mean `shape` (N,) over the imprint, under the grains."""
+        return self._moving(square, loss, shape[:, None] * self.profile(np.zeros(1)))
+
+    def _moving(self, square: Real, loss: Real, driven: Complex) -> Complex:
+        natural = square[:, None]
+        damping = 1j * loss[:, None] * np.sqrt(natural) * OMEGA
+        motion = 1j * OMEGA / (natural - OMEGA**2 + damping)
+        # A piston wider than the wavelength averages most of a diffuse field away (the directivity
+        # of a disc, (2 J1(x)/x)² over all directions, as a rational function of ka).
+        met = 1 / (1 + self.reach**2 / 2)
+        return np.asarray(motion * met * (self.area * driven) ** 2)
+
+    def effect(self, change: Complex) -> float:
+        """Bound of the relative change of the feature by an admittance (m³/s per Pa) at OMEGA."""
+        size = np.abs(change) * self.answer
+        mean = float(np.sqrt(np.mean((size / (1 + size)) ** 2)))
+        return min(SAFETY * mean, FURTHEST)
+
+
+def circuit(
+    air: Air, volume: float, absorbing: float, packing: Packing | None, depth: float, area: float
+) -> Circuit:
+    """Circuit of a cavity of `volume` (m³) of air and an absorbing area (m²)."""
+    impedance = air.density * air.sound_speed
+    lumped = air.density * air.sound_speed**2 / (OMEGA * volume)
+    diffuse = air.density * OMEGA / np.sqrt(np.pi * absorbing)
+    answer, wavenumber = np.hypot(lumped, diffuse), None
+    if packing is not None and depth > 0:
+        wavenumber, bed = wave(*packing.jca(OMEGA, air), OMEGA)
+        # Pressure on the bed over that on a rigid wall, (1 + R)/2, on the way in and out.
+        surface = bed / (1j * np.tan(wavenumber * depth))
+        answer = answer * np.abs(surface / (surface + impedance)) ** 2
+    reach = OMEGA / air.sound_speed * np.sqrt(area / np.pi)
+    return Circuit(answer, wavenumber, depth, area, reach)
