@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper.column import StackModes
 from ajgdata.gripper.medium import Air, Packing, wave
 from ajgdata.gripper.plain import PartName
+from ajgdata.gripper.system import WEAKEST
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
@@ -63,7 +64,7 @@ class Circuit:
     def skin(self, wall: tuple[float, float, float]) -> Complex:
         """Admittance of a locally reacting wall under the grains, seen at their surface."""
         mass, resistance, stiffness = wall
-        impedance = 1j * OMEGA * mass + resistance + stiffness / (1j * OMEGA)
+        impedance = 1j * OMEGA * mass + max(resistance, WEAKEST) + stiffness / (1j * OMEGA)
         return np.asarray(self.area / impedance * self.profile(np.zeros(1))[0] ** 2)
 
     def modes(self, modes: StackModes) -> Complex:
