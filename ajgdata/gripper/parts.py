@@ -64,7 +64,8 @@ class Circuit:
     def skin(self, wall: tuple[float, float, float]) -> Complex:
         """Admittance of a locally reacting wall under the grains, seen at their surface."""
         mass, resistance, stiffness = wall
-        impedance = 1j * OMEGA * mass + max(resistance, WEAKEST) + stiffness / (1j * OMEGA)
+        # No wall at all is a vacuum, and like the solver's walls not quite one.
+        impedance = WEAKEST + 1j * OMEGA * mass + resistance + stiffness / (1j * OMEGA)
         return np.asarray(self.area / impedance * self.profile(np.zeros(1))[0] ** 2)
 
     def modes(self, modes: StackModes) -> Complex:

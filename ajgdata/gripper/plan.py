@@ -25,7 +25,7 @@ from ajgdata.gripper.walls import NO_WALLS, WallList
 
 Real = NDArray[np.floating]
 #: Where the wide scheme has no dispersion along an axis.
-ACCURATE_HZ = 16_000.0
+ACCURATE_HZ = 17_000.0
 #: What no scene has, whatever it says.
 NOT_MODELLED = "air behind the drape"
 
@@ -90,7 +90,7 @@ def steps_per_sample(
 
 
 def wide_weight(dx_m: float) -> float:
-    """Weight of the four-point differences: without dispersion along an axis at 16 kHz in air.
+    """Weight of the four-point differences: without dispersion along an axis at 17 kHz in air.
 
     2 (1 + 3w) sin(kh/2) - 2 w sin(3kh/2) = kh there; 1/24, the weight of fourth order, as h → 0.
     """

@@ -99,7 +99,7 @@ class Numerics(Plain):
     """
 
     dx_mm: Annotated[float, Field(ge=0.8, le=6)] = Field(
-        3.3, description="coarsest grid with five steps a sample"
+        4.2, description="nearly the finest grid with four steps a sample"
     )
     scheme: Literal["wide", "second"] = Field(
         "wide",
