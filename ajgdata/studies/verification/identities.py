@@ -66,7 +66,7 @@ class EnergyNeverGrows(Identity):
     def deviation(self, quick: bool) -> float:
         """Largest growth in a step, relative to the energy before it."""
         system = lossy_bowl(4e-3)
-        energy = energies(system, random_state(system), 300 if quick else 2_000)
+        energy = energies(system, random_state(system), 500 if quick else 2_000)
         if not 0 < energy[-1] < energy[0] / 2:
             return np.inf  # it must dissipate, or the claim is empty
         return float(max(0.0, np.max(np.diff(energy) / energy[:-1])))
