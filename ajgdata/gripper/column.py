@@ -192,5 +192,13 @@ def solve(column: Stack) -> StackModes:
     square, vectors = eigh(column.stiffness, column.mass)
     # What is as heavy as it is soft has frequencies that drown in rounding, below zero too.
     square, shape = np.maximum(square, np.finfo(float).eps * square[-1]), vectors.T
-    loss = np.einsum("ni,ij,nj->n", shape, column.damping, shape) / square
+    loss = _energy(column.damping, shape) / _energy(column.stiffness, shape)
     return StackModes(square, loss, shape[:, column.contact :])
+
+
+def _energy(matrix: Real, shape: Real) -> Real:
+    """Twice the strain energy (N,) of `shape` in a chain of springs, summed spring by spring, so
+    that stiff springs that hardly move do not drown the soft ones."""
+    springs = -np.diag(matrix, 1)
+    ground = matrix[0, 0] - springs[0] if len(springs) else matrix[0, 0]
+    return ground * shape[:, 0] ** 2 + (springs * np.diff(shape, axis=1) ** 2).sum(1)

@@ -75,9 +75,8 @@ def time_step(h: float, wide: float = 0.0) -> float:
     return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
 
 
-def lossy_bowl(h: float, dtype: type = np.float64, second: bool = False) -> System:
-    """Grains with varying packing, light, stiff, heavy and resistive walls; by the default scheme
-    or to second order."""
+def lossy_bowl(h: float, dtype: type = np.float64, wide: bool = False) -> System:
+    """Grains with varying packing, light, stiff, heavy and resistive walls."""
     cells = cut_cells(bowl(), h, *BOWL)
     ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
     walls = (
@@ -86,8 +85,8 @@ def lossy_bowl(h: float, dtype: type = np.float64, second: bool = False) -> Syst
         + WallList.uniform(cells.housing, 0.0, 2e5, 0.0)
     )
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, ratio)
-    wide = 0.0 if second else wide_weight(h)
-    return assemble(cells, air_fluid(AIR), time_step(h, wide), grains, walls, dtype, wide=wide)
+    weight = wide_weight(h) if wide else 0.0
+    return assemble(cells, air_fluid(AIR), time_step(h, weight), grains, walls, dtype, wide=weight)
 
 
 def closed(
