@@ -190,6 +190,7 @@ def _grain_rods(bed: Bed, body: Body) -> Real:
 def solve(column: Stack) -> StackModes:
     """All modes of the column; each has the loss of its strain energy (Johnson & Kienholz 1982)."""
     square, vectors = eigh(column.stiffness, column.mass)
-    shape = vectors.T
+    # What is as heavy as it is soft has frequencies that drown in rounding, below zero too.
+    square, shape = np.maximum(square, np.finfo(float).eps * square[-1]), vectors.T
     loss = np.einsum("ni,ij,nj->n", shape, column.damping, shape) / square
     return StackModes(square, loss, shape[:, column.contact :])

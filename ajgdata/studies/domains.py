@@ -71,7 +71,7 @@ BOWL = (0.031, -0.031, 0.036)
 
 
 def time_step(h: float, wide: float = 0.0) -> float:
-    """The time step (s) of scenes on a grid of spacing `h` (m), differences weighing `wide`."""
+    """The time step (s) of scenes on a grid of spacing `h` (m)."""
     return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
 
 
@@ -98,15 +98,15 @@ def closed(
     top: float,
     courant: float = 0.0,
     dtype: type = np.float64,
-    second: bool = False,
+    wide: bool = False,
 ) -> tuple[Cells, System]:
-    """Lossless air in rigid walls, at the usual time step or at a fixed Courant number, by the
-    default scheme or to second order."""
+    """Lossless air in rigid walls, at the usual time step or at a fraction of the largest."""
     cells = cut_cells(region, h, half, bottom, top)
-    wide = 0.0 if second else wide_weight(h)
-    limit = h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * wide))
-    dt = courant * limit if courant else time_step(h, wide)
-    return cells, assemble(cells, air_fluid(AIR), dt, walls=NO_WALLS, dtype=dtype, wide=wide)
+    weight = wide_weight(h) if wide else 0.0
+    dt = time_step(h, weight)
+    if courant:
+        dt = courant * h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * weight))
+    return cells, assemble(cells, air_fluid(AIR), dt, walls=NO_WALLS, dtype=dtype, wide=weight)
 
 
 def random_state(system: System, seed: int = 0) -> State:
