@@ -16,7 +16,9 @@ def test_a_plane_wave_has_the_dispersion_of_the_stencil():
     """Where no wall is near, p₊ - 2 cos(ωΔt) p + p₋ = 0 with the symbol of four-point
     differences, in any direction."""
     h, count = 4e-3, 20
-    cells, system = closed(box(count * h, count * h, count * h), h, 11 * h, 0.0, count * h)
+    cells, system = closed(
+        box(count * h, count * h, count * h), h, 11 * h, 0.0, count * h, wide=True
+    )
     z, y, x = np.meshgrid(cells.z, cells.y, cells.x, indexing="ij")
     inside = [np.abs(cells.x) < 4 * h, np.abs(cells.y) < 4 * h]
     middle = inside[0][None, None, :] & inside[1][None, :, None]
@@ -92,7 +94,7 @@ def test_the_transform_is_a_sum():
 
 
 def test_capacity_is_shared_out_not_added():
-    for system in (closed(bowl(), 4e-3, 0.031, -0.031, 0.036)[1], lossy_bowl(4e-3)):
+    for system in (closed(bowl(), 4e-3, 0.031, -0.031, 0.036, wide=True)[1], lossy_bowl(4e-3)):
         assert system.raised_cells > 0.02
         assert abs(system.added_volume) < 1e-4
     plan = compile(Scene())
