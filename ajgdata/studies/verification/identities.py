@@ -162,7 +162,9 @@ class BoxDispersion(Identity):
 
     def _mode(self) -> tuple[System, Real, list[float]]:
         h, counts = self.h, self.counts
-        cells, system = closed(box(*(n * h for n in counts)), h, 7 * h, 0.0, counts[2] * h)
+        cells, system = closed(
+            box(*(n * h for n in counts)), h, 7 * h, 0.0, counts[2] * h, second=True
+        )
         live = cells.volume > 0
         if live.sum() != np.prod(counts):
             raise ValueError("the box does not fill its cells")
