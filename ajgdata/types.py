@@ -331,8 +331,13 @@ def describe(error: ValidationError, where: object) -> DataError:
     more = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
         return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
-    if first["type"] == "missing":
+    if first["type"] == "union_tag_not_found":
+        key = f"{key}.{first['ctx']['discriminator']}".replace("'", "")
+    if first["type"] in ("missing", "union_tag_not_found"):
         return DataError(where, f"{key} is missing{more}", f"add {key}")
+    if first["type"] == "union_tag_invalid":
+        said = "{discriminator} {tag!r} is none of {expected_tags}".format_map(first["ctx"])
+        return DataError(where, f"{key}: {said}{more}", "correct the value")
     value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
     message = " or ".join(
         [_message(first), *(_message(e, "Input should be ") for e in alternatives)]

@@ -196,6 +196,9 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
     [
         ("object: {kind: cube, edge_mm: -1}", "edge_mm = -1"),
         ("object: {kind: cube, edge_mm: .nan}", "edge_mm = nan"),
+        ("object: {kind: cub}", "object: 'kind' 'cub' is none of 'cube', 'box'"),
+        ("object: {edge_mm: 1}", "object.kind is missing; add object.kind"),
+        ("object: {kind: cube, edge_mm: 9, material: iron}", "object.cube.material = 'iron'"),
         ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),
         ("[1", "not valid YAML"),
         ("gripper: {bed_depth_mm: 85}", "lower gripper.bed_depth_mm"),
