@@ -230,17 +230,3 @@ def test_load_features_says_what_to_do(tmp_path):
         ajgdata.load_features("d", tmp_path)
     with pytest.raises(FileNotFoundError, match="no project at"):
         ajgdata.load_features("d", "/")
-
-
-def test_joining_is_linear():
-    def seconds(count: int) -> float:
-        shards = [sample(20, start=20 * n) for n in range(count)]
-        times = []
-        for _ in range(3):
-            start = time.perf_counter()
-            concatenate(shards)
-            times.append(time.perf_counter() - start)
-        return min(times)
-
-    # Four times the shards: quadratic would be 16 times as long; sorting the names adds a little.
-    assert seconds(400) < 9 * seconds(100)
