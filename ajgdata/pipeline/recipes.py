@@ -42,7 +42,10 @@ def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> 
 
     Raises DataError with file, line, key and fix for a scene or a signal chain that cannot be.
     """
-    path = paths.dataset(spec.name)
+    return _planned(paths.dataset(spec.name), spec, sessions)
+
+
+def _planned(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
     recipe, code = recipe_of(path, spec), code_digest("gripper")
     try:
         gripper.SignalChain.model_validate(recipe.signal)
@@ -62,10 +65,11 @@ def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> 
 def declare_from(paths: Paths, file: Path) -> str:
     """Make the declaration `file`, which has a recipe, a data set of the project; returns its name.
 
-    Raises DataError when the file is no such declaration, or another one has its name.
+    Raises DataError when the file is no such declaration, or another one has its name; nothing is
+    written then, so that it can be mended where it is.
     """
     spec = read_declaration(file)
-    recipe_of(file, spec)
+    _planned(file, spec, session_names(recipe_of(file, spec)))
     target, content = paths.dataset(spec.name), file.read_bytes()
     if not target.is_file():
         write_bytes(target, content)
