@@ -155,6 +155,10 @@ def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):
     file.write_text("name: other\nrecipe:\n  sessions: 0\n")
     with pytest.raises(DataError, match=r"my.yaml:3: recipe.sessions = 0: .*greater than"):
         declare_from(project.paths, file)
+    shapes = [{"name": "a", "shape": {"kind": "cube", "edge_mm": -1}}]
+    file.write_text(yaml.safe_dump({"name": "other", "recipe": {**RECIPE, "objects": shapes}}))
+    with pytest.raises(DataError, match=r"my.yaml:\d+: recipe, a: .*edge_mm = -1"):
+        declare_from(project.paths, file)
     file.write_text("name: other\n")
     with pytest.raises(DataError, match=r"my.yaml: has no recipe; add one"):
         declare_from(project.paths, file)

@@ -129,7 +129,7 @@ def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
         (
             "object: {kind: cube, edge_mm: 9, material: {density_kg_m3: -1, young_pa: 1, "
             "poisson: 0, loss: 0}}",
-            r"object.cube.material.*density_kg_m3: .* greater than or equal to 0.000001, got -1$",
+            r"object.cube.material.*density_kg_m3: .* greater .*, got -1$",
         ),
         ("object: {kind: cube, edge_mm: 9, material: iron}", "'steel', .*, got 'iron'$"),
         ("grasp: {force: 1}\nmedium: {kind: sand}", r"medium.kind: .*\(and 1 more\)"),
