@@ -164,7 +164,7 @@ def _columns(*first: Column) -> tuple[Column, ...]:
 def tables(quick: bool = False) -> tuple[Table, ...]:
     """The sweep of the grid, the targets, and what other settings change at the default grid.
 
-    About three minutes on one core; `quick` takes seconds and shows only that all of it works.
+    A minute and a half on one core; `quick` takes seconds and shows only that all of it works.
     """
     settings = QUICK if quick else Settings()
     simulate(scene(settings.objects[0], {"dx_mm": 6.0}))  # compiles the kernels
