@@ -121,6 +121,6 @@ def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
         "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
         "volume added": f"{round(system.added_volume, 4) + 0.0:.2%}, to be stable",
-        "tolerance": f"{number(numerics.tolerance)} of the feature; what is worth less is left out",
+        "tolerance": f"{number(numerics.tolerance)} of the feature for all that is left out",
     }
     return facts, plan.parts
