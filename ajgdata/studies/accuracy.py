@@ -168,7 +168,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
         Table(
             "accuracy",
             "Error against run time",
-            f"Against a {settings.reference_mm:g} mm grid of the wide scheme. `second` is the plain"
+            f"Against a {settings.reference_mm:g} mm grid of the wide scheme. Second: the plain"
             " leapfrog with two-point differences on the same cut cells.",
             _columns(
                 Column("object", "Object"),

@@ -86,8 +86,8 @@ def test_what_remains_for_ever_is_in_the_spectrum():
 
 
 def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
-    wide, second = Numerics(dx_mm=4.2), Numerics(scheme="second", dx_mm=5)
-    assert trusted_bands_hz(wide) == (4_500, 12_000)
+    wide, second = Numerics(), Numerics(scheme="second", dx_mm=5)
+    assert trusted_bands_hz(wide) == (6_000, 12_000)
     assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
     ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
