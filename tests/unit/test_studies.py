@@ -3,9 +3,11 @@
 import json
 import sys
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from matplotlib.text import Text
 from test_report_page import Page
 
@@ -275,3 +277,9 @@ def test_every_page_has_its_words_and_its_place():
         assert study in LEADS
     for study in STUDIES:
         assert code_digest(f"studies/{study}")  # there is such a module
+
+
+def test_the_settings_know_every_page():
+    schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
+    pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
+    assert pages["items"]["enum"] == [GALLERY, *STUDIES] == list(LEADS)
