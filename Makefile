@@ -26,6 +26,7 @@ format: $(VENV)/.lint
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
 	$(BIN)/python benchmarks/solver.py
+	$(BIN)/python benchmarks/solver.py --scheme second
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

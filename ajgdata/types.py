@@ -38,10 +38,6 @@ SESSION_COLUMNS = ("source", "gripper", "medium")
 STORE_NAMES = ("recording", "session_id", "flags", "delay_samples", "feature", "frequency")
 
 
-#: How pydantic names the forms that a value may have, where it may have several.
-FORM = re.compile(r"float|str|(constrained-)?int|.*\[.*\]")
-
-
 class DataError(Exception):
     """One thing wrong with the data, said in one line: where, what, and how to mend it."""
 
@@ -324,33 +320,14 @@ def is_reserved(name: str) -> bool:
     return name in standard or re.fullmatch(r"string\d+", name) is not None  # netCDF dimensions
 
 
-def place_of(error: ValidationError) -> tuple[int | str, ...]:
-    """Keys and numbers of elements that lead to what `describe` names."""
-    return _told(error)[0]["loc"]
-
-
-def _told(error: ValidationError) -> list[ErrorDetails]:
-    """The complaints in `error`. Where a value may be a name or keys, and is keys, what is wrong
-    among these is told, not that it is no name."""
-    errors = error.errors()
-    *stem, form = errors[0]["loc"] or ("",)
-    depth = len(stem)
-    mine = [e for e in errors if list(e["loc"][:depth]) == stem]
-    inside = [e for e in mine if len(e["loc"]) > depth + 1]
-    if not (FORM.fullmatch(str(form)) and inside):
-        return errors
-    for one in inside:
-        one["loc"] = (*stem, *one["loc"][depth + 1 :])
-    return [*inside, *(e for e in errors if e not in mine)]
-
-
 def describe(error: ValidationError, where: object) -> DataError:
     """Name file, key, value and fix of the first complaint in `error`."""
-    first, *others = _told(error)
+    errors = error.errors()
+    first, *others = errors
     place = first["loc"]
     # Where a value may be of several types, pydantic complains once for each: say it together.
     alternatives = []
-    if place and FORM.fullmatch(str(place[-1])):
+    if place and re.fullmatch(r"float|str|(constrained-)?int|.*\[.*\]", str(place[-1])):
         place = place[:-1]
         alternatives = [e for e in others if e["loc"][:-1] == place]
     key = " ".join(".".join(str(part) for part in place).split())

@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.files import line_of, write_bytes
 from ajgdata.store.provenance import code_digest
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
-from ajgdata.types import DataError, DatasetSpec, Recipe, describe, place_of
+from ajgdata.types import DataError, DatasetSpec, Recipe, describe
 
 
 def with_recipe(paths: Paths) -> list[str]:
@@ -46,14 +46,14 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     try:
         gripper.SignalChain.model_validate(recipe.signal)
     except ValidationError as error:
-        line = line_of(path, ("recipe", "signal", *place_of(error)))
+        line = line_of(path, ("recipe", "signal", *error.errors()[0]["loc"]))
         raise describe(error, f"{path}:{line}: recipe, signal") from None
     planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
     for grasp in (grasp for grasps in planned for grasp in grasps):
         try:
             gripper.Scene.model_validate(grasp.setup)
         except ValidationError as error:
-            line = line_of(path, yaml_place(recipe, grasp.object, place_of(error)))
+            line = line_of(path, yaml_place(recipe, grasp.object, error.errors()[0]["loc"]))
             raise describe(error, f"{path}:{line}: recipe, {grasp.object}") from None
     return planned
 

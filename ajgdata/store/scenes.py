@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from ajgdata.gripper.scene import Scene
 from ajgdata.store.files import line_of, read_yaml
-from ajgdata.types import describe, place_of
+from ajgdata.types import describe
 
 
 def read_scene(path: Path) -> Scene:
@@ -17,5 +17,5 @@ def read_scene(path: Path) -> Scene:
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, place_of(error))
+        line = line_of(path, error.errors()[0]["loc"])
         raise describe(error, f"{path}:{line}") from None

@@ -28,7 +28,6 @@ from ajgdata.types import (
     Session,
     describe,
     is_reserved,
-    place_of,
 )
 
 
@@ -56,7 +55,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     try:
         return DatasetSpec.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, place_of(error))
+        line = line_of(path, error.errors()[0]["loc"])
         raise describe(error, f"{path}:{line}") from None
 
 

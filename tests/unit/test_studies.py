@@ -3,9 +3,11 @@
 import json
 import sys
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from matplotlib.text import Text
 from test_report_page import Page
 
@@ -147,10 +149,10 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
 def test_the_convergence_figure_shows_each_case_and_the_slopes():
     figure = FIGURES["verification", "convergence", "convergence"][1](DRAWN)
     (axes,) = figure.axes
-    a, b, first, second = (line.get_xydata() for line in axes.lines)
+    a, b, first, second, fourth = (line.get_xydata() for line in axes.lines)
     np.testing.assert_allclose(a, [(2, 4), (4, 16)])
     np.testing.assert_allclose(b, [(2, 12), (4, 48)])
-    for line, order in ((first, 1), (second, 2)):
+    for line, order in ((first, 1), (second, 2), (fourth, 4)):
         assert np.log2(line[1, 1] / line[0, 1]) == pytest.approx(order)
     assert {"simulated", "a", "b", "order 1", "order 2 ", "2 known answers"} - {
         text.get_text() for text in figure.findobj(Text)
@@ -275,3 +277,9 @@ def test_every_page_has_its_words_and_its_place():
         assert study in LEADS
     for study in STUDIES:
         assert code_digest(f"studies/{study}")  # there is such a module
+
+
+def test_the_settings_know_every_page():
+    schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
+    pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
+    assert pages["items"]["enum"] == [GALLERY, *STUDIES] == list(LEADS)
