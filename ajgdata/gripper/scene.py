@@ -22,7 +22,7 @@ from ajgdata.gripper.plain import PartName, Plain, SceneError
 from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
-PHYSICS_VERSION = 1
+PHYSICS_VERSION = 2
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.
@@ -207,7 +207,13 @@ def one_line(error: ValidationError) -> str:
     where = ".".join(str(part) for part in first["loc"])
     value = "" if isinstance(first["input"], dict | Plain) else f", got {first['input']!r}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{where + ': ' if where else ''}{first['msg']}{value}{more}"
+    said = first["msg"]
+    if first["type"] == "union_tag_not_found":
+        said = f"{first['ctx']['discriminator']} is missing"
+    elif first["type"] == "union_tag_invalid":
+        known = "no {discriminator} is called {tag!r}: one of {expected_tags}"
+        said = known.format_map(first["ctx"])
+    return f"{where + ': ' if where else ''}{said}{value}{more}"
 
 
 def derive_seed(*parts: str | int) -> int:
