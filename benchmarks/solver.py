@@ -28,6 +28,8 @@ from rich.console import Console
 from rich.table import Table
 from solver_peers import Problem, Route, disagreement, problem, routes
 
+from ajgdata.gripper.system import aligned
+
 #: Rounding of float32 grows with the root of the steps; a wrong scheme is off by 1.
 AGREE = 1e-4
 MEMORY_CELLS = 24_000_000
@@ -70,7 +72,9 @@ def stream(p, ux, uy, uz, gx, gy, gz, yield_, repeats):
 
 def streamed(given: Problem, cells: int, repeats: int) -> Callable[[], object]:
     loop, count = (wide_stream, 11) if given.reach else (stream, 8)
-    arrays = [np.full(cells, 1e-3, np.float32) for _ in range(count)]
+    arrays = [aligned(cells, np.float32) for _ in range(count)]
+    for array in arrays:
+        array[:] = 1e-3
     loop(*arrays, 1)  # compile it, and touch the memory
     return functools.partial(loop, *arrays, repeats)
 

@@ -73,7 +73,7 @@ def ours(given: Problem) -> Route:
 
 
 def by_c(given: Problem) -> Route:
-    """benchmarks/solver.c, compiled for this machine; the same slabs and spans as ours."""
+    """benchmarks/solver.c, compiled for this machine; the same slabs, spans and arrays as ours."""
     source = Path(__file__).with_name("solver.c")
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "solver.so"
@@ -85,11 +85,12 @@ def by_c(given: Problem) -> Route:
     fixed = [np.ascontiguousarray(a) for a in (*given.gains, given.yield_, *given.reach)]
 
     def run(steps: int) -> Real:
-        moving = [given.start.copy(), *(np.zeros_like(given.start) for _ in range(3))]
+        moving = at_rest(given.system)[:4]
+        moving[0][:] = given.start.ravel()
         arrays = [ctypes.c_void_p(a.ctypes.data) for a in (*moving, *fixed, *bounds)]
         counts = (len(span.lo), span.row, span.slab, steps)
         kernel(*arrays, *(ctypes.c_size_t(int(n)) for n in counts))
-        return moving[0]
+        return moving[0].reshape(given.start.shape)
 
     return run
 

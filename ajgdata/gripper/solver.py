@@ -16,7 +16,7 @@ from numba import uint64
 from numpy.typing import NDArray
 
 from ajgdata.gripper.compiled import njit
-from ajgdata.gripper.system import System
+from ajgdata.gripper.system import System, aligned
 from ajgdata.gripper.walls import react
 
 Real = NDArray[np.floating]
@@ -49,7 +49,7 @@ def at_rest(system: System) -> State:
     """A state of silence for `system`."""
     dtype = system.capacities.yield_.dtype
     sizes = [system.mass.size] * 6 + [len(system.walls.cell)] * 3
-    cells_and_walls = (np.zeros(size, dtype) for size in sizes)
+    cells_and_walls = (aligned(size, dtype) for size in sizes)
     return State._make([*cells_and_walls, np.zeros((3, len(system.modes.inertia)))])
 
 

@@ -1,0 +1,55 @@
+"""Spans and arrays keep to whole cache lines, and the numbers do not depend on it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper import Scene, compile
+from ajgdata.gripper.solver import at_rest, march
+from ajgdata.gripper.system import LINE, _span
+
+
+@pytest.mark.parametrize("width", [4, 5, 9, 26])
+def test_spans_hold_all_active_cells_and_none_of_another_slab(width):
+    live = np.zeros((6, width, width), dtype=bool)
+    inner = live[1:-1, 1:-1, 1:-1]
+    inner[:] = np.random.default_rng(width).random(inner.shape) < 0.3
+    live[1, 1, 1] = live[2, -2, -2] = True
+    span = _span(live, live)
+    slabs = np.arange(6).astype(np.uint64) * span.slab
+    visited = np.zeros(live.size, dtype=int)
+    for lo, hi in zip(span.lo, span.hi, strict=True):
+        visited[lo:hi] += 1
+    assert visited[live.ravel()].all()
+    assert visited.max() == 1
+    assert np.all((slabs <= span.lo) & (span.lo <= span.hi) & (span.hi <= slabs + span.slab))
+
+
+@pytest.mark.parametrize("scheme", ["wide", "second"])
+def test_bounds_of_the_spans_do_not_change_a_byte(scheme):
+    scene = Scene.model_validate(
+        {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6, "scheme": scheme}}
+    )
+    plan = compile(scene)
+    system, heard = plan.system, []
+    slabs = np.arange(len(system.span.lo)).astype(np.uint64) * np.uint64(system.span.slab)
+    active = np.bincount(np.flatnonzero(system.mass) // system.span.slab, minlength=len(slabs)) > 0
+    row = np.uint64(system.span.row)
+    wide = system.span._replace(
+        lo=np.where(active, slabs + row, slabs),
+        hi=np.where(active, slabs + np.uint64(system.span.slab) - row, slabs),
+    )
+    assert (wide.hi - wide.lo).sum() > (system.span.hi - system.span.lo).sum()
+    for span in (system.span, wide):
+        marched = replace(system, span=span)
+        state = at_rest(marched)
+        arguments = (state, plan.speaker, plan.microphone, np.ones(1), 300)
+        heard.append(march(marched, *arguments).tobytes())
+    assert heard[0] == heard[1]
+
+
+def test_arrays_begin_where_a_cache_line_does():
+    system = compile(Scene.model_validate({"numerics": {"dx_mm": 6}})).system
+    arrays = (*system.faces, *system.reach, *system.capacities, *at_rest(system)[:6])
+    assert {array.ctypes.data % LINE for array in arrays} == {0}
