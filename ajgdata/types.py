@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
 Kind = Literal["regression", "classification"]
+ModelName = Literal["cnn", "linear", "knn", "svm", "boosting", "forest", "mlp"]
 
 #: Columns of recordings.csv that mean the same in every data set; all others are declared targets
 #: or free columns.
@@ -132,7 +133,7 @@ class Task(Strict):
     target: str
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
     folds: int = Field(5, ge=2)
-    models: tuple[Literal["cnn", "linear", "knn"], ...] = ("cnn", "linear", "knn")
+    models: tuple[ModelName, ...] = ("cnn", "linear", "knn")
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )

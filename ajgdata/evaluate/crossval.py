@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sklearn.base import BaseEstimator, clone, is_classifier
+from sklearn.base import BaseEstimator, clone
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
@@ -61,7 +61,7 @@ class Predictions:
     fold: np.ndarray
     y_true: np.ndarray
     y_pred: np.ndarray
-    probability: np.ndarray | None  #: of the predicted class; None for regression
+    probability: np.ndarray | None  #: of the predicted class; None if the model has none
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ def _run_fold(
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     rows, single = features[test], features[test[:1]]
     y_pred, probability = estimator.predict(rows), None
-    if is_classifier(estimator):
+    if hasattr(estimator, "predict_proba"):
         probability = estimator.predict_proba(rows).max(axis=1)
     return _Fold(
         y_pred,

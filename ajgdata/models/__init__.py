@@ -22,6 +22,10 @@ MODELS = {
     "cnn": Label("CNN", "CNN"),
     "linear": Label("logistic regression", "ridge"),
     "knn": Label("k-NN", "k-NN"),
+    "svm": Label("SVM", "SVM"),
+    "boosting": Label("gradient boosting", "gradient boosting"),
+    "forest": Label("random forest", "random forest"),
+    "mlp": Label("MLP", "MLP"),
 }
 
 
@@ -29,8 +33,8 @@ def make_model(name: str, kind: Kind, seed: int = 0) -> BaseEstimator:
     """An unfitted scikit-learn estimator that takes features (n, n_features) as they are stored.
 
     Standardisation is part of the estimator, so it is learned from training rows only. The
-    settings are the same for every data set. `seed` matters to the CNN; the others have no chance
-    in them. Raises ValueError for an unknown name or kind.
+    settings are the same for every data set. `seed` matters to networks and trees; the others have
+    no chance in them. Raises ValueError for an unknown name or kind.
     """
     if name not in MODELS:
         raise ValueError(f"unknown model {name!r}: choose one of {', '.join(MODELS)}")
@@ -41,6 +45,6 @@ def make_model(name: str, kind: Kind, seed: int = 0) -> BaseEstimator:
 
         cnn = CnnClassifier if kind == "classification" else CnnRegressor
         return cnn(random_state=seed)
-    from ajgdata.models import baselines
+    from ajgdata.models.baselines import BASELINES
 
-    return (baselines.linear if name == "linear" else baselines.nearest_neighbours)(kind)
+    return BASELINES[name](kind, seed)

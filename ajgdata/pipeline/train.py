@@ -21,8 +21,13 @@ from ajgdata.types import Kind
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
 
-#: Our own classes inside scikit-learn pipelines, which skops must be told to trust.
-TRUSTED = ("ajgdata.models.baselines.Compress",)
+#: Classes inside scikit-learn pipelines that skops must be told to trust: ours, and what its trees and networks hold.
+TRUSTED = (
+    "ajgdata.models.baselines.Compress",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+    "sklearn.neural_network._stochastic_optimizers.AdamOptimizer",
+    "sklearn.tree._tree.Tree",
+)
 
 
 def train_model(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from ajgdata.report.comparisons import cost_figure, split_figure
+from ajgdata.report.comparisons import cost_figure, split_figure, tradeoff_figure
 from ajgdata.report.content import DatasetSummary, Report, TaskResult
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.wording import (
@@ -17,8 +17,11 @@ from ajgdata.report.wording import (
     prediction_caption,
     spectra_caption,
     split_caption,
+    tradeoff_caption,
 )
 
+#: Fewer models of a task can be told apart in the figure of all tasks.
+MANY_MODELS = 4
 COST, SPLITS = "error-against-run-time", "random-against-grouped"
 
 
@@ -39,6 +42,11 @@ def spectra_name(dataset: DatasetSummary) -> str:
     return f"spectra--{dataset.name}"
 
 
+def tradeoff_name(task: tuple[TaskResult, ...]) -> str:
+    """File name, without suffix, of the figure that compares the models of a task."""
+    return f"models--{task[0].dataset}--{task[0].task}"
+
+
 def illustrations(report: Report) -> dict[str, Illustration]:
     """Every figure of the report by name, in the order of the page; nothing is drawn yet.
 
@@ -53,6 +61,10 @@ def illustrations(report: Report) -> dict[str, Illustration]:
         if d.spectra is not None:
             drawing = Illustration(spectra_caption(d), partial(spectra_figure, d))
             listed.append((spectra_name(d), drawing))
+    for task in report.tasks():
+        if len(task) >= MANY_MODELS:
+            drawing = Illustration(tradeoff_caption(task), partial(tradeoff_figure, task))
+            listed.append((tradeoff_name(task), drawing))
     for r in report.results:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))

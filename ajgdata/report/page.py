@@ -85,6 +85,7 @@ def _names() -> dict[str, Any]:
         "prediction_name": figures.prediction_name,
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
+        "tradeoff_name": figures.tradeoff_name,
         "web_link": web_link,
     }
 

@@ -165,6 +165,23 @@ def cost_caption(report: Report) -> Caption:
     )
 
 
+def tradeoff_caption(task: tuple[TaskResult, ...]) -> Caption:
+    """Caption of `comparisons.tradeoff_figure`."""
+    first = task[0]
+    listed = "; ".join(
+        f"{r.model_label}: {headline(r)}, training {number(r.cost.train_s)} s, "
+        f"inference {number(r.cost.inference_ms_per_recording)} ms"
+        for r in task
+    )
+    return Caption(
+        f"{metric_name(first)} of {len(task)} models on the same folds, with the same settings as "
+        "on every other task. Bars: one standard deviation over folds. Filled markers joined by a "
+        "line form the Pareto front: no other model beats them in both error and time. Times "
+        "belong to the machine that made this page.",
+        f"{metric_name(first)} against training and inference time. {listed}.",
+    )
+
+
 def split_caption(report: Report) -> Caption:
     """Caption of `figures.split_figure`."""
     listed = "; ".join(

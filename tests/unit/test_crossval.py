@@ -69,8 +69,10 @@ def test_every_model_learns_the_obvious_and_repeats_itself(model):
     assert first.scores.confusion == ((30, 0), (0, 30))
     assert same(first.scores, second.scores)
     assert first.predictions.y_pred.tobytes() == second.predictions.y_pred.tobytes()
-    assert first.predictions.probability.tobytes() == second.predictions.probability.tobytes()
-    assert ((first.predictions.probability > 0.5) & (first.predictions.probability <= 1)).all()
+    if model != "svm":
+        p, q = first.predictions.probability, second.predictions.probability
+        assert p.tobytes() == q.tobytes()
+        assert ((p > 0.5) & (p <= 1)).all()
     assert seen == [(1, 3), (2, 3), (3, 3)] * 2
 
 

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 from report_samples import COST, classes_result, dataset, regression_result, sample_report
 
 from ajgdata.report.canvas import COLOURS, encode, save_figure
-from ajgdata.report.comparisons import cost_figure, split_figure
+from ajgdata.report.comparisons import cost_figure, split_figure, tradeoff_figure
 from ajgdata.report.content import Cost, Predictions, Score
 from ajgdata.report.figures import (
     MAX_VECTOR_POINTS,
@@ -50,6 +50,32 @@ def fits(figure):
     """Everything ends within the canvas, give or take half the width of a line."""
     box, size = figure.get_tightbbox(), figure.get_size_inches()
     return box.min.min() >= -0.5 / 72 and np.all(box.max <= size + 0.5 / 72)
+
+
+def test_many_models_of_a_task_are_drawn_against_their_times_in_its_own_unit():
+    scores = {"cnn": (3.0, 50.0), "linear": (4.0, 0.2), "knn": (6.0, 1.0), "svm": (3.5, 1.5)}
+    task = tuple(
+        regression_result(
+            model=name, model_label=name, metrics={"rmse": Score(rmse, 0.5)},
+            cost=Cost(seconds, 1.0, 100.0),
+        )
+        for name, (rmse, seconds) in scores.items()
+    )  # fmt: skip
+    figure = tradeoff_figure(task)
+    train = figure.axes[0]
+    front = next(line for line in train.lines if line.get_label() == "Pareto front")
+    # k-NN is slower and worse than ridge; each other model is the best of those as fast
+    np.testing.assert_array_equal(front.get_xydata(), [[0.2, 4.0], [1.5, 3.5], [50.0, 3.0]])
+    bars = {c.get_label(): c for c in train.containers}
+    assert {name: bars[name].lines[0].get_ydata()[0] for name in scores} == {
+        name: rmse for name, (rmse, _) in scores.items()
+    }
+    assert train.get_ylabel() == "RMSE (mm)"
+    assert "simulated" in texts(figure)
+    assert fits(figure)
+    named = illustrations(dataclasses.replace(sample_report(), results=task))
+    assert "models--size--edge" in named
+    assert "models--size--edge" not in illustrations(sample_report())
 
 
 def test_nothing_is_drawn_outside_a_figure(drawn):
