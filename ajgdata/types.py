@@ -127,6 +127,10 @@ class Target(Strict):
     missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
 
 
+#: Parts of an evaluation: held-out recordings of values trained on; values never trained on; both.
+Part = Literal["known", "unknown", "overall"]
+
+
 class Task(Strict):
     """Target + split: one row of the report for each model."""
 
@@ -137,7 +141,36 @@ class Task(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )
-    paper: str = Field("", description="row of the paper's figures to stand beside, e.g. size")
+    withhold: tuple[float, ...] = Field(
+        (), description="target values that no fold trains on; every fold's model is tested on them"
+    )
+    period_deg: float | None = Field(
+        None,
+        gt=0,
+        description="the target repeats after this, as a bar's angle after 180: models learn sine "
+        "and cosine, errors are the shortest way round",
+    )
+    paper: str | dict[Part, str] = Field(
+        "",
+        description="rows of the paper's figures to stand beside, e.g. ycb, or by part: "
+        "{known: size-known, unknown: size-unknown, overall: size}",
+    )
+
+    @property
+    def papers(self) -> dict[Part, str]:
+        """Rows of the paper's figures by part of the evaluation."""
+        given = self.paper
+        return ({"known": given} if given else {}) if isinstance(given, str) else given
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Task:
+        if len(set(self.withhold)) != len(self.withhold):
+            raise ValueError("withhold lists a value twice")
+        if not self.withhold and (more := sorted(set(self.papers) - {"known"})):
+            raise ValueError(
+                f"paper.{more[0]} stands beside nothing: only withhold makes this part"
+            )
+        return self
 
 
 class RecipeObject(Strict):
@@ -213,7 +246,7 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = ("target", "kind", "unit", "groups")
+TRAINING = ("target", "kind", "unit", "groups", "period_deg")
 
 
 class DatasetSpec(Strict):
@@ -237,9 +270,6 @@ class DatasetSpec(Strict):
         for name in self.targets:
             if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
-        for name, task in self.tasks.items():
-            if task.target not in self.targets:
-                raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
         if self.recipe:
             for made in self.recipe.objects:
                 if unknown := set(made.targets) - set(self.targets):
@@ -249,6 +279,17 @@ class DatasetSpec(Strict):
             low, high = (edge * bins_per_hz for edge in self.features.band_hz)
             if math.ceil(low) > min(math.floor(high), self.features.window // 2):
                 raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+        return self
+
+    @model_validator(mode="after")
+    def _tasks_of_targets(self) -> DatasetSpec:
+        for name, task in self.tasks.items():
+            if task.target not in self.targets:
+                raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
+            if self.targets[task.target].kind == "classification":
+                for key in ("withhold", "period_deg"):
+                    if getattr(task, key):
+                        raise ValueError(f"task {name}: {key} is for a number, not for classes")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -262,6 +303,8 @@ class DatasetSpec(Strict):
             "groups": settings.groups,
             "folds": settings.folds,
             "compare_random": settings.compare_random,
+            "withhold": list(settings.withhold),
+            "period_deg": settings.period_deg,
         }
 
     def training(self, task: str) -> dict[str, Any]:

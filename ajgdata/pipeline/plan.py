@@ -66,7 +66,7 @@ def plan(
 
 def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
     """A report that names an unknown figure of the paper would fail after all the work is done."""
-    if not (named := {task.paper for task in spec.tasks.values()} - {""}):
+    if not (named := {name for task in spec.tasks.values() for name in task.papers.values()}):
         return
     known = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     if unknown := sorted(named - set(known)):

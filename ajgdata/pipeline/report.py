@@ -11,10 +11,12 @@ import numpy as np
 
 from ajgdata.models import MODELS
 from ajgdata.paths import Paths
+from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.pipeline.merge import read_findings
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
+    PartResult,
     Predictions,
     Provenance,
     Report,
@@ -22,13 +24,14 @@ from ajgdata.report.content import (
     SkippedTask,
     Spectra,
     TaskResult,
+    ValueErrors,
 )
 from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
 from ajgdata.store.sessions import read_dataset, read_session
-from ajgdata.types import DataError, DatasetSpec, FeatureSettings
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings, Part
 
 #: As many mean spectra as can be told apart in one figure.
 MAX_SPECTRA = 8
@@ -160,7 +163,10 @@ def task_result(
     kind, scores = document["kind"], document["grouped"]
     headline = "rmse" if kind == "regression" else "accuracy"
     settings = spec.tasks[task]
-    random = document.get("random")
+    random, known = document.get("random"), settings.papers.get("known")
+    held_out = _predictions(paths.predictions(*run), kind, scores["classes"])
+    if held_out is None:
+        raise DataError(paths.predictions(*run), "holds no predictions", "delete it and run again")
     return TaskResult(
         dataset=dataset,
         dataset_title=spec.title or dataset,
@@ -178,10 +184,27 @@ def task_result(
         group_column=document["groups"],
         folds=scores["folds"],
         cost=_cost(read_json(paths.cost(*run))["grouped"]),
-        predictions=_predictions(paths.predictions(*run), kind, scores["classes"]),
+        predictions=held_out,
         random_split=_scores(random)[headline] if random else None,
-        paper=paper[settings.paper] if settings.paper else None,
+        paper=paper[known] if known else None,
+        parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
+        unseen=_predictions(paths.predictions(*run), kind, (), WITHHELD),
+        values=tuple(ValueErrors(**one) for one in document["by_value"]),
     )
+
+
+def _parts(
+    document: Mapping[str, Any], headline: str, papers: Mapping[Part, PaperFigure]
+) -> tuple[PartResult, ...]:
+    """What was evaluated beside recordings of values that were trained on."""
+    made = []
+    if WITHHELD in document:
+        chance = document[WITHHELD]["chance"][headline]
+        scores = _scores(document[WITHHELD])[headline]
+        made.append(PartResult("unknown", scores, papers.get("unknown"), chance))
+        scores = _scores(document["overall"])[headline]
+        made.append(PartResult("overall", scores, papers.get("overall")))
+    return tuple(made)
 
 
 def _label(model: str, document: Mapping[str, Any]) -> str:
@@ -212,8 +235,12 @@ def _cost(cost: Mapping[str, Any]) -> Cost:
     )
 
 
-def _predictions(path: Path, kind: str, classes: Sequence[str]) -> Predictions:
-    rows = [row for row in read_csv(path)[1] if row["split"] == "grouped"]
+def _predictions(
+    path: Path, kind: str, classes: Sequence[str], split: str = "grouped"
+) -> Predictions | None:
+    rows = [row for row in read_csv(path)[1] if row["split"] == split]
+    if not rows:
+        return None
     dtype = np.float64 if kind == "regression" else np.str_
     y_true, y_pred = (np.asarray([r[c] for r in rows], dtype) for c in ("y_true", "y_pred"))
     fold = np.asarray([int(row["fold"]) for row in rows])

@@ -80,12 +80,36 @@ class Predictions:
             raise ValueError("y_true and y_pred of a regression must be finite")
 
 
+@dataclass(frozen=True)
+class PartResult:
+    """The headline metric on a further part of a task; a chance of NaN is not told."""
+
+    part: str  #: "unknown" (values never trained on) or "overall"
+    score: Score
+    paper: PaperFigure | None = None
+    chance: float = math.nan
+
+
+@dataclass(frozen=True)
+class ValueErrors:
+    """Errors at one value of a regression target, see `evaluate.withheld.OneValue`."""
+
+    value: float
+    withheld: bool
+    recordings: int
+    rmse: float
+    rmse_sd: float | None
+    mae: float
+    bias: float
+
+
 @dataclass(frozen=True, eq=False)
 class TaskResult:
     """One model on one task of one data set.
 
     `chance` is the headline metric of a predictor that ignores the sound. `random_split` is the
-    headline metric when the split ignores `group_column`.
+    headline metric when the split ignores `group_column`. `unseen` are the predictions of values
+    that were withheld from training, each by every fold's model.
     """
 
     dataset: str
@@ -107,6 +131,9 @@ class TaskResult:
     predictions: Predictions
     random_split: Score | None = None
     paper: PaperFigure | None = None
+    parts: tuple[PartResult, ...] = ()
+    unseen: Predictions | None = None
+    values: tuple[ValueErrors, ...] = ()
 
     def __post_init__(self) -> None:
         if self.headline not in self.metrics:

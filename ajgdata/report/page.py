@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
-from ajgdata.report.content import Report, TaskResult
+from ajgdata.report.content import PartResult, Report, TaskResult
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -82,6 +82,8 @@ def _names() -> dict[str, Any]:
         "headline": wording.headline,
         "metric_name": wording.metric_name,
         "paper_cells": paper_cells,
+        "part_rows": part_rows,
+        "part_chance": wording.part_chance,
         "prediction_name": figures.prediction_name,
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
@@ -101,7 +103,19 @@ def close(task: tuple[TaskResult, ...]) -> list[TaskResult]:
     return [r for r in task if r.error.mean <= top.mean + max(top.sd, 0)]
 
 
-def paper_cells(task: tuple[TaskResult, ...]) -> list[tuple[str, str, int]]:
+def part_rows(
+    task: tuple[TaskResult, ...],
+) -> list[tuple[str, list[tuple[TaskResult, PartResult]]]]:
+    """Further parts of a task by name, each with the result of every model that has it."""
+    names = dict.fromkeys(part.part for r in task for part in r.parts)
+    return [
+        (name, [(r, part) for r in task for part in r.parts if part.part == name]) for name in names
+    ]
+
+
+def paper_cells(
+    task: Sequence[TaskResult] | Sequence[PartResult],
+) -> list[tuple[str, str, int]]:
     """Text, source and row span of the paper's cell per model; a span of 0 means no cell.
 
     A figure that all models share is written once, across their rows.

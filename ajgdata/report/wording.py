@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from typing import NamedTuple
 
-from ajgdata.report.content import DatasetSummary, Report, Score, TaskResult
+from ajgdata.report.content import DatasetSummary, PartResult, Report, Score, TaskResult
 
 DASH = "—"
 
@@ -86,6 +86,11 @@ def chance(result: TaskResult) -> str:
     return headline(result, Score(result.chance, 0.0))
 
 
+def part_chance(result: TaskResult, part: PartResult) -> str:
+    """The same on a further part of the task."""
+    return headline(result, Score(part.chance, 0.0))
+
+
 def words(name: str) -> str:
     """A column or task name as words: `edge_mm` -> `edge mm`, `grasp_id` -> `grasp id`."""
     return name.replace("_", " ")
@@ -111,10 +116,11 @@ def prediction_caption(result: TaskResult) -> Caption:
     )
     count = f"{len(result.predictions.y_true):,} held-out predictions"
     if result.kind == "regression":
+        unseen = "" if result.unseen is None else " Orange: values withheld from all training."
         return Caption(
             f"{head} Small dots: {count}; large dots: mean ± one standard deviation per true "
             "value (or per bin, where there are more than 30 values); dashed: perfect; dotted: "
-            "always predicting the mean.",
+            f"always predicting the mean.{unseen}",
             f"Predicted against true {quantity(result)} with the identity line. {head}",
         )
     return Caption(

@@ -8,7 +8,8 @@ import pytest
 from sklearn.dummy import DummyRegressor
 from threadpoolctl import threadpool_info
 
-from ajgdata.evaluate.crossval import _memory_mb, cross_validate
+from ajgdata.evaluate.cost import memory_mb
+from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import MODELS, make_model
 
@@ -129,9 +130,9 @@ def test_cost_is_measured():
 
 
 def test_memory_grows_by_what_is_allocated():
-    before = _memory_mb("VmRSS")
+    before = memory_mb("VmRSS")
     block = np.ones(8_000_000)  # 64 MB
-    grown = _memory_mb("VmRSS") - before
+    grown = memory_mb("VmRSS") - before
     assert block.sum() == 8e6
     assert 60 < grown < 80
 
