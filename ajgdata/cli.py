@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from ajgdata.cli_gripper import gripper
 from ajgdata.types import DataError, Finding, ImportSettings
 
 app = typer.Typer(
@@ -23,14 +24,6 @@ app = typer.Typer(
     rich_markup_mode="rich",
     help="Acoustic sensing with jamming grippers: get recordings in and check them. "
     "Everything after that (features, models, report) is done by the command [b]snakemake[/b].",
-)
-gripper = typer.Typer(
-    no_args_is_help=True,
-    help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
-    "object: {kind: cube, edge_mm: 20, material: wood}\n\n"
-    "medium: {kind: coffee}\n\n"
-    "What is not said takes its default. The keys are gripper, medium, object, support, grasp, "
-    "environment and numerics; gripper and object may be names, and a name alone is a scene.",
 )
 app.add_typer(gripper, name="gripper")
 out = Console(emoji=False, highlight=False)
@@ -262,53 +255,3 @@ def _free_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-SceneArgument = Annotated[
-    str, typer.Argument(metavar="SCENE", help="YAML or JSON file, or name of an object or gripper")
-]
-
-
-@gripper.command()
-def show(
-    scene: SceneArgument,
-    folder: Annotated[
-        Path | None, typer.Option("--out", help="where to; default: gripper-<name of the scene>")
-    ] = None,
-    animation: Annotated[
-        bool, typer.Option(help="also film the pressure in the cross-section")
-    ] = True,
-) -> None:
-    """Draw a scene: its cross-section, its response and spectrum, and the moving pressure."""
-    from ajgdata.pipeline.show import show_scene
-
-    for path in show_scene(scene, folder, film=animation):
-        out.print(escape(str(path)), soft_wrap=True)
-
-
-@gripper.command("plan")
-def plan_command(scene: SceneArgument) -> None:
-    """Say what would be solved and what is left out, on which grid, at what cost."""
-    from ajgdata.pipeline.show import plan_facts
-
-    for topic, said in plan_facts(scene).items():
-        out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
-
-
-@gripper.command()
-def objects() -> None:
-    """List the objects that have a name."""
-    _print_library("objects")
-
-
-@gripper.command()
-def grippers() -> None:
-    """List the grippers that have a name."""
-    _print_library("grippers")
-
-
-def _print_library(kind: Literal["objects", "grippers"]) -> None:
-    from ajgdata.pipeline.show import listed
-
-    for name, said in listed(kind).items():
-        out.print(f"{name:20} {escape(said)}", soft_wrap=True)

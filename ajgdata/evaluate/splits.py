@@ -54,7 +54,8 @@ def grouped_folds(
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
     """Folds that ignore groups: what a careless split would report.
 
-    Raises ValueError when there are fewer rows than folds, or when a class has a single row.
+    Raises ValueError when there are fewer rows than folds, and when all rows of a class that is
+    rarer than the folds fall into one of them.
     """
     y = np.asarray(y)
     if len(y) < folds:

@@ -46,6 +46,8 @@ class Spring(NamedTuple):
 class Latex:
     """The membrane as an elastic layer; small-strain values of natural rubber (estimate)."""
 
+    density = 1_000.0
+
     thickness: float = 0.3e-3
     young: float = 1.5e6
     loss: float = 0.1
@@ -183,30 +185,24 @@ def seat(stress: float, pack: Pack, object_: Material | None, latex: Latex = Lat
     """What lies between the lowest grains and the object: latex, then both solids' surfaces.
 
     Each grain bears stress/seats on the latex (`layer_stiffness`), which hands the force on over
-    a patch of radius a = √(Rδ), under which both solids give way (`spread_compliance`). In series
-    compliances add, and losses by their share. `object_` None is rigid.
+    a patch of radius a = √(Rδ), or Hertz's (3FR/4E*)^(1/3) where that is wider, under which both
+    solids give way (`spread_compliance`; without latex 8 % more than Hertz). In series compliances
+    add, and losses by their share. `object_` None is rigid.
     """
-    stress = max(stress, LOOSEST_PA)
-    radius, per_grain = pack.diameter / 2, stress / pack.seats_per_m2
-    patch = np.sqrt(radius * layer_approach(per_grain, radius, latex.thickness, latex.young))
-    soft = 1 / layer_stiffness(per_grain, radius, latex.thickness, latex.young)
-    give, lossy = soft, soft * latex.loss
-    for solid in (pack.grain, object_):
-        if solid is not None:
-            surface = plane_modulus(solid.young_pa, solid.poisson)
-            compliance = float(spread_compliance(surface, patch))
-            give, lossy = give + compliance, lossy + compliance * solid.loss
+    per_grain, radius = max(stress, LOOSEST_PA) / pack.seats_per_m2, pack.diameter / 2
+    solids = [pack.grain] if object_ is None else [pack.grain, object_]
+    surfaces = [float(plane_modulus(m.young_pa, m.poisson)) for m in solids]
+    patch = float(np.cbrt(3 * per_grain * radius * sum(1 / e for e in surfaces) / 4))
+    give = lossy = 0.0
+    if latex.thickness:
+        layer = per_grain, radius, latex.thickness, latex.young
+        patch = max(patch, float(np.sqrt(radius * layer_approach(*layer))))
+        give = 1 / layer_stiffness(*layer)
+        lossy = give * latex.loss
+    for solid, surface in zip(solids, surfaces, strict=True):
+        compliance = float(spread_compliance(surface, patch))
+        give, lossy = give + compliance, lossy + compliance * solid.loss
     return Spring(pack.seats_per_m2 / give, lossy / give)
-
-
-def pad(rubber: Material, thickness: float, shape_factor: float) -> Spring:
-    """A rubber sheet pressed by a flat face that does not slip; `shape_factor` is loaded area over
-    free area. Compression modulus 1/(1/(E(1+2S²)) + 1/K): Gent & Lindley, Proc. Inst. Mech. Eng.
-    173 (1959) 111; the bulk modulus K bounds it.
-    """
-    bulk = rubber.young_pa / (3 * (1 - 2 * rubber.poisson))
-    modulus = 1 / (1 / (rubber.young_pa * (1 + 2 * shape_factor**2)) + 1 / bulk)
-    return Spring(modulus / thickness, rubber.loss)
 
 
 def rest(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.bending import PlateModes
-from ajgdata.gripper.column import Bed, Body, StackModes, skin, solve
+from ajgdata.gripper.column import Bed, StackModes, skin, solve
 from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.mechanics import (
@@ -23,7 +23,7 @@ from ajgdata.gripper.mechanics import (
     stack_of,
 )
 from ajgdata.gripper.modes import NO_MODES, ModeList
-from ajgdata.gripper.parts import OMEGA, Circuit, Complex, Part, Real
+from ajgdata.gripper.parts import FURTHEST, OMEGA, Circuit, Complex, Part, Real
 from ajgdata.gripper.plain import PartName
 from ajgdata.gripper.scene import Numerics, Scene
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -41,12 +41,32 @@ class Grasped:
     modes: ModeList = NO_MODES
 
 
-def judged(numerics: Numerics, name: PartName, effect: float, what: str) -> Part:
-    """A part that is kept if its effect reaches the tolerance, or if it is asked for."""
-    asked = name in numerics.keep
-    kept = asked or effect >= numerics.tolerance
-    reason = "asked for" if asked else f"{effect:.2g} of {numerics.tolerance:g} allowed"
-    return Part(name, kept, effect, f"{what}: {reason}")
+def spared(effects: dict[PartName, float], numerics: Numerics) -> set[PartName]:
+    """What is left out: the parts of least effect that together stay below the tolerance (root of
+    the sum of squares; no two features differ by more than FURTHEST), but none that is asked for.
+    """
+    left_out: set[PartName] = set()
+    total = 0.0
+    for name in sorted(effects, key=lambda name: effects[name]):
+        if name in numerics.keep:
+            continue
+        total = float(np.hypot(total, effects[name]))
+        if min(total, FURTHEST) < numerics.tolerance:
+            left_out.add(name)
+    return left_out
+
+
+def judged(
+    effects: dict[PartName, float], numerics: Numerics, what: dict[PartName, str]
+) -> dict[PartName, Part]:
+    """Each part with its effect, whether it is kept, and why."""
+    left_out = spared(effects, numerics)
+    parts = {}
+    for name, effect in effects.items():
+        reason = f"{effect:.2g}, all that is left out may come to {numerics.tolerance:g}"
+        reason = "asked for" if name in numerics.keep else reason
+        parts[name] = Part(name, name not in left_out, effect, f"{what[name]}: {reason}")
+    return parts
 
 
 def rigid(why: str) -> Grasped:
@@ -63,32 +83,31 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
     numerics, bed = scene.numerics, bed_of(scene, where, shape.force_n)
     wall = skin(body, scene.gripper.membrane.mass_kg_m2)
     alone = solve(stack_of(scene, body, None))
-    through = circuit.modes(alone)
-    compliance = judged(
-        numerics, "compliance", circuit.effect(circuit.skin(wall)), "skin of the object"
-    )
-    motion = judged(numerics, "motion", circuit.effect(through[0]), _first(alone))
-    bent = bending(scene, where, cells, body)
+    coupled = None if bed is None else solve(stack_of(scene, body, bed))
+    through, bent = circuit.modes(alone), bending(scene, where, cells, body)
     bows = _bows(circuit, where, bent)
-    higher = circuit.effect(through[1:].sum(0) + bows.sum(0))
-    elastic = judged(numerics, "elastic", higher, "higher modes of the object")
-    frame, coupled = _framed(scene, body, bed, circuit, through.sum(0))
-    solved = alone if coupled is None else coupled
+    effects: dict[PartName, float] = {
+        "motion": circuit.effect(through[0]),
+        "elastic": circuit.effect(through[1:].sum(0) + bows.sum(0)),
+        "compliance": circuit.effect(circuit.skin(wall)),
+    }
     if coupled is not None:
+        effects["frame"] = circuit.effect(circuit.modes(coupled).sum(0) - through.sum(0))
+    parts = judged(effects, numerics, _described(alone, bed))
+    if coupled is None:
+        parts["frame"] = Part("frame", False, None, "no grains lie on the object")
+    elif parts["frame"].kept:
         why = "moves with the grains on it"
-        motion, elastic = (Part(p.name, True, p.effect, why) for p in (motion, elastic))
-    chosen = _worth(numerics, circuit, solved, [motion.kept, elastic.kept])
-    support = _support(scene, [compliance, motion, elastic])
-    solved_modes = mode_list(where, cells, solved, chosen) if len(chosen) else NO_MODES
-    if bent is not None and elastic.kept:
-        heard = np.array([circuit.effect(bow) for bow in bows])
-        heavy = np.flatnonzero(heard >= min(numerics.tolerance, 0.01) / 2 / len(heard))
-        solved_modes += bending_list(where, cells, *bent, heavy)
-    return Grasped(
-        (motion, elastic, compliance, frame, support),
-        skin_walls(where, cells, wall) if compliance.kept else NO_WALLS,
-        solved_modes,
-    )
+        for name in ("motion", "elastic"):
+            parts[name] = replace(parts[name], kept=True, why=why)
+    solved = coupled if coupled is not None and parts["frame"].kept else alone
+    chosen = _worth(numerics, circuit, solved, [parts["motion"].kept, parts["elastic"].kept])
+    modes = mode_list(where, cells, solved, chosen) if len(chosen) else NO_MODES
+    if bent is not None and parts["elastic"].kept:
+        heavy = np.flatnonzero(_heard(numerics, circuit, bows) & _within(bent[0].square))
+        modes += bending_list(where, cells, *bent, heavy) if len(heavy) else NO_MODES
+    walls = skin_walls(where, cells, wall) if parts["compliance"].kept else NO_WALLS
+    return Grasped((*parts.values(), _support(scene, parts["motion"].kept)), walls, modes)
 
 
 def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None) -> Complex:
@@ -96,48 +115,58 @@ def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None
     if bent is None:
         return np.zeros((0, len(OMEGA)), complex)
     modes, shapes = bent
-    return circuit.piston(modes.square, modes.loss, shapes @ where.area / where.total)
+    # The mean square, not the mean: what bends out of phase is heard as well, if less.
+    return circuit.piston(modes.square, modes.loss, np.sqrt(shapes**2 @ where.area / where.total))
 
 
-def _first(modes: StackModes) -> str:
-    return f"first mode of the object on its support, {np.sqrt(modes.square[0]) / 2 / np.pi:.0f} Hz"
+def _described(alone: StackModes, bed: Bed | None) -> dict[PartName, str]:
+    first = np.sqrt(alone.square[0]) / (2 * np.pi)
+    grains = ""
+    if bed is not None:
+        speed = np.sqrt(bed.frame.modulus_pa / bed.frame.density)
+        grains = f"stress through the grains, {speed:.0f} m/s over {1e3 * bed.depth:.0f} mm"
+    return {
+        "motion": f"first mode of the object on its support, {first:.0f} Hz",
+        "elastic": "higher modes of the object",
+        "compliance": "skin of the object under the imprint",
+        "frame": grains,
+    }
 
 
-def _framed(
-    scene: Scene, body: Body, bed: Bed | None, circuit: Circuit, alone: Complex
-) -> tuple[Part, StackModes | None]:
-    """The path through the grains' frame, and the modes of the stack if it is kept."""
-    if bed is None:
-        return Part("frame", False, None, "no grains lie on the object"), None
-    modes = solve(stack_of(scene, body, bed))
-    effect = circuit.effect(circuit.modes(modes).sum(0) - alone)
-    speed = np.sqrt(bed.frame.modulus_pa / bed.frame.density)
-    what = f"stress through the grains, {speed:.0f} m/s over {1e3 * bed.depth:.0f} mm"
-    part = judged(scene.numerics, "frame", effect, what)
-    return part, modes if part.kept else None
+def _within(square: Real) -> NDArray[np.bool_]:
+    """Modes that the band of the feature can excite; faster ones follow as springs too stiff to
+    matter."""
+    return square < (1.5 * OMEGA[-1]) ** 2
+
+
+def _heard(numerics: Numerics, circuit: Circuit, moving: Complex) -> NDArray[np.bool_]:
+    """All modes but the weakest that together stay below half the tolerance; all, where modes are
+    asked for."""
+    asked = {"motion", "elastic", "frame"} & set(numerics.keep)
+    allowed = 0.0 if asked else numerics.tolerance / 2
+    effects = np.array([circuit.effect(one) for one in moving])
+    order = np.argsort(effects, kind="stable")
+    heard = np.ones(len(effects), bool)
+    heard[order[np.cumsum(effects[order]) < allowed]] = False
+    return heard
 
 
 def _worth(
     numerics: Numerics, circuit: Circuit, modes: StackModes, kept: list[bool]
 ) -> NDArray[np.int64]:
-    """The modes to solve: of those kept, all but the weakest that stay below half the tolerance
-    together."""
+    """The modes to solve: of the first and the higher ones, as each is `kept`, the strongest."""
     wanted = np.concatenate([kept[:1], np.repeat(kept[1], len(modes.square) - 1)])
-    within = modes.square < (1.5 * OMEGA[-1]) ** 2
-    candidates = np.flatnonzero(wanted & within)
-    effects = np.array([circuit.effect(y) for y in circuit.modes(modes)[candidates]])
-    order = np.argsort(effects, kind="stable")
-    light = order[np.cumsum(effects[order]) < min(numerics.tolerance, 0.01) / 2]
-    heavy = np.setdiff1d(np.arange(len(candidates)), light)
-    strongest = heavy[np.argsort(-effects[heavy], kind="stable")][:MOST_MODES]
-    return np.sort(candidates[strongest])
+    candidates = np.flatnonzero(wanted & _within(modes.square))
+    moving = circuit.modes(modes)[candidates]
+    strong = np.flatnonzero(_heard(numerics, circuit, moving))
+    order = np.argsort([-circuit.effect(one) for one in moving[strong]], kind="stable")
+    return np.sort(candidates[strong[order[:MOST_MODES]]])
 
 
-def _support(scene: Scene, parts: list[Part]) -> Part:
+def _support(scene: Scene, moves: bool) -> Part:
     """The support is felt through the motion of the object, and solved with it."""
     if scene.support.kind == "rigid":
         return Part("support", False, None, "the ground is rigid")
-    moves = any(part.kept for part in parts if part.name == "motion")
     return Part("support", moves, None, "felt as far as the object moves on it")
 
 

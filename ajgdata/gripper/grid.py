@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper.compiled import njit
 
 FINER = 4
+SLIGHT = 1e-3
 Real = NDArray[np.floating]
 
 
@@ -79,21 +80,14 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     wall, ground = _missing((area_x, area_y, area_z)), _missing((above_x, above_y, above_z))
     lower, upper = _norm(ground), _norm([w - g for w, g in zip(wall, ground, strict=True)])
     total, both = np.where(volume > 0, _norm(wall), 0.0), lower + upper
-    membrane = total * np.divide(lower, both, out=np.zeros_like(both), where=both > 0)
+    total[total < SLIGHT**2 * h**2] = 0.0
+    share = np.divide(lower, both, out=np.zeros_like(both), where=both > 0)
+    # Nor must it make walls in open cells, or of both kinds.
+    share[share < SLIGHT], share[share > 1 - SLIGHT] = 0.0, 1.0
+    membrane = total * share
     free = 1 - np.divide(touching, floor, out=np.zeros_like(floor), where=floor > 0)
-    return Cells(
-        h,
-        centre,
-        centre,
-        z,
-        volume,
-        bed,
-        area_x,
-        area_y,
-        area_z,
-        membrane * free,
-        total - membrane,
-    )
+    areas = (area_x, area_y, area_z)
+    return Cells(h, centre, centre, z, volume, bed, *areas, membrane * free, total * (1 - share))
 
 
 @njit(cache=True)

@@ -18,7 +18,7 @@ from scipy.ndimage import map_coordinates
 
 from ajgdata.gripper.bending import PlateModes, plate_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
-from ajgdata.gripper.contact import GRAIN_SOLIDS, Pack, Spring, seat
+from ajgdata.gripper.contact import GRAIN_SOLIDS, Latex, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.materials import MATERIALS, Support, material_of
@@ -110,7 +110,8 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
     pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
     stress = force / where.total
     object_ = material_of(scene.object.material)
-    return Bed(pack.frame(stress), seat(stress, pack, object_), where.depth)
+    latex = Latex(scene.gripper.membrane.mass_kg_m2 / Latex.density)
+    return Bed(pack.frame(stress), seat(stress, pack, object_, latex), where.depth)
 
 
 def stack_of(scene: Scene, body: Body, bed: Bed | None) -> Stack:

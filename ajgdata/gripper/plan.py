@@ -17,6 +17,7 @@ from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.parts import Part, circuit
+from ajgdata.gripper.plain import PartName
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
@@ -24,7 +25,7 @@ from ajgdata.gripper.walls import NO_WALLS, WallList
 
 Real = NDArray[np.floating]
 #: Where the wide scheme has no dispersion along an axis.
-ACCURATE_HZ = 16_000.0
+ACCURATE_HZ = 17_000.0
 #: What no scene has, whatever it says.
 NOT_MODELLED = "air behind the drape"
 
@@ -89,7 +90,7 @@ def steps_per_sample(
 
 
 def wide_weight(dx_m: float) -> float:
-    """Weight of the four-point differences: without dispersion along an axis at 16 kHz in air.
+    """Weight of the four-point differences: without dispersion along an axis at 17 kHz in air.
 
     2 (1 + 3w) sin(kh/2) - 2 w sin(3kh/2) = kh there; 1/24, the weight of fourth order, as h → 0.
     """
@@ -149,7 +150,8 @@ def _parts(
     there = Part("object", scene.object is not None, None, "in the scene or not")
     bed = Part("bed", full, None, "grains or air, as the scene says")
     poles = Part("poles", full, None, "relaxation of the bed, where there is one")
-    balloon = judged(scene.numerics, "membrane", cavity_answer.effect(free), "the free balloon")
+    worth: dict[PartName, float] = {"membrane": cavity_answer.effect(free)}
+    balloon = judged(worth, scene.numerics, {"membrane": "the free balloon"})["membrane"]
     noise = Part("noise", False, None, "added when a take is recorded: the response needs none")
     found = (
         grasped(scene, shape, cells, cavity_answer, where)

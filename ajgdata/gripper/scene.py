@@ -99,7 +99,7 @@ class Numerics(Plain):
     """
 
     dx_mm: Annotated[float, Field(ge=0.8, le=6)] = Field(
-        3.3, description="coarsest grid with five steps a sample"
+        4.2, description="nearly the finest grid with four steps a sample"
     )
     scheme: Literal["wide", "second"] = Field(
         "wide",
@@ -114,7 +114,7 @@ class Numerics(Plain):
     )
     precision: Literal["float32", "float64"] = "float32"
     decay_db: Annotated[float, Field(ge=20, le=160)] = Field(
-        60.0, description="stop when the energy in the cavity has fallen by this much"
+        50.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
     tolerance: Annotated[float, Field(ge=0, le=2)] = Field(

@@ -79,11 +79,11 @@ def _damped_wide_velocity(u, decay, gain, reach, p, lo, hi, step):
 
 
 @njit(nogil=True, cache=True)
-def _pressure(p, yield_, ux, uy, uz, lo, hi, row, slab):
+def _pressure(p, keep, yield_, ux, uy, uz, lo, hi, row, slab):
     one = uint64(1)
     for i in range(lo, hi):
         out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
-        p[i] -= yield_[i] * out
+        p[i] = keep[i] * p[i] - yield_[i] * out
 
 
 @njit(nogil=True, cache=True)
@@ -94,23 +94,20 @@ def _divergence(out, ux, uy, uz, lo, hi, row, slab):
 
 
 @njit(nogil=True, cache=True)
-def _wide_divergence(out, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab):
+def _wide_divergence(into, ux, uy, uz, rx, ry, rz, lo, hi, row, slab):
     one = uint64(1)
     for i in range(lo, hi):
-        far = reach_x[i + one] * ux[i + one] - reach_x[i - one - one] * ux[i - one - one]
-        out[i - lo] = (ux[i] - ux[i - one]) - far
-    for i in range(lo, hi):
-        far = reach_y[i + row] * uy[i + row] - reach_y[i - row - row] * uy[i - row - row]
-        out[i - lo] += (uy[i] - uy[i - row]) - far
-    for i in range(lo, hi):
-        far = reach_z[i + slab] * uz[i + slab] - reach_z[i - slab - slab] * uz[i - slab - slab]
-        out[i - lo] += (uz[i] - uz[i - slab]) - far
+        out = (ux[i] - ux[i - one]) + (uy[i] - uy[i - row]) + (uz[i] - uz[i - slab])
+        x = rx[i + one] * ux[i + one] - rx[i - one - one] * ux[i - one - one]
+        y = ry[i + row] * uy[i + row] - ry[i - row - row] * uy[i - row - row]
+        z = rz[i + slab] * uz[i + slab] - rz[i - slab - slab] * uz[i - slab - slab]
+        into[i - lo] = out - (x + y + z)
 
 
 @njit(nogil=True, cache=True)
-def _empty(p, yield_, out, lo, hi):
+def _empty(p, keep, yield_, out, lo, hi):
     for i in range(lo, hi):
-        p[i] -= yield_[i] * out[i - lo]
+        p[i] = keep[i] * p[i] - yield_[i] * out[i - lo]
 
 
 @njit(nogil=True, cache=True)
@@ -143,7 +140,7 @@ def _sweep(state, faces, capacities, span, scratch):
             _velocity(ux, gain_x, p, lo, hi, one)
             _velocity(uy, gain_y, p, lo, hi, row)
             _velocity(uz, gain_z, p, lo, hi, slab)
-            _pressure(p, capacities[0], ux, uy, uz, lo, hi, row, slab)
+            _pressure(p, capacities[1], capacities[0], ux, uy, uz, lo, hi, row, slab)
 
 
 @njit(nogil=True, cache=True)
@@ -171,7 +168,7 @@ def _wide_sweep(state, faces, reach, capacities, span, scratch):
         if k < bed_slabs:
             _relax(p, q1, q2, capacities, rate1, rate2, scratch, lo, hi)
         else:
-            _empty(p, capacities[0], scratch, lo, hi)
+            _empty(p, capacities[1], capacities[0], scratch, lo, hi)
 
 
 @njit(nogil=True, cache=True)

@@ -65,9 +65,12 @@ def connected(walls: WallList, live: NDArray[np.bool_]) -> WallList:
 def react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes):
     """All walls and modes: first their part of the new pressures, then the walls' new motion."""
     cell, coupling, admittance, inertia, half_spring = walls
+    # Gathering, computing and scattering are loops of their own, so that computing vectorises.
+    share = np.empty_like(before)
     for n in range(len(cell)):
-        i = cell[n]
-        change = -coupling[n] * (before[n] + (momentum[n] - tension[n]))
+        share[n] = coupling[n] * (before[n] + (momentum[n] - tension[n]))
+    for n in range(len(cell)):
+        i, change = cell[n], -share[n]
         p[i] += change
         if i < bed_end:
             q1[i] += rate1 * change
@@ -75,7 +78,9 @@ def react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, mo
     if len(modes[5]):
         swing(p, q1, q2, rate1, rate2, bed_end, motion, modes)
     for n in range(len(cell)):
-        new = p[cell[n]]
+        share[n] = p[cell[n]]
+    for n in range(len(cell)):
+        new = share[n]
         force = momentum[n] - tension[n]
         # w: twice the mean velocity of the step; v <- w - v and x <- x + Δt w/2, kept as forces.
         w = admittance[n] * ((before[n] + force) + (new + force))

@@ -44,7 +44,7 @@ def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) ->
     }
     star: Exhibit = shown[0].exhibits[1]
     plan = compile(star.scene)
-    figures[RESPONSE] = response_figure(simulate(plan), star.title)
+    figures[RESPONSE] = response_figure(simulate(plan), star.title, star.scene.numerics)
     svgs = {}
     for name, figure in figures.items():
         svg, *_ = save_figure(figure, paths.page_figure(PAGE, name))

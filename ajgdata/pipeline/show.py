@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -12,6 +13,7 @@ from ajgdata.gripper.field import Film, slices
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.library import OBJECTS
 from ajgdata.gripper.materials import Material
+from ajgdata.gripper.parts import Part
 from ajgdata.report.wording import number
 from ajgdata.store.files import write_bytes
 from ajgdata.store.scenes import read_scene
@@ -81,7 +83,7 @@ def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list
     folder = out or Path(f"gripper-{title}")
     drawn = {
         "cross-section": cross_section_figure(scene, title, plan.left_out),
-        "response": response_figure(simulate(plan), title),
+        "response": response_figure(simulate(plan), title, scene.numerics),
     }
     files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
     if film:
@@ -95,18 +97,20 @@ def filmed(plan: Plan) -> Film:
     return slices(plan, "xz", every=max(1, round(FRAME_S / plan.system.dt)), frames=FRAMES)
 
 
-def plan_facts(name: str) -> dict[str, str]:
-    """What marching the scene `name` takes and what it leaves out, in words by topic."""
+def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
+    """What marching the scene `name` takes, in words by topic; its parts, kept or left out."""
     _, scene = open_scene(name)
     plan = planned(name, scene)
     system, numerics = plan.system, scene.numerics
     cells = np.count_nonzero(system.mass)
-    return {
+    facts = {
+        "scheme": numerics.scheme,
         "grid": f"{number(numerics.dx_mm)} mm, {cells:,} open cells of {system.mass.size:,}",
         "time step": f"{1e6 * system.dt:.3f} µs, {plan.steps_per_sample} a sample",
         "steps": f"until {number(numerics.decay_db)} dB down, {plan.most_steps:,} at most",
         "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
-        "volume added": f"{system.added_volume:.2%}, to be stable",
-        "left out": "; ".join(plan.left_out),
+        "volume added": f"{round(system.added_volume, 4) + 0.0:.2%}, to be stable",
+        "tolerance": f"{number(numerics.tolerance)} of the feature; what is worth less is left out",
     }
+    return facts, plan.parts

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.relief import relief
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Numerics, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.wording import number
@@ -28,8 +28,13 @@ MEMBRANE, TOUCHING = "#D55E00", "#7a2f00"
 UPSIDE_DOWN = ("rod", "sphere", "ellipsoid")
 #: How far below the membrane a drawing goes.
 DEEPEST_MM = 40.0
-#: Trusted below, to be taken with care below, on the default grid of 2.5 mm; see Numerics.
-TRUSTED_HZ, CAREFUL_HZ, AT_DX_MM = 3_000.0, 6_000.0, 2.5
+#: By scheme: the grid (mm) on which the feature of a 20 mm cube was compared with one of 1.6 mm,
+#: the frequencies (Hz) up to which its bands erred by less than 5 % (trusted) and 15 % (with care),
+#: and by what power of the spacing they move: a mode errs by f (k dx)^n of a scheme of order n.
+BANDS: dict[str, tuple[float, float, float, float]] = {
+    "wide": (3.3, 10_000.0, 20_000.0, 4 / 5),
+    "second": (2.5, 6_000.0, 9_000.0, 2 / 3),
+}
 
 
 @dataclass(frozen=True)
@@ -171,18 +176,18 @@ def _grasp_line(scene: Scene) -> str:
     return "   ".join([*parts, f"seed {grasp.seed}", f"grid {number(numerics.dx_mm)} mm"])
 
 
-def trusted_bands_hz(dx_mm: float) -> tuple[float, float]:
+def trusted_bands_hz(numerics: Numerics) -> tuple[float, float]:
     """Up to where a spectrum can be trusted, and up to where with care.
 
-    What was measured on 2.5 mm, moved to another grid by the law of a second-order scheme: the
-    frequency of a mode errs by f (k dx)²/24, so that equal errors in Hz have equal f³ dx².
+    What was measured on one grid, moved to another: equal errors in Hz have equal f^(n+1) dx^n.
     """
-    factor = (AT_DX_MM / dx_mm) ** (2 / 3)
-    return TRUSTED_HZ * factor, CAREFUL_HZ * factor
+    dx_mm, trusted, careful, power = BANDS[numerics.scheme]
+    factor = (dx_mm / numerics.dx_mm) ** power
+    return trusted * factor, careful * factor
 
 
 @styled
-def response_figure(ir: ImpulseResponse, title: str) -> Figure:
+def response_figure(ir: ImpulseResponse, title: str, numerics: Numerics) -> Figure:
     """Impulse response, the decay of its energy, and its spectrum with the trusted band."""
     samples = ir.samples[ir.latency_samples :]
     milliseconds = 1e3 * np.arange(len(samples)) / SAMPLE_RATE_HZ
@@ -199,21 +204,21 @@ def response_figure(ir: ImpulseResponse, title: str) -> Figure:
     decay.grid(False)
     frequency, level = spectrum_db(samples)
     lower.plot(frequency, level, color=COLOURS[0], lw=1.0)
-    _mark_bands(lower, ir.provenance["dx_mm"])
+    _mark_bands(lower, numerics)
     lower.set(xscale="log", xlim=(100, 20_000), ylim=(level.max() - 80, level.max() + 12))
     lower.set(xlabel="frequency (Hz)", ylabel="level (dB re 1 Pa s/m³)")
     lower.xaxis.set_major_formatter(FuncFormatter(lambda hz, _: number(hz)))
     return figure
 
 
-def _mark_bands(axes: Axes, dx_mm: float) -> None:
-    trusted, careful = trusted_bands_hz(dx_mm)
+def _mark_bands(axes: Axes, numerics: Numerics) -> None:
+    trusted, careful = (min(hz, 20_000.0) for hz in trusted_bands_hz(numerics))
     spans = ((100, trusted, "#009E73", "trusted"), (trusted, careful, "#E69F00", "with care"))
     for low, high, colour, name in (*spans, (careful, 20_000, GREY, "the grid's")):
         if low >= 20_000:
             continue
-        axes.axvspan(low, min(high, 20_000), color=colour, alpha=0.10, lw=0)
-        middle = np.sqrt(low * min(high, 20_000))
+        axes.axvspan(low, high, color=colour, alpha=0.10, lw=0)
+        middle = np.sqrt(low * high)
         place: dict[str, Any] = {
             "transform": axes.get_xaxis_transform(),
             "ha": "center",

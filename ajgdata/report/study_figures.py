@@ -4,55 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
-from numpy.typing import NDArray
 
-from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
+from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.illustrations import Illustration
-from ajgdata.report.wording import Caption, value
+from ajgdata.report.plots import GRIDS_MM, look, numbers, parted, plain_ticks
+from ajgdata.report.wording import Caption
 from ajgdata.studies.table import Table
 
 Draw = Callable[[Table], Figure]
-GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
-MARKERS = "osD^vP*"
-
-
-def look(index: int) -> dict[str, Any]:
-    """Colour and marker of the `index`-th of several lines; they repeat late, and apart."""
-    return {
-        "color": COLOURS[index % len(COLOURS)],
-        "marker": MARKERS[index // len(COLOURS) % len(MARKERS)],
-        "ms": 4.5,
-        "lw": 1.2,
-    }
-
-
-def parted(table: Table, key: str) -> dict[str, list[dict[str, Any]]]:
-    """Rows by the value of one column, in order of first appearance."""
-    parts: dict[str, list[dict[str, Any]]] = {}
-    for row in table.rows:
-        parts.setdefault(str(row[key]), []).append(row)
-    return parts
-
-
-def numbers(table: Table, key: str) -> NDArray[np.floating]:
-    """A column as numbers; gaps are NaN."""
-    return np.array([np.nan if v is None else float(v) for v in table.column(key)])
-
-
-def plain_ticks(axis: Axis, at: Sequence[float] = ()) -> None:
-    """Numbers instead of powers at the ticks of a logarithmic axis, and only at `at` if given."""
-    if at:
-        low, high = axis.get_view_interval()
-        axis.set_ticks([tick for tick in at if low <= tick <= high])
-        axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda given, _: value(float(given))))
-    axis.set_minor_formatter(NullFormatter())
 
 
 @styled
@@ -112,6 +74,69 @@ def stability_figure(table: Table) -> Figure:
     return figure
 
 
+@styled
+def omissions_figure(table: Table) -> Figure:
+    """What leaving each part out does, against what was expected; hollow where it is left out."""
+    guessed = {
+        part: [row for row in rows if row["estimate"] is not None]
+        for part, rows in parted(table, "part").items()
+    }
+    title = "Change of the feature by leaving a part out"
+    subtitle = f"{len(parted(table, 'scene'))} scenes"
+    figure = new_figure((WIDTH_IN, 4.6), title, subtitle, ["simulated"])
+    axes = figure.subplots()
+    tolerance = float(numbers(table, "tolerance")[0])
+    least = tolerance / 1e3
+    for index, (part, rows) in enumerate((p, rows) for p, rows in guessed.items() if rows):
+        for kept in (True, False):
+            points = [
+                (max(row["estimate"], least), max(row["measured"], least))
+                for row in rows
+                if row["kept"] is kept
+            ]
+            shown = {**look(index), "ls": "none", "ms": 6, "label": part if kept else None}
+            fill = shown["color"] if kept else "none"
+            axes.plot(*np.reshape(points, (-1, 2)).T, mfc=fill, clip_on=False, **shown)
+    ends = [least, 2.0]
+    axes.plot(ends, ends, color=GREY, lw=1, ls=":", label="as expected")
+    for line in (axes.axvline, axes.axhline):
+        line(tolerance, color=GREY, lw=1.1, ls=(0, (5, 3)))
+    axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
+    axes.set(xlabel="expected change (relative L2)", ylabel="measured change")
+    for axis in (axes.xaxis, axes.yaxis):
+        plain_ticks(axis)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return figure
+
+
+@styled
+def distances_figure(table: Table) -> Figure:
+    """Distance of each material from steel as effects are added, beside the scatter of grasps."""
+    shapes = parted(table, "shape")
+    fixed = {"shape", "step", "scatter"}
+    keys = [column.key for column in table.columns]
+    materials = [key for key in keys if key not in fixed and not key.endswith("_low")]
+    steps = list(dict.fromkeys(str(step) for step in table.column("step")))
+    height = 1.4 + 0.28 * len(steps)
+    title = "Distance of the feature from that of steel"
+    figure = new_figure((WIDTH_IN, height * len(shapes)), title, "", ["simulated"])
+    panels = figure.subplots(len(shapes), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (shape, rows) in zip(panels, shapes.items(), strict=True):
+        place = [steps.index(str(row["step"])) for row in rows]
+        for index, material in enumerate(materials):
+            shown = {**look(index), "ls": "none", "label": material}
+            axes.plot([row[material] for row in rows], place, **shown)
+        scatter = [(row["scatter"], at) for row, at in zip(rows, place, strict=True)]
+        far = [one for one in scatter if one[0] is not None]
+        axes.plot(*np.reshape(far, (-1, 2)).T, "|", color=GREY, ms=14, mew=2, label="another grasp")
+        axes.set(xscale="log", title=shape, ylim=(len(steps) - 0.5, -0.5))
+        axes.set_yticks(range(len(steps)), steps)
+    plain_ticks(panels[-1].xaxis)
+    panels[-1].set_xlabel("relative L2 distance")
+    panels[0].legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return figure
+
+
 #: Caption and drawing by (study, table).
 FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
     ("verification", "convergence"): (
@@ -130,6 +155,24 @@ FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
             "Energy left at the end of each marched case, logarithmic, by group: none above one.",
         ),
         stability_figure,
+    ),
+    ("omissions", "omissions"): (
+        Caption(
+            "Each part of each scene: what leaving it out was expected to change, and what it does "
+            "change. Filled: solved. Hollow: left out. Dashed: the tolerance; a hollow marker "
+            "above it is an error of the plan. Changes too small to be drawn lie on the edge.",
+            "Measured against expected change of the feature by leaving parts out, logarithmic.",
+        ),
+        omissions_figure,
+    ),
+    ("materials", "material_distances"): (
+        Caption(
+            "How far the feature of each material lies from that of steel, same shape and same "
+            "grasp, as effects are added from top to bottom. Grey bars: how far another grasp of "
+            "the steel object lies; materials to the left of it cannot be told by this distance.",
+            "Distances between materials by simulated effect, one panel a shape, logarithmic.",
+        ),
+        distances_figure,
     ),
 }
 

@@ -142,7 +142,7 @@ def frequencies(system: System, count: int) -> Real:
     )
     start = np.random.default_rng(0).standard_normal(len(root))
     squares = eigsh(
-        deflated, count, which="SA", v0=start, ncv=4 * count + 40, tol=1e-6,
+        deflated, count, which="SA", v0=start, ncv=4 * count + 40, tol=1e-4,
         return_eigenvectors=False,
     )  # fmt: skip
     omega = 2 / system.dt * np.arcsin(np.sqrt(np.sort(squares)) / 2)

@@ -36,21 +36,22 @@ class Region:
         return floor, np.maximum(floor, roof), surface, np.zeros_like(xx)
 
 
-def box(width: float, depth: float, height: float, bed: float = 0.0) -> Region:
-    """A box standing on z = 0, centred on the axis, grains below z = `bed`."""
+def box(width: float, depth: float, height: float, bed: float = 0.0, turn: float = 0.0) -> Region:
+    """A box standing on z = 0, centred on the axis, turned by `turn` (rad), grains below `bed`."""
 
     def heights(x: Real, y: Real) -> Heights:
-        inside = (np.abs(x) < width / 2) & (np.abs(y) < depth / 2)
+        u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+        inside = (np.abs(u) < width / 2) & (np.abs(v) < depth / 2)
         return 0.0, np.where(inside, height, 0.0), bed
 
     return Region(heights)
 
 
-def sphere(radius: float) -> Region:
-    """A ball of air about the origin."""
+def sphere(radius: float, x0: float = 0.0, y0: float = 0.0) -> Region:
+    """A ball of air about (x0, y0, 0)."""
 
     def heights(x: Real, y: Real) -> Heights:
-        half = np.sqrt(np.clip(radius**2 - x**2 - y**2, 0, None))
+        half = np.sqrt(np.clip(radius**2 - (x - x0) ** 2 - (y - y0) ** 2, 0, None))
         return -half, half, -radius
 
     return Region(heights)

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene
 from ajgdata.gripper.bending import plate_modes
+from ajgdata.gripper.column import pad_stiffness
 from ajgdata.gripper.contact import (
     GRAIN_SOLIDS,
+    Latex,
     Pack,
     Spring,
     contact_modulus,
     hertz_approach,
-    hertz_stiffness,
     microslip_loss,
-    pad,
     rest,
     seat,
     stack_admittance,
@@ -84,7 +84,8 @@ class Bench:
     def support(self, solid: Material, rubber: bool) -> Spring | None:
         """What the object rests on; None where nothing gives way."""
         if self.radius is None:
-            return pad(*RUBBER, shape_factor=0.1 / 4 / RUBBER[1]) if rubber else None
+            held = pad_stiffness(*RUBBER, self.base) / self.base
+            return Spring(held, RUBBER[0].loss) if rubber else None
         pressed = self.force + GRAVITY * solid.density_kg_m3 * self.volume
         return rest(pressed, self.area, solid, self.radius, RUBBER if rubber else None)
 
@@ -94,10 +95,7 @@ class Bench:
 
     def bare_seat(self, solid: Material) -> Spring:
         """Grains on the object as if there were no membrane."""
-        per_grain, many = self.stress / self.pack.seats_per_m2, self.pack.seats_per_m2
-        modulus = contact_modulus(self.pack.grain, solid)
-        stiffness = many * hertz_stiffness(per_grain, self.pack.diameter / 2, modulus)
-        return Spring(float(stiffness), self.pack.grain.loss)
+        return seat(self.stress, self.pack, solid, Latex(thickness=0.0))
 
     def bending(self, solid: Material) -> R:
         """A plate's bending on the sheet of rubber, pressed over a disc of the imprint's area."""

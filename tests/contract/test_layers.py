@@ -20,7 +20,8 @@ RANKS = {
     "acquire": 6,
     "report": 6,
     "pipeline": 7,
-    "cli": 8,
+    "cli_gripper": 8,
+    "cli": 9,
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}

@@ -299,7 +299,7 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
         {"grasp": {"seed": 1}},
         {"grasp": {"nuisance": {"packing_correlation_mm": 4}}},
         {"environment": {"temperature_c": 21}},
-        {"numerics": {**QUICK, "decay_db": 50}},
+        {"numerics": {**QUICK, "decay_db": 40}},
         {**AIR, "gripper": {"stiffness_n_m3": 3e5}},
         {**FREE, "gripper": {"bed_depth_mm": 34}},
     ],

@@ -14,6 +14,7 @@ from ajgdata.gripper import ImpulseResponse, Scene, compile
 from ajgdata.gripper.field import slices
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.library import OBJECTS
+from ajgdata.gripper.scene import Numerics
 from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, WIDTH_PX, animate, loudness, palette
 from ajgdata.report.canvas import encode
 from ajgdata.report.gallery import RESPONSE, caption, groups, render_gallery
@@ -74,18 +75,19 @@ def test_the_spectrum_of_a_tone_peaks_at_it():
 
 
 def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
-    assert trusted_bands_hz(2.5) == (3_000, 6_000)
-    assert trusted_bands_hz(5.0)[0] == pytest.approx(3_000 / 2 ** (2 / 3))
+    wide, second = Numerics(dx_mm=3.3), Numerics(scheme="second", dx_mm=5)
+    assert trusted_bands_hz(wide) == (10_000, 20_000)
+    assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
     ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
-    figure = response_figure(ir, "made up")
+    figure = response_figure(ir, "made up", second)
     assert {"trusted", "with care", "the grid's", "simulated"} <= set(
         text.get_text() for text in figure.findobj(Text)
     )
     lower = figure.axes[1]
     ends = [patch.get_extents().transformed(lower.transData.inverted()) for patch in lower.patches]
-    assert ends[0].x1 == pytest.approx(trusted_bands_hz(5.0)[0], rel=1e-6)
-    assert ends[1].x1 == pytest.approx(trusted_bands_hz(5.0)[1], rel=1e-6)
+    assert ends[0].x1 == pytest.approx(trusted_bands_hz(second)[0], rel=1e-6)
+    assert ends[1].x1 == pytest.approx(trusted_bands_hz(second)[1], rel=1e-6)
     # decay: e^-n/200 of amplitude is 10 log10 e / 100 dB of energy a sample
     (decay,) = figure.axes[2].lines
     milliseconds, fallen = decay.get_data()
@@ -169,9 +171,12 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
     (tmp_path / "a.json").write_text('{"numerics": {"dx_mm": 5, "max_time_s": 0.1}}')
     code, out, err = ajgdata("plan", "a.json")
     assert (code, err) == (0, "")
-    lines = dict(line.split(None, 1) for line in out.splitlines())
+    lines = dict(line.split(None, 1) for line in out.splitlines() if line)
     plan = compile(Scene.model_validate({"numerics": {"dx_mm": 5}}))
     assert lines["grid"].startswith(f"5 mm, {np.count_nonzero(plan.system.mass):,} open cells")
+    for part in plan.parts:
+        assert lines[part.name].startswith("solved" if part.kept else "left out")
+        assert lines[part.name].endswith(part.why)
     assert f"{4_410 * plan.steps_per_sample:,} at most" in lines["steps"]
 
 

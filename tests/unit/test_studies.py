@@ -174,6 +174,49 @@ def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
     assert "2 cases marched" in [text.get_text() for text in figure.findobj(Text)]
 
 
+def table_of(name, keys, rows):
+    columns = tuple(Column(key, key) for key in keys)
+    return Table(name, "t", "n", columns, tuple(dict(zip(keys, row, strict=True)) for row in rows))
+
+
+def test_the_omissions_figure_sets_what_was_measured_against_what_was_expected():
+    keys = ("scene", "part", "estimate", "measured", "kept", "tolerance")
+    rows = (
+        ("s", "frame", 0.1, 0.05, True, 0.01),
+        ("s", "motion", 0.001, 0.002, False, 0.01),
+        ("s", "all", None, 0.002, None, 0.01),
+        ("t", "frame", 0.0, 0.0, False, 0.01),
+    )
+    figure = FIGURES["omissions", "omissions"][1](table_of("omissions", keys, rows))
+    (axes,) = figure.axes
+    points = {
+        (line.get_color(), line.get_markerfacecolor() == "none"): line.get_xydata().tolist()
+        for line in axes.lines
+        if line.get_marker() != "None"
+    }
+    assert sorted(points.values()) == [[], [[1e-5, 1e-5]], [[0.001, 0.002]], [[0.1, 0.05]]]
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == ["frame", "motion", "as expected"]
+    assert "2 scenes" in [text.get_text() for text in figure.findobj(Text)]
+
+
+def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
+    keys = ("shape", "step", "wood", "foam", "wood_low", "scatter", "scatter_low")
+    rows = (
+        ("sphere", "rigid", 0.01, 0.2, 9, 0.05, 9),
+        ("sphere", "+ all", 0.02, 0.3, 9, None, 9),
+        ("plate", "rigid", 0.03, 0.4, 9, 0.06, 9),
+    )
+    figure = FIGURES["materials", "material_distances"][1](
+        table_of("material_distances", keys, rows)
+    )
+    sphere, plate = figure.axes
+    assert [axes.get_title() for axes in (sphere, plate)] == ["sphere", "plate"]
+    marks = [line.get_xydata().tolist() for line in sphere.lines]
+    assert marks == [[[0.01, 0], [0.02, 1]], [[0.2, 0], [0.3, 1]], [[0.05, 0]]]
+    assert [label.get_text() for label in sphere.get_yticklabels()] == ["rigid", "+ all"]
+
+
 def test_numbers_are_told_from_words():
     assert [numeric(TABLE, key) for key in ("case", "error", "passed")] == [False, True, False]
     infinite = Table("t", "", "", TABLE.columns[2:3], ({"error": "inf"}, {"error": None}))

@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.studies.discrete import frequencies
 from ajgdata.studies.domains import AIR, box, closed
-from ajgdata.studies.verification.resonances import BoxOnGrid, box_modes
+from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, box_modes
 
 BOX = (0.060, 0.050, 0.040)
 
@@ -15,8 +15,13 @@ def test_walls_on_the_grid_converge_with_order_two():
     assert finding.passed, finding
 
 
+def test_walls_that_cut_cells_stay_below_the_cap():
+    finding = BoxOffGrid().run(quick=True)
+    assert finding.passed, finding
+
+
 @pytest.mark.parametrize("h", [4.7e-3, 3.9e-3, 3.1e-3])
-def test_walls_off_the_grid_stay_within_the_cap(h):
+def test_parallel_walls_off_the_grid_are_off_by_a_sample(h):
     _, system = closed(box(*BOX), h, 0.031, 0.0, BOX[2])
     exact = box_modes(BOX, 3_500)
     # Sampling four times finer places a wall within h/8 at either side; the volume that keeps

@@ -65,6 +65,15 @@ def test_the_membrane_hides_the_object_from_the_grains():
     assert stiff.stiffness_n_m3 > 5 * plastic.stiffness_n_m3
 
 
+def test_without_latex_the_seat_is_hertz():
+    # A uniform patch of Hertz's radius gives way by 32/(3π²) as much as Hertz's own pressure.
+    pack, stress = Pack(6e-3, 0.40, PLASTIC), 3_500.0
+    bare = seat(stress, pack, MATERIALS["steel"], Latex(thickness=0.0))
+    modulus = contact_modulus(PLASTIC, MATERIALS["steel"])
+    hertz = pack.seats_per_m2 * hertz_stiffness(stress / pack.seats_per_m2, 3e-3, modulus)
+    assert bare.stiffness_n_m3 == pytest.approx(hertz * 3 * np.pi**2 / 32)
+
+
 @given(
     st.floats(0, 1e7),
     st.floats(1e-4, 1e-2),

@@ -1,0 +1,75 @@
+"""The `ajgdata gripper` commands: look at scenes of the virtual gripper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+gripper = typer.Typer(
+    no_args_is_help=True,
+    help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
+    "object: {kind: cube, edge_mm: 20, material: wood}\n\n"
+    "medium: {kind: coffee}\n\n"
+    "What is not said takes its default. The keys are gripper, medium, object, support, grasp, "
+    "environment and numerics; gripper and object may be names, and a name alone is a scene.",
+)
+out = Console(emoji=False, highlight=False)
+
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="YAML or JSON file, or name of an object or gripper")
+]
+
+
+@gripper.command()
+def show(
+    scene: SceneArgument,
+    folder: Annotated[
+        Path | None, typer.Option("--out", help="where to; default: gripper-<name of the scene>")
+    ] = None,
+    animation: Annotated[
+        bool, typer.Option(help="also film the pressure in the cross-section")
+    ] = True,
+) -> None:
+    """Draw a scene: its cross-section, its response and spectrum, and the moving pressure."""
+    from ajgdata.pipeline.show import show_scene
+
+    for path in show_scene(scene, folder, film=animation):
+        out.print(escape(str(path)), soft_wrap=True)
+
+
+@gripper.command("plan")
+def plan_command(scene: SceneArgument) -> None:
+    """Say what would be solved and what is left out, on which grid, at what cost."""
+    from ajgdata.pipeline.show import plan_facts
+
+    facts, parts = plan_facts(scene)
+    for topic, said in facts.items():
+        out.print(f"{topic:13} {escape(said)}", soft_wrap=True)
+    out.print()
+    for part in parts:
+        kept = "solved" if part.kept else "[yellow]left out[/yellow]"
+        effect = "" if part.effect is None else f"(effect about {part.effect:.2g}) "
+        out.print(f"{part.name:13} {kept}: {effect}{escape(part.why)}", soft_wrap=True)
+
+
+@gripper.command()
+def objects() -> None:
+    """List the objects that have a name."""
+    _print_library("objects")
+
+
+@gripper.command()
+def grippers() -> None:
+    """List the grippers that have a name."""
+    _print_library("grippers")
+
+
+def _print_library(kind: Literal["objects", "grippers"]) -> None:
+    from ajgdata.pipeline.show import listed
+
+    for name, said in listed(kind).items():
+        out.print(f"{name:20} {escape(said)}", soft_wrap=True)

@@ -1,0 +1,148 @@
+"""What a plan leaves out: the estimate, the error that it really makes, and the time it saves."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, compile, excitation_sweep, record, simulate
+from ajgdata.gripper.plain import PartName
+from ajgdata.gripper.plan import Plan
+from ajgdata.gripper.signal import SignalChain
+from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types import FeatureSettings
+
+Real = NDArray[np.floating]
+#: Objects of the library, and what they rest on.
+SAMPLE = (
+    ("cube_20p7", "rigid"),
+    ("sphere80_metal", "rigid"),
+    ("sphere80_wood", "rigid"),
+    ("sphere80_styrofoam", "rigid"),
+    ("sphere80_styrofoam", "rubber"),
+    ("foam_brick", "rigid"),
+    ("plate_metal", "rubber"),
+    ("plate_wood", "rubber"),
+    ("plate_styrofoam", "rigid"),
+    ("bar", "rigid"),
+    ("tennis_ball", "rigid"),
+)
+QUICK = (("cube_20p7", "rigid"), ("sphere80_styrofoam", "rigid"), ("plate_wood", "rubber"))
+MECHANICS: tuple[PartName, ...] = ("motion", "elastic", "compliance", "frame")
+ALL: tuple[PartName, ...] = ("membrane", *MECHANICS)
+#: Leaves out all that is not kept by name: no two features differ by more.
+NOTHING = 2.0
+DX_MM = 4.0
+TOTAL = "all that is left out"
+
+
+@dataclass(frozen=True)
+class Case:
+    """An object of the library on a support."""
+
+    thing: str
+    support: str
+    dx_mm: float = DX_MM
+
+    def plan(self, keep: tuple[PartName, ...] = (), tolerance: float = NOTHING) -> Plan:
+        """The plan that solves `keep` and what is worth more than `tolerance`."""
+        numerics = {"dx_mm": self.dx_mm, "keep": keep, "tolerance": tolerance}
+        given = {"object": self.thing, "support": {"kind": self.support}, "numerics": numerics}
+        return compile(Scene.model_validate(given))
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A feature of unit norm, and the process time of its response in seconds."""
+
+    feature: Real
+    seconds: float
+
+
+def heard(plan: Plan) -> Heard:
+    """Record the plan's response without noise."""
+    begin = time.process_time()
+    response = simulate(plan)
+    seconds = time.process_time() - begin
+    take = record(response, excitation_sweep(), SignalChain(noise_db_spl=None), seed=0)
+    feature = spectrum(take.samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(np.float64)
+    return Heard(feature / np.linalg.norm(feature), seconds)
+
+
+def without(part: PartName) -> tuple[tuple[PartName, ...], tuple[PartName, ...]]:
+    """What is kept with and without `part`. The frame carries the object's modes with it, so that
+    they are judged where there is no frame."""
+    kept = tuple(p for p in ALL if p != "frame") if part in ("motion", "elastic") else ALL
+    return kept, tuple(p for p in kept if p != part)
+
+
+def rows_of(case: Case) -> list[dict[str, Value]]:
+    """One row a part, and a last one for all that the default plan leaves out."""
+    default = case.plan(tolerance=0.01)
+    known: dict[tuple[PartName, ...], Heard] = {}
+
+    def solved(keep: tuple[PartName, ...]) -> Heard:
+        if keep not in known:
+            known[keep] = heard(case.plan(keep))
+        return known[keep]
+
+    estimates = {part.name: part for part in default.parts}
+    on = "the ground" if case.support == "rigid" else case.support
+    named: dict[str, Value] = {"scene": f"{case.thing} on {on}", "tolerance": 0.01}
+    rows: list[dict[str, Value]] = []
+    for part in ALL:
+        full, less = (solved(keep) for keep in without(part))
+        estimate = estimates[part]
+        rows.append(
+            named
+            | {
+                "part": part,
+                "estimate": estimate.effect,
+                "measured": float(np.linalg.norm(full.feature - less.feature)),
+                "kept": estimate.kept,
+                "time_ratio": less.seconds / full.seconds,
+            }
+        )
+    everything, chosen = solved(ALL), heard(default)
+    rows.append(
+        named
+        | {
+            "part": TOTAL,
+            "estimate": None,
+            "measured": float(np.linalg.norm(everything.feature - chosen.feature)),
+            "kept": None,
+            "time_ratio": chosen.seconds / everything.seconds,
+        }
+    )
+    return rows
+
+
+def tables(quick: bool = False) -> tuple[Table, ...]:
+    """Omissions over the sample of scenes."""
+    # Compiled kernels, before anything is timed.
+    simulate(Case("cube_20p7", "rigid", 6.0).plan(ALL))
+    rows = [row for case in (QUICK if quick else SAMPLE) for row in rows_of(Case(*case))]
+    return (
+        Table(
+            "omissions",
+            "What leaving a part out does to the feature, simulated",
+            "The estimate is made before anything is solved, the change is measured: relative L2 of"
+            f" the feature of a noise-free sweep, {DX_MM:g} mm grid. Parts are left out where the"
+            " estimate is below the tolerance; the frame takes the object's modes with it. Time:"
+            " without the part over with it.",
+            (
+                Column("scene", "Scene"),
+                Column("part", "Part"),
+                Column("estimate", "Estimate"),
+                Column("measured", "Measured change"),
+                Column("kept", "Kept"),
+                Column("tolerance", "Tolerance"),
+                Column("time_ratio", "Time without / with"),
+            ),
+            tuple(rows),
+        ),
+    )

@@ -1,0 +1,245 @@
+"""One wave scheme on one grid, marched by our kernel and by its peers; see solver.py."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper import Scene, compile
+from ajgdata.gripper.medium import Air, air_fluid
+from ajgdata.gripper.plan import wide_weight
+from ajgdata.gripper.solver import Probe, at_rest, march
+from ajgdata.gripper.system import System, assemble
+
+Real = NDArray[np.floating]
+#: Steps -> pressures (nz, ny, nx) after as many steps from the start.
+Route = Callable[[int], Real]
+SILENT = Probe(np.zeros(1, np.uint64), np.zeros(1))
+FLAGS = ("-O3", "-march=native", "-ffp-contract=off", "-shared", "-fPIC")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The lossless cavity: its system, first pressures and coefficients (nz, ny, nx) float32."""
+
+    system: System
+    start: Real
+    gains: tuple[Real, Real, Real]
+    reach: tuple[Real, ...]
+    yield_: Real
+
+    @property
+    def cells(self) -> int:
+        """Open cells."""
+        return int(np.count_nonzero(self.system.mass))
+
+
+def problem(dx_mm: float, scheme: str) -> Problem:
+    """A 20 mm cube in the default gripper, filled with nothing but air, all walls rigid."""
+    numerics = {"dx_mm": dx_mm, "scheme": scheme}
+    spec = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": numerics}
+    plan = compile(Scene.model_validate(spec))
+    air, dt = air_fluid(Air(22.0)), plan.system.dt
+    wide = wide_weight(plan.cells.h) if scheme == "wide" else 0.0
+    system = assemble(plan.cells, air, dt, dtype=np.float32, wide=wide)
+    live = system.mass > 0
+    # Not a pulse: its edge would be denormal numbers, which are slow.
+    noise = np.random.default_rng(0).uniform(-1, 1, system.shape).astype(np.float32)
+    faces = system.faces
+    gx, gy, gz = (g.reshape(system.shape) for g in (faces.gain_x, faces.gain_y, faces.gain_z))
+    reach = tuple(r.reshape(system.shape) for r in system.reach if r.size)
+    yield_ = system.capacities.yield_.reshape(system.shape)
+    return Problem(system, noise * live, (gx, gy, gz), reach, yield_)
+
+
+def ours(given: Problem) -> Route:
+    def run(steps: int) -> Real:
+        state = at_rest(given.system)
+        state.p[:] = given.start.ravel()
+        march(given.system, state, SILENT, SILENT, np.zeros(0), steps)
+        return state.p.reshape(given.system.shape)
+
+    return run
+
+
+def by_c(given: Problem) -> Route:
+    """benchmarks/solver.c, compiled for this machine; the same slabs and spans as ours."""
+    source = Path(__file__).with_name("solver.c")
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "solver.so"
+        subprocess.run(["cc", *FLAGS, "-o", str(library), str(source)], check=True)
+        loaded = ctypes.CDLL(str(library))
+    kernel = loaded.march_wide if given.reach else loaded.march_second
+    span = given.system.span
+    bounds = [np.ascontiguousarray(b, dtype=np.uintp) for b in (span.lo, span.hi)]
+    fixed = [np.ascontiguousarray(a) for a in (*given.gains, given.yield_, *given.reach)]
+
+    def run(steps: int) -> Real:
+        moving = [given.start.copy(), *(np.zeros_like(given.start) for _ in range(3))]
+        arrays = [ctypes.c_void_p(a.ctypes.data) for a in (*moving, *fixed, *bounds)]
+        counts = (len(span.lo), span.row, span.slab, steps)
+        kernel(*arrays, *(ctypes.c_size_t(int(n)) for n in counts))
+        return moving[0]
+
+    return run
+
+
+def by_devito(given: Problem) -> Route:
+    """As its manual writes a first-order system: each field at two times, one operator."""
+    import devito
+
+    devito.configuration["log-level"] = "ERROR"
+    grid = devito.Grid(given.start.shape, dtype=np.float32)
+    z, y, x = grid.dimensions
+    p, ux, uy, uz = (
+        devito.TimeFunction(name=name, grid=grid, time_order=1, space_order=4)
+        for name in ("p", "ux", "uy", "uz")
+    )
+    fixed = []
+    for number, values in enumerate((given.yield_, *given.gains, *given.reach)):
+        fixed.append(devito.Function(name=f"f{number}", grid=grid, space_order=4))
+        fixed[-1].data[:] = values
+    yield_, gains, reach = fixed[0], fixed[1:4], fixed[4:] or [0, 0, 0]
+
+    def at(field: Any, along: Any, cells: int) -> Any:
+        return field.subs({along: along + cells * along.spacing}) if field else 0
+
+    moves, out = [], 0
+    for u, gain, far, along in zip((ux, uy, uz), gains, reach, (x, y, z), strict=True):
+        rise = at(p, along, 1) - p - far * (at(p, along, 2) - at(p, along, -1))
+        moves.append(devito.Eq(u.forward, u - gain * rise))
+        new = u.forward
+        out += new - at(new, along, -1)
+        out -= at(far, along, 1) * at(new, along, 1) - at(far, along, -2) * at(new, along, -2)
+    operator = devito.Operator([*moves, devito.Eq(p.forward, p - yield_ * out)])
+
+    def run(steps: int) -> Real:
+        for field in (ux, uy, uz):
+            field.data.fill(0)
+        p.data[0] = given.start
+        operator(time_m=0, time_M=steps - 1)
+        return np.array(p.data[steps % 2])
+
+    return run
+
+
+def by_numpy(given: Problem) -> Route:
+    """Slices, without temporary arrays."""
+    gx, gy, gz = given.gains
+
+    def run(steps: int) -> Real:
+        p = given.start.copy()
+        ux, uy, uz, work = (np.zeros_like(p) for _ in range(4))
+        for _ in range(steps):
+            for u, gain, axis in ((ux, gx, 2), (uy, gy, 1), (uz, gz, 0)):
+                low, high = halves(axis)
+                np.subtract(p[high], p[low], out=work[low])
+                np.multiply(work[low], gain[low], out=work[low])
+                np.subtract(u[low], work[low], out=u[low])
+            np.add(ux, uy, out=work)
+            np.add(work, uz, out=work)
+            for u, axis in ((ux, 2), (uy, 1), (uz, 0)):
+                low, high = halves(axis)
+                np.subtract(work[high], u[low], out=work[high])
+            np.multiply(work, given.yield_, out=work)
+            np.subtract(p, work, out=p)
+        return p
+
+    return run
+
+
+def halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """All but the last, and all but the first, along one axis of three."""
+    low, high = [slice(None)] * 3, [slice(None)] * 3
+    low[axis], high[axis] = slice(None, -1), slice(1, None)
+    return tuple(low), tuple(high)
+
+
+def by_torch_slices(given: Problem) -> Route:
+    import torch
+
+    torch.set_num_threads(1)
+    gx, gy, gz, yield_ = (torch.from_numpy(a.copy()) for a in (*given.gains, given.yield_))
+
+    def run(steps: int) -> Real:
+        p = torch.from_numpy(given.start.copy())
+        ux, uy, uz = (torch.zeros_like(p) for _ in range(3))
+        with torch.no_grad():
+            for _ in range(steps):
+                for u, gain, axis in ((ux, gx, 2), (uy, gy, 1), (uz, gz, 0)):
+                    low, high = halves(axis)
+                    u[low].addcmul_(gain[low], p[high] - p[low], value=-1)
+                out = ux + uy
+                out += uz
+                for u, axis in ((ux, 2), (uy, 1), (uz, 0)):
+                    low, high = halves(axis)
+                    out[high] -= u[low]
+                p.addcmul_(yield_, out, value=-1)
+        return p.numpy()
+
+    return run
+
+
+def by_torch_conv3d(given: Problem) -> Route:
+    """Gradient and divergence as convolutions, as networks for wave equations are written."""
+    import torch
+    from torch.nn.functional import conv3d, pad
+
+    torch.set_num_threads(1)
+    gains = torch.from_numpy(np.stack(given.gains))[None]
+    yield_ = torch.from_numpy(given.yield_.copy())[None, None]
+    gradient, divergence = torch.zeros(3, 1, 2, 2, 2), torch.zeros(1, 3, 2, 2, 2)
+    for axis, (z, y, x) in enumerate(((0, 0, 1), (0, 1, 0), (1, 0, 0))):
+        gradient[axis, 0, 0, 0, 0], gradient[axis, 0, z, y, x] = -1, 1
+        divergence[0, axis, 1, 1, 1], divergence[0, axis, 1 - z, 1 - y, 1 - x] = 1, -1
+
+    def run(steps: int) -> Real:
+        p = torch.from_numpy(given.start.copy())[None, None]
+        u = torch.zeros_like(gains)
+        with torch.no_grad():
+            for _ in range(steps):
+                u.addcmul_(gains, conv3d(pad(p, (0, 1, 0, 1, 0, 1)), gradient), value=-1)
+                p.addcmul_(yield_, conv3d(pad(u, (1, 0, 1, 0, 1, 0)), divergence), value=-1)
+        return p[0, 0].numpy()
+
+    return run
+
+
+def routes(given: Problem) -> tuple[dict[str, Route], list[str]]:
+    """What can run here, and what cannot and why."""
+    made, missing = {"ours (numba)": ours(given)}, []
+    if shutil.which("cc"):
+        made[f"C (cc {' '.join(FLAGS[:2])})"] = by_c(given)
+    else:
+        missing.append("C: no compiler (cc) here")
+    if importlib.util.find_spec("devito"):
+        made["Devito"] = by_devito(given)
+    else:
+        missing.append("Devito: not installed (pip install devito)")
+    if given.reach:
+        missing.append("numpy and torch: --scheme second has them")
+        return made, missing
+    made["numpy slices"] = by_numpy(given)
+    made["torch slices"] = by_torch_slices(given)
+    made["torch conv3d"] = by_torch_conv3d(given)
+    return made, missing
+
+
+def disagreement(made: dict[str, Route], steps: int) -> dict[str, float]:
+    """Largest difference of each route's pressures from the first's, of their largest."""
+    results = {name: route(steps) for name, route in made.items()}
+    first = next(iter(results.values()))
+    return {
+        name: float(np.abs(found - first).max() / np.abs(first).max())
+        for name, found in results.items()
+    }

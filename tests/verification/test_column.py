@@ -1,0 +1,101 @@
+"""The column ground - object - membrane - grains against bodies with a closed solution."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata.gripper.column import Bed, Body, pad_stiffness, skin, solve, spread, stack
+from ajgdata.gripper.contact import Frame, Spring
+from ajgdata.gripper.materials import MATERIALS, Material
+
+FOAM = MATERIALS["styrofoam"]
+WIDE = 4e-4
+
+
+def _full(area, z):
+    return np.full_like(z, area)
+
+
+def _block(height, area, material=FOAM):
+    return Body(material, height, partial(_full, area), area, area)
+
+
+def _static(body, **given_):
+    """Flexibility of the imprint, m/N: core and skin."""
+    modes = solve(stack(body, 0.0, **given_))
+    core = float(np.sum(modes.shape[:, 0] ** 2 / modes.square))
+    return core + body.skin_flexibility / body.imprint_m2
+
+
+def test_a_slender_block_yields_as_a_rod():
+    # The core is never quite without height: a part in a thousand is counted twice at most.
+    exact = 0.2 / (FOAM.young_pa * WIDE)
+    assert _static(_block(0.2, WIDE)) == pytest.approx(exact, rel=1e-9)
+    assert _static(_block(0.002, WIDE)) == pytest.approx(exact / 100, rel=1.01e-3)
+
+
+def test_a_half_space_yields_as_under_a_uniform_load():
+    radius, height = 5e-3, 0.5
+    body = Body(FOAM, height, partial(_full, 1e3), 1e3, np.pi * radius**2)
+    exact = 16 * (1 - FOAM.poisson**2) / (3 * np.pi * FOAM.young_pa * np.pi * radius)
+    # The ground, a hundred radii away, takes off what lies below: a / (a + s H).
+    below = radius / (radius + spread(FOAM.poisson) * height)
+    assert _static(body) == pytest.approx(exact * (1 - below), rel=5e-3)
+
+
+def test_the_core_rings_as_a_rod_with_one_end_held():
+    body = _block(0.2, WIDE)
+    radius = np.sqrt(WIDE / np.pi)
+    # The skin rides on the core: its mass m lowers the quarter-wave resonance of a rod
+    # of mass M: cot x = x m/M.
+    x = np.linspace(0.5, 1.6, 200_001)
+    ratio = radius / (0.2 - radius)
+    root = x[np.argmin(np.abs(1 / np.tan(x) - ratio * x))]
+    exact = root * np.sqrt(FOAM.young_pa / FOAM.density_kg_m3) / (0.2 - radius)
+    # 32 linear elements err by (kh)²/24.
+    cap = (root / 32) ** 2 / 24 * 1.05 + 1e-5
+    assert np.sqrt(solve(stack(body, 0.0)).square[0]) == pytest.approx(exact, rel=cap)
+
+
+def test_a_thin_object_on_rubber_bounces_as_a_mass_on_a_spring():
+    steel = _block(0.005, 1e-2, MATERIALS["steel"])
+    stiffness = pad_stiffness(MATERIALS["rubber"], 5e-3, 1e-2)
+    modes = solve(stack(steel, 0.3, (stiffness, 0.15)))
+    mass = (7850 * 0.005 + 0.3) * 1e-2
+    # The plate's own spring, E A/H, is 1e6 times stiffer.
+    assert modes.square[0] == pytest.approx(stiffness / mass, rel=1e-4)
+    assert modes.loss[0] == pytest.approx(0.15, rel=1e-4)
+
+
+def test_grains_on_something_hard_ring_at_quarter_waves():
+    frame = Frame(720.0, 2e7, 0.04)
+    bed = Bed(frame, Spring(1e15, 0.0), 0.03)
+    modes = solve(stack(_block(0.02, WIDE, MATERIALS["steel"]), 0.3, bed=bed))
+    quarter = np.pi / 2 * np.sqrt(frame.modulus_pa / frame.density) / bed.depth
+    # 16 linear elements over a quarter wave; steel yields 1e-3 of what the grains do.
+    assert np.sqrt(modes.square[0]) == pytest.approx(quarter, rel=(np.pi / 32) ** 2 / 24 + 1e-3)
+    assert modes.loss[0] == pytest.approx(0.04, rel=1e-3)
+
+
+@settings(max_examples=30, derandomize=True, deadline=None)
+@given(
+    density=st.floats(1, 2e4),
+    log_young=st.floats(3, 15),
+    height=st.floats(1e-3, 0.2),
+    log_area=st.floats(-6, -2),
+    foot=st.floats(1e-4, 1.0),
+)
+def test_every_column_is_passive(density, log_young, height, log_area, foot):
+    material = Material(density_kg_m3=density, young_pa=10**log_young, poisson=0.3, loss=0.1)
+    area = 10**log_area
+    body = Body(material, height, partial(_full, area), area * foot, area / 2)
+    bed = Bed(Frame(720.0, 2e7, 0.04), Spring(2e8, 0.1), 0.03)
+    for grains in (None, bed):
+        modes = solve(stack(body, 0.3, bed=grains))
+        assert np.all(modes.square > 0) and np.all(np.isfinite(modes.shape))
+        # The loss of a mode is a mean of those of its parts; round-off where springs differ most.
+        assert np.all(modes.loss > 0.03) and np.all(modes.loss < 0.11)
+    assert min(skin(body, 0.3)) > 0
