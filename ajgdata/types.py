@@ -127,8 +127,12 @@ class Target(Strict):
     missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
 
 
-#: Parts of an evaluation: held-out recordings of values trained on; values never trained on; both.
-Part = Literal["known", "unknown", "overall"]
+class Level(Strict):
+    """What differs between data sets that one model is tested on, as a number."""
+
+    value: float
+    unit: str = ""
+    quantity: str = Field(description="e.g. sound level outside")
 
 
 class Task(Strict):
@@ -150,14 +154,19 @@ class Task(Strict):
         description="the target repeats after this, as a bar's angle after 180: models learn sine "
         "and cosine, errors are the shortest way round",
     )
-    paper: str | dict[Part, str] = Field(
+    test_on: tuple[Name, ...] = Field(
+        (),
+        description="data sets whose recordings the folds' models are tested on as well, e.g. the "
+        "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
+    )
+    paper: str | dict[str, str] = Field(
         "",
-        description="rows of the paper's figures to stand beside, e.g. ycb, or by part: "
-        "{known: size-known, unknown: size-unknown, overall: size}",
+        description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
+        "unknown, overall, or a data set of test_on): {known: size-known, size_80dba: noise}",
     )
 
     @property
-    def papers(self) -> dict[Part, str]:
+    def papers(self) -> dict[str, str]:
         """Rows of the paper's figures by part of the evaluation."""
         given = self.paper
         return ({"known": given} if given else {}) if isinstance(given, str) else given
@@ -166,10 +175,9 @@ class Task(Strict):
     def _distinct(self) -> Task:
         if len(set(self.withhold)) != len(self.withhold):
             raise ValueError("withhold lists a value twice")
-        if not self.withhold and (more := sorted(set(self.papers) - {"known"})):
-            raise ValueError(
-                f"paper.{more[0]} stands beside nothing: only withhold makes this part"
-            )
+        parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
+        if more := sorted(set(self.papers) - set(parts)):
+            raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self
 
 
@@ -181,6 +189,9 @@ class RecipeObject(Strict):
         description="the gripper's object description, or a name of its library"
     )
     targets: dict[str, float | str] = {}
+    grasp: dict[str, JsonValue] = Field(
+        {}, description="its own grasp settings, e.g. angle_deg: 9; what `vary` draws goes before"
+    )
 
 
 class Recipe(Strict):
@@ -262,6 +273,9 @@ class DatasetSpec(Strict):
     features: FeatureSettings = FeatureSettings()
     targets: dict[Name, Target] = {}
     tasks: dict[Name, Task] = {}
+    level: Level | None = Field(
+        None, description="where it stands among the data sets that a task is tested on"
+    )
     recipe: Recipe | None = None
     imports: ImportSettings = ImportSettings()
 
@@ -305,6 +319,7 @@ class DatasetSpec(Strict):
             "compare_random": settings.compare_random,
             "withhold": list(settings.withhold),
             "period_deg": settings.period_deg,
+            "test_on": list(settings.test_on),
         }
 
     def training(self, task: str) -> dict[str, Any]:

@@ -135,6 +135,10 @@ def cross_validate(
     """
     features, target = _validated(features, target, kind)
     further = {name: _checked(one, kind) for name, one in (further or {}).items()}
+    for other, one in further.items():
+        if one.features.shape[1] != features.shape[1]:
+            widths = f"{one.features.shape[1]} features, not {features.shape[1]}"
+            raise ValueError(f"{other} has {widths}: give both data sets the same feature settings")
     if groups is None:
         if further:
             raise ValueError("further rows need groups, or a grasp could be trained and tested on")

@@ -38,10 +38,14 @@ def evaluate_task(
     predictions: Path,
     withhold: Sequence[float] = (),
     period_deg: float | None = None,
+    others: Mapping[str, Path] | None = None,
 ) -> None:
     """Cross-validate `model` on the recordings of `store` that have `target`.
 
-    Recordings whose target is in `withhold` are trained on by no fold and predicted by all.
+    Recordings whose target is in `withhold` are trained on by no fold and predicted by all. So are
+    those of the stores `others` (by data set) whose grasp is not of `store`, too; of a grasp that
+    is, only the fold that holds it out predicts. Withheld values are left out of `others`, so that
+    their errors compare with those of the known ones.
     Writes what is determined by the inputs (`metrics`, `predictions`) apart from what is measured
     (`cost`). With fewer groups than `folds` each group is a fold; `metrics` say how many there
     were. A task that cannot be evaluated, for instance with a single group, is written as such with
@@ -60,11 +64,17 @@ def evaluate_task(
     task |= {"withhold": list(withhold), "period": period_deg}
     document: dict[str, Any] = {**task, "seed": seed, "provenance": dict(shard.attrs)}
     results: dict[str, CrossValidation] = {}
+    tested: dict[str, Rows] = {}
     try:
         rows = rows_of(shard, target, kind, groups)
         known, held = apart(rows, withhold)
         folds = min(folds, len(np.unique(known.group)))
-        further = {WITHHELD: Further(held.feature, held.value, held.group)} if withhold else {}
+        if withhold:
+            tested[WITHHELD] = held
+        for name, path in (others or {}).items():
+            other = rows_of(read_store(path), target, kind, groups)
+            tested[f"on:{name}"] = other.where(~_among(other.value, withhold))
+        further = {n: Further(r.feature, r.value, r.group) for n, r in tested.items()}
         for split in ("grouped", "random") if compare_random else ("grouped",):
             with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
                 results[split] = cross_validate(
@@ -82,9 +92,9 @@ def evaluate_task(
     for split, result in results.items():
         document[split] = plain(dataclasses.asdict(result.scores))
         lines += _lines(known.name, split, result.predictions)
-        for name, tested in result.further.items():
-            document[name] = plain(dataclasses.asdict(tested.scores))
-            lines += _lines(held.name, name, tested.predictions)
+        for name, found in result.further.items():
+            document[name] = plain(dataclasses.asdict(found.scores))
+            lines += _lines(tested[name].name, name, found.predictions)
     document["by_value"] = []
     if results and kind == "regression":
         document |= plain(_by_value(results["grouped"], period_deg))
@@ -143,15 +153,19 @@ def apart(rows: Rows, withhold: Sequence[float]) -> tuple[Rows, Rows]:
 
     Raises ValueError for a value that no recording has, and when fewer than two are left.
     """
-    held = np.zeros(len(rows.value), bool)
     for value in withhold:
-        same = np.isclose(rows.value, value, rtol=1e-6, atol=1e-9)
-        if not same.any():
+        if not _among(rows.value, [value]).any():
             raise ValueError(f"withhold: no recording has the value {value:g}")
-        held |= same
+    held = _among(rows.value, withhold)
     if len(np.unique(rows.value[~held])) < 2:
         raise ValueError("withhold: at least two values must be left to train on")
     return rows.where(~held), rows.where(held)
+
+
+def _among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
+    """Which of `values` (n,) are one of `some`: boolean (n,)."""
+    same = [np.isclose(values, one, rtol=1e-6, atol=1e-9) for one in some]
+    return np.any(same, axis=0) if same else np.zeros(len(values), bool)
 
 
 def rows_of(shard: Shard, target: str, kind: Kind, groups: str) -> Rows:

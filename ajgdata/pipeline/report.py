@@ -16,6 +16,7 @@ from ajgdata.pipeline.merge import read_findings
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
+    ElsewhereResult,
     PartResult,
     Predictions,
     Provenance,
@@ -31,7 +32,7 @@ from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
 from ajgdata.store.sessions import read_dataset, read_session
-from ajgdata.types import DataError, DatasetSpec, FeatureSettings, Part
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings, Task
 
 #: As many mean spectra as can be told apart in one figure.
 MAX_SPECTRA = 8
@@ -63,7 +64,7 @@ def build_report(
         commit=software()["git_commit"],
         datasets=tuple(summary(paths, specs[name], stores[name]) for name in datasets),
         results=tuple(
-            task_result(paths, specs[run[0]], run, document, paper)
+            task_result(paths, specs, run, document, paper)
             for run, document in documents.items()
             if "skipped" not in document
         ),
@@ -153,13 +154,14 @@ def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
 
 def task_result(
     paths: Paths,
-    spec: DatasetSpec,
+    specs: Mapping[str, DatasetSpec],
     run: tuple[str, str, str],
     document: Mapping[str, Any],
     paper: Mapping[str, PaperFigure],
 ) -> TaskResult:
     """What the report says of one model on one task."""
     dataset, task, model = run
+    spec = specs[dataset]
     kind, scores = document["kind"], document["grouped"]
     headline = "rmse" if kind == "regression" else "accuracy"
     settings = spec.tasks[task]
@@ -188,13 +190,15 @@ def task_result(
         random_split=_scores(random)[headline] if random else None,
         paper=paper[known] if known else None,
         parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
+        elsewhere=_elsewhere(document, headline, settings, paper, specs),
+        level=spec.level,
         unseen=_predictions(paths.predictions(*run), kind, (), WITHHELD),
         values=tuple(ValueErrors(**one) for one in document["by_value"]),
     )
 
 
 def _parts(
-    document: Mapping[str, Any], headline: str, papers: Mapping[Part, PaperFigure]
+    document: Mapping[str, Any], headline: str, papers: Mapping[str, PaperFigure]
 ) -> tuple[PartResult, ...]:
     """What was evaluated beside recordings of values that were trained on."""
     made = []
@@ -205,6 +209,27 @@ def _parts(
         scores = _scores(document["overall"])[headline]
         made.append(PartResult("overall", scores, papers.get("overall")))
     return tuple(made)
+
+
+def _elsewhere(
+    document: Mapping[str, Any],
+    headline: str,
+    task: Task,
+    paper: Mapping[str, PaperFigure],
+    specs: Mapping[str, DatasetSpec],
+) -> tuple[ElsewhereResult, ...]:
+    """The same folds' models, tested on other data sets."""
+    return tuple(
+        ElsewhereResult(
+            part=other,
+            score=_scores(document[f"on:{other}"])[headline],
+            paper=paper[task.papers[other]] if other in task.papers else None,
+            chance=document[f"on:{other}"]["chance"][headline],
+            title=specs[other].title or other,
+            level=specs[other].level,
+        )
+        for other in task.test_on
+    )
 
 
 def _label(model: str, document: Mapping[str, Any]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -177,6 +179,37 @@ def tradeoff_figure(task: tuple[TaskResult, ...]) -> Figure:
     unit = "%" if percent else first.unit
     panels[0].set_ylabel(f"{metric_name(first)} ({unit})" if unit else metric_name(first))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=5)
+    return figure
+
+
+@styled
+def level_figure(task: tuple[TaskResult, ...]) -> Figure:
+    """Headline metric of each model against the level of the recordings that it is tested on."""
+    first = task[0]
+    figure = new_figure(
+        (WIDTH_IN, 3.4),
+        f"{task_name(first)} · tested at other levels",
+        f"{metric_name(first)}, mean ± sd over {first.folds} folds, never trained there",
+        [first.source],
+    )
+    scale = 100 if first.kind == "classification" else 1
+    axes = figure.subplots()
+    for i, r in enumerate(task):
+        levels = [level.value for level, _ in r.levels()]
+        mean = [scale * score.mean for _, score in r.levels()]
+        sd = [scale * score.sd for _, score in r.levels()]
+        style: dict[str, Any] = {
+            "color": COLOURS[i % len(COLOURS)],
+            "marker": MARKERS[i % len(MARKERS)],
+        }
+        axes.errorbar(levels, mean, sd, capsize=2.5, label=r.model_label, **style)
+    axes.axhline(first.chance * scale, color=GREY, ls=":", lw=1.1, label="chance")
+    level = first.levels()[0][0]
+    unit = "%" if scale == 100 else first.unit
+    axes.set_xlabel(f"{level.quantity} ({level.unit})" if level.unit else level.quantity)
+    axes.set_ylabel(f"{metric_name(first)} ({unit})" if unit else metric_name(first))
+    axes.set_ylim(bottom=0)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return figure
 
 

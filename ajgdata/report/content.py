@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ajgdata.report.paper import PaperFigure
-from ajgdata.types import FeatureSettings, Finding, Kind
+from ajgdata.types import FeatureSettings, Finding, Kind, Level
 
 Source = Literal["simulated", "recorded"]
 HEADLINE: dict[Kind, str] = {"regression": "rmse", "classification": "accuracy"}
@@ -91,6 +91,14 @@ class PartResult:
 
 
 @dataclass(frozen=True)
+class ElsewhereResult(PartResult):
+    """The headline metric on recordings of another data set; `part` is its name."""
+
+    title: str = ""
+    level: Level | None = None
+
+
+@dataclass(frozen=True)
 class ValueErrors:
     """Errors at one value of a regression target, see `evaluate.withheld.OneValue`."""
 
@@ -132,6 +140,8 @@ class TaskResult:
     random_split: Score | None = None
     paper: PaperFigure | None = None
     parts: tuple[PartResult, ...] = ()
+    elsewhere: tuple[ElsewhereResult, ...] = ()
+    level: Level | None = None
     unseen: Predictions | None = None
     values: tuple[ValueErrors, ...] = ()
 
@@ -174,6 +184,12 @@ class TaskResult:
             scale, offset = -1 / (1 - self.chance), 1 / (1 - self.chance)
         folds = tuple(offset + scale * value for value in score.per_fold)
         return Score(offset + scale * score.mean, abs(scale) * score.sd, folds)
+
+    def levels(self) -> list[tuple[Level, Score]]:
+        """Headline metric against the level of the data set tested on, in rising order."""
+        tested = [(self.level, self.score), *((o.level, o.score) for o in self.elsewhere)]
+        known = [(level, score) for level, score in tested if level is not None]
+        return sorted(known, key=lambda one: one[0].value)
 
     @property
     def error(self) -> Score:
@@ -261,6 +277,10 @@ class Report:
             if r.where in seen:
                 raise ValueError(f"{r.where} occurs twice")
             seen.add(r.where)
+
+    def leveled(self) -> list[tuple[TaskResult, ...]]:
+        """Tasks whose models were tested at three levels or more, their own included."""
+        return [task for task in self.tasks() if len(task[0].levels()) > 2]
 
     def tasks(self, dataset: str | None = None) -> list[tuple[TaskResult, ...]]:
         """Results by task, the models of one task together, in order of first appearance."""

@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from ajgdata.report.comparisons import cost_figure, split_figure, tradeoff_figure
+from ajgdata.report.comparisons import cost_figure, level_figure, split_figure, tradeoff_figure
 from ajgdata.report.content import DatasetSummary, Report, TaskResult
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
+    level_caption,
     prediction_caption,
     spectra_caption,
     split_caption,
@@ -47,6 +48,11 @@ def tradeoff_name(task: tuple[TaskResult, ...]) -> str:
     return f"models--{task[0].dataset}--{task[0].task}"
 
 
+def level_name(task: tuple[TaskResult, ...]) -> str:
+    """File name, without suffix, of the figure of a task's errors at several levels."""
+    return f"levels--{task[0].dataset}--{task[0].task}"
+
+
 def illustrations(report: Report) -> dict[str, Illustration]:
     """Every figure of the report by name, in the order of the page; nothing is drawn yet.
 
@@ -65,6 +71,9 @@ def illustrations(report: Report) -> dict[str, Illustration]:
         if len(task) >= MANY_MODELS:
             drawing = Illustration(tradeoff_caption(task), partial(tradeoff_figure, task))
             listed.append((tradeoff_name(task), drawing))
+    for task in report.leveled():
+        drawing = Illustration(level_caption(task), partial(level_figure, task))
+        listed.append((level_name(task), drawing))
     for r in report.results:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))

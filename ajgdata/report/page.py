@@ -88,6 +88,7 @@ def _names() -> dict[str, Any]:
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
         "tradeoff_name": figures.tradeoff_name,
+        "level_name": figures.level_name,
         "web_link": web_link,
     }
 

@@ -6,7 +6,14 @@ import math
 from collections import Counter
 from typing import NamedTuple
 
-from ajgdata.report.content import DatasetSummary, PartResult, Report, Score, TaskResult
+from ajgdata.report.content import (
+    DatasetSummary,
+    ElsewhereResult,
+    PartResult,
+    Report,
+    Score,
+    TaskResult,
+)
 
 DASH = "—"
 
@@ -84,6 +91,16 @@ def metric_name(result: TaskResult) -> str:
 def chance(result: TaskResult) -> str:
     """The headline metric of a predictor that ignores the sound."""
     return headline(result, Score(result.chance, 0.0))
+
+
+def part_label(part: PartResult) -> str:
+    """What a further part of a task is."""
+    if isinstance(part, ElsewhereResult):
+        return f"tested on {part.title}"
+    return {
+        "unknown": "values withheld from training",
+        "overall": "known and withheld values together",
+    }[part.part]
 
 
 def part_chance(result: TaskResult, part: PartResult) -> str:
@@ -185,6 +202,25 @@ def tradeoff_caption(task: tuple[TaskResult, ...]) -> Caption:
         "line form the Pareto front: no other model beats them in both error and time. Times "
         "belong to the machine that made this page.",
         f"{metric_name(first)} against training and inference time. {listed}.",
+    )
+
+
+def level_caption(task: tuple[TaskResult, ...]) -> Caption:
+    """Caption of `comparisons.level_figure`."""
+    first = task[0]
+    listed = "; ".join(
+        f"{r.model_label}: "
+        + ", ".join(
+            f"{headline(r, score)} at {with_unit(number(level.value), level.unit)}"
+            for level, score in r.levels()
+        )
+        for r in task
+    )
+    return Caption(
+        f"The models of {task_name(first)}, trained there only and tested on the same task at "
+        "other levels: mean ± one standard deviation over folds. Of a grasp that was recorded at "
+        "several levels, no fold trains on one recording and tests on another.",
+        f"{metric_name(first)} against level. {listed}.",
     )
 
 

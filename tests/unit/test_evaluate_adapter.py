@@ -1,13 +1,14 @@
 """Store in, metrics, predictions and cost out; what cannot be evaluated is said."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
 from ajgdata.pipeline.evaluate import evaluate_task, plain
-from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 
 
 @pytest.fixture
@@ -194,3 +195,24 @@ def test_a_target_that_repeats_is_judged_the_shortest_way_round(store):
     assert document["period"] == 10
     assert all(0 <= float(r["y_pred"]) < 10 for r in rows)
     assert max(document["grouped"]["per_fold"]["mae"]) <= 5  # half a period
+
+
+def test_other_stores_are_tested_without_a_grasp_on_both_sides(store, tmp_path):
+    """A copy of the store: each recording is predicted once, by the fold that holds its grasp out,
+    hence as well as the original; and one with further grasps, which every fold predicts."""
+    shard = read_store(store)
+    new = {**shard.columns, "grasp_id": text_column([f"t/{n}" for n in range(40)])}
+    write_store(tmp_path / "new.nc", dataclasses.replace(shard, columns=new), {"units": "1"})
+    others = {"copy": store, "new": tmp_path / "new.nc"}
+    document, rows, _ = run(store, others=others, withhold=[15.0])
+    assert document["on:copy"]["per_fold"] == document["grouped"]["per_fold"]
+    assert document["on:copy"]["recordings"] == 32  # without the missing, and the withheld value
+    fold = {r["recording"]: r["fold"] for r in rows if r["split"] == "grouped"}
+    assert {r["recording"]: r["fold"] for r in rows if r["split"] == "on:copy"} == fold
+    assert len([r for r in rows if r["split"] == "on:new"]) == 3 * 32
+    narrow = dataclasses.replace(
+        shard, feature=shard.feature[:, :300], frequency_hz=shard.frequency_hz[:300]
+    )
+    write_store(tmp_path / "narrow.nc", narrow, {"units": "1"})
+    skipped = run(store, others={"narrow": tmp_path / "narrow.nc"})[0]["skipped"]
+    assert "on:narrow has 300 features, not 400" in skipped

@@ -12,8 +12,8 @@ from matplotlib.text import Text
 from report_samples import COST, classes_result, dataset, regression_result, sample_report
 
 from ajgdata.report.canvas import COLOURS, encode, save_figure
-from ajgdata.report.comparisons import cost_figure, split_figure, tradeoff_figure
-from ajgdata.report.content import Cost, Predictions, Score
+from ajgdata.report.comparisons import cost_figure, level_figure, split_figure, tradeoff_figure
+from ajgdata.report.content import Cost, ElsewhereResult, Predictions, Score
 from ajgdata.report.figures import (
     MAX_VECTOR_POINTS,
     confusion_figure,
@@ -22,6 +22,7 @@ from ajgdata.report.figures import (
     spectra_figure,
 )
 from ajgdata.report.illustrations import illustrations
+from ajgdata.types import Level
 
 
 def texts(figure):
@@ -76,6 +77,26 @@ def test_many_models_of_a_task_are_drawn_against_their_times_in_its_own_unit():
     named = illustrations(dataclasses.replace(sample_report(), results=task))
     assert "models--size--edge" in named
     assert "models--size--edge" not in illustrations(sample_report())
+
+
+def test_errors_at_several_levels():
+    def at(value):
+        return Level(value=value, unit="dBA", quantity="sound level outside")
+
+    elsewhere = tuple(
+        ElsewhereResult(f"size_{v}", Score(v / 20, 0.3), title=f"at {v}", level=at(v))
+        for v in (80, 60)
+    )
+    result = regression_result(level=at(45), elsewhere=elsewhere)
+    figure = level_figure((result,))
+    line = figure.axes[0].containers[0].lines[0]
+    np.testing.assert_allclose(line.get_xydata(), [[45, 2.2], [60, 3], [80, 4]])
+    assert figure.axes[0].get_xlabel() == "sound level outside (dBA)"
+    assert fits(figure)
+    report = dataclasses.replace(sample_report(), results=(result,))
+    named = illustrations(report)["levels--size--edge"]
+    assert "CNN: 2.20 ± 0.30 mm at 45 dBA, 3.00 ± 0.30 mm at 60 dBA" in named.caption.alt
+    assert "levels--size--edge" not in illustrations(sample_report())
 
 
 def test_nothing_is_drawn_outside_a_figure(drawn):

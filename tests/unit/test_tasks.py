@@ -33,7 +33,9 @@ def test_the_papers_figures_by_part():
     assert Task(target="x").papers == {}
     parts = {"known": "size-known", "unknown": "size-unknown", "overall": "size"}
     assert Task(target="x", paper=parts, withhold=(1.0,)).papers == parts
-    with pytest.raises(ValidationError, match=r"paper.overall stands beside nothing"):
+    with pytest.raises(
+        ValidationError, match=r"paper.overall is no part of this task: it has known"
+    ):
         Task(target="x", paper=parts)
     with pytest.raises(ValidationError, match="withhold lists a value twice"):
         Task(target="x", withhold=(1.0, 2.0, 1.0))
