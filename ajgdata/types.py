@@ -135,6 +135,22 @@ class Level(Strict):
     quantity: str = Field(description="e.g. sound level outside")
 
 
+class Curve(Strict):
+    """Learning curve: training grasps per class, each drawn `repeats` times."""
+
+    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(min_length=2)
+    repeats: int = Field(5, ge=2)
+    models: tuple[ModelName, ...] = Field(("cnn", "linear", "knn"), min_length=1)
+
+
+class Sorting(Strict):
+    """Sorting by sound, offline: objects in random order until none is probable enough."""
+
+    objects: tuple[str, ...] = Field(min_length=2, description="values of the target")
+    threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
+    models: tuple[ModelName, ...] = Field(("cnn",), min_length=1)
+
+
 class Task(Strict):
     """Target + split: one row of the report for each model."""
 
@@ -159,6 +175,11 @@ class Task(Strict):
         description="data sets whose recordings the folds' models are tested on as well, e.g. the "
         "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
     )
+    curve: Curve | None = Field(None, description="accuracy against number of training grasps")
+    permutations: int = Field(
+        0, ge=0, description="labels permuted so often for a test against chance; 0: no test"
+    )
+    sorting: Sorting | None = Field(None, description="sorting by this target's classes")
     paper: str | dict[str, str] = Field(
         "",
         description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
@@ -304,6 +325,8 @@ class DatasetSpec(Strict):
                 for key in ("withhold", "period_deg"):
                     if getattr(task, key):
                         raise ValueError(f"task {name}: {key} is for a number, not for classes")
+            elif task.sorting:
+                raise ValueError(f"task {name}: sorting is for classes, not for a number")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -321,6 +344,11 @@ class DatasetSpec(Strict):
             "period_deg": settings.period_deg,
             "test_on": list(settings.test_on),
         }
+
+    def experiment(self, task: str) -> dict[str, Any]:
+        """What the further experiments on `task` must know, by name."""
+        left_out = ("compare_random", "test_on")
+        return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""

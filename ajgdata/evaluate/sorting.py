@@ -11,6 +11,7 @@ import numpy as np
 
 #: A run that never hesitates is ended here.
 LONGEST_RUN = 1000
+STOP = -1  #: among numbers of classes
 
 
 @dataclass(frozen=True)
@@ -34,24 +35,27 @@ def decide(probability: np.ndarray, threshold: float) -> int | None:
     return best if probability[best] >= threshold else None
 
 
-def sort_stream(probability: np.ndarray, label: np.ndarray, threshold: float, seed: int) -> Run:
+def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
+    """`decide` for each row of (n, n_classes): numbers of classes (n,), STOP where it is None."""
+    taken = (decide(row, threshold) for row in probability)
+    return np.array([STOP if one is None else one for one in taken])
+
+
+def sort_stream(taken: np.ndarray, label: np.ndarray, seed: int) -> Run:
     """Sort objects that come in random order until the decision is to stop.
 
-    `probability` (n, n_classes) are those of `n` recorded grasps and `label` (n,) their true
-    classes. Each object is equally likely to come next, and any of its grasps is then held.
+    `taken` (n,) are the `decisions` on `n` recorded grasps and `label` (n,) their true classes.
+    Each object is equally likely to come next, and any of its grasps is then held.
     """
     generator = np.random.default_rng(seed)
-    grasps = [np.flatnonzero(label == one) for one in np.unique(label)]
-    mistakes, before_mistake = 0, -1
-    for sorts in range(LONGEST_RUN):
-        row = generator.choice(grasps[generator.integers(len(grasps))])
-        taken = decide(probability[row], threshold)
-        if taken is None:
-            return Run(sorts, mistakes, sorts if before_mistake < 0 else before_mistake)
-        if taken != label[row]:
-            mistakes += 1
-            before_mistake = sorts if before_mistake < 0 else before_mistake
-    return Run(LONGEST_RUN, mistakes, LONGEST_RUN if before_mistake < 0 else before_mistake)
+    order, of_class = np.argsort(label, kind="stable"), np.unique(label, return_counts=True)[1]
+    first = np.cumsum(of_class) - of_class
+    coming = generator.integers(len(of_class), size=LONGEST_RUN)
+    rows = order[first[coming] + generator.integers(of_class[coming])]
+    stops = np.flatnonzero(taken[rows] == STOP)
+    rows = rows[: stops[0]] if len(stops) else rows
+    wrong = np.flatnonzero(taken[rows] != label[rows])
+    return Run(len(rows), len(wrong), int(wrong[0]) if len(wrong) else len(rows))
 
 
 @dataclass(frozen=True)
@@ -63,8 +67,8 @@ class Accepted:
     accuracy: float
 
 
-def accepted(probability: np.ndarray, label: np.ndarray, threshold: float) -> Accepted:
+def accepted(taken: np.ndarray, label: np.ndarray) -> Accepted:
     """What the threshold lets pass; arguments as for `sort_stream`."""
-    taken = [decide(row, threshold) for row in probability]
-    right = [one == true for one, true in zip(taken, label, strict=True) if one is not None]
-    return Accepted(len(right) / len(taken), float(np.mean(right)) if right else float("nan"))
+    passed = taken != STOP
+    right = float(np.mean(taken[passed] == label[passed])) if passed.any() else float("nan")
+    return Accepted(float(passed.mean()), right)

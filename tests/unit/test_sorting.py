@@ -13,7 +13,7 @@ from ajgdata.evaluate.calibration import (
     temperature,
     with_temperature,
 )
-from ajgdata.evaluate.sorting import LONGEST_RUN, accepted, decide, sort_stream
+from ajgdata.evaluate.sorting import LONGEST_RUN, accepted, decide, decisions, sort_stream
 
 
 def overconfident(n: int, t: float) -> tuple[np.ndarray, np.ndarray]:
@@ -77,19 +77,22 @@ def test_runs_end_where_nothing_is_probable_enough():
     """Class 0 is always right, class 1 always doubtful: a run is as long as a coin shows heads."""
     p = np.array([[0.9, 0.1], [0.9, 0.1], [0.45, 0.55]])
     label = np.array([0, 0, 1])
-    sorts = [sort_stream(p, label, 0.6, seed).sorts for seed in range(2000)]
+    taken = decisions(p, 0.6)
+    assert taken.tolist() == [0, 0, -1]
+    sorts = [sort_stream(taken, label, seed).sorts for seed in range(2000)]
     # geometric with mean 1 and variance 2: three standard deviations of the mean
     assert abs(np.mean(sorts) - 1) < 3 * math.sqrt(2 / 2000)
-    assert sort_stream(p, label, 0.6, 5) == sort_stream(p, label, 0.6, 5)
-    assert accepted(p, label, 0.6).share == pytest.approx(2 / 3)
-    assert accepted(p, label, 0.6).accuracy == 1
-    assert math.isnan(accepted(p, label, 0.95).accuracy)
+    assert sort_stream(taken, label, 5) == sort_stream(taken, label, 5)
+    assert accepted(taken, label).share == pytest.approx(2 / 3)
+    assert accepted(taken, label).accuracy == 1
+    assert math.isnan(accepted(decisions(p, 0.95), label).accuracy)
 
 
 def test_mistakes_are_counted_and_end_nothing():
     p, label = np.array([[0.9, 0.1], [0.8, 0.2]]), np.array([0, 1])
-    run = sort_stream(p, label, 0.6, 0)
+    taken = decisions(p, 0.6)
+    run = sort_stream(taken, label, 0)
     assert run.sorts == LONGEST_RUN
     assert abs(run.mistakes - 500) < 3 * math.sqrt(250)
     assert run.before_mistake < 20
-    assert accepted(p, label, 0.6).accuracy == 0.5
+    assert accepted(taken, label).accuracy == 0.5
