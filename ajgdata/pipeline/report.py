@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from ajgdata.models import MODELS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.pipeline.merge import read_findings
+from ajgdata.pipeline.report_rows import curves_of, left_out, sorting_of, tests_of
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
@@ -73,6 +75,15 @@ def build_report(
             for run, document in documents.items()
             if "skipped" in document
         ),
+    )
+    tasks = dict.fromkeys((dataset, task) for dataset, task, _ in runs)
+    listed = [(specs[dataset], task) for dataset, task in tasks]
+    report = dataclasses.replace(
+        report,
+        curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
+        tests=tuple(t for one in listed for t in tests_of(paths, *one)),
+        sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
     svgs = {}
     for name, illustration in illustrations(report).items():

@@ -10,14 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.report.further import ChanceTest, Curves, Experiments, SortingResult, Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import FeatureSettings, Finding, Kind, Level
 
-Source = Literal["simulated", "recorded"]
 HEADLINE: dict[Kind, str] = {"regression": "rmse", "classification": "accuracy"}
 
 __all__ = [
@@ -263,6 +263,9 @@ class Report:
     datasets: tuple[DatasetSummary, ...]
     results: tuple[TaskResult, ...]
     skipped: tuple[SkippedTask, ...] = ()
+    curves: tuple[Curves, ...] = ()
+    tests: tuple[ChanceTest, ...] = ()
+    sorting: tuple[SortingResult, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -277,6 +280,19 @@ class Report:
             if r.where in seen:
                 raise ValueError(f"{r.where} occurs twice")
             seen.add(r.where)
+
+    def experiments(self, task: tuple[TaskResult, ...]) -> Experiments:
+        """What else was made of a task."""
+        place = task[0].dataset, task[0].task
+
+        def of_task(one: Curves | ChanceTest | SortingResult) -> bool:
+            return (one.about.dataset, one.about.task) == place
+
+        return Experiments(
+            tuple(filter(of_task, self.curves)),
+            tuple(filter(of_task, self.tests)),
+            tuple(filter(of_task, self.sorting)),
+        )
 
     def leveled(self) -> list[tuple[TaskResult, ...]]:
         """Tasks whose models were tested at three levels or more, their own included."""

@@ -10,6 +10,12 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.comparisons import cost_figure, level_figure, split_figure, tradeoff_figure
 from ajgdata.report.content import DatasetSummary, Report, TaskResult
+from ajgdata.report.experiments import (
+    curve_caption,
+    curve_figure,
+    sorting_caption,
+    sorting_figure,
+)
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.wording import (
     Caption,
@@ -67,6 +73,19 @@ def illustrations(report: Report) -> dict[str, Illustration]:
         if d.spectra is not None:
             drawing = Illustration(spectra_caption(d), partial(spectra_figure, d))
             listed.append((spectra_name(d), drawing))
+    for r in report.results:
+        drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
+        listed.append((prediction_name(r), drawing))
+    listed += _of_tasks(report)
+    named = dict(listed)
+    if len(named) != len(listed):
+        raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
+    return named
+
+
+def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
+    """Figures of whole tasks, not of single models."""
+    listed = []
     for task in report.tasks():
         if len(task) >= MANY_MODELS:
             drawing = Illustration(tradeoff_caption(task), partial(tradeoff_figure, task))
@@ -74,10 +93,9 @@ def illustrations(report: Report) -> dict[str, Illustration]:
     for task in report.leveled():
         drawing = Illustration(level_caption(task), partial(level_figure, task))
         listed.append((level_name(task), drawing))
-    for r in report.results:
-        drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
-        listed.append((prediction_name(r), drawing))
-    named = dict(listed)
-    if len(named) != len(listed):
-        raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
-    return named
+    for c in report.curves:
+        listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
+    for one in report.sorting:
+        drawing = Illustration(sorting_caption(one), partial(sorting_figure, one))
+        listed.append((one.name, drawing))
+    return listed

@@ -13,6 +13,7 @@ from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
 from ajgdata.report.content import PartResult, Report, TaskResult
+from ajgdata.report.experiments import chance_text, spread
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -78,6 +79,8 @@ def _names() -> dict[str, Any]:
         "best": best,
         "close": close,
         "chance": wording.chance,
+        "chance_text": chance_text,
+        "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,
         "metric_name": wording.metric_name,
@@ -108,10 +111,11 @@ def part_rows(
     task: tuple[TaskResult, ...],
 ) -> list[tuple[str, list[tuple[TaskResult, PartResult]]]]:
     """Further parts of a task by name, each with the result of every model that has it."""
-    names = dict.fromkeys(part.part for r in task for part in r.parts)
-    return [
-        (name, [(r, part) for r in task for part in r.parts if part.part == name]) for name in names
-    ]
+    found: dict[str, list[tuple[TaskResult, PartResult]]] = {}
+    for r in task:
+        for part in (*r.parts, *r.elsewhere):
+            found.setdefault(wording.part_label(part), []).append((r, part))
+    return list(found.items())
 
 
 def paper_cells(
