@@ -190,6 +190,15 @@ def _grain_rods(bed: Bed, body: Body) -> Real:
 def solve(column: Stack) -> StackModes:
     """All modes of the column; each has the loss of its strain energy (Johnson & Kienholz 1982)."""
     square, vectors = eigh(column.stiffness, column.mass)
-    shape = vectors.T
-    loss = np.einsum("ni,ij,nj->n", shape, column.damping, shape) / square
+    # What is as heavy as it is soft has frequencies that drown in rounding, below zero too.
+    square, shape = np.maximum(square, np.finfo(float).eps * square[-1]), vectors.T
+    loss = _energy(column.damping, shape) / _energy(column.stiffness, shape)
     return StackModes(square, loss, shape[:, column.contact :])
+
+
+def _energy(matrix: Real, shape: Real) -> Real:
+    """Twice the strain energy (N,) of `shape` in a chain of springs, summed spring by spring, so
+    that stiff springs that hardly move do not drown the soft ones."""
+    springs = -np.diag(matrix, 1)
+    ground = matrix[0, 0] - springs[0] if len(springs) else matrix[0, 0]
+    return ground * shape[:, 0] ** 2 + (springs * np.diff(shape, axis=1) ** 2).sum(1)

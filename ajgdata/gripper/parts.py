@@ -26,8 +26,8 @@ Complex = NDArray[np.complexfloating]
 BAND_HZ = (1_000.0, 14_000.0)
 #: Features have unit norm and no negative value, so that no two differ by more.
 FURTHEST = float(np.sqrt(2))
-#: On whole scenes the circuit errs by a factor of two to four, mostly upwards; so that what is left
-#: out is worth less than the tolerance (measured in studies/omissions.py).
+#: On whole scenes the circuit errs by a factor of up to four, so that with this the effect is
+#: rather over- than underestimated (measured in studies/omissions.py).
 SAFETY = 2.5
 OMEGA = 2 * np.pi * np.linspace(*BAND_HZ, 261)
 

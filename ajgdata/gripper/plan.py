@@ -137,6 +137,7 @@ def _parts(
     where, full = where_grasped(scene, shape, cells), medium.kind != "air"
     packing = Packing(medium.grain_diameter_mm * MM, medium.porosity) if full else None
     absorbing = 8 * gripper.wall_admittance * float(cells.housing.sum())
+    absorbing += np.pi / 4 * (gripper.port_bore_mm * MM) ** 2
     absorbing += np.pi * (gripper.rim_radius_mm * MM) ** 2 if full else 0.0
     room = float(cells.volume.sum() - (cells.bed.sum() if full else 0.0))
     depth = where.depth if where else gripper.bed_depth_mm * MM

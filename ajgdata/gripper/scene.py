@@ -22,7 +22,7 @@ from ajgdata.gripper.plain import PartName, Plain, SceneError
 from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
-PHYSICS_VERSION = 1
+PHYSICS_VERSION = 2
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.

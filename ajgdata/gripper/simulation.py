@@ -73,6 +73,8 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
         strongest = max(strongest, energy)
         if not len(drive) and energy < strongest * 10 ** (-numerics.decay_db / 10):
             break
+    # Where it stops, so that nothing jumps: the slowest resonance of the balloon goes on below
+    # the band of the transducers.
     static = float(heard[-len(heard) // 2 :].mean())
     heard = np.concatenate(pieces)
     # The static pressure enters with the pulse, as its running sum.

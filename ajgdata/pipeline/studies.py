@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ajgdata.studies.table import Table
 
 #: Modules of `ajgdata.studies`, in the order of the report.
-STUDIES: tuple[str, ...] = ("verification", "stability", "omissions")
+STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions", "materials")
 #: Those that measure run time: nothing else shall run beside them.
 TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"

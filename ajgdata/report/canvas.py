@@ -36,6 +36,7 @@ STYLE: dict[str, Any] = {
     "axes.edgecolor": "#444444",
     "axes.grid": True,
     "axes.labelsize": 9,
+    "axes.titlesize": 9,
     "axes.spines.right": False,
     "axes.spines.top": False,
     "figure.facecolor": "white",

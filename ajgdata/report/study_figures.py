@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from ajgdata.report.accuracy_figures import bands_figure, pareto_figure
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.illustrations import Illustration
 from ajgdata.report.plots import GRIDS_MM, look, numbers, parted, plain_ticks
@@ -137,9 +138,28 @@ def distances_figure(table: Table) -> Figure:
     return figure
 
 
-#: Caption and drawing by (study, table).
-FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
-    ("verification", "convergence"): (
+#: Caption and drawing by study, table and name of the figure.
+FIGURES: dict[tuple[str, str, str], tuple[Caption, Draw]] = {
+    ("accuracy", "accuracy", "pareto"): (
+        Caption(
+            "Error of the feature against the finest grid, and what it costs, for each object. "
+            "Dashed: an error of 0.10, and a quarter of the plain kernel's time at 2.5 mm; to the "
+            "lower left of both is where the default shall be. Times belong to the machine that "
+            "made this page, their ratios less so.",
+            "Error of the feature against run time, both logarithmic, one line a scheme and "
+            "object.",
+        ),
+        pareto_figure,
+    ),
+    ("accuracy", "accuracy", "bands"): (
+        Caption(
+            "How far the level in each band lies from that of the finest grid, in dB (rms), "
+            "against the spacing of the grid.",
+            "Level error against grid spacing, one panel a band, one line a scheme.",
+        ),
+        bands_figure,
+    ),
+    ("verification", "convergence", "convergence"): (
         Caption(
             "Relative error of each case that is refined, against the spacing of its grid. "
             "Dotted: what schemes of order 1 and 2 would do.",
@@ -147,7 +167,7 @@ FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
         ),
         convergence_figure,
     ),
-    ("stability", "stability"): (
+    ("stability", "stability", "energies"): (
         Caption(
             "Energy at the end of each run over that after its strike: dots in float64, rings in "
             "float32. Dashed: what a cavity without losses keeps. A case that blew up would lie "
@@ -156,7 +176,7 @@ FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
         ),
         stability_figure,
     ),
-    ("omissions", "omissions"): (
+    ("omissions", "omissions", "expected"): (
         Caption(
             "Each part of each scene: what leaving it out was expected to change, and what it does "
             "change. Filled: solved. Hollow: left out. Dashed: the tolerance; a hollow marker "
@@ -165,7 +185,7 @@ FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
         ),
         omissions_figure,
     ),
-    ("materials", "material_distances"): (
+    ("materials", "material_distances", "distances"): (
         Caption(
             "How far the feature of each material lies from that of steel, same shape and same "
             "grasp, as effects are added from top to bottom. Grey bars: how far another grasp of "
@@ -180,8 +200,9 @@ FIGURES: dict[tuple[str, str], tuple[Caption, Draw]] = {
 def study_figures(name: str, tables: Sequence[Table]) -> Mapping[str, Mapping[str, Illustration]]:
     """What to draw for each table of the study `name`; nothing is drawn yet."""
     found: dict[str, dict[str, Illustration]] = {}
-    for table in tables:
-        if (name, table.name) in FIGURES and table.rows:
-            caption, draw = FIGURES[name, table.name]
-            found[table.name] = {table.name: Illustration(caption, partial(draw, table))}
+    filled = {table.name: table for table in tables if table.rows}
+    for (study, part, figure), (caption, draw) in FIGURES.items():
+        if study == name and part in filled:
+            drawing = Illustration(caption, partial(draw, filled[part]))
+            found.setdefault(part, {})[figure] = drawing
     return found

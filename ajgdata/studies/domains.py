@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
-from ajgdata.gripper.plan import steps_per_sample
+from ajgdata.gripper.plan import steps_per_sample, wide_weight
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.solver import Probe, State, at_rest
 from ajgdata.gripper.system import Packed, System, assemble
@@ -70,12 +70,12 @@ def bowl() -> Region:
 BOWL = (0.031, -0.031, 0.036)
 
 
-def time_step(h: float) -> float:
+def time_step(h: float, wide: float = 0.0) -> float:
     """The time step (s) of scenes on a grid of spacing `h` (m)."""
-    return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99))
+    return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
 
 
-def lossy_bowl(h: float, dtype: type = np.float64) -> System:
+def lossy_bowl(h: float, dtype: type = np.float64, wide: bool = False) -> System:
     """Grains with varying packing, light, stiff, heavy and resistive walls."""
     cells = cut_cells(bowl(), h, *BOWL)
     ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
@@ -85,7 +85,8 @@ def lossy_bowl(h: float, dtype: type = np.float64) -> System:
         + WallList.uniform(cells.housing, 0.0, 2e5, 0.0)
     )
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, ratio)
-    return assemble(cells, air_fluid(AIR), time_step(h), grains, walls, dtype)
+    weight = wide_weight(h) if wide else 0.0
+    return assemble(cells, air_fluid(AIR), time_step(h, weight), grains, walls, dtype, wide=weight)
 
 
 def closed(
@@ -96,11 +97,15 @@ def closed(
     top: float,
     courant: float = 0.0,
     dtype: type = np.float64,
+    wide: bool = False,
 ) -> tuple[Cells, System]:
-    """Lossless air in rigid walls, at the usual time step or at a fixed Courant number."""
+    """Lossless air in rigid walls, at the usual time step or at a fraction of the largest."""
     cells = cut_cells(region, h, half, bottom, top)
-    dt = courant * h / (np.sqrt(3) * AIR.sound_speed) if courant else time_step(h)
-    return cells, assemble(cells, air_fluid(AIR), dt, walls=NO_WALLS, dtype=dtype)
+    weight = wide_weight(h) if wide else 0.0
+    dt = time_step(h, weight)
+    if courant:
+        dt = courant * h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * weight))
+    return cells, assemble(cells, air_fluid(AIR), dt, walls=NO_WALLS, dtype=dtype, wide=weight)
 
 
 def random_state(system: System, seed: int = 0) -> State:

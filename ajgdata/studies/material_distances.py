@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.plain import PartName
-from ajgdata.studies.materials import HARD, REFERENCE, SHAPES
+from ajgdata.studies.material_estimates import HARD, REFERENCE, SHAPES
 from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import FeatureSettings
 
@@ -63,13 +63,12 @@ def feature(shape: str, material: str, physics: Physics, seed: int = 1, dx_mm: f
 
 def distance(one: R, other: R) -> tuple[float, float]:
     """Relative L2 distance from `other`, over the whole band and below 2.5 kHz."""
-    return tuple(
-        float(np.linalg.norm((one - other)[band]) / np.linalg.norm(other[band]))
-        for band in (slice(None), LOW)
-    )  # type: ignore[return-value]
+    change = one - other
+    whole = np.linalg.norm(change) / np.linalg.norm(other)
+    return float(whole), float(np.linalg.norm(change[LOW]) / np.linalg.norm(other[LOW]))
 
 
-def scatter(shape: str, physics: Physics, grasps: int = 6) -> tuple[float, float]:
+def scatter(shape: str, physics: Physics, grasps: int) -> tuple[float, float]:
     """Root mean square distance between two grasps of the same steel object."""
     features = [feature(shape, REFERENCE, physics, seed) for seed in range(1, grasps + 1)]
     pairs = np.array([distance(a, b) for a, b in combinations(features, 2)])
@@ -77,9 +76,11 @@ def scatter(shape: str, physics: Physics, grasps: int = 6) -> tuple[float, float
     return float(whole), float(low)
 
 
-def distances(shapes: Iterable[str] = tuple(SHAPES), steps: Iterable[str] = tuple(STEPS)) -> Table:
+def distances(
+    shapes: Iterable[str] = tuple(SHAPES), steps: Iterable[str] = tuple(STEPS), grasps: int = 6
+) -> Table:
     """Distance from steel by effect, beside what another grasp of the same object does."""
-    rows = tuple(row for shape in shapes for row in _rows(shape, steps))
+    rows = tuple(row for shape in shapes for row in _rows(shape, steps, grasps))
     return Table(
         "material_distances",
         "Distance between materials, simulated",
@@ -98,12 +99,12 @@ def distances(shapes: Iterable[str] = tuple(SHAPES), steps: Iterable[str] = tupl
     )
 
 
-def _rows(shape: str, steps: Iterable[str]) -> Iterator[dict[str, Value]]:
+def _rows(shape: str, steps: Iterable[str], grasps: int) -> Iterator[dict[str, Value]]:
     for step in steps:
         physics = STEPS[step]
         steel = feature(shape, REFERENCE, physics)
         row: dict[str, Value] = {"shape": shape, "step": step}
         for name in MATERIALS_TRIED:
             row[name], row[f"{name}_low"] = distance(feature(shape, name, physics), steel)
-        row["scatter"], row["scatter_low"] = scatter(shape, physics)
+        row["scatter"], row["scatter_low"] = scatter(shape, physics, grasps)
         yield row

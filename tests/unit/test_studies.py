@@ -145,7 +145,7 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
 
 
 def test_the_convergence_figure_shows_each_case_and_the_slopes():
-    figure = FIGURES["verification", "convergence"][1](DRAWN)
+    figure = FIGURES["verification", "convergence", "convergence"][1](DRAWN)
     (axes,) = figure.axes
     a, b, first, second = (line.get_xydata() for line in axes.lines)
     np.testing.assert_allclose(a, [(2, 4), (4, 16)])
@@ -167,7 +167,7 @@ def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
         tuple(Column(key, key) for key in keys),
         tuple(dict(zip(keys, row, strict=True)) for row in rows),
     )
-    figure = FIGURES["stability", "stability"][1](table)
+    figure = FIGURES["stability", "stability", "energies"][1](table)
     (axes,) = figure.axes
     shown = [list(line.get_ydata()) for line in axes.lines]
     assert shown == [[0.1], [0.2], [1.0], [1.1], [1, 1]]
@@ -187,7 +187,7 @@ def test_the_omissions_figure_sets_what_was_measured_against_what_was_expected()
         ("s", "all", None, 0.002, None, 0.01),
         ("t", "frame", 0.0, 0.0, False, 0.01),
     )
-    figure = FIGURES["omissions", "omissions"][1](table_of("omissions", keys, rows))
+    figure = FIGURES["omissions", "omissions", "expected"][1](table_of("omissions", keys, rows))
     (axes,) = figure.axes
     points = {
         (line.get_color(), line.get_markerfacecolor() == "none"): line.get_xydata().tolist()
@@ -207,7 +207,7 @@ def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
         ("sphere", "+ all", 0.02, 0.3, 9, None, 9),
         ("plate", "rigid", 0.03, 0.4, 9, 0.06, 9),
     )
-    figure = FIGURES["materials", "material_distances"][1](
+    figure = FIGURES["materials", "material_distances", "distances"][1](
         table_of("material_distances", keys, rows)
     )
     sphere, plate = figure.axes
@@ -215,6 +215,28 @@ def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
     marks = [line.get_xydata().tolist() for line in sphere.lines]
     assert marks == [[[0.01, 0], [0.02, 1]], [[0.2, 0], [0.3, 1]], [[0.05, 0]]]
     assert [label.get_text() for label in sphere.get_yticklabels()] == ["rigid", "+ all"]
+
+
+def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
+    keys = ("object", "scheme", "dx_mm", "error", "db_0.1_1", "db_1_3", "ratio")
+    rows = (
+        ("cube", "wide", 4.0, 0.08, 0.1, 0.2, 0.2),
+        ("cube", "wide", 2.0, 0.01, 0.05, 0.1, 2.0),
+        ("cube", "second", 4.0, 0.3, 0.4, 0.5, 0.15),
+        ("bar", "wide", 4.0, 0.07, 0.1, 0.2, 0.3),
+    )
+    table = table_of("accuracy", keys, rows)
+    assert set(study_figures("accuracy", [table])["accuracy"]) == {"pareto", "bands"}
+    (axes,) = FIGURES["accuracy", "accuracy", "pareto"][1](table).axes
+    drawn = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
+    assert drawn["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]
+    assert drawn["second, cube"] == [[0.15, 0.3]] and drawn["wide, bar"] == [[0.3, 0.07]]
+    assert [text.get_text() for text in axes.texts] == ["4", "2", "4"]
+    low, high = FIGURES["accuracy", "accuracy", "bands"][1](table).axes
+    assert [line.get_xydata().tolist() for line in low.lines] == [
+        [[2, 0.05], [4, 0.1]], [[4, 0.4]],
+    ]  # fmt: skip
+    assert high.lines[1].get_ydata().tolist() == [0.5]
 
 
 def test_numbers_are_told_from_words():
@@ -249,7 +271,7 @@ def test_every_page_has_its_words_and_its_place():
         "gallery.html", "accuracy.html",
     ]  # fmt: skip
     assert page_links([]) == []
-    for study, _ in FIGURES:
+    for study, _, _ in FIGURES:
         assert study in LEADS
     for study in STUDIES:
         assert code_digest(f"studies/{study}")  # there is such a module

@@ -1,14 +1,16 @@
 """The divergence is the adjoint of the gradient: where the energy comes from."""
 
 import numpy as np
+import pytest
 
 from ajgdata.studies.discrete import operator
 from ajgdata.studies.domains import BOWL, bowl, closed
-from ajgdata.studies.verification.identities import Adjoint
+from ajgdata.studies.verification.identities import Adjoint, WideAdjoint
 
 
-def test_the_marched_operator_is_self_adjoint():
-    finding = Adjoint().run(quick=True)
+@pytest.mark.parametrize("case", [Adjoint, WideAdjoint])
+def test_the_marched_operator_is_self_adjoint(case):
+    finding = case().run(quick=True)
     assert finding.passed, finding
 
 

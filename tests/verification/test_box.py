@@ -5,18 +5,26 @@ import pytest
 
 from ajgdata.studies.discrete import frequencies
 from ajgdata.studies.domains import AIR, box, closed
-from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, box_modes
+from ajgdata.studies.verification.resonances import (
+    BoxOffGrid,
+    BoxOnGrid,
+    WideBoxOffGrid,
+    WideBoxOnGrid,
+    box_modes,
+)
 
 BOX = (0.060, 0.050, 0.040)
 
 
-def test_walls_on_the_grid_converge_with_order_two():
-    finding = BoxOnGrid().run(quick=True)
+@pytest.mark.parametrize("case", [BoxOnGrid, WideBoxOnGrid])
+def test_walls_on_the_grid_converge_with_the_order_of_the_scheme(case):
+    finding = case().run(quick=True)
     assert finding.passed, finding
 
 
-def test_walls_that_cut_cells_stay_below_the_cap():
-    finding = BoxOffGrid().run(quick=True)
+@pytest.mark.parametrize("case", [BoxOffGrid, WideBoxOffGrid])
+def test_walls_that_cut_cells_stay_below_the_cap(case):
+    finding = case().run(quick=True)
     assert finding.passed, finding
 
 

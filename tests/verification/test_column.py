@@ -96,6 +96,6 @@ def test_every_column_is_passive(density, log_young, height, log_area, foot):
     for grains in (None, bed):
         modes = solve(stack(body, 0.3, bed=grains))
         assert np.all(modes.square > 0) and np.all(np.isfinite(modes.shape))
-        # The loss of a mode is a mean of those of its parts; round-off where springs differ most.
-        assert np.all(modes.loss > 0.03) and np.all(modes.loss < 0.11)
+        # The loss of a mode is a mean of those of its parts.
+        assert np.all(modes.loss > 0.0399) and np.all(modes.loss < 0.1001)
     assert min(skin(body, 0.3)) > 0

@@ -1,14 +1,16 @@
 """The dipole mode of a sphere: its root, and the grid's approach to it."""
 
+import pytest
 from scipy.optimize import brentq
 from scipy.special import spherical_jn
 
 from ajgdata.studies.domains import AIR
-from ajgdata.studies.verification.resonances import SphereDipole
+from ajgdata.studies.verification.resonances import SphereDipole, WideSphereDipole
 
 
-def test_the_dipole_mode_converges():
-    finding = SphereDipole().run(quick=True)
+@pytest.mark.parametrize("case", [SphereDipole, WideSphereDipole])
+def test_the_dipole_mode_converges(case):
+    finding = case().run(quick=True)
     assert finding.passed, finding
     assert finding.cap < 1e-2
 

@@ -69,8 +69,9 @@ def test_the_limit_of_a_box_is_the_textbook_one():
 
 def test_every_assembled_system_stays_below_the_limit():
     for courant in (0.5, 0.99, 1.0, 1.5):
-        _, system = closed(bowl(), 5e-3, *BOWL, courant)
-        assert fastest(system) < 4
+        for wide in (False, True):
+            _, system = closed(bowl(), 5e-3, *BOWL, courant, wide=wide)
+            assert fastest(system) < 4
 
 
 def test_a_run_hears_what_was_struck():

@@ -1,6 +1,7 @@
 """What the paper estimates of contact effects say, and that they say why."""
 
-from ajgdata.studies.materials import SHAPES, WORTH, estimates
+from ajgdata.studies.material_distances import STEPS, distances
+from ajgdata.studies.material_estimates import HARD, SHAPES, WORTH, estimates
 
 
 def test_estimates_separate_what_is_worth_simulating():
@@ -20,3 +21,16 @@ def test_estimates_separate_what_is_worth_simulating():
     assert change["5 mm plate", "bending on 5 mm of rubber"] > 10 * WORTH
     assert change["80 mm sphere", "weight on its Hertz contact, hard ground"] > 10 * WORTH
     assert all(row["worth"] == (row["change"] > WORTH) for row in table.rows)
+
+
+def test_effects_bring_hard_materials_apart_but_not_out_of_the_scatter():
+    *_, before, last = STEPS
+    table = distances(("80 mm sphere",), (before, last), grasps=2)
+    free, held = table.rows
+    for name in HARD:
+        # Below 2.5 kHz the weight on the rubber shows once the membrane no longer drowns it.
+        assert held[f"{name}_low"] > 3 * free[f"{name}_low"] > 0
+        for row in table.rows:
+            assert row[name] < row["scatter"] / 10 and row[f"{name}_low"] < row["scatter_low"]
+            assert row[name] < row["styrofoam"] / 10
+    assert held["styrofoam"] > 0.1

@@ -11,11 +11,12 @@ from ajgdata.studies.verification.tube import (
     BedLayer,
     CoffeeBedLayer,
     MetalBedLayer,
+    WideBedLayer,
     reflection,
 )
 
 
-@pytest.mark.parametrize("case", [BedLayer, MetalBedLayer, CoffeeBedLayer])
+@pytest.mark.parametrize("case", [BedLayer, WideBedLayer, MetalBedLayer, CoffeeBedLayer])
 def test_a_layer_in_a_tube_reflects_like_its_fluid(case):
     finding = case().run(quick=True)
     assert finding.passed, finding

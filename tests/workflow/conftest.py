@@ -43,6 +43,8 @@ class Project:
 
     def __init__(self, root: Path) -> None:
         self.root, self.paths = root, Paths(root)
+        if not (settings := root / "settings.yaml").exists():
+            settings.write_text(yaml.safe_dump(SETTINGS))
 
     def snakemake(self, *arguments: str) -> str:
         command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
@@ -75,7 +77,6 @@ def finished(tmp_path_factory) -> Project:
     declaration = project.paths.dataset("tones")
     declaration.parent.mkdir(parents=True)
     declaration.write_text(yaml.safe_dump(DECLARATION))
-    (project.root / "settings.yaml").write_text(yaml.safe_dump(SETTINGS))
     for number, session in enumerate(SESSIONS):
         recordings = []
         for index in range(8):

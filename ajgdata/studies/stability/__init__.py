@@ -22,6 +22,7 @@ COLUMNS = (
     Column("drift", "drift of the mean"),
     Column("drift_single", "drift, float32"),
     Column("added_volume", "volume added"),
+    Column("raised_cells", "cells helped out by others"),
     Column("difference_single", "float32 against float64"),
 )
 

@@ -66,6 +66,7 @@ class Verdict:
     drift: float | None = None
     drift_single: float | None = None
     added_volume: float | None = None
+    raised_cells: float | None = None
     difference_single: float | None = None
 
 
@@ -110,6 +111,7 @@ def judge(trial: Trial) -> Verdict:
         single.growth,
         double.drift,
         single.drift,
-        built[np.float64][0].added_volume,
+        max(0.0, built[np.float64][0].added_volume),
+        built[np.float64][0].raised_cells,
         float(difference),
     )

@@ -118,6 +118,8 @@ def _objects() -> Members:
             f"cube of Young's modulus {young:g} Pa",
             of_scene({"object": {**CUBE, "material": solid}}),
         )
+    lump = {**CUBE, "material": _solid(1e9, 1.0)}
+    yield "cube as heavy as it is soft", of_scene({"object": lump})
     rubber = {"object": {**CUBE, "material": "steel"}, "support": {"kind": "rubber"}}
     yield "steel cube on rubber", of_scene(rubber)
 

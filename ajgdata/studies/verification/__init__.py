@@ -22,6 +22,9 @@ from ajgdata.studies.verification.identities import (
     Linearity,
     Reciprocity,
     Unused,
+    WaveDispersion,
+    WideAdjoint,
+    WideEnergyConstant,
 )
 from ajgdata.studies.verification.moving import (
     EnergyConstantWithModes,
@@ -30,30 +33,45 @@ from ajgdata.studies.verification.moving import (
     StaticPressure,
 )
 from ajgdata.studies.verification.piston import PISTON_CASES, OnePiston
-from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
+from ajgdata.studies.verification.resonances import (
+    BoxOffGrid,
+    BoxOnGrid,
+    SphereDipole,
+    WideBoxOffGrid,
+    WideBoxOnGrid,
+    WideSphereDipole,
+)
 from ajgdata.studies.verification.tube import (
     BedAgainstTheory,
     BedLayer,
     CoffeeBedLayer,
     MetalBedLayer,
+    WideBedLayer,
 )
 
 CASES: tuple[type[Case], ...] = (
     EnergyConstant,
+    WideEnergyConstant,
     EnergyNeverGrows,
     EnergyConstantWithModes,
     EnergyNeverGrowsWithModes,
     Adjoint,
+    WideAdjoint,
     Reciprocity,
     ReciprocityWithModes,
     Linearity,
     BoxDispersion,
+    WaveDispersion,
     StaticPressure,
     Unused,
     BoxOnGrid,
+    WideBoxOnGrid,
     BoxOffGrid,
+    WideBoxOffGrid,
     SphereDipole,
+    WideSphereDipole,
     BedLayer,
+    WideBedLayer,
     MetalBedLayer,
     CoffeeBedLayer,
     BedAgainstTheory,

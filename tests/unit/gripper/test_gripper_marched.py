@@ -2,7 +2,7 @@
 
 import numpy as np
 from drawn import SCENES
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -49,6 +49,7 @@ def few(examples):
     return settings(
         max_examples=examples,
         derandomize=True,
+        phases=[Phase.generate],  # each example costs a compilation: no shrinking
         deadline=None,
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
     )

@@ -1,0 +1,127 @@
+"""The wide scheme: dispersion of its stencil, of its time step, and the capacity it shares out."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper import Scene, simulate
+from ajgdata.gripper.dispersion import transform, undisperse
+from ajgdata.gripper.plan import ACCURATE_HZ, compile, steps_per_sample, wide_weight
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ
+from ajgdata.gripper.simulation import lowpass
+from ajgdata.gripper.solver import at_rest, march
+from ajgdata.studies.domains import AIR, BOWL, SILENT, bowl, box, closed, lossy_bowl
+
+
+def test_a_plane_wave_has_the_dispersion_of_the_stencil():
+    """Where no wall is near, p₊ - 2 cos(ωΔt) p + p₋ = 0 with the symbol of four-point
+    differences, in any direction."""
+    h, count = 4e-3, 20
+    cells, system = closed(
+        box(count * h, count * h, count * h), h, 11 * h, 0.0, count * h, wide=True
+    )
+    z, y, x = np.meshgrid(cells.z, cells.y, cells.x, indexing="ij")
+    inside = [np.abs(cells.x) < 4 * h, np.abs(cells.y) < 4 * h]
+    middle = inside[0][None, None, :] & inside[1][None, :, None]
+    middle = middle & (np.abs(cells.z - count / 2 * h) < 4 * h)[:, None, None]
+    weight, waves = wide_weight(h), np.array([260.0, -150.0, 90.0])
+    courant = AIR.sound_speed * system.dt / h
+    half = waves * h / 2
+    symbol = (1 + 3 * weight) * np.sin(half) - weight * np.sin(3 * half)
+    twice_cosine = 2 - 4 * courant**2 * np.sum(symbol**2)
+    live = system.mass > 0
+    state = at_rest(system)
+    state.p[:] = (live * np.cos(waves[0] * x + waves[1] * y + waves[2] * z)).ravel()
+    # From rest the second step is twice_cosine times the first less the one before, as ever; two
+    # steps carry what happens at a wall six cells far, and the middle is six away.
+    history = [state.p.copy()]
+    for _ in range(2):
+        march(system, state, SILENT, SILENT, np.zeros(0), 1)
+        history.append(state.p.copy())
+    residual = (history[2] - twice_cosine * history[1] + history[0]).reshape(cells.shape)
+    assert np.count_nonzero(middle) == 8**3
+    assert np.max(np.abs(residual[middle])) < 32 * np.finfo(float).eps
+    plain = 2 - 4 * courant**2 * np.sum(np.sin(half) ** 2)
+    assert abs(plain - twice_cosine) > 1e-2
+
+
+def test_waves_along_an_axis_are_right_where_the_weight_says():
+    for h in (4.2e-3, 2e-3):
+        w, half = wide_weight(h), np.pi * ACCURATE_HZ / 343.2 * h
+        symbol = (1 + 3 * w) * np.sin(half) - w * np.sin(3 * half)
+        # 343.2 m/s is the speed of sound at 20 °C, known to 0.1 m/s.
+        assert symbol == pytest.approx(half, rel=1e-4)
+    assert wide_weight(1e-4) == pytest.approx(1 / 24, rel=1e-3)
+
+
+def _oscillator(hertz: float, factor: int, pulse: np.ndarray, steps: int) -> np.ndarray:
+    """p' = q - ω² U, U' = p - 300 U, marched as the solver does."""
+    dt, omega = 1 / (SAMPLE_RATE_HZ * factor), 2 * np.pi * hertz
+    decay = np.exp(-300 * dt)
+    p = u = 0.0
+    out = np.empty(steps)
+    drive = np.concatenate([pulse, np.zeros(steps - len(pulse))])
+    for n in range(steps):
+        u = decay * u + (1 - decay) / 300 * p
+        p += dt * (drive[n] * SAMPLE_RATE_HZ - omega**2 * u)
+        out[n] = p
+    return out
+
+
+@pytest.mark.parametrize("hertz", [900.0, 11_000.0])
+def test_the_dispersion_of_the_time_step_is_undone(hertz):
+    """An oscillator marched with a coarse step sounds like one marched with steps 16 times finer,
+    and without the correction it does not."""
+    found = {}
+    for factor in (4, 64):
+        pulse, latency = lowpass(factor)
+        marched = _oscillator(hertz, factor, pulse, 2_000 * factor)
+        late = undisperse(marched, factor, latency)
+        found[factor] = late[latency:][:1_500], marched[latency * factor :: factor][:1_500]
+    (right, plain), (fine, _) = found[4], found[64]
+    size = np.linalg.norm(fine)
+    # What is left is the loss, which is damped as at ω' (1 + (ωΔt)²/8) and not at ω.
+    step = 2 * np.pi * hertz / (4 * SAMPLE_RATE_HZ)
+    assert np.linalg.norm(right - fine) < max(step**2 / 8, 2e-3) * size
+    if hertz > 5_000:
+        assert np.linalg.norm(plain - fine) > 0.5 * size
+
+
+def test_the_transform_is_a_sum():
+    signal = np.random.default_rng(0).standard_normal(501)
+    radians = np.linspace(0.0, 1.3, 77)
+    exact = np.exp(-1j * np.outer(radians, np.arange(501))) @ signal
+    assert np.max(np.abs(transform(signal, radians) - exact)) < 1e-8 * np.linalg.norm(signal)
+
+
+def test_capacity_is_shared_out_not_added():
+    for system in (closed(bowl(), 4e-3, *BOWL, wide=True)[1], lossy_bowl(4e-3, wide=True)):
+        assert system.raised_cells > 0.02
+        assert abs(system.added_volume) < 1e-4
+    plan = compile(Scene())
+    assert abs(plan.system.added_volume) < 1e-6
+
+
+def test_fewer_poles_matter_and_the_schemes_agree_where_both_resolve_the_waves():
+    spectra = {}
+    for name, one in {
+        "wide": {},
+        "second": {"scheme": "second"},
+        "one pole": {"poles": 1},
+        "none": {"poles": 0},
+    }.items():
+        scene = Scene.model_validate({"numerics": {"dx_mm": 4.0, "max_time_s": 0.03} | one})
+        spectra[name] = np.abs(np.fft.rfft(simulate(scene).samples, 4096))[50:150]
+    size = np.linalg.norm(spectra["wide"])
+    away = {k: np.linalg.norm(v - spectra["wide"]) / size for k, v in spectra.items()}
+    # 0.5 to 1.6 kHz: two-point differences err by (kh)²/24 < 1e-3 of a frequency there, and the
+    # narrowest resonance is some 5 % wide.
+    assert 0 < away["second"] < 0.04
+    assert away["none"] > 2 * away["one pole"] > 0
+
+
+def test_a_warm_scene_takes_the_step_of_its_own_speed_of_sound():
+    for dx in (3.3e-3, 4.2e-3):
+        wide = wide_weight(dx)
+        steps = steps_per_sample(dx, 0.99, 60.0, wide)
+        speed = 331.3 * np.sqrt(1 + 60 / 273.15)
+        assert speed * np.sqrt(3) * (1 + 4 * wide) / (dx * SAMPLE_RATE_HZ * steps) < 0.9905
