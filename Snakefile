@@ -58,6 +58,7 @@ rule all:
     default_target: True
     input:
         PATHS.report,
+        PATHS.all_metrics,
         [PATHS.model(*run) for run in RUNS],
         PATHS.results / "verify" / "summary.txt",
 

@@ -115,6 +115,16 @@ class Paths:
         return self.results / "report" / "figures" / name
 
     @property
+    def all_metrics(self) -> Path:
+        """Every result with fold values, seeds and provenance."""
+        return self.results / "metrics.json"
+
+    @property
+    def metrics_table(self) -> Path:
+        """The same numbers, one a row."""
+        return self.results / "metrics.csv"
+
+    @property
     def runs(self) -> Path:
         """What the report is about: data sets, and triples of data set, task and model."""
         return self.results / "report" / "runs.json"

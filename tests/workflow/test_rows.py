@@ -1,5 +1,6 @@
 """The paper's further experiments as the workflow makes them: each only where a task asks."""
 
+import csv
 import json
 import shutil
 
@@ -28,10 +29,10 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     }.items():
         paths.dataset(name).parent.mkdir(exist_ok=True)
         paths.dataset(name).write_text(yaml.safe_dump(content))
-    page = "results/report/index.html"
+    page = ("results/report/index.html", "results/metrics.json")
     new = {"features": 2, "merge": 1, "curve": 1, "permute": 1, "sort": 1}
-    assert project.planned(page) == {**new, "evaluate": 1, "report": 1}
-    project.snakemake(page)
+    assert project.planned(*page) == {**new, "evaluate": 1, "report": 1, "collect": 1}
+    project.snakemake(*page)
     found = json.loads(paths.metrics("tones", "pitch", "knn").read_text())
     assert found["on:copy"]["per_fold"] == found["grouped"]["per_fold"]
     assert len(json.loads(paths.curve("tones", "pitch", "knn").read_text())["points"]) == 6
@@ -42,7 +43,22 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert "Permutation test" in text
     for name in ("curve--tones--pitch", "sorting--tones--pitch--linear"):
         assert f'id="{name}"' in text
-    assert project.planned(page) == {}
+    assert project.planned(*page) == {}
+    with paths.metrics_table.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in rows}
+    assert len(values) == len(rows)
+    for fold, accuracy in enumerate(found["on:copy"]["per_fold"]["accuracy"]):
+        assert float(values["knn", "on:copy", "accuracy", f"fold {fold}"]) == accuracy
+    assert float(values["knn", "curve:5", "accuracy", "draw 2"]) <= 1
+    assert float(values["knn", "permutations", "p", "of 5"]) >= 1 / 6
+    assert int(values["linear", "sorting, plain", "sorts_in_a_row", "run 0"]) >= 0
+    assert {r["source"] for r in rows} == {"recorded"}
+    document = json.loads(paths.all_metrics.read_text())
+    (evaluation,) = document["evaluations"]
+    assert evaluation["on:copy"] == found["on:copy"]
+    assert evaluation["cost"]["grouped"]["train_s"] > 0
+    assert [len(document[k]) for k in ("curves", "permutations", "sorting")] == [1, 1, 1]
 
 
 def test_an_experiment_that_cannot_be_made_says_why_and_stops_nothing(project):

@@ -70,3 +70,32 @@ rule sort:
         "Sorting by {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
     script:
         "../scripts/rows.py"
+
+
+rule collect:
+    input:
+        metrics=of_runs(PATHS.metrics),
+        costs=of_runs(PATHS.cost),
+        curves=[PATHS.curve(*run) for run in CURVES],
+        permutations=[PATHS.permutations(*task) for task in PERMUTED],
+        sorting=[PATHS.sorting(*run) for run in SORTED],
+    output:
+        document=PATHS.all_metrics,
+        table=PATHS.metrics_table,
+    log:
+        "results/logs/collect.log",
+    benchmark:
+        "results/benchmarks/collect.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        runs=RUNS,
+        curves=CURVES,
+        permuted=PERMUTED,
+        sorting=SORTED,
+        code=code_digest("pipeline/collect"),
+    message:
+        "All results in one table"
+    script:
+        "../scripts/collect.py"
