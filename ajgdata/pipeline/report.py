@@ -177,7 +177,8 @@ def task_result(
     headline = "rmse" if kind == "regression" else "accuracy"
     settings = spec.tasks[task]
     random, known = document.get("random"), settings.papers.get("known")
-    held_out = _predictions(paths.predictions(*run), kind, scores["classes"])
+    period = document["period"]
+    held_out = _predictions(paths.predictions(*run), kind, scores["classes"], period)
     if held_out is None:
         raise DataError(paths.predictions(*run), "holds no predictions", "delete it and run again")
     return TaskResult(
@@ -203,7 +204,8 @@ def task_result(
         parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
         elsewhere=_elsewhere(document, headline, settings, paper, specs),
         level=spec.level,
-        unseen=_predictions(paths.predictions(*run), kind, (), WITHHELD),
+        unseen=_predictions(paths.predictions(*run), kind, (), period, WITHHELD),
+        period=period,
         values=tuple(ValueErrors(**one) for one in document["by_value"]),
     )
 
@@ -272,12 +274,20 @@ def _cost(cost: Mapping[str, Any]) -> Cost:
 
 
 def _predictions(
-    path: Path, kind: str, classes: Sequence[str], split: str = "grouped"
+    path: Path,
+    kind: str,
+    classes: Sequence[str],
+    period: float | None,
+    split: str = "grouped",
 ) -> Predictions | None:
+    from ajgdata.evaluate.metrics import wrapped
+
     rows = [row for row in read_csv(path)[1] if row["split"] == split]
     if not rows:
         return None
     dtype = np.float64 if kind == "regression" else np.str_
     y_true, y_pred = (np.asarray([r[c] for r in rows], dtype) for c in ("y_true", "y_pred"))
     fold = np.asarray([int(row["fold"]) for row in rows])
+    if period:  # the repetition that is nearest to the truth: means and axes then make sense
+        y_pred = y_true.astype(float) + wrapped(y_pred.astype(float) - y_true.astype(float), period)
     return Predictions(y_true, y_pred, fold, tuple(map(str, classes)))

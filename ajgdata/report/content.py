@@ -117,7 +117,8 @@ class TaskResult:
 
     `chance` is the headline metric of a predictor that ignores the sound. `random_split` is the
     headline metric when the split ignores `group_column`. `unseen` are the predictions of values
-    that were withheld from training, each by every fold's model.
+    that were withheld from training, each by every fold's model. Of a target with a `period` both
+    are given at the repetition nearest to the truth.
     """
 
     dataset: str
@@ -142,6 +143,7 @@ class TaskResult:
     parts: tuple[PartResult, ...] = ()
     elsewhere: tuple[ElsewhereResult, ...] = ()
     level: Level | None = None
+    period: float | None = None
     unseen: Predictions | None = None
     values: tuple[ValueErrors, ...] = ()
 

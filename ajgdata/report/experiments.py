@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.further import ChanceTest, Curves, SortingPart, SortingResult
@@ -93,6 +94,7 @@ def sorting_figure(result: SortingResult) -> Figure:
     left.set(xlim=(0, 1.02), ylim=(0, 1.02))
     left.legend(loc="lower right")
     right.set(xlabel="sorts in a row", ylabel="share of runs as long", xscale="symlog")
+    right.xaxis.set_major_formatter(FuncFormatter(lambda n, _: number(n)))
     right.set_ylim(0, 1.02)
     right.set_xlim(left=0)
     return figure

@@ -134,6 +134,11 @@ def prediction_caption(result: TaskResult) -> Caption:
     count = f"{len(result.predictions.y_true):,} held-out predictions"
     if result.kind == "regression":
         unseen = "" if result.unseen is None else " Orange: values withheld from all training."
+        if result.period is not None:
+            unseen += (
+                f" The target repeats after {with_unit(number(result.period), result.unit)}: each "
+                "prediction is drawn at its repetition nearest to the truth."
+            )
         return Caption(
             f"{head} Small dots: {count}; large dots: mean ± one standard deviation per true "
             "value (or per bin, where there are more than 30 values); dashed: perfect; dotted: "
