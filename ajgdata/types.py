@@ -39,12 +39,20 @@ SESSION_COLUMNS = ("source", "gripper", "medium")
 STORE_NAMES = ("recording", "session_id", "flags", "delay_samples", "feature", "frequency")
 
 
+#: How pydantic names the forms that a value may have, where it may have several.
+FORM = re.compile(r"float|str|(constrained-)?int|.*\[.*\]")
+
+
 class DataError(Exception):
     """One thing wrong with the data, said in one line: where, what, and how to mend it."""
 
     def __init__(self, where: object, problem: str, fix: str) -> None:
         super().__init__(f"{where}: {problem}; {fix}")
         self.where, self.problem, self.fix = str(where), problem, fix
+
+    def __reduce__(self) -> tuple[type[DataError], tuple[str, str, str]]:
+        """Comes back whole from another process, which the joined text alone would not."""
+        return type(self), (self.where, self.problem, self.fix)
 
 
 @dataclasses.dataclass(frozen=True, order=True)
@@ -403,14 +411,33 @@ def is_reserved(name: str) -> bool:
     return name in standard or re.fullmatch(r"string\d+", name) is not None  # netCDF dimensions
 
 
+def place_of(error: ValidationError) -> tuple[int | str, ...]:
+    """Keys and numbers of elements that lead to what `describe` names."""
+    return _told(error)[0]["loc"]
+
+
+def _told(error: ValidationError) -> list[ErrorDetails]:
+    """The complaints in `error`. Where a value may be a name or keys, and is keys, what is wrong
+    among these is told, not that it is no name."""
+    errors = error.errors()
+    *stem, form = errors[0]["loc"] or ("",)
+    depth = len(stem)
+    mine = [e for e in errors if list(e["loc"][:depth]) == stem]
+    inside = [e for e in mine if len(e["loc"]) > depth + 1]
+    if not (FORM.fullmatch(str(form)) and inside):
+        return errors
+    for one in inside:
+        one["loc"] = (*stem, *one["loc"][depth + 1 :])
+    return [*inside, *(e for e in errors if e not in mine)]
+
+
 def describe(error: ValidationError, where: object) -> DataError:
     """Name file, key, value and fix of the first complaint in `error`."""
-    errors = error.errors()
-    first, *others = errors
+    first, *others = _told(error)
     place = first["loc"]
     # Where a value may be of several types, pydantic complains once for each: say it together.
     alternatives = []
-    if place and re.fullmatch(r"float|str|(constrained-)?int|.*\[.*\]", str(place[-1])):
+    if place and FORM.fullmatch(str(place[-1])):
         place = place[:-1]
         alternatives = [e for e in others if e["loc"][:-1] == place]
     key = " ".join(".".join(str(part) for part in place).split())
@@ -418,8 +445,13 @@ def describe(error: ValidationError, where: object) -> DataError:
     more = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
         return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
-    if first["type"] == "missing":
+    if first["type"] == "union_tag_not_found":
+        key = f"{key}.{first['ctx']['discriminator']}".replace("'", "")
+    if first["type"] in ("missing", "union_tag_not_found"):
         return DataError(where, f"{key} is missing{more}", f"add {key}")
+    if first["type"] == "union_tag_invalid":
+        said = "{discriminator} {tag!r} is none of {expected_tags}".format_map(first["ctx"])
+        return DataError(where, f"{key}: {said}{more}", "correct the value")
     value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
     message = " or ".join(
         [_message(first), *(_message(e, "Input should be ") for e in alternatives)]

@@ -67,24 +67,16 @@ class Workers:
             future.cancel()
         self._ahead.clear()
         self._waiting = deque(scenes)
-        self._fill()
+        with _whole():
+            self._fill()
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
         """Wait for the response of `scene`. DataError if a process was ended from outside."""
-        digest = gripper.scene_digest(scene)
-        try:
+        with _whole():
             self._submit(scene)
-            return self._ahead[digest].result()
-        except BrokenProcessPool:
-            self._waiting.clear()
-            raise DataError(
-                "solving scenes",
-                "a process was ended from outside, perhaps for want of memory",
-                "go on with fewer --cores",
-            ) from None
-        finally:
-            self._ahead.pop(digest, None)
+            response = self._ahead.pop(gripper.scene_digest(scene))
             self._fill()
+            return response.result()
 
     def _fill(self) -> None:
         while self._waiting and len(self._ahead) < self._most:
@@ -94,6 +86,19 @@ class Workers:
         digest = gripper.scene_digest(scene)
         if digest not in self._ahead:
             self._ahead[digest] = self._pool.submit(_solve, self._folder, scene)
+
+
+@contextmanager
+def _whole() -> Iterator[None]:
+    """Say in one line that a process is gone; the pool notices it at any of its calls."""
+    try:
+        yield
+    except BrokenProcessPool:
+        raise DataError(
+            "solving scenes",
+            "a process was ended from outside, perhaps for want of memory",
+            "go on with fewer --cores",
+        ) from None
 
 
 @contextmanager

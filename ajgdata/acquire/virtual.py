@@ -57,7 +57,7 @@ class VirtualGripper:
     def describe(self) -> Mapping[str, Any]:
         """What session.yaml keeps of this source."""
         scene = self._scene.model_dump(mode="json")
-        kept = {key: scene[key] for key in ("medium", "environment", "numerics")}
+        kept = {key: scene[key] for key in ("gripper", "medium", "environment", "numerics")}
         return {
             "gripper": f"virtual-{_variant(self._scene.gripper)}",
             "medium": self._scene.medium.kind,

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Annotated
+
+from pydantic import Field, model_validator
 
 from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
+
+#: In the band of the converter, whose rate is 44.1 kHz.
+Frequency = Annotated[float, Field(gt=0, lt=22_050)]
 
 
 class SignalChain(Plain):
@@ -26,8 +31,18 @@ class SignalChain(Plain):
         description="level of white sound outside the gripper, heard through its membrane; null for"
         " none (the paper's experiment: 45 to 80)",
     )
-    coupling_hz: Positive = Field(100.0, description="AC coupling of speaker and of microphone")
-    peaks_hz: tuple[Positive, ...] = Field((3_000.0, 9_000.0), description="armature resonances")
+    coupling_hz: Frequency = Field(100.0, description="AC coupling of speaker and of microphone")
+    peaks_hz: tuple[Frequency, ...] = Field((3_000.0, 9_000.0), description="armature resonances")
     peaks_db: tuple[NonNegative, ...] = (10.0, 8.0)
     peaks_q: tuple[Positive, ...] = (2.5, 3.5)
-    rolloff_hz: Positive = Field(14_000.0, description="second order, Q 0.7")
+    rolloff_hz: Frequency = Field(14_000.0, description="second order, Q 0.7")
+
+    @model_validator(mode="after")
+    def _each_peak_is_whole(self) -> SignalChain:
+        counts = (len(self.peaks_hz), len(self.peaks_db), len(self.peaks_q))
+        if len(set(counts)) > 1:
+            raise ValueError(
+                "peaks_hz, peaks_db and peaks_q have {}, {} and {} values: give each peak one of "
+                "each".format(*counts)
+            )
+        return self

@@ -19,8 +19,9 @@ BED = ("roughness_mm", "slope_deg", "packing")
 def canonical(scene: Scene) -> Scene:
     """The scene that stands for all whose response is the same, bit for bit.
 
-    An empty gripper has no grains whose size could matter; without an object there is no pose; a
-    random field of no strength has no correlation length; without any nuisance, no seed.
+    An empty gripper has no grains whose size could matter; without an object there is no pose; what
+    is rigid does not feel what it rests on; a random field of no strength has no correlation
+    length; without any nuisance, no seed.
     """
     gripper, medium, support, grasp = scene.gripper, scene.medium, scene.support, scene.grasp
     nuisance = grasp.nuisance
@@ -35,7 +36,7 @@ def canonical(scene: Scene) -> Scene:
         grasp = _default(grasp, *POSE)
         support = type(support)()
         nuisance = nuisance.model_copy(update={"force": 0.0})
-    if support.kind == "rigid":
+    if support.kind == "rigid" or (scene.object and scene.object.material == "rigid"):
         support = type(support)()
     if nuisance.roughness_mm == 0:
         nuisance = _default(nuisance, "roughness_correlation_mm")

@@ -63,9 +63,8 @@ def judged(
     left_out = spared(effects, numerics)
     parts = {}
     for name, effect in effects.items():
-        reason = f"{effect:.2g}, all that is left out may come to {numerics.tolerance:g}"
-        reason = "asked for" if name in numerics.keep else reason
-        parts[name] = Part(name, name not in left_out, effect, f"{what[name]}: {reason}")
+        why = f"{what[name]}, asked for" if name in numerics.keep else what[name]
+        parts[name] = Part(name, name not in left_out, effect, why)
     return parts
 
 
@@ -107,7 +106,8 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         heavy = np.flatnonzero(_heard(numerics, circuit, bows) & _within(bent[0].square))
         modes += bending_list(where, cells, *bent, heavy) if len(heavy) else NO_MODES
     walls = skin_walls(where, cells, wall) if parts["compliance"].kept else NO_WALLS
-    return Grasped((*parts.values(), _support(scene, parts["motion"].kept)), walls, modes)
+    solved_by = parts["motion"].kept or (bent is not None and parts["elastic"].kept)
+    return Grasped((*parts.values(), _support(scene, solved_by)), walls, modes)
 
 
 def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None) -> Complex:
@@ -164,7 +164,7 @@ def _worth(
 
 
 def _support(scene: Scene, moves: bool) -> Part:
-    """The support is felt through the motion of the object, and solved with it."""
+    """The support is felt through the motion and bending of the object, and solved with them."""
     if scene.support.kind == "rigid":
         return Part("support", False, None, "the ground is rigid")
     return Part("support", moves, None, "felt as far as the object moves on it")

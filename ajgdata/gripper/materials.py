@@ -6,14 +6,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ajgdata.gripper.plain import NonNegative, Plain, Positive
+from ajgdata.gripper.plain import Plain
 
 
 class Material(Plain):
-    """A linear isotropic solid; `loss` is the loss factor η of E (1 + iη), taken as constant."""
+    """A linear isotropic solid; `loss` is the loss factor η of E (1 + iη), taken as constant.
 
-    density_kg_m3: Positive
-    young_pa: Positive
+    Bounds lie far beyond all there is, and within what squares and ratios of them can hold.
+    """
+
+    density_kg_m3: Annotated[float, Field(ge=1e-6, le=1e12)]
+    young_pa: Annotated[float, Field(ge=1e-6, le=1e18)]
     poisson: Annotated[float, Field(gt=-1, lt=0.5)]
     loss: Annotated[float, Field(ge=0, le=1)]
 
@@ -44,7 +47,9 @@ class Support(Plain):
     """What the object rests on: the rigid ground, or a sheet of rubber on it."""
 
     kind: Literal["rigid", "rubber"] = "rigid"
-    thickness_mm: NonNegative = Field(5.0, description="of the rubber sheet; the paper gives none")
+    thickness_mm: Annotated[float, Field(ge=0, le=1000)] = Field(
+        5.0, description="of the rubber sheet; the paper gives none"
+    )
 
 
 def material_of(material: Literal["rigid"] | MaterialName | Material) -> Material | None:

@@ -48,7 +48,7 @@ class Plan:
     def left_out(self) -> list[str]:
         """What is not solved, with the estimate of its effect where there is one."""
         absent = [
-            part.name if part.effect is None else f"{part.name} (effect at most {part.effect:.2g})"
+            part.name if part.effect is None else f"{part.name} (effect about {part.effect:.2g})"
             for part in self.parts
             if not part.kept
         ]
@@ -58,7 +58,8 @@ class Plan:
     def bytes(self) -> int:
         """Memory of the arrays that are marched."""
         system = self.system
-        arrays = (*system.faces, *system.capacities, *system.walls, *system.modes, system.mass)
+        groups = (system.faces, system.reach, system.capacities, system.walls, system.modes)
+        arrays = (system.mass, *(array for group in groups for array in group))
         state = 6 * system.mass.size + 3 * len(system.walls.cell)
         return sum(a.nbytes for a in arrays) + state * system.faces.gain_x.itemsize
 
@@ -150,7 +151,8 @@ def _parts(
     )
     there = Part("object", scene.object is not None, None, "in the scene or not")
     bed = Part("bed", full, None, "grains or air, as the scene says")
-    poles = Part("poles", full, None, "relaxation of the bed, where there is one")
+    relaxing = full and scene.numerics.poles > 0
+    poles = Part("poles", relaxing, None, f"{scene.numerics.poles} relaxation poles of the bed")
     worth: dict[PartName, float] = {"membrane": cavity_answer.effect(free)}
     balloon = judged(worth, scene.numerics, {"membrane": "the free balloon"})["membrane"]
     noise = Part("noise", False, None, "added when a take is recorded: the response needs none")

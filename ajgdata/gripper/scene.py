@@ -207,7 +207,13 @@ def one_line(error: ValidationError) -> str:
     where = ".".join(str(part) for part in first["loc"])
     value = "" if isinstance(first["input"], dict | Plain) else f", got {first['input']!r}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{where + ': ' if where else ''}{first['msg']}{value}{more}"
+    said = first["msg"]
+    if first["type"] == "union_tag_not_found":
+        said = f"{first['ctx']['discriminator']} is missing"
+    elif first["type"] == "union_tag_invalid":
+        known = "no {discriminator} is called {tag!r}: one of {expected_tags}"
+        said = known.format_map(first["ctx"])
+    return f"{where + ': ' if where else ''}{said}{value}{more}"
 
 
 def derive_seed(*parts: str | int) -> int:

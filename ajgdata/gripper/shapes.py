@@ -7,9 +7,9 @@ is filled below. Sizes are millimetres; angles turn about z, and at angle 0 leng
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from ajgdata.gripper.materials import Material, MaterialName, material_of
 from ajgdata.gripper.plain import Plain
@@ -20,13 +20,24 @@ Width = Annotated[float, Field(ge=NARROWEST_MM, le=1000)]
 Height = Annotated[float, Field(gt=0, le=1000)]
 
 
+def _spelt(material: Any) -> str:
+    """By which a mistake in a material is told: as one of a name or as one of its numbers."""
+    return "str" if isinstance(material, str) else "numbers"
+
+
+AnyMaterial = Annotated[
+    Annotated[Literal["rigid", MaterialName], Tag("str")] | Annotated[Material, Tag("numbers")],
+    Discriminator(_spelt),
+]
+
+
 class Solid(Plain):
     """What all objects share: they are rigid, or of a material that moves, yields and rings.
 
     With `shell_mm` the object is hollow, with walls of that thickness.
     """
 
-    material: Literal["rigid"] | MaterialName | Material = "rigid"
+    material: AnyMaterial = "rigid"
     shell_mm: Annotated[float, Field(gt=0)] | None = None
 
     @property

@@ -62,7 +62,9 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
     scale = 1e9 / float(np.max(system.capacities.yield_))
     pieces: list[Real] = []
     strongest, level = 0.0, 0.0
-    for n in range(int(np.ceil(numerics.max_time_s * SAMPLE_RATE_HZ / CHUNK))):
+    # Never less than the pulse takes to enter.
+    longest = max(numerics.max_time_s * SAMPLE_RATE_HZ, len(pulse) / factor)
+    for n in range(int(np.ceil(longest / CHUNK))):
         drive = scale * pulse[n * CHUNK * factor : (n + 1) * CHUNK * factor]
         heard = march(system, state, model.speaker, model.microphone, drive, CHUNK * factor)
         pieces.append(heard)

@@ -44,8 +44,11 @@ def acquire_all(
     for dataset, session in wanted:
         recipe = recipe_of(paths.dataset(dataset), specs[dataset])
         if session not in session_names(recipe):
-            raise DataError(session, "is not a session of the recipe", f"{session_names(recipe)}")
-        (grasps,) = planned_grasps(paths, specs[dataset], [session])
+            known = ", ".join(session_names(recipe))
+            raise DataError(
+                session, f"the recipe of {dataset} has no such session", f"it has {known}"
+            )
+        (grasps,) = planned_grasps(paths.dataset(dataset), specs[dataset], [session])
         plans.append((dataset, session, recipe, grasps))
     advance = started(sum(grasp.samples for *_, grasps in plans for grasp in grasps))
     with solving(paths.responses, cores) as solver:

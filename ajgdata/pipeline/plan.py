@@ -115,7 +115,8 @@ def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
 def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:
     """Write what each virtual session shall hold, if that changed. Raises DataError for a recipe
     with a scene that the gripper does not know."""
-    for session, grasps in zip(virtual, planned_grasps(paths, spec, virtual), strict=True):
+    planned = planned_grasps(paths.dataset(spec.name), spec, virtual)
+    for session, grasps in zip(virtual, planned, strict=True):
         content = [{**vars(grasp), "targets": dict(grasp.targets)} for grasp in grasps]
         write_if_changed(paths.scenes(spec.name, session), json_bytes(content))
 

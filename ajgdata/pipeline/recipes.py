@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.files import line_of, write_bytes
 from ajgdata.store.provenance import code_digest
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
-from ajgdata.types import DataError, DatasetSpec, Recipe, describe
+from ajgdata.types import DataError, DatasetSpec, Recipe, describe, place_of
 
 
 def with_recipe(paths: Paths) -> list[str]:
@@ -37,24 +37,23 @@ def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
     return session_names(recipe_of(paths.dataset(dataset), read_dataset(paths, dataset)))
 
 
-def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
-    """The grasps of each session of `spec`'s recipe.
+def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
+    """The grasps of each session of the recipe of `spec`, which stands in the file `path`.
 
     Raises DataError with file, line, key and fix for a scene or a signal chain that cannot be.
     """
-    path = paths.dataset(spec.name)
     recipe, code = recipe_of(path, spec), code_digest("gripper")
     try:
         gripper.SignalChain.model_validate(recipe.signal)
     except ValidationError as error:
-        line = line_of(path, ("recipe", "signal", *error.errors()[0]["loc"]))
+        line = line_of(path, ("recipe", "signal", *place_of(error)))
         raise describe(error, f"{path}:{line}: recipe, signal") from None
     planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
     for grasp in (grasp for grasps in planned for grasp in grasps):
         try:
             gripper.Scene.model_validate(grasp.setup)
         except ValidationError as error:
-            line = line_of(path, yaml_place(recipe, grasp.object, error.errors()[0]["loc"]))
+            line = line_of(path, yaml_place(recipe, grasp.object, place_of(error)))
             raise describe(error, f"{path}:{line}: recipe, {grasp.object}") from None
     return planned
 
@@ -62,10 +61,11 @@ def planned_grasps(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> 
 def declare_from(paths: Paths, file: Path) -> str:
     """Make the declaration `file`, which has a recipe, a data set of the project; returns its name.
 
-    Raises DataError when the file is no such declaration, or another one has its name.
+    Raises DataError, and declares nothing, when the file is no such declaration, when its recipe
+    is wrong, and when another declaration has its name.
     """
     spec = read_declaration(file)
-    recipe_of(file, spec)
+    planned_grasps(file, spec, session_names(recipe_of(file, spec)))
     target, content = paths.dataset(spec.name), file.read_bytes()
     if not target.is_file():
         write_bytes(target, content)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ajgdata.gripper import Plan, Scene, SceneError, compile, simulate
 from ajgdata.gripper.field import Film, slices
-from ajgdata.gripper.grippers import GRIPPERS
+from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.library import OBJECTS
 from ajgdata.gripper.materials import Material
 from ajgdata.gripper.parts import Part
@@ -52,8 +52,18 @@ def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
     return {
         name: f"rim {number(2 * one.rim_radius_mm)} mm across, {number(one.height_mm)} mm high, "
         f"balloon {number(one.balloon_depth_mm)} mm deep, bed {number(one.bed_depth_mm)} mm"
+        + _unlike_default(one)
         for name, one in GRIPPERS.items()
     }
+
+
+def _unlike_default(one: Gripper) -> str:
+    """What sets a gripper apart that its sizes do not tell."""
+    told = {"rim_radius_mm", "height_mm", "balloon_depth_mm", "bed_depth_mm"}
+    usual = Gripper().model_dump()
+    other = [key for key, size in one.model_dump().items() if size != usual[key]]
+    named = [key.partition("_")[0] for key in other if key not in told]
+    return f"; other {', '.join(dict.fromkeys(named))}" if named else ""
 
 
 def _material(material: str | Material) -> str:
@@ -111,6 +121,6 @@ def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
         "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
         "volume added": f"{round(system.added_volume, 4) + 0.0:.2%}, to be stable",
-        "tolerance": f"{number(numerics.tolerance)} of the feature; what is worth less is left out",
+        "tolerance": f"{number(numerics.tolerance)} of the feature for all that is left out",
     }
     return facts, plan.parts

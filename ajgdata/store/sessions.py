@@ -29,6 +29,7 @@ from ajgdata.types import (
     Session,
     describe,
     is_reserved,
+    place_of,
 )
 
 
@@ -61,7 +62,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     try:
         return DatasetSpec.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, place_of(error))
         raise describe(error, f"{path}:{line}") from None
 
 

@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
-from ajgdata.gripper.plan import Plan, compile
+from ajgdata.gripper.plan import compile
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.signal import SignalChain
-from ajgdata.gripper.solver import at_rest
 from ajgdata.studies.table import Column, Table, Value
 
 Real = NDArray[np.floating]
@@ -112,14 +111,7 @@ def run(what: Scene, repeats: int = 1) -> Run:
         times.append(time.process_time() - start)
     steps, cells = ir.provenance["steps"], ir.provenance["cells"]
     heard = record(ir, _sweep(), QUIET).samples
-    return Run(feature(heard), min(times), steps, cells, memory_mb(compile(what)))
-
-
-def memory_mb(plan: Plan) -> float:
-    """Of all arrays that the kernel walks in each step."""
-    system = plan.system
-    groups = (system.faces, system.reach, system.capacities, system.walls, at_rest(system))
-    return sum(array.nbytes for group in groups for array in group) / 1e6
+    return Run(feature(heard), min(times), steps, cells, compile(what).bytes / 1e6)
 
 
 def relative_error(found: Real, reference: Real) -> float:
@@ -164,7 +156,7 @@ def _columns(*first: Column) -> tuple[Column, ...]:
 def tables(quick: bool = False) -> tuple[Table, ...]:
     """The sweep of the grid, the targets, and what other settings change at the default grid.
 
-    About three minutes on one core; `quick` takes seconds and shows only that all of it works.
+    A minute and a half on one core; `quick` takes seconds and shows only that all of it works.
     """
     settings = QUICK if quick else Settings()
     simulate(scene(settings.objects[0], {"dx_mm": 6.0}))  # compiles the kernels
@@ -176,7 +168,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
         Table(
             "accuracy",
             "Error against run time",
-            f"Against a {settings.reference_mm:g} mm grid of the wide scheme. `second` is the plain"
+            f"Against a {settings.reference_mm:g} mm grid of the wide scheme. Second: the plain"
             " leapfrog with two-point differences on the same cut cells.",
             _columns(
                 Column("object", "Object"),

@@ -341,7 +341,7 @@ def test_the_virtual_gripper_is_such_a_source(project):
     (folder / second.file).unlink()
     assert acquire_virtual(project.paths, "d", "virtual-01") == (1, 1, {})
     assert content(folder) == before
-    with pytest.raises(DataError, match="is not a session of the recipe"):
+    with pytest.raises(DataError, match="the recipe of d has no such session"):
         acquire_virtual(project.paths, "d", "virtual-02")
 
 

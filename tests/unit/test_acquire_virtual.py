@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
@@ -157,6 +158,10 @@ def test_a_recipe_elsewhere_becomes_a_data_set(project, tmp_path):
     file.write_text("name: other\n")
     with pytest.raises(DataError, match=r"my.yaml: has no recipe; add one"):
         declare_from(project.paths, file)
+    wrong = {**RECIPE, "vary": {"angle": [-10, 10]}}
+    file.write_text(yaml.safe_dump({"name": "other", "recipe": wrong}))
+    with pytest.raises(DataError, match=r"my.yaml:\d+: .*unknown key grasp.angle"):
+        declare_from(project.paths, file)
     assert not project.paths.dataset("other").exists()
 
 
@@ -232,6 +237,32 @@ def test_a_lost_process_is_said_in_one_line(project):
         with pytest.raises(DataError, match="solving scenes: a process was ended from outside"):
             for one in others:
                 solver.solve(one)
+
+
+def test_a_lost_process_is_noticed_wherever_it_happens(project):
+    """Also while responses that are done wait for who asks: handing out more work fails then."""
+    some = [gripper.Scene.model_validate({**QUICK, "grasp": {"seed": n}}) for n in range(9)]
+    with solving(project.paths.responses, 2) as solver:
+        solver.expect(some)
+        solver.solve(some[0])
+        done = solver._ahead[gripper.scene_digest(some[1])]
+        done.result()
+        for child in list(solver._pool._processes):
+            os.kill(child, signal.SIGKILL)
+        last = solver._ahead[gripper.scene_digest(some[6])]
+        assert isinstance(last.exception(), BrokenProcessPool)
+        for ask in (lambda: solver.solve(some[1]), lambda: solver.expect(some)):
+            with pytest.raises(DataError, match="solving scenes: a process was ended from outside"):
+                ask()
+
+
+def test_what_a_process_complains_of_is_said(project, monkeypatch):
+    monkeypatch.setenv(LIMIT_VARIABLE, "much")
+    with (
+        solving(project.paths.responses, 2) as solver,
+        pytest.raises(DataError, match="AJGDATA_RESPONSES_MB: = 'much'; set a number"),
+    ):
+        solver.solve(gripper.Scene.model_validate(QUICK))
 
 
 def test_the_command(project, tmp_path):

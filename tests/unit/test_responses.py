@@ -255,6 +255,7 @@ UNUSED = [
         },
     ),
     ({}, {"support": {"kind": "rigid", "thickness_mm": 9}}),
+    ({}, {"support": {"kind": "rubber"}}),
     ({"grasp": {"nuisance": CALM}}, {"grasp": {"seed": 5, "nuisance": CALM}}),
     (
         {**AIR, "grasp": {"nuisance": {"force": 0, "temperature_k": 0}}},
@@ -266,7 +267,16 @@ UNUSED = [
 @pytest.mark.parametrize(
     ("base", "changes"),
     UNUSED,
-    ids=["no grains", "no grains, soft", "no object", "no fields", "no sheet", "calm", "calm air"],
+    ids=[
+        "no grains",
+        "no grains, soft",
+        "no object",
+        "no fields",
+        "no sheet",
+        "no give",
+        "calm",
+        "calm air",
+    ],
 )
 def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
     """Simulated as they stand, not by their canonical form."""

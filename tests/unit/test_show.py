@@ -68,15 +68,26 @@ def test_the_drawing_names_parts_and_what_is_left_out():
 
 def test_the_spectrum_of_a_tone_peaks_at_it():
     tone_hz = 1_360 * 44_100 / 60_000  # of a whole number of periods
-    frequency, level = spectrum_db(np.sin(2 * np.pi * tone_hz / 44_100 * np.arange(60_000)))
+    tone = np.sin(2 * np.pi * tone_hz / 44_100 * np.arange(60_000))
+    frequency, level = spectrum_db(tone, 0.0)
     assert frequency[np.argmax(level)] == pytest.approx(tone_hz)
     assert level.max() == pytest.approx(20 * np.log10(30_000))
     assert (frequency[0] >= 100) and (frequency[-1] <= 20_000)
 
 
+def test_what_remains_for_ever_is_in_the_spectrum():
+    """A decay towards a level: its z transform is a geometric series and a step."""
+    decay, level = 0.98 ** np.arange(2_000), 0.3
+    samples = decay - level  # less what remains, as in an impulse response
+    frequency, found = spectrum_db(np.append(samples, 0.0), level)
+    z = np.exp(-2j * np.pi * frequency / 44_100)
+    exact = 1 / (1 - 0.98 * z) + level * z**2_000 / (1 - z)
+    assert found == pytest.approx(20 * np.log10(np.abs(exact)), abs=1e-9)
+
+
 def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
-    wide, second = Numerics(dx_mm=3.3), Numerics(scheme="second", dx_mm=5)
-    assert trusted_bands_hz(wide) == (10_000, 20_000)
+    wide, second = Numerics(), Numerics(scheme="second", dx_mm=5)
+    assert trusted_bands_hz(wide) == (6_000, 12_000)
     assert trusted_bands_hz(second)[0] == pytest.approx(6_000 / 2 ** (2 / 3))
     samples = np.exp(-np.arange(2_000) / 200) * np.cos(np.arange(2_000))
     ir = ImpulseResponse(samples, 0.0, 44_100, 10, {"dx_mm": 5.0}, 0.3)
@@ -185,7 +196,15 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
     [
         ("object: {kind: cube, edge_mm: -1}", "edge_mm = -1"),
         ("object: {kind: cube, edge_mm: .nan}", "edge_mm = nan"),
+        ("object: {kind: cub}", "object: 'kind' 'cub' is none of 'cube', 'box'"),
+        ("object: {edge_mm: 1}", "object.kind is missing; add object.kind"),
+        ("object: {kind: cube, edge_mm: 9, material: iron}", "object.cube.material = 'iron'"),
         ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),
+        (
+            "object:\n  kind: cube\n  edge_mm: 20\n  material:\n    density_kg_m3: -5",
+            "bad.yaml:5: object.cube.material.density_kg_m3 = -5: Input should be greater than 0",
+        ),
+        ("object: {kind: cube, edge_mm: 20, material: wodo}", "'foam' or 'rubber' or a valid"),
         ("[1", "not valid YAML"),
         ("gripper: {bed_depth_mm: 85}", "lower gripper.bed_depth_mm"),
     ],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.accuracy import decibels, feature, memory_mb, relative_error, scene, tables
+from ajgdata.studies.accuracy import decibels, feature, relative_error, scene, tables
 
 
 def test_the_tables_hold_what_they_promise():
@@ -38,7 +38,7 @@ def test_memory_counts_every_array():
     from ajgdata.gripper.plan import compile
 
     single, double = (
-        memory_mb(compile(scene("20 mm cube", {"dx_mm": 6.0, "precision": precision})))
+        compile(scene("20 mm cube", {"dx_mm": 6.0, "precision": precision})).bytes
         for precision in ("float32", "float64")
     )
     # All but the cells' numbers and the modes are of that precision.

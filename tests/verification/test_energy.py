@@ -9,6 +9,7 @@ from ajgdata.studies.verification.identities import (
     EnergyConstant,
     EnergyNeverGrows,
     WideEnergyConstant,
+    WideEnergyNeverGrows,
 )
 
 
@@ -33,8 +34,9 @@ def test_a_cell_in_error_is_found():
     assert not OneCellOff().run(quick=True).passed
 
 
-def test_it_never_grows_with_drag_relaxation_and_walls():
-    finding = EnergyNeverGrows().run(quick=True)
+@pytest.mark.parametrize("case", [EnergyNeverGrows, WideEnergyNeverGrows])
+def test_it_never_grows_with_drag_relaxation_and_walls(case):
+    finding = case().run(quick=True)
     assert finding.passed, finding
 
 

@@ -103,3 +103,11 @@ def test_the_level_is_what_the_chain_says():
     rms = np.sqrt(np.mean(take.samples**2)) * full_scale
     assert 20 * np.log10(rms / 20e-6) == pytest.approx(QUIET.level_db_spl, abs=0.5)
     assert take.clipped_count == 0
+
+
+def test_the_pulse_enters_however_short_the_time():
+    short = simulate(_scene(numerics={"dx_mm": 6.0, "max_time_s": 1e-6}))
+    longer = simulate(_scene(numerics={"dx_mm": 6.0, "max_time_s": 0.01}))
+    # The pulse is twice its delay long; what is heard by then is of the size of what comes later.
+    assert len(short.samples) >= 2 * short.latency_samples
+    assert np.abs(short.samples).max() > 1e-3 * np.abs(longer.samples).max()

@@ -25,6 +25,7 @@ from ajgdata.studies.verification.identities import (
     WaveDispersion,
     WideAdjoint,
     WideEnergyConstant,
+    WideEnergyNeverGrows,
 )
 from ajgdata.studies.verification.moving import (
     EnergyConstantWithModes,
@@ -53,6 +54,7 @@ CASES: tuple[type[Case], ...] = (
     EnergyConstant,
     WideEnergyConstant,
     EnergyNeverGrows,
+    WideEnergyNeverGrows,
     EnergyConstantWithModes,
     EnergyNeverGrowsWithModes,
     Adjoint,

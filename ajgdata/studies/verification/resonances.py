@@ -61,7 +61,7 @@ class BoxOffGrid(BoxOnGrid):
     """The same box turned by 20° and a little lower: its walls cut cells in every way."""
 
     title = "resonances of a box below 3 kHz, walls cutting cells"
-    derived = "the document's bound"
+    derived = "the bound that a prototype of the scheme kept, set beforehand"
     sizes = (10e-3, 8e-3, 6e-3, 4.9e-3, 4e-3, 3.3e-3)
     quick_sizes = (10e-3, 6e-3, 4e-3)
     least_order = 0.9

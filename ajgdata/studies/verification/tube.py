@@ -125,7 +125,7 @@ class BedAgainstTheory(Bound):
     """Scheme and fit together against the analytic Johnson-Champoux-Allard layer."""
 
     title = "reflection of a bed of plastic grains below 3 kHz against the JCA theory"
-    derived = "the document's error of a fit with two poles"
+    derived = "the error of a fit with two poles, as a prototype measured it beforehand"
 
     def deviation(self, quick: bool) -> float:
         """Rms error of the complex reflection."""

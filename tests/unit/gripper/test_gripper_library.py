@@ -124,6 +124,14 @@ def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
         ("object: {kind: cube, edge_mm: -1}", "object.cube.edge_mm: .* greater .*, got -1"),
         ("object: {kind: cube, edge_mm: .nan}", "object.cube.edge_mm: .*, got nan"),
         ("object: bananna", "object: .*'bananna': try banana"),
+        ("object: {kind: cub}", "object: no 'kind' is called 'cub': one of 'cube', 'box'"),
+        ("object: {edge_mm: 1}", "object: 'kind' is missing$"),
+        (
+            "object: {kind: cube, edge_mm: 9, material: {density_kg_m3: -1, young_pa: 1, "
+            "poisson: 0, loss: 0}}",
+            r"object.cube.material.*density_kg_m3: .* greater than 0, got -1$",
+        ),
+        ("object: {kind: cube, edge_mm: 9, material: iron}", "'steel', .*, got 'iron'$"),
         ("grasp: {force: 1}\nmedium: {kind: sand}", r"medium.kind: .*\(and 1 more\)"),
         ("[1, 2]", "must hold keys"),
         ("object: [", "not YAML or JSON"),

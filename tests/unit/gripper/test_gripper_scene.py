@@ -6,6 +6,7 @@ from pydantic import ValidationError
 from ajgdata.gripper.scene import Scene, derive_seed, scene_digest
 
 CUBE = {"kind": "cube", "edge_mm": 20}
+SOLID = {"density_kg_m3": 1e3, "young_pa": 1e9, "poisson": 0.3, "loss": 0.1}
 
 
 @pytest.mark.parametrize(
@@ -23,6 +24,11 @@ CUBE = {"kind": "cube", "edge_mm": 20}
         ({"environment": {"temperature_c": 61}}, "temperature_c"),
         ({"gripper": {"bed_depth_mm": 90}}, "bed_depth_mm 90 overfills"),
         ({"medium": {"kind": "sand"}}, "kind"),
+        (
+            {"object": {**CUBE, "material": {**SOLID, "density_kg_m3": 1e300}}},
+            "material.numbers.density_kg_m3",
+        ),
+        ({"object": {**CUBE, "material": {**SOLID, "young_pa": 0}}}, "material.numbers.young_pa"),
     ],
 )
 def test_a_scene_that_cannot_be_is_refused_by_name(scene, named):

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy.signal import sosfreqz
 
 from ajgdata.gripper.chain import SignalChain
@@ -179,3 +180,17 @@ def test_decimation_is_flat_and_does_not_alias(factor):
     f = np.fft.rfftfreq(1 << 16, 1 / (44_100 * factor))
     assert np.max(np.abs(gain[f <= 20_000] - 1)) < 2e-4
     assert np.max(gain[f >= 24_100]) < 2e-4
+
+
+@pytest.mark.parametrize(
+    ("chain", "said"),
+    [
+        ({"peaks_hz": (3_000.0,)}, "have 1, 2 and 2 values"),
+        ({"peaks_hz": (3_000.0, 30_000.0)}, "less than 22050"),
+        ({"rolloff_hz": 22_050.0}, "less than 22050"),
+        ({"coupling_hz": 0.0}, "greater than 0"),
+    ],
+)
+def test_a_chain_that_cannot_be_is_refused(chain, said):
+    with pytest.raises(ValidationError, match=said):
+        SignalChain.model_validate(chain)
