@@ -32,12 +32,13 @@ try:
     PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
 except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
-RUNS = [
-    (dataset, task, model)
-    for dataset, one in PLANS.items()
-    for task, settings in one.spec.tasks.items()
-    for model in settings.models
+TASKS = [(name, *one) for name, p in PLANS.items() for one in p.spec.tasks.items()]
+RUNS = [(dataset, task, m) for dataset, task, one in TASKS for m in one.models]
+CURVES = [(d, task, m) for d, task, one in TASKS if one.curve for m in one.curve.models]
+SORTED = [
+    (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
 ]
+PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
 # Pages on the virtual gripper.
 PAGES = [
     name
@@ -57,6 +58,7 @@ rule all:
     default_target: True
     input:
         PATHS.report,
+        PATHS.all_metrics,
         [PATHS.model(*run) for run in RUNS],
         PATHS.results / "verify" / "summary.txt",
 
@@ -65,6 +67,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/rows.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/gripper.smk"
 include: "workflow/rules/report.smk"

@@ -94,6 +94,18 @@ class Paths:
         """One row per recording and split."""
         return self.task(dataset, task, model) / "predictions.csv"
 
+    def curve(self, dataset: str, task: str, model: str) -> Path:
+        """Learning curve of one model."""
+        return self.task(dataset, task, model) / "curve.json"
+
+    def sorting(self, dataset: str, task: str, model: str) -> Path:
+        """Calibration and simulated sorting by one model."""
+        return self.task(dataset, task, model) / "sorting.json"
+
+    def permutations(self, dataset: str, task: str) -> Path:
+        """Test of a task against chance."""
+        return self.results / "tasks" / dataset / task / "permutations.json"
+
     def model(self, dataset: str, task: str, model: str) -> Path:
         """Folder of a model trained on all recordings."""
         return self.results / "models" / dataset / task / model
@@ -101,6 +113,16 @@ class Paths:
     def figure(self, name: str) -> Path:
         """A figure without its suffix; see FIGURE_FORMATS."""
         return self.results / "report" / "figures" / name
+
+    @property
+    def all_metrics(self) -> Path:
+        """Every result with fold values, seeds and provenance."""
+        return self.results / "metrics.json"
+
+    @property
+    def metrics_table(self) -> Path:
+        """The same numbers, one a row."""
+        return self.results / "metrics.csv"
 
     @property
     def runs(self) -> Path:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
 Kind = Literal["regression", "classification"]
+ModelName = Literal["cnn", "linear", "knn", "svm", "boosting", "forest", "mlp"]
 
 #: Columns of recordings.csv that mean the same in every data set; all others are declared targets
 #: or free columns.
@@ -130,17 +131,79 @@ class Target(Strict):
     missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
 
 
+class Level(Strict):
+    """What differs between data sets that one model is tested on, as a number."""
+
+    value: float
+    unit: str = ""
+    quantity: str = Field(description="e.g. sound level outside")
+
+
+class Curve(Strict):
+    """Learning curve: training grasps per class, each drawn `repeats` times."""
+
+    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(min_length=2)
+    repeats: int = Field(5, ge=2)
+    models: tuple[ModelName, ...] = Field(("cnn", "linear", "knn"), min_length=1)
+
+
+class Sorting(Strict):
+    """Sorting by sound, offline: objects in random order until none is probable enough."""
+
+    objects: tuple[str, ...] = Field(min_length=2, description="values of the target")
+    threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
+    models: tuple[ModelName, ...] = Field(("cnn",), min_length=1)
+
+
 class Task(Strict):
     """Target + split: one row of the report for each model."""
 
     target: str
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
     folds: int = Field(5, ge=2)
-    models: tuple[Literal["cnn", "linear", "knn"], ...] = ("cnn", "linear", "knn")
+    models: tuple[ModelName, ...] = ("cnn", "linear", "knn")
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )
-    paper: str = Field("", description="row of the paper's figures to stand beside, e.g. size")
+    withhold: tuple[float, ...] = Field(
+        (), description="target values that no fold trains on; every fold's model is tested on them"
+    )
+    period_deg: float | None = Field(
+        None,
+        gt=0,
+        description="the target repeats after this, as a bar's angle after 180: models learn sine "
+        "and cosine, errors are the shortest way round",
+    )
+    test_on: tuple[Name, ...] = Field(
+        (),
+        description="data sets whose recordings the folds' models are tested on as well, e.g. the "
+        "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
+    )
+    curve: Curve | None = Field(None, description="accuracy against number of training grasps")
+    permutations: int = Field(
+        0, ge=0, description="labels permuted so often for a test against chance; 0: no test"
+    )
+    sorting: Sorting | None = Field(None, description="sorting by this target's classes")
+    paper: str | dict[str, str] = Field(
+        "",
+        description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
+        "unknown, overall, or a data set of test_on): {known: size-known, size_80dba: noise}",
+    )
+
+    @property
+    def papers(self) -> dict[str, str]:
+        """Rows of the paper's figures by part of the evaluation."""
+        given = self.paper
+        return ({"known": given} if given else {}) if isinstance(given, str) else given
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Task:
+        if len(set(self.withhold)) != len(self.withhold):
+            raise ValueError("withhold lists a value twice")
+        parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
+        if more := sorted(set(self.papers) - set(parts)):
+            raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
+        return self
 
 
 class RecipeObject(Strict):
@@ -151,6 +214,9 @@ class RecipeObject(Strict):
         description="the gripper's object description, or a name of its library"
     )
     targets: dict[str, float | str] = {}
+    grasp: dict[str, JsonValue] = Field(
+        {}, description="its own grasp settings, e.g. angle_deg: 9; what `vary` draws goes before"
+    )
 
 
 class Recipe(Strict):
@@ -216,7 +282,7 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = ("target", "kind", "unit", "groups")
+TRAINING = ("target", "kind", "unit", "groups", "period_deg")
 
 
 class DatasetSpec(Strict):
@@ -232,6 +298,9 @@ class DatasetSpec(Strict):
     features: FeatureSettings = FeatureSettings()
     targets: dict[Name, Target] = {}
     tasks: dict[Name, Task] = {}
+    level: Level | None = Field(
+        None, description="where it stands among the data sets that a task is tested on"
+    )
     recipe: Recipe | None = None
     imports: ImportSettings = ImportSettings()
 
@@ -240,9 +309,6 @@ class DatasetSpec(Strict):
         for name in self.targets:
             if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
-        for name, task in self.tasks.items():
-            if task.target not in self.targets:
-                raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
         if self.recipe:
             for made in self.recipe.objects:
                 if unknown := set(made.targets) - set(self.targets):
@@ -252,6 +318,19 @@ class DatasetSpec(Strict):
             low, high = (edge * bins_per_hz for edge in self.features.band_hz)
             if math.ceil(low) > min(math.floor(high), self.features.window // 2):
                 raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+        return self
+
+    @model_validator(mode="after")
+    def _tasks_of_targets(self) -> DatasetSpec:
+        for name, task in self.tasks.items():
+            if task.target not in self.targets:
+                raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
+            if self.targets[task.target].kind == "classification":
+                for key in ("withhold", "period_deg"):
+                    if getattr(task, key):
+                        raise ValueError(f"task {name}: {key} is for a number, not for classes")
+            elif task.sorting:
+                raise ValueError(f"task {name}: sorting is for classes, not for a number")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -265,7 +344,15 @@ class DatasetSpec(Strict):
             "groups": settings.groups,
             "folds": settings.folds,
             "compare_random": settings.compare_random,
+            "withhold": list(settings.withhold),
+            "period_deg": settings.period_deg,
+            "test_on": list(settings.test_on),
         }
+
+    def experiment(self, task: str) -> dict[str, Any]:
+        """What the further experiments on `task` must know, by name."""
+        left_out = ("compare_random", "test_on")
+        return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.scene import derive_seed
-from ajgdata.types import Recipe
+from ajgdata.types import Recipe, RecipeObject
 
 
 def session_names(recipe: Recipe) -> list[str]:
@@ -32,7 +32,7 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
         for made in recipe.objects:
             drawn_for = recipe.grasps_of or dataset
             seed = derive_seed(recipe.seed, drawn_for, session, made.name, number)
-            grasp = _grasp_settings(recipe, seed)
+            grasp = _grasp_settings(recipe, made, seed)
             setup = {**recipe.scene, "object": made.shape, "grasp": grasp}
             grasps.append(
                 Grasp(
@@ -57,18 +57,21 @@ def yaml_place(recipe: Recipe, made: str, place: tuple[int | str, ...]) -> tuple
             return ("recipe", "objects", number, "shape", *rest)
         case ("grasp", str(key), *_) if key in recipe.vary:
             return ("recipe", "vary", key)
+        case ("grasp", str(key), *rest) if key in recipe.objects[number].grasp:
+            return ("recipe", "objects", number, "grasp", key, *rest)
         case _:
             return ("recipe", "scene", *place)
 
 
-def _grasp_settings(recipe: Recipe, seed: int) -> dict[str, Any]:
+def _grasp_settings(recipe: Recipe, made: RecipeObject, seed: int) -> dict[str, Any]:
     generator = np.random.default_rng(seed)
     drawn = {
         key: round(float(generator.uniform(*limits)), 4)
         for key, limits in sorted(recipe.vary.items())
     }
     fixed = recipe.scene.get("grasp", {})
-    return {**(fixed if isinstance(fixed, dict) else {}), **drawn, "seed": seed}
+    fixed = fixed if isinstance(fixed, dict) else {}
+    return {**fixed, **made.grasp, **drawn, "seed": seed}
 
 
 def _digest(content: Mapping[str, Any]) -> str:

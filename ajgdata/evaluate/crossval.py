@@ -6,26 +6,33 @@ inputs and seed; `Cost` is measured, hence never the same twice.
 
 from __future__ import annotations
 
-import resource
-import statistics
-import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sklearn.base import BaseEstimator, clone, is_classifier
+from sklearn.base import BaseEstimator, clone
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
+from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
+from ajgdata.evaluate.splits import grouped_folds, random_folds
 from ajgdata.models import make_model
 from ajgdata.types import Kind
 
-REPEATS = 5  # timed predictions; their median ignores one interruption or two
-TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
+
+@dataclass(frozen=True, eq=False)
+class Further:
+    """Rows that are predicted and never trained on: features (n, f), target (n,), groups (n,).
+
+    A fold's model predicts those whose group has no row among its training rows. So a second
+    recording of a grasp is predicted only where that grasp is held out.
+    """
+
+    features: np.ndarray
+    target: np.ndarray
+    groups: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -37,10 +44,13 @@ class Scores:
     out-of-fold predictions together, is then the one to read. `chance` is the mean over the same
     folds of a model that ignores its input. `confusion` (rows true, columns predicted, in order
     of `classes`) is over all out-of-fold predictions; both are empty for regression.
+
+    Of further rows, `folds` counts those that could predict some of them, and a row that several
+    folds predicted counts as often in `pooled` and `confusion`.
     """
 
     kind: Kind
-    split: str  #: "grouped" or "random"
+    split: str  #: "grouped" or "random", or the name of the further rows
     folds: int
     seed: int
     recordings: int
@@ -56,33 +66,25 @@ class Scores:
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
-    """Out-of-fold prediction of each row, in the order of the input; arrays (n,)."""
+    """Predictions, each by a model that never saw its group; arrays (n,).
 
+    Out-of-fold predictions are in the order of the input, one for each row. Those of further rows
+    are in the order of the folds.
+    """
+
+    row: np.ndarray  #: number of the row in the input
     fold: np.ndarray
     y_true: np.ndarray
     y_pred: np.ndarray
-    probability: np.ndarray | None  #: of the predicted class; None for regression
+    probability: np.ndarray | None  #: of the predicted class; None if the model has none
 
 
 @dataclass(frozen=True)
-class Cost:
-    """What it took, one thread, on whatever machine this was.
+class Tested:
+    """Errors and predictions of a set of rows."""
 
-    `train_s` is wall time and `train_cpu_s` processor time of fitting; the latter tells whether
-    something else was using the machine. `inference_s_per_recording`: a whole test part
-    predicted at once; `latency_s`: one recording predicted alone; both the median over repeats,
-    then over folds. `peak_rss_mb` (1e6 bytes) is the largest resident memory that the process
-    ever had, libraries and features included; `rss_increase_mb` by how much that exceeds what it
-    held on entry, 0 if it had once been larger.
-    """
-
-    train_s: float
-    train_cpu_s: float
-    train_s_per_fold: tuple[float, ...]
-    inference_s_per_recording: float
-    latency_s: float
-    peak_rss_mb: float
-    rss_increase_mb: float
+    scores: Scores
+    predictions: Predictions
 
 
 @dataclass(frozen=True)
@@ -92,16 +94,18 @@ class CrossValidation:
     scores: Scores
     predictions: Predictions
     cost: Cost
+    further: dict[str, Tested]
 
 
 @dataclass(frozen=True)
-class _Fold:
+class _Part:
+    """Rows of one set that one fold predicted, with the targets that it was trained on."""
+
+    fold: int
+    row: np.ndarray
+    y_train: np.ndarray
     y_pred: np.ndarray
     probability: np.ndarray | None
-    train_s: float
-    train_cpu_s: float
-    inference_s: float
-    latency_s: float
 
 
 def cross_validate(
@@ -113,47 +117,68 @@ def cross_validate(
     model: str | BaseEstimator,
     folds: int = 5,
     seed: int = 0,
+    period: float | None = None,
+    further: Mapping[str, Further] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> CrossValidation:
-    """Train on all folds but one, predict that one; so for each fold.
+    """Train on all folds but one, predict that one and what is `further`; so for each fold.
 
     `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
     never straddle folds, or None for a random split, which flatters and is there to compare.
-    `model` is a name in `models.MODELS` or an unfitted estimator. `progress(done, folds)` is called
-    after each fold. BLAS and OpenMP get one thread: results do not depend on the number of cores,
-    and jobs side by side do not fight.
+    `model` is a name in `models.MODELS` or an unfitted estimator. A target with a `period` is one
+    where y and y + period are the same, as the angle of a bar is after half a turn.
+    `progress(done, folds)` is called after each fold. BLAS and OpenMP get one thread: results do
+    not depend on the number of cores, and jobs side by side do not fight.
 
-    Raises ValueError for missing values (leave those recordings out first), for lengths that differ
-    and for folds that cannot be made (see `splits`).
+    Raises ValueError for missing values (leave those recordings out first), for lengths that
+    differ, for folds that cannot be made (see `splits`), and for further rows without `groups`.
     """
     features, target = _validated(features, target, kind)
+    further = {name: _checked(one, kind) for name, one in (further or {}).items()}
+    for other, one in further.items():
+        if one.features.shape[1] != features.shape[1]:
+            widths = f"{one.features.shape[1]} features, not {features.shape[1]}"
+            raise ValueError(f"{other} has {widths}: give both data sets the same feature settings")
     if groups is None:
-        parts = random_folds(target, kind, folds, seed)
+        if further:
+            raise ValueError("further rows need groups, or a grasp could be trained and tested on")
+        group, parts = np.arange(len(target)), random_folds(target, kind, folds, seed)
     else:
-        parts = grouped_folds(target, groups, kind, folds, seed)
-    estimator = make_model(model, kind, seed) if isinstance(model, str) else model
-    rss_mb = _memory_mb("VmRSS")
-    done = []
+        group = np.asarray(groups)
+        parts = grouped_folds(target, group, kind, folds, seed)
+    estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
+    sets: dict[str | None, Further] = {None: Further(features, target, group)}
+    sets.update(further)
+    done: dict[str | None, list[_Part]] = {name: [] for name in sets}
+    costs, rss_mb = [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
-        for train, test in parts:
-            done.append(_run_fold(estimator, features, target, train, test))
+        for fold, (train, test) in enumerate(parts):
+            fitted, cost = _fitted(estimator, features, target, train, test)
+            costs.append(cost)
+            for name, one in sets.items():
+                rows = test if name is None else np.flatnonzero(~np.isin(one.groups, group[train]))
+                if len(rows):
+                    done[name].append(_predict(fitted, one.features, rows, fold, target[train]))
             if progress is not None:
-                progress(len(done), folds)
-    predictions = _predictions(target, parts, done)
-    n_groups = len(target) if groups is None else len(np.unique(np.asarray(groups)))
+                progress(len(costs), folds)
+    tested = {
+        name: Tested(
+            _scores(one, done[name], kind, period, seed, name or _split_name(groups)),
+            _predictions(one, done[name], name is None),
+        )
+        for name, one in sets.items()
+    }
+    main = tested.pop(None)
     return CrossValidation(
-        Scores(
-            kind=kind,
-            split="random" if groups is None else "grouped",
-            folds=folds,
-            seed=seed,
-            recordings=len(target),
-            groups=n_groups,
-            **_errors(predictions, parts, kind),
-        ),
-        predictions,
-        _cost(done, rss_mb),
+        main.scores,
+        main.predictions,
+        total_cost(costs, rss_mb),
+        {str(name): one for name, one in tested.items()},
     )
+
+
+def _split_name(groups: object) -> str:
+    return "random" if groups is None else "grouped"
 
 
 def _validated(
@@ -173,91 +198,89 @@ def _validated(
     return features, target
 
 
-def _run_fold(
+def _checked(further: Further, kind: Kind) -> Further:
+    features, target = _validated(further.features, further.target, kind)
+    if len(further.groups) != len(target) or not len(target):
+        raise ValueError(f"{len(target)} further rows with {len(further.groups)} groups")
+    return Further(features, target, np.asarray(further.groups))
+
+
+def _fitted(
     model: BaseEstimator, features: np.ndarray, target: np.ndarray, train: Any, test: Any
-) -> _Fold:
+) -> tuple[Any, FoldCost]:
+    """A model trained on the rows `train`, and its cost, with predictions timed on `test`."""
     estimator: Any = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
     estimator.fit(features[train], target[train])
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     rows, single = features[test], features[test[:1]]
-    y_pred, probability = estimator.predict(rows), None
-    if is_classifier(estimator):
-        probability = estimator.predict_proba(rows).max(axis=1)
-    return _Fold(
-        y_pred,
-        probability,
+    estimator.predict(rows)  # once untimed: the first call may load something
+    return estimator, FoldCost(
         wall,
         cpu,
-        _median_s(lambda: estimator.predict(rows)) / len(rows),
-        _median_s(lambda: estimator.predict(single)),
+        median_s(lambda: estimator.predict(rows)) / len(rows),
+        median_s(lambda: estimator.predict(single)),
     )
 
 
-def _median_s(call: Callable[[], object]) -> float:
-    times: list[float] = []
-    while len(times) < REPEATS and sum(times) < TIMING_BUDGET_S:
-        start = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+def _predict(
+    fitted: Any, features: np.ndarray, rows: np.ndarray, fold: int, y_train: np.ndarray
+) -> _Part:
+    y_pred, probability = fitted.predict(features[rows]), None
+    if hasattr(fitted, "predict_proba"):
+        probability = fitted.predict_proba(features[rows]).max(axis=1)
+    return _Part(fold, rows, y_train, y_pred, probability)
 
 
-def _predictions(target: np.ndarray, parts: Folds, done: list[_Fold]) -> Predictions:
-    """Put the folds' predictions back into the order of the rows."""
-    order = np.argsort(np.concatenate([test for _, test in parts]))
-    number = np.repeat(np.arange(len(parts)), [len(test) for _, test in parts])
-    probabilities = [fold.probability for fold in done if fold.probability is not None]
+def _predictions(one: Further, parts: Sequence[_Part], in_order: bool) -> Predictions:
+    """The folds' predictions together; `in_order`: put back into the order of the rows."""
+    row = np.concatenate([part.row for part in parts])
+    fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
+    y_pred = np.concatenate([part.y_pred for part in parts])
+    probabilities = [part.probability for part in parts if part.probability is not None]
+    order = np.argsort(row) if in_order else np.arange(len(row))
     return Predictions(
-        fold=number[order],
-        y_true=target,
-        y_pred=np.concatenate([fold.y_pred for fold in done])[order],
+        row=row[order],
+        fold=fold[order],
+        y_true=one.target[row[order]],
+        y_pred=y_pred[order],
         probability=np.concatenate(probabilities)[order] if probabilities else None,
     )
 
 
-def _errors(predictions: Predictions, parts: Folds, kind: Kind) -> dict[str, Any]:
-    """The fields of `Scores` that are computed."""
-    y_true, y_pred = predictions.y_true, predictions.y_pred
-    each = [metrics.score(y_true[test], y_pred[test], kind) for _, test in parts]
-    chance = [metrics.chance(y_true[train], y_true[test], kind) for train, test in parts]
+def _scores(
+    one: Further, parts: Sequence[_Part], kind: Kind, period: float | None, seed: int, split: str
+) -> Scores:
+    if not parts:
+        raise ValueError(f"{split}: every one of its groups is trained on in every fold")
+    y = one.target
+    each = [metrics.score(y[p.row], p.y_pred, kind, period) for p in parts]
+    chance = [metrics.chance(p.y_train, y[p.row], kind, period) for p in parts]
     names = metrics.METRICS[kind]
     per_fold = {name: tuple(fold[name] for fold in each) for name in names}
-    classes = np.unique(y_true) if kind == "classification" else np.array([])
+    rows = np.concatenate([p.row for p in parts])
+    y_true, y_pred = y[rows], np.concatenate([p.y_pred for p in parts])
+    classes = np.array([])
+    if kind == "classification":
+        classes = np.unique(np.concatenate([y, *(p.y_train for p in parts)]))
     confusion = metrics.confusion(y_true, y_pred, classes).tolist() if len(classes) else []
-    return {
-        "per_fold": per_fold,
-        "mean": {name: float(np.mean(values)) for name, values in per_fold.items()},
-        "sd": {name: float(np.std(values, ddof=1)) for name, values in per_fold.items()},
-        "pooled": metrics.score(y_true, y_pred, kind),
-        "chance": {name: float(np.mean([fold[name] for fold in chance])) for name in names},
-        "classes": tuple(classes.tolist()),
-        "confusion": tuple(tuple(row) for row in confusion),
-    }
-
-
-def _cost(done: list[_Fold], rss_mb: float) -> Cost:
-    peak_mb = _memory_mb("VmHWM")
-    return Cost(
-        train_s=sum(fold.train_s for fold in done),
-        train_cpu_s=sum(fold.train_cpu_s for fold in done),
-        train_s_per_fold=tuple(fold.train_s for fold in done),
-        inference_s_per_recording=statistics.median(fold.inference_s for fold in done),
-        latency_s=statistics.median(fold.latency_s for fold in done),
-        peak_rss_mb=peak_mb,
-        rss_increase_mb=max(0.0, peak_mb - rss_mb),
+    return Scores(
+        kind=kind,
+        split=split,
+        folds=len(parts),
+        seed=seed,
+        recordings=len(y),
+        groups=len(np.unique(one.groups)),
+        per_fold=per_fold,
+        mean={name: float(np.mean(values)) for name, values in per_fold.items()},
+        sd={name: deviation(values) for name, values in per_fold.items()},
+        pooled=metrics.score(y_true, y_pred, kind, period),
+        chance={name: float(np.mean([fold[name] for fold in chance])) for name in names},
+        classes=tuple(classes.tolist()),
+        confusion=tuple(tuple(row) for row in confusion),
     )
 
 
-def _memory_mb(field: str) -> float:
-    """Resident memory of this process now (VmRSS) or at most so far (VmHWM), in 1e6 bytes.
-
-    Elsewhere than on Linux both are the most so far. There `ru_maxrss` is the only source; on
-    Linux it would include what the process held before it became Python.
-    """
-    status = Path("/proc/self/status")
-    if not status.exists():
-        unit = 1 if sys.platform == "darwin" else 1024
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
-    lines = (line.split() for line in status.read_text().splitlines())
-    return next(int(line[1]) for line in lines if line[0] == f"{field}:") * 1024 / 1e6
+def deviation(values: Sequence[float]) -> float:
+    """Sample standard deviation (ddof = 1), NaN for a single value."""
+    return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")

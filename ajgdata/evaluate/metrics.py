@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from sklearn import metrics
-from sklearn.dummy import DummyClassifier, DummyRegressor
+from sklearn.dummy import DummyClassifier
 
 from ajgdata.types import Kind
 
@@ -15,22 +15,57 @@ METRICS: dict[str, tuple[str, ...]] = {
 }
 
 
-def score(y_true: np.ndarray, y_pred: np.ndarray, kind: Kind) -> dict[str, float]:
-    """All metrics of `kind` for targets and predictions (n,)."""
-    return (regression if kind == "regression" else classification)(y_true, y_pred)
+def score(
+    y_true: np.ndarray,
+    y_pred: np.ndarray,
+    kind: Kind,
+    period: float | None = None,
+    weight: np.ndarray | None = None,
+) -> dict[str, float]:
+    """All metrics of `kind` for targets and predictions (n,); `weight` (n,) is of a regression."""
+    if kind == "regression":
+        return regression(y_true, y_pred, period, weight)
+    return classification(y_true, y_pred)
 
 
-def regression(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
+def wrapped(difference: np.ndarray, period: float | None) -> np.ndarray:
+    """`difference`, or with a period the shortest way round, in [-period / 2, period / 2)."""
+    if period is None:
+        return difference
+    return (difference + period / 2) % period - period / 2
+
+
+def regression(
+    y_true: np.ndarray,
+    y_pred: np.ndarray,
+    period: float | None = None,
+    weight: np.ndarray | None = None,
+) -> dict[str, float]:
     """`rmse` and `mae` in the unit of the target; `r2` = 1 - SS_res / SS_tot (1).
 
-    `r2` is NaN where all targets are equal, as in a fold that holds one object size.
+    With a `period` differences are the shortest way round, for SS_tot those to the best constant
+    known (see `middle`). `r2` is NaN where all targets are equal, as in a fold that holds one
+    object size.
     """
-    r2 = metrics.r2_score(y_true, y_pred) if np.ptp(y_true) > 0 else np.nan
+    squared = np.square(wrapped(y_pred - y_true, period))
+    spread = np.square(wrapped(y_true - middle(y_true, period, weight), period))
+    constant = np.ptp(y_true) == 0
+    total = float(np.average(spread, weights=weight))
+    mean = float(np.average(squared, weights=weight))
+    distance = np.abs(wrapped(y_pred - y_true, period))
     return {
-        "rmse": float(metrics.root_mean_squared_error(y_true, y_pred)),
-        "mae": float(metrics.mean_absolute_error(y_true, y_pred)),
-        "r2": float(r2),
+        "rmse": float(np.sqrt(mean)),
+        "mae": float(np.average(distance, weights=weight)),
+        "r2": float("nan") if constant or total == 0 else 1 - mean / total,
     }
+
+
+def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None) -> float:
+    """The mean, or with a period the circular mean: the angle of the mean of exp(2 pi i y / P)."""
+    if period is None:
+        return float(np.average(y, weights=weight))
+    mean = np.average(np.exp(2j * np.pi * y / period), weights=weight)
+    return float(np.angle(mean) * period / (2 * np.pi) % period)
 
 
 def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
@@ -50,8 +85,11 @@ def confusion(y_true: np.ndarray, y_pred: np.ndarray, classes: np.ndarray) -> np
     return metrics.confusion_matrix(y_true, y_pred, labels=classes)
 
 
-def chance(y_train: np.ndarray, y_test: np.ndarray, kind: Kind) -> dict[str, float]:
+def chance(
+    y_train: np.ndarray, y_test: np.ndarray, kind: Kind, period: float | None = None
+) -> dict[str, float]:
     """What a model scores that ignores its input: the training mean, or the commonest class."""
-    dummy = DummyRegressor() if kind == "regression" else DummyClassifier(strategy="prior")
-    dummy.fit(np.zeros((len(y_train), 1)), y_train)
-    return score(y_test, dummy.predict(np.zeros((len(y_test), 1))), kind)
+    if kind == "regression":
+        return regression(y_test, np.full(len(y_test), middle(y_train, period)), period)
+    dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)
+    return classification(y_test, dummy.predict(np.zeros((len(y_test), 1))))

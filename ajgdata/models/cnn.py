@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 import torch
 import torch._dynamo  # the first optimiser loads it (1 s): not while a fold's training is timed
-from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin
+from sklearn.base import BaseEstimator, ClassifierMixin, MultiOutputMixin, RegressorMixin
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
@@ -30,7 +30,7 @@ class SpectrumCnn(nn.Module):
 
     Input (n, n_features), output (n, n_outputs), float32. Buffers hold what is learned from the
     training rows by counting, not by gradient: `scale` () of the compression, `mean` and `std`
-    (n_features,) of the compressed bins, `target_mean` and `target_std` () of a regression target.
+    (n_features,) of the compressed bins, `target_mean` and `target_std` (n_outputs,) of regression.
     """
 
     scale: Tensor
@@ -58,10 +58,11 @@ class SpectrumCnn(nn.Module):
         self.convolutions = nn.Sequential(*layers)
         self.dropout = nn.Dropout(dropout)
         self.dense = nn.Linear(before * length, n_outputs)
-        for name in ("scale", "std", "target_std"):
-            self.register_buffer(name, torch.ones(n_features if name == "std" else ()))
-        for name in ("mean", "target_mean"):
-            self.register_buffer(name, torch.zeros(n_features if name == "mean" else ()))
+        self.register_buffer("scale", torch.ones(()))
+        self.register_buffer("mean", torch.zeros(n_features))
+        self.register_buffer("std", torch.ones(n_features))
+        self.register_buffer("target_mean", torch.zeros(n_outputs))
+        self.register_buffer("target_std", torch.ones(n_outputs))
 
     def compress(self, x: Tensor) -> Tensor:
         """asinh(x / scale): logarithmic for loud bins, linear for quiet ones, defined at 0."""
@@ -261,24 +262,44 @@ class CnnClassifier(ClassifierMixin, _Cnn):
         self.classes_ = np.array(about["classes"])
 
 
-class CnnRegressor(RegressorMixin, _Cnn):
-    """Linear output and mean squared error (paper), on the standardised target."""
+class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
+    """Linear output and mean squared error (paper), on the standardised target.
+
+    Targets may be (n,), or (n, k) for k numbers from one network.
+    """
+
+    n_outputs_: int
+    flat_: bool  #: whether the targets were (n,): predictions then are, too
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
-        return validate_data(self, X, y, dtype=np.float32, y_numeric=True)
+        X, y = validate_data(self, X, y, dtype=np.float32, y_numeric=True, multi_output=True)
+        self.flat_ = y.ndim == 1
+        y = y.reshape(len(y), -1)
+        self.n_outputs_ = y.shape[1]
+        return X, y
 
     def _n_outputs(self) -> int:
-        return 1
+        return self.n_outputs_
 
     def _encoded(self, module: SpectrumCnn, y: np.ndarray) -> Tensor:
-        mean, std = float(np.mean(y)), float(np.std(y)) or 1.0
-        module.target_mean.fill_(mean)
-        module.target_std.fill_(std)
-        return torch.from_numpy((y - mean) / std).float().unsqueeze(1)  # (n,) -> (n, 1)
+        mean, std = np.mean(y, axis=0), np.std(y, axis=0)
+        std = np.where(std > 0, std, 1.0)
+        module.target_mean.copy_(torch.from_numpy(mean))
+        module.target_std.copy_(torch.from_numpy(std))
+        return torch.from_numpy((y - mean) / std).float()  # (n, n_outputs)
 
     def _loss(self, scores: Tensor, target: Tensor) -> Tensor:
         return functional.mse_loss(scores, target)
 
     def predict(self, X: Any) -> np.ndarray:
-        """Target (n,) in its own unit."""
-        return self._outputs(X)[:, 0]
+        """Target (n,) or (n, k), as it was given, in its own unit."""
+        outputs = self._outputs(X)
+        return outputs[:, 0] if self.flat_ else outputs
+
+    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """As for the base class, with the shape of the targets."""
+        arrays, about = super().state()
+        return arrays, about | {"n_outputs": self.n_outputs_, "flat": self.flat_}
+
+    def _restore(self, about: dict[str, Any]) -> None:
+        self.n_outputs_, self.flat_ = about["n_outputs"], about["flat"]

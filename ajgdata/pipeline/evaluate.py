@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,11 @@ from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
 from ajgdata.types import Kind
 
 if TYPE_CHECKING:
-    from ajgdata.evaluate.crossval import Scores
+    from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores
 
 PREDICTION_COLUMNS = ("recording", "split", "fold", "y_true", "y_pred", "probability")
+WITHHELD = "withheld"  #: split name of the rows that no fold trained on
+MAX_VALUES = 50  #: a target with more distinct values is continuous: no table by value
 
 
 def evaluate_task(
@@ -34,29 +36,51 @@ def evaluate_task(
     metrics: Path,
     cost: Path,
     predictions: Path,
+    withhold: Sequence[float] = (),
+    period_deg: float | None = None,
+    others: Mapping[str, Path] | None = None,
 ) -> None:
     """Cross-validate `model` on the recordings of `store` that have `target`.
 
+    Recordings whose target is in `withhold` are trained on by no fold and predicted by all. So are
+    those of the stores `others` (by data set) whose grasp is not of `store`, too; of a grasp that
+    is, only the fold that holds it out predicts. Withheld values are left out of `others`, so that
+    their errors compare with those of the known ones.
     Writes what is determined by the inputs (`metrics`, `predictions`) apart from what is measured
     (`cost`). With fewer groups than `folds` each group is a fold; `metrics` say how many there
     were. A task that cannot be evaluated, for instance with a single group, is written as such with
     the reason: the rest of the run goes on.
     """
-    from ajgdata.evaluate.crossval import cross_validate
+    from ajgdata.evaluate.crossval import Further, cross_validate
 
     shard = read_store(store)
-    task = {"target": target, "kind": kind, "unit": unit, "groups": groups, "model": model}
+    task: dict[str, Any] = {
+        "target": target,
+        "kind": kind,
+        "unit": unit,
+        "groups": groups,
+        "model": model,
+    }
+    task |= {"withhold": list(withhold), "period": period_deg}
     document: dict[str, Any] = {**task, "seed": seed, "provenance": dict(shard.attrs)}
-    results = {}
+    results: dict[str, CrossValidation] = {}
+    tested: dict[str, Rows] = {}
     try:
-        features, values, group, names = rows_of(shard, target, kind, groups)
-        folds = min(folds, len(np.unique(group)))
-        splits = {"grouped": group, "random": None} if compare_random else {"grouped": group}
-        for split, labels in splits.items():
+        rows = rows_of(shard, target, kind, groups)
+        known, held = apart(rows, withhold)
+        folds = min(folds, len(np.unique(known.group)))
+        if withhold:
+            tested[WITHHELD] = held
+        for name, path in (others or {}).items():
+            other = rows_of(read_store(path), target, kind, groups)
+            tested[f"on:{name}"] = other.where(~_among(other.value, withhold))
+        further = {n: Further(r.feature, r.value, r.group) for n, r in tested.items()}
+        for split in ("grouped", "random") if compare_random else ("grouped",):
             with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
                 results[split] = cross_validate(
-                    features, values, labels,
-                    kind=kind, model=model, folds=folds, seed=seed,
+                    known.feature, known.value, known.group if split == "grouped" else None,
+                    kind=kind, model=model, folds=folds, seed=seed, period=period_deg,
+                    further=further if split == "grouped" else None,
                 )  # fmt: skip
             if not _computable(results[split].scores):
                 problem = f"errors of {target!r} are too large or too small to compute with"
@@ -64,13 +88,42 @@ def evaluate_task(
     except ValueError as error:
         results = {}
         document["skipped"] = str(error)
+    lines = []
     for split, result in results.items():
         document[split] = plain(dataclasses.asdict(result.scores))
-    rows = [row for split, r in results.items() for row in _rows(names, split, r.predictions)]
-    write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, rows))
+        lines += _lines(known.name, split, result.predictions)
+        for name, found in result.further.items():
+            document[name] = plain(dataclasses.asdict(found.scores))
+            lines += _lines(tested[name].name, name, found.predictions)
+    document["by_value"] = []
+    if results and kind == "regression":
+        document |= plain(_by_value(results["grouped"], period_deg))
+    write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, lines))
     measured = {split: plain(dataclasses.asdict(r.cost)) for split, r in results.items()}
     write_bytes(cost, json_bytes(measured))
     write_bytes(metrics, json_bytes(document))
+
+
+def _by_value(found: CrossValidation, period: float | None) -> dict[str, Any]:
+    """Errors value by value, and those of known and withheld values together."""
+    from ajgdata.evaluate.crossval import deviation
+    from ajgdata.evaluate.withheld import by_value, overall
+
+    made: dict[str, Any] = {}
+    held = found.further[WITHHELD].predictions if WITHHELD in found.further else None
+    if len(np.unique(found.predictions.y_true)) <= MAX_VALUES:
+        values = by_value(found.predictions, held, period)
+        made["by_value"] = [dataclasses.asdict(one) for one in values]
+    if held is not None:
+        per_fold = overall(found.predictions, held, period)
+        made["overall"] = {
+            "per_fold": per_fold,
+            "mean": {name: np.mean(values) for name, values in per_fold.items()},
+            "sd": {name: deviation(values) for name, values in per_fold.items()},
+            "folds": found.scores.folds,
+            "recordings": len(np.unique(held.row)) + len(found.predictions.row),
+        }
+    return made
 
 
 def _computable(scores: Scores) -> bool:
@@ -82,10 +135,41 @@ def _computable(scores: Scores) -> bool:
     return all(map(math.isfinite, numbers)) and (scores.kind != "regression" or numbers[2] > 0)
 
 
-def rows_of(
-    shard: Shard, target: str, kind: Kind, groups: str
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Features, target values, groups and names of the recordings whose target is not missing.
+class Rows(NamedTuple):
+    """Recordings of a task: feature (n, f), and value of the target, group and name (n,)."""
+
+    feature: np.ndarray
+    value: np.ndarray
+    group: np.ndarray
+    name: np.ndarray
+
+    def where(self, chosen: np.ndarray) -> Rows:
+        """Those that are `chosen`, a boolean (n,)."""
+        return Rows(*(column[chosen] for column in self))
+
+
+def apart(rows: Rows, withhold: Sequence[float]) -> tuple[Rows, Rows]:
+    """The rows to train on, and those whose value is withheld.
+
+    Raises ValueError for a value that no recording has, and when fewer than two are left.
+    """
+    for value in withhold:
+        if not _among(rows.value, [value]).any():
+            raise ValueError(f"withhold: no recording has the value {value:g}")
+    held = _among(rows.value, withhold)
+    if len(np.unique(rows.value[~held])) < 2:
+        raise ValueError("withhold: at least two values must be left to train on")
+    return rows.where(~held), rows.where(held)
+
+
+def _among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
+    """Which of `values` (n,) are one of `some`: boolean (n,)."""
+    same = [np.isclose(values, one, rtol=1e-6, atol=1e-9) for one in some]
+    return np.any(same, axis=0) if same else np.zeros(len(values), bool)
+
+
+def rows_of(shard: Shard, target: str, kind: Kind, groups: str) -> Rows:
+    """The recordings whose target is not missing.
 
     Raises ValueError when the store lacks rows or a column, when all values or all groups are the
     same, and when a recording belongs to no group.
@@ -109,7 +193,7 @@ def rows_of(
         )
     if len(np.unique(group[present])) < 2:
         raise ValueError(f"all recordings have the same {groups!r}: folds need at least two")
-    return shard.feature[present], values[present], group[present], names[present]
+    return Rows(shard.feature, values, group, names).where(present)
 
 
 def plain(value: Any) -> Any:
@@ -123,9 +207,9 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _rows(names: np.ndarray, split: str, found: Any) -> list[dict[str, object]]:
-    probability = found.probability if found.probability is not None else [""] * len(names)
-    columns = (names, found.fold, found.y_true, found.y_pred, probability)
+def _lines(names: np.ndarray, split: str, found: Predictions) -> list[dict[str, object]]:
+    probability = [""] * len(found.row) if found.probability is None else found.probability
+    columns = (names[found.row], found.fold, found.y_true, found.y_pred, probability)
     return [
         {"recording": n, "split": split, "fold": f, "y_true": t, "y_pred": p, "probability": q}
         for n, f, t, p, q in zip(*(np.asarray(c).tolist() for c in columns), strict=True)

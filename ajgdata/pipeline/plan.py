@@ -37,12 +37,14 @@ def plan(
     """Data sets by name: those of `only`, else every one that has sessions or a recipe.
 
     With `refresh` the manifests and the scenes of virtual sessions are brought up to date first.
-    Raises DataError for a declaration that cannot be used and when there is nothing to run.
+    Data sets that a task is tested on come with it. Raises DataError for a declaration that cannot
+    be used and when there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
-    for name in names:
+    for name in names:  # which grows
         spec = read_dataset(paths, name)
+        names += _tested_on(paths, spec, names)
         _check_paper(paths, spec)
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         if refresh:
@@ -58,15 +60,34 @@ def plan(
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
+    for name, one in plans.items():
+        for missing in sorted(_others(one.spec) - set(plans)):
+            problem = f"test_on: data set {missing!r} holds no sessions"
+            raise DataError(paths.dataset(name), problem, _how_to_import(missing))
     if not plans:
         problem = "no data set here has recordings or a recipe"
         raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
 
 
+def _others(spec: DatasetSpec) -> set[str]:
+    return {other for task in spec.tasks.values() for other in task.test_on}
+
+
+def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[str]:
+    """Further data sets that the tasks of `spec` need; DataError if one lacks a target."""
+    for name, task in spec.tasks.items():
+        for other in task.test_on:
+            targets = read_dataset(paths, other).targets
+            if other == spec.name or targets.get(task.target) != spec.targets[task.target]:
+                problem = f"task {name}: test_on {other!r} has no target {task.target!r} like this"
+                raise DataError(paths.dataset(spec.name), problem, "declare it there, or drop it")
+    return sorted(_others(spec) - set(known))
+
+
 def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
     """A report that names an unknown figure of the paper would fail after all the work is done."""
-    if not (named := {task.paper for task in spec.tasks.values()} - {""}):
+    if not (named := {name for task in spec.tasks.values() for name in task.papers.values()}):
         return
     known = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     if unknown := sorted(named - set(known)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,10 +12,14 @@ import numpy as np
 
 from ajgdata.models import MODELS
 from ajgdata.paths import Paths
+from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.pipeline.merge import read_findings
+from ajgdata.pipeline.report_rows import curves_of, left_out, sorting_of, tests_of
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
+    ElsewhereResult,
+    PartResult,
     Predictions,
     Provenance,
     Report,
@@ -22,13 +27,14 @@ from ajgdata.report.content import (
     SkippedTask,
     Spectra,
     TaskResult,
+    ValueErrors,
 )
 from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
 from ajgdata.store.sessions import read_dataset, read_session
-from ajgdata.types import DataError, DatasetSpec, FeatureSettings
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings, Task
 
 #: As many mean spectra as can be told apart in one figure.
 MAX_SPECTRA = 8
@@ -60,7 +66,7 @@ def build_report(
         commit=software()["git_commit"],
         datasets=tuple(summary(paths, specs[name], stores[name]) for name in datasets),
         results=tuple(
-            task_result(paths, specs[run[0]], run, document, paper)
+            task_result(paths, specs, run, document, paper)
             for run, document in documents.items()
             if "skipped" not in document
         ),
@@ -69,6 +75,15 @@ def build_report(
             for run, document in documents.items()
             if "skipped" in document
         ),
+    )
+    tasks = dict.fromkeys((dataset, task) for dataset, task, _ in runs)
+    listed = [(specs[dataset], task) for dataset, task in tasks]
+    report = dataclasses.replace(
+        report,
+        curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
+        tests=tuple(t for one in listed for t in tests_of(paths, *one)),
+        sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
     svgs = {}
     for name, illustration in illustrations(report).items():
@@ -150,17 +165,22 @@ def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
 
 def task_result(
     paths: Paths,
-    spec: DatasetSpec,
+    specs: Mapping[str, DatasetSpec],
     run: tuple[str, str, str],
     document: Mapping[str, Any],
     paper: Mapping[str, PaperFigure],
 ) -> TaskResult:
     """What the report says of one model on one task."""
     dataset, task, model = run
+    spec = specs[dataset]
     kind, scores = document["kind"], document["grouped"]
     headline = "rmse" if kind == "regression" else "accuracy"
     settings = spec.tasks[task]
-    random = document.get("random")
+    random, known = document.get("random"), settings.papers.get("known")
+    period = document["period"]
+    held_out = _predictions(paths.predictions(*run), kind, scores["classes"], period)
+    if held_out is None:
+        raise DataError(paths.predictions(*run), "holds no predictions", "delete it and run again")
     return TaskResult(
         dataset=dataset,
         dataset_title=spec.title or dataset,
@@ -178,9 +198,50 @@ def task_result(
         group_column=document["groups"],
         folds=scores["folds"],
         cost=_cost(read_json(paths.cost(*run))["grouped"]),
-        predictions=_predictions(paths.predictions(*run), kind, scores["classes"]),
+        predictions=held_out,
         random_split=_scores(random)[headline] if random else None,
-        paper=paper[settings.paper] if settings.paper else None,
+        paper=paper[known] if known else None,
+        parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
+        elsewhere=_elsewhere(document, headline, settings, paper, specs),
+        level=spec.level,
+        unseen=_predictions(paths.predictions(*run), kind, (), period, WITHHELD),
+        period=period,
+        values=tuple(ValueErrors(**one) for one in document["by_value"]),
+    )
+
+
+def _parts(
+    document: Mapping[str, Any], headline: str, papers: Mapping[str, PaperFigure]
+) -> tuple[PartResult, ...]:
+    """What was evaluated beside recordings of values that were trained on."""
+    made = []
+    if WITHHELD in document:
+        chance = document[WITHHELD]["chance"][headline]
+        scores = _scores(document[WITHHELD])[headline]
+        made.append(PartResult("unknown", scores, papers.get("unknown"), chance))
+        scores = _scores(document["overall"])[headline]
+        made.append(PartResult("overall", scores, papers.get("overall")))
+    return tuple(made)
+
+
+def _elsewhere(
+    document: Mapping[str, Any],
+    headline: str,
+    task: Task,
+    paper: Mapping[str, PaperFigure],
+    specs: Mapping[str, DatasetSpec],
+) -> tuple[ElsewhereResult, ...]:
+    """The same folds' models, tested on other data sets."""
+    return tuple(
+        ElsewhereResult(
+            part=other,
+            score=_scores(document[f"on:{other}"])[headline],
+            paper=paper[task.papers[other]] if other in task.papers else None,
+            chance=document[f"on:{other}"]["chance"][headline],
+            title=specs[other].title or other,
+            level=specs[other].level,
+        )
+        for other in task.test_on
     )
 
 
@@ -212,9 +273,21 @@ def _cost(cost: Mapping[str, Any]) -> Cost:
     )
 
 
-def _predictions(path: Path, kind: str, classes: Sequence[str]) -> Predictions:
-    rows = [row for row in read_csv(path)[1] if row["split"] == "grouped"]
+def _predictions(
+    path: Path,
+    kind: str,
+    classes: Sequence[str],
+    period: float | None,
+    split: str = "grouped",
+) -> Predictions | None:
+    from ajgdata.evaluate.metrics import wrapped
+
+    rows = [row for row in read_csv(path)[1] if row["split"] == split]
+    if not rows:
+        return None
     dtype = np.float64 if kind == "regression" else np.str_
     y_true, y_pred = (np.asarray([r[c] for r in rows], dtype) for c in ("y_true", "y_pred"))
     fold = np.asarray([int(row["fold"]) for row in rows])
+    if period:  # the repetition that is nearest to the truth: means and axes then make sense
+        y_pred = y_true.astype(float) + wrapped(y_pred.astype(float) - y_true.astype(float), period)
     return Predictions(y_true, y_pred, fold, tuple(map(str, classes)))

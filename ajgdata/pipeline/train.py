@@ -21,8 +21,15 @@ from ajgdata.types import Kind
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
 
-#: Our own classes inside scikit-learn pipelines, which skops must be told to trust.
-TRUSTED = ("ajgdata.models.baselines.Compress",)
+#: Classes inside scikit-learn pipelines that skops must be told to trust: ours, and what trees and
+#: networks hold.
+TRUSTED = (
+    "ajgdata.models.baselines.Compress",
+    "ajgdata.models.circular.Circular",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+    "sklearn.neural_network._stochastic_optimizers.AdamOptimizer",
+    "sklearn.tree._tree.Tree",
+)
 
 
 def train_model(
@@ -35,6 +42,7 @@ def train_model(
     model: str,
     seed: int,
     folder: Path,
+    period_deg: float | None = None,
 ) -> None:
     """Fit `model` on all recordings of `store` that have `target` and write it into `folder`.
 
@@ -44,20 +52,22 @@ def train_model(
     from threadpoolctl import threadpool_limits
 
     from ajgdata.models import make_model
+    from ajgdata.models.circular import Circular
 
     shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
-    about |= {"seed": seed, "provenance": dict(shard.attrs)}
+    about |= {"period": period_deg, "seed": seed, "provenance": dict(shard.attrs)}
     try:
         features, values, _, names = rows_of(shard, target, kind, groups)
         with threadpool_limits(limits=1):
-            estimator = make_model(model, kind, seed).fit(features, values)
+            estimator = make_model(model, kind, seed, period_deg).fit(features, values)
     except ValueError as error:
         write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
         return
     about |= {"recordings": len(names), "frequency_hz": shard.frequency_hz}
-    if hasattr(estimator, "state"):
-        arrays, about["network"] = estimator.state()
+    network = estimator.estimator_ if isinstance(estimator, Circular) else estimator
+    if hasattr(network, "state"):
+        arrays, about["network"] = network.state()
         write_network(folder, arrays)
     else:
         write_estimator(folder, estimator)
@@ -72,4 +82,11 @@ def load_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
     from ajgdata.models.cnn import CnnClassifier, CnnRegressor
 
     cnn = CnnClassifier if about["kind"] == "classification" else CnnRegressor
-    return cnn.from_state(read_network(folder), about["network"]), about
+    network = cnn.from_state(read_network(folder), about["network"])
+    if about["period"] is None:
+        return network, about
+    from ajgdata.models.circular import Circular
+
+    circular = Circular(network, about["period"])
+    circular.estimator_ = network
+    return circular, about

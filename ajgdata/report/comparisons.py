@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.content import Report, Score, TaskResult, pareto_front
-from ajgdata.report.wording import headline, number, task_name
+from ajgdata.report.wording import headline, metric_name, number, task_name
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 TIMES = {
@@ -137,6 +139,78 @@ def _cost_legends(figure: Figure, report: Report, markers: dict[str, str]) -> No
         shapes.append(grey(f"{number(memory, 2)} MB", "o", area, "white"))
     figure.legend(handles=tasks, loc="outside lower left")
     figure.legend(handles=shapes, loc="outside lower right", ncols=2)
+
+
+@styled
+def tradeoff_figure(task: tuple[TaskResult, ...]) -> Figure:
+    """The models of one task, in its own unit, against training time and inference time.
+
+    Bars are one standard deviation over folds; a line joins the models that no other beats in both
+    error and time.
+    """
+    first = task[0]
+    figure = new_figure(
+        (WIDTH_IN, 3.6),
+        f"{task_name(first)} · models",
+        f"{metric_name(first)} against run time, mean ± sd over {first.folds} folds",
+        [first.source],
+    )
+    percent = first.kind == "classification"
+    scale = 100 if percent else 1
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, (time, label) in zip(panels, TIMES.items(), strict=True):
+        times = np.array([getattr(r.cost, time) for r in task])
+        front = pareto_front(times, np.array([r.error.mean for r in task]))
+        times = np.maximum(times, SHORTEST)
+        score = np.array([r.score.mean for r in task]) * scale
+        sd = np.array([r.score.sd for r in task]) * scale
+        order = np.flatnonzero(front)[np.argsort(times[front], kind="stable")]
+        axes.plot(times[order], score[order], color=GREY, lw=1.1, label="Pareto front")
+        axes.axhline(first.chance * scale, color=GREY, ls=":", lw=1.1, label="chance")
+        for i, r in enumerate(task):
+            colour = COLOURS[i % len(COLOURS)]
+            axes.errorbar(
+                times[i], score[i], sd[i], color=colour, marker=MARKERS[i % len(MARKERS)],
+                mfc=colour if front[i] else "white", ls="", capsize=2.5, label=r.model_label,
+            )  # fmt: skip
+        axes.set(xscale="log", xlabel=label)
+        axes.margins(x=0.12)
+        _label_times(axes)
+    unit = "%" if percent else first.unit
+    panels[0].set_ylabel(f"{metric_name(first)} ({unit})" if unit else metric_name(first))
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=5)
+    return figure
+
+
+@styled
+def level_figure(task: tuple[TaskResult, ...]) -> Figure:
+    """Headline metric of each model against the level of the recordings that it is tested on."""
+    first = task[0]
+    figure = new_figure(
+        (WIDTH_IN, 3.4),
+        f"{task_name(first)} · tested at other levels",
+        f"{metric_name(first)}, mean ± sd over {first.folds} folds, never trained there",
+        [first.source],
+    )
+    scale = 100 if first.kind == "classification" else 1
+    axes = figure.subplots()
+    for i, r in enumerate(task):
+        levels = [level.value for level, _ in r.levels()]
+        mean = [scale * score.mean for _, score in r.levels()]
+        sd = [scale * score.sd for _, score in r.levels()]
+        style: dict[str, Any] = {
+            "color": COLOURS[i % len(COLOURS)],
+            "marker": MARKERS[i % len(MARKERS)],
+        }
+        axes.errorbar(levels, mean, sd, capsize=2.5, label=r.model_label, **style)
+    axes.axhline(first.chance * scale, color=GREY, ls=":", lw=1.1, label="chance")
+    level = first.levels()[0][0]
+    unit = "%" if scale == 100 else first.unit
+    axes.set_xlabel(f"{level.quantity} ({level.unit})" if level.unit else level.quantity)
+    axes.set_ylabel(f"{metric_name(first)} ({unit})" if unit else metric_name(first))
+    axes.set_ylim(bottom=0)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return figure
 
 
 @styled

@@ -10,14 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.report.further import ChanceTest, Curves, Experiments, SortingResult, Source
 from ajgdata.report.paper import PaperFigure
-from ajgdata.types import FeatureSettings, Finding, Kind
+from ajgdata.types import FeatureSettings, Finding, Kind, Level
 
-Source = Literal["simulated", "recorded"]
 HEADLINE: dict[Kind, str] = {"regression": "rmse", "classification": "accuracy"}
 
 __all__ = [
@@ -80,12 +80,45 @@ class Predictions:
             raise ValueError("y_true and y_pred of a regression must be finite")
 
 
+@dataclass(frozen=True)
+class PartResult:
+    """The headline metric on a further part of a task; a chance of NaN is not told."""
+
+    part: str  #: "unknown" (values never trained on) or "overall"
+    score: Score
+    paper: PaperFigure | None = None
+    chance: float = math.nan
+
+
+@dataclass(frozen=True)
+class ElsewhereResult(PartResult):
+    """The headline metric on recordings of another data set; `part` is its name."""
+
+    title: str = ""
+    level: Level | None = None
+
+
+@dataclass(frozen=True)
+class ValueErrors:
+    """Errors at one value of a regression target, see `evaluate.withheld.OneValue`."""
+
+    value: float
+    withheld: bool
+    recordings: int
+    rmse: float
+    rmse_sd: float | None
+    mae: float
+    bias: float
+
+
 @dataclass(frozen=True, eq=False)
 class TaskResult:
     """One model on one task of one data set.
 
     `chance` is the headline metric of a predictor that ignores the sound. `random_split` is the
-    headline metric when the split ignores `group_column`.
+    headline metric when the split ignores `group_column`. `unseen` are the predictions of values
+    that were withheld from training, each by every fold's model. Of a target with a `period` both
+    are given at the repetition nearest to the truth.
     """
 
     dataset: str
@@ -107,6 +140,12 @@ class TaskResult:
     predictions: Predictions
     random_split: Score | None = None
     paper: PaperFigure | None = None
+    parts: tuple[PartResult, ...] = ()
+    elsewhere: tuple[ElsewhereResult, ...] = ()
+    level: Level | None = None
+    period: float | None = None
+    unseen: Predictions | None = None
+    values: tuple[ValueErrors, ...] = ()
 
     def __post_init__(self) -> None:
         if self.headline not in self.metrics:
@@ -147,6 +186,12 @@ class TaskResult:
             scale, offset = -1 / (1 - self.chance), 1 / (1 - self.chance)
         folds = tuple(offset + scale * value for value in score.per_fold)
         return Score(offset + scale * score.mean, abs(scale) * score.sd, folds)
+
+    def levels(self) -> list[tuple[Level, Score]]:
+        """Headline metric against the level of the data set tested on, in rising order."""
+        tested = [(self.level, self.score), *((o.level, o.score) for o in self.elsewhere)]
+        known = [(level, score) for level, score in tested if level is not None]
+        return sorted(known, key=lambda one: one[0].value)
 
     @property
     def error(self) -> Score:
@@ -220,6 +265,9 @@ class Report:
     datasets: tuple[DatasetSummary, ...]
     results: tuple[TaskResult, ...]
     skipped: tuple[SkippedTask, ...] = ()
+    curves: tuple[Curves, ...] = ()
+    tests: tuple[ChanceTest, ...] = ()
+    sorting: tuple[SortingResult, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -234,6 +282,23 @@ class Report:
             if r.where in seen:
                 raise ValueError(f"{r.where} occurs twice")
             seen.add(r.where)
+
+    def experiments(self, task: tuple[TaskResult, ...]) -> Experiments:
+        """What else was made of a task."""
+        place = task[0].dataset, task[0].task
+
+        def of_task(one: Curves | ChanceTest | SortingResult) -> bool:
+            return (one.about.dataset, one.about.task) == place
+
+        return Experiments(
+            tuple(filter(of_task, self.curves)),
+            tuple(filter(of_task, self.tests)),
+            tuple(filter(of_task, self.sorting)),
+        )
+
+    def leveled(self) -> list[tuple[TaskResult, ...]]:
+        """Tasks whose models were tested at three levels or more, their own included."""
+        return [task for task in self.tasks() if len(task[0].levels()) > 2]
 
     def tasks(self, dataset: str | None = None) -> list[tuple[TaskResult, ...]]:
         """Results by task, the models of one task together, in order of first appearance."""

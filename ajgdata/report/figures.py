@@ -64,7 +64,10 @@ def regression_figure(result: TaskResult) -> Figure:
     y_pred = np.asarray(result.predictions.y_pred, float)
     figure = _result_figure(result, (6.2, 5.0))
     axes = figure.subplots()
-    low, high = min(y_true.min(), y_pred.min()), max(y_true.max(), y_pred.max())
+    drawn = [y_true, y_pred]
+    if result.unseen is not None:
+        drawn += [result.unseen.y_true, result.unseen.y_pred]
+    low, high = min(y.min() for y in drawn), max(y.max() for y in drawn)
     ends = np.array([low, high]) + 0.04 * (high - low or 1) * np.array([-1, 1])
     axes.plot(ends, ends, color=GREY, ls=(0, (5, 3)), lw=1.1, label="perfect")
     axes.axhline(y_true.mean(), color=GREY, ls=":", lw=1.1, label="chance: the mean")
@@ -85,6 +88,9 @@ def regression_figure(result: TaskResult) -> Figure:
     }
     true, mean, sd = group_by_true_value(y_true, y_pred)
     axes.errorbar(true, mean, sd, fmt="o", color=COLOURS[0], label="mean ± sd", **bars)
+    if result.unseen is not None:
+        unseen = group_by_true_value(result.unseen.y_true, result.unseen.y_pred)
+        axes.errorbar(*unseen, fmt="s", color=COLOURS[1], label="withheld values", **bars)
     unit = f" ({result.unit})" if result.unit else ""
     axes.set(xlabel=f"true {quantity(result)}{unit}", ylabel=f"predicted {quantity(result)}{unit}")
     axes.set(xlim=ends, ylim=ends, aspect="equal")

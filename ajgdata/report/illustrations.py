@@ -8,17 +8,27 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from ajgdata.report.comparisons import cost_figure, split_figure
+from ajgdata.report.comparisons import cost_figure, level_figure, split_figure, tradeoff_figure
 from ajgdata.report.content import DatasetSummary, Report, TaskResult
+from ajgdata.report.experiments import (
+    curve_caption,
+    curve_figure,
+    sorting_caption,
+    sorting_figure,
+)
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
+    level_caption,
     prediction_caption,
     spectra_caption,
     split_caption,
+    tradeoff_caption,
 )
 
+#: Fewer models of a task can be told apart in the figure of all tasks.
+MANY_MODELS = 4
 COST, SPLITS = "error-against-run-time", "random-against-grouped"
 
 
@@ -39,6 +49,16 @@ def spectra_name(dataset: DatasetSummary) -> str:
     return f"spectra--{dataset.name}"
 
 
+def tradeoff_name(task: tuple[TaskResult, ...]) -> str:
+    """File name, without suffix, of the figure that compares the models of a task."""
+    return f"models--{task[0].dataset}--{task[0].task}"
+
+
+def level_name(task: tuple[TaskResult, ...]) -> str:
+    """File name, without suffix, of the figure of a task's errors at several levels."""
+    return f"levels--{task[0].dataset}--{task[0].task}"
+
+
 def illustrations(report: Report) -> dict[str, Illustration]:
     """Every figure of the report by name, in the order of the page; nothing is drawn yet.
 
@@ -56,7 +76,26 @@ def illustrations(report: Report) -> dict[str, Illustration]:
     for r in report.results:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))
+    listed += _of_tasks(report)
     named = dict(listed)
     if len(named) != len(listed):
         raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
     return named
+
+
+def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
+    """Figures of whole tasks, not of single models."""
+    listed = []
+    for task in report.tasks():
+        if len(task) >= MANY_MODELS:
+            drawing = Illustration(tradeoff_caption(task), partial(tradeoff_figure, task))
+            listed.append((tradeoff_name(task), drawing))
+    for task in report.leveled():
+        drawing = Illustration(level_caption(task), partial(level_figure, task))
+        listed.append((level_name(task), drawing))
+    for c in report.curves:
+        listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
+    for one in report.sorting:
+        drawing = Illustration(sorting_caption(one), partial(sorting_figure, one))
+        listed.append((one.name, drawing))
+    return listed

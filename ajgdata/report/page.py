@@ -12,7 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
-from ajgdata.report.content import Report, TaskResult
+from ajgdata.report.content import PartResult, Report, TaskResult
+from ajgdata.report.experiments import chance_text, spread
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -78,13 +79,19 @@ def _names() -> dict[str, Any]:
         "best": best,
         "close": close,
         "chance": wording.chance,
+        "chance_text": chance_text,
+        "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,
         "metric_name": wording.metric_name,
         "paper_cells": paper_cells,
+        "part_rows": part_rows,
+        "part_chance": wording.part_chance,
         "prediction_name": figures.prediction_name,
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
+        "tradeoff_name": figures.tradeoff_name,
+        "level_name": figures.level_name,
         "web_link": web_link,
     }
 
@@ -100,7 +107,20 @@ def close(task: tuple[TaskResult, ...]) -> list[TaskResult]:
     return [r for r in task if r.error.mean <= top.mean + max(top.sd, 0)]
 
 
-def paper_cells(task: tuple[TaskResult, ...]) -> list[tuple[str, str, int]]:
+def part_rows(
+    task: tuple[TaskResult, ...],
+) -> list[tuple[str, list[tuple[TaskResult, PartResult]]]]:
+    """Further parts of a task by name, each with the result of every model that has it."""
+    found: dict[str, list[tuple[TaskResult, PartResult]]] = {}
+    for r in task:
+        for part in (*r.parts, *r.elsewhere):
+            found.setdefault(wording.part_label(part), []).append((r, part))
+    return list(found.items())
+
+
+def paper_cells(
+    task: Sequence[TaskResult] | Sequence[PartResult],
+) -> list[tuple[str, str, int]]:
     """Text, source and row span of the paper's cell per model; a span of 0 means no cell.
 
     A figure that all models share is written once, across their rows.

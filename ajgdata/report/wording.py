@@ -6,7 +6,14 @@ import math
 from collections import Counter
 from typing import NamedTuple
 
-from ajgdata.report.content import DatasetSummary, Report, Score, TaskResult
+from ajgdata.report.content import (
+    DatasetSummary,
+    ElsewhereResult,
+    PartResult,
+    Report,
+    Score,
+    TaskResult,
+)
 
 DASH = "—"
 
@@ -86,6 +93,21 @@ def chance(result: TaskResult) -> str:
     return headline(result, Score(result.chance, 0.0))
 
 
+def part_label(part: PartResult) -> str:
+    """What a further part of a task is."""
+    if isinstance(part, ElsewhereResult):
+        return f"tested on {part.title}"
+    return {
+        "unknown": "values withheld from training",
+        "overall": "known and withheld values together",
+    }[part.part]
+
+
+def part_chance(result: TaskResult, part: PartResult) -> str:
+    """The same on a further part of the task."""
+    return headline(result, Score(part.chance, 0.0))
+
+
 def words(name: str) -> str:
     """A column or task name as words: `edge_mm` -> `edge mm`, `grasp_id` -> `grasp id`."""
     return name.replace("_", " ")
@@ -111,10 +133,16 @@ def prediction_caption(result: TaskResult) -> Caption:
     )
     count = f"{len(result.predictions.y_true):,} held-out predictions"
     if result.kind == "regression":
+        unseen = "" if result.unseen is None else " Orange: values withheld from all training."
+        if result.period is not None:
+            unseen += (
+                f" The target repeats after {with_unit(number(result.period), result.unit)}: each "
+                "prediction is drawn at its repetition nearest to the truth."
+            )
         return Caption(
             f"{head} Small dots: {count}; large dots: mean ± one standard deviation per true "
             "value (or per bin, where there are more than 30 values); dashed: perfect; dotted: "
-            "always predicting the mean.",
+            f"always predicting the mean.{unseen}",
             f"Predicted against true {quantity(result)} with the identity line. {head}",
         )
     return Caption(
@@ -162,6 +190,42 @@ def cost_caption(report: Report) -> Caption:
         "in both error and time; hollow ones are beaten. The area of a marker is peak memory. "
         "Times belong to the machine that made this page.",
         f"Normalised error against training and inference time. Lowest errors: {listed}.",
+    )
+
+
+def tradeoff_caption(task: tuple[TaskResult, ...]) -> Caption:
+    """Caption of `comparisons.tradeoff_figure`."""
+    first = task[0]
+    listed = "; ".join(
+        f"{r.model_label}: {headline(r)}, training {number(r.cost.train_s)} s, "
+        f"inference {number(r.cost.inference_ms_per_recording)} ms"
+        for r in task
+    )
+    return Caption(
+        f"{metric_name(first)} of {len(task)} models on the same folds, with the same settings as "
+        "on every other task. Bars: one standard deviation over folds. Filled markers joined by a "
+        "line form the Pareto front: no other model beats them in both error and time. Times "
+        "belong to the machine that made this page.",
+        f"{metric_name(first)} against training and inference time. {listed}.",
+    )
+
+
+def level_caption(task: tuple[TaskResult, ...]) -> Caption:
+    """Caption of `comparisons.level_figure`."""
+    first = task[0]
+    listed = "; ".join(
+        f"{r.model_label}: "
+        + ", ".join(
+            f"{headline(r, score)} at {with_unit(number(level.value), level.unit)}"
+            for level, score in r.levels()
+        )
+        for r in task
+    )
+    return Caption(
+        f"The models of {task_name(first)}, trained there only and tested on the same task at "
+        "other levels: mean ± one standard deviation over folds. Of a grasp that was recorded at "
+        "several levels, no fold trains on one recording and tests on another.",
+        f"{metric_name(first)} against level. {listed}.",
     )
 
 

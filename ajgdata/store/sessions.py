@@ -6,6 +6,7 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -50,13 +51,50 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
 
 
 def read_declaration(path: Path) -> DatasetSpec:
-    """A declaration, wherever it lies; DataError names file, line, key, value and fix."""
+    """A declaration, wherever it lies; DataError names file, line, key, value and fix.
+
+    One that is `from` another takes over what that declares and says what differs, see `_derived`.
+    """
     content = read_yaml(path)
+    if "from" in content:
+        content = _derived(path, content)
     try:
         return DatasetSpec.model_validate(content)
     except ValidationError as error:
         line = line_of(path, error.errors()[0]["loc"])
         raise describe(error, f"{path}:{line}") from None
+
+
+def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
+    """The declaration that `from` names, with the differences of `content`, key by key.
+
+    Tasks are not taken over, and its recipe draws the same grasps: a derived data set is there to
+    test the other's models on.
+    """
+    origin = content["from"]
+    where = f"{path}:{line_of(path, ['from'])}"
+    file = path.parent.parent / str(origin) / path.name
+    if not isinstance(origin, str) or not NAME.fullmatch(origin) or not file.is_file():
+        raise DataError(where, f"from = {origin!r}: there is no {file}", "name a data set")
+    base = read_yaml(file)
+    if "from" in base:
+        raise DataError(where, f"from = {origin!r} is itself derived", f"name {base['from']}")
+    recipe = {"recipe": {"grasps_of": origin}} if "recipe" in base else {}
+    kept = {key: value for key, value in base.items() if key not in ("tasks", "level")}
+    differences = {key: value for key, value in content.items() if key != "from"}
+    return _overridden(_overridden(kept, recipe), differences)
+
+
+def _overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
+    """`base` with the values of `by`; mappings in both are joined in the same way."""
+    joined = dict(base)
+    for key, value in by.items():
+        old = joined.get(key)
+        if isinstance(old, dict) and isinstance(value, dict):
+            joined[key] = _overridden(old, value)
+        else:
+            joined[key] = value
+    return joined
 
 
 def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:

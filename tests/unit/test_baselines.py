@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from sklearn.base import clone, is_classifier, is_regressor
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from ajgdata.models import MODELS, make_model
-from ajgdata.models.baselines import Compress
+from ajgdata.models.baselines import BASELINES, Compress
+from ajgdata.types import ModelName
 
 EVERY = [(name, kind) for name in MODELS for kind in ("classification", "regression")]
 
@@ -45,7 +47,9 @@ def test_models_are_estimators_of_their_kind_that_learn_the_obvious(name, kind):
     predicted = model.fit(x[:40], target[:40]).predict(x[40:])
     if kind == "classification":
         assert (predicted == target[40:]).all()
-        np.testing.assert_allclose(model.predict_proba(x).sum(axis=1), 1)
+        assert hasattr(model, "predict_proba") == (name != "svm")
+        if hasattr(model, "predict_proba"):
+            np.testing.assert_allclose(model.predict_proba(x).sum(axis=1), 1)
     else:
         # far nearer to the right one of 0 and 10; ridge shrinks by 1000 / (20 * 40) at most
         assert (abs(predicted - target[40:]) < 5).all()
@@ -60,13 +64,23 @@ def test_the_unit_of_the_features_does_not_matter(name, kind):
     assert np.array_equal(plain, scaled)
 
 
-def test_the_cnn_gets_its_seed():
-    assert make_model("cnn", "regression", seed=7).random_state == 7
+def test_every_model_may_be_named_in_a_task():
+    assert tuple(MODELS) == get_args(ModelName)
+    assert set(BASELINES) == set(MODELS) - {"cnn"}
+
+
+@pytest.mark.parametrize("kind", ["classification", "regression"])
+@pytest.mark.parametrize("name", ["cnn", "boosting", "forest", "mlp"])
+def test_models_with_chance_in_them_get_the_seed(name, kind):
+    settings = make_model(name, kind, seed=7).get_params()
+    assert {v for k, v in settings.items() if k.split("__")[-1] == "random_state"} == {7}
 
 
 def test_unknown_names_are_refused():
-    with pytest.raises(ValueError, match="unknown model 'svm': choose one of cnn, linear, knn"):
-        make_model("svm", "regression", 0)
+    with pytest.raises(
+        ValueError, match="unknown model 'tree': choose one of cnn, linear, knn, svm"
+    ):
+        make_model("tree", "regression", 0)
     with pytest.raises(ValueError, match="unknown kind 'ranking'"):
         make_model("knn", "ranking", 0)
 

@@ -1,13 +1,14 @@
 """Store in, metrics, predictions and cost out; what cannot be evaluated is said."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
 from ajgdata.pipeline.evaluate import evaluate_task, plain
-from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 
 
 @pytest.fixture
@@ -159,3 +160,59 @@ def test_a_store_without_recordings_is_said(tmp_path):
     columns = {"recording": text_column([])}
     write_store(path, Shard(np.empty((0, 3), np.float32), np.arange(3.0), columns, {}), {})
     assert run(path)[0]["skipped"] == "no recording can be used: the quarantine says why"
+
+
+def test_withheld_values_are_trained_on_by_no_fold_and_predicted_by_all(store):
+    document, rows, _ = run(store, withhold=[13.0, 17.0])
+    assert document["withhold"] == [13, 17]
+    assert document["grouped"]["recordings"] == 36 - 8
+    known = [r for r in rows if r["split"] == "grouped"]
+    new = [r for r in rows if r["split"] == "withheld"]
+    assert {r["y_true"] for r in new} == {"13.0", "17.0"}
+    assert not {r["y_true"] for r in known} & {"13.0", "17.0"}
+    assert sorted(r["fold"] for r in new) == ["0"] * 8 + ["1"] * 8 + ["2"] * 8
+    for fold, rmse in enumerate(document["withheld"]["per_fold"]["rmse"]):
+        mine = [r for r in new if r["fold"] == str(fold)]
+        errors = [float(r["y_pred"]) - float(r["y_true"]) for r in mine]
+        assert rmse == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+    low, high = sorted((document["grouped"]["mean"]["rmse"], document["withheld"]["mean"]["rmse"]))
+    assert 0.9 * low < document["overall"]["mean"]["rmse"] < 1.1 * high
+    assert document["overall"]["recordings"] == 36
+    assert [v["value"] for v in document["by_value"] if v["withheld"]] == [13, 17]
+    assert sum(v["recordings"] for v in document["by_value"]) == 36
+
+
+@pytest.mark.parametrize(
+    ("withhold", "problem"),
+    [([12.5], "no recording has the value 12.5"), (np.arange(11.0, 19), "at least two values")],
+)
+def test_what_cannot_be_withheld_is_said(store, withhold, problem):
+    assert problem in run(store, withhold=withhold)[0]["skipped"]
+
+
+def test_a_target_that_repeats_is_judged_the_shortest_way_round(store):
+    document, rows, _ = run(store, period_deg=10.0)
+    assert document["period"] == 10
+    assert all(0 <= float(r["y_pred"]) < 10 for r in rows)
+    assert max(document["grouped"]["per_fold"]["mae"]) <= 5  # half a period
+
+
+def test_other_stores_are_tested_without_a_grasp_on_both_sides(store, tmp_path):
+    """A copy of the store: each recording is predicted once, by the fold that holds its grasp out,
+    hence as well as the original; and one with further grasps, which every fold predicts."""
+    shard = read_store(store)
+    new = {**shard.columns, "grasp_id": text_column([f"t/{n}" for n in range(40)])}
+    write_store(tmp_path / "new.nc", dataclasses.replace(shard, columns=new), {"units": "1"})
+    others = {"copy": store, "new": tmp_path / "new.nc"}
+    document, rows, _ = run(store, others=others, withhold=[15.0])
+    assert document["on:copy"]["per_fold"] == document["grouped"]["per_fold"]
+    assert document["on:copy"]["recordings"] == 32  # without the missing, and the withheld value
+    fold = {r["recording"]: r["fold"] for r in rows if r["split"] == "grouped"}
+    assert {r["recording"]: r["fold"] for r in rows if r["split"] == "on:copy"} == fold
+    assert len([r for r in rows if r["split"] == "on:new"]) == 3 * 32
+    narrow = dataclasses.replace(
+        shard, feature=shard.feature[:, :300], frequency_hz=shard.frequency_hz[:300]
+    )
+    write_store(tmp_path / "narrow.nc", narrow, {"units": "1"})
+    skipped = run(store, others={"narrow": tmp_path / "narrow.nc"})[0]["skipped"]
+    assert "on:narrow has 300 features, not 400" in skipped

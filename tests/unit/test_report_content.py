@@ -179,3 +179,9 @@ def test_paper_figures_with_a_mistake_are_refused_in_one_line():
     content["figures"].append(content["figures"][1])
     with pytest.raises(DataError, match="listed twice: size"):
         parse_paper(content)
+
+
+def test_the_caption_says_where_a_repeating_target_is_drawn():
+    text = prediction_caption(regression_result(period=180.0, unit="°")).text
+    assert "The target repeats after 180°: each prediction is drawn at its repetition" in text
+    assert "repeats" not in prediction_caption(regression_result()).text

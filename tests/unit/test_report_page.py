@@ -5,8 +5,10 @@ import itertools
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from report_samples import (
+    PAPER,
     SCRIPT,
     classes_result,
     dataset,
@@ -14,7 +16,15 @@ from report_samples import (
     sample_report,
 )
 
-from ajgdata.report.content import Report, SkippedTask
+from ajgdata.report.content import (
+    PartResult,
+    Predictions,
+    Report,
+    Score,
+    SkippedTask,
+    ValueErrors,
+)
+from ajgdata.report.figures import regression_figure
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import MAX_FINDINGS, figure_link, paper_cells, quarantine_link, render_page
 from ajgdata.types import Finding
@@ -204,3 +214,24 @@ def test_the_same_report_gives_the_same_page(html):
 def test_figures_must_be_there():
     with pytest.raises(ValueError, match="figures not drawn: random-against-grouped"):
         render_page(sample_report(), {})
+
+
+def test_withheld_values_have_rows_of_their_own_beside_the_paper():
+    parts = (
+        PartResult("unknown", Score(3.5, 0.4), PAPER, 9.0),
+        PartResult("overall", Score(2.4, 0.2)),
+    )
+    unseen = Predictions(np.array([15.0, 15.0]), np.array([14.0, 17.0]), np.arange(2))
+    values = (ValueErrors(15.0, True, 1, 3.0, 1.0, 2.0, 0.5),)
+    result = regression_result(parts=parts, unseen=unseen, values=values)
+    report = dataclasses.replace(sample_report(), results=(result,))
+    page = Page(render(report))
+    assert page.row(["CNN", "RMSE, unknown"]) == [
+        "CNN", "RMSE, unknown", "3.50 ± 0.40 mm", "9 mm",
+        "RMSE 2.6 mm overall", "cubes; arXiv 2603.00351",
+    ]  # fmt: skip
+    assert page.row(["CNN", "RMSE, overall"])[2:4] == ["2.40 ± 0.20 mm", "—"]
+    assert page.row(["15", "no: withheld"]) == ["15", "no: withheld", "1", "3", "2", "0.5"]
+    figure = regression_figure(result)
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert "withheld values" in labels

@@ -61,7 +61,7 @@ def recipe(**keys):
         ({"targets": {"string7": {"kind": "regression"}}}, "target string7 has the name"),
         ({"tasks": {"t": {"target": "nope"}}}, "task t: target 'nope' is not among the targets"),
         ({"tasks": {"t": {"target": "edge_mm", "folds": 1}}}, "tasks.t.folds = 1"),
-        ({"tasks": {"t": {"target": "edge_mm", "models": ["svm"]}}}, "tasks.t.models.0 = 'svm'"),
+        ({"tasks": {"t": {"target": "edge_mm", "models": ["tree"]}}}, "tasks.t.models.0 = 'tree'"),
         ({"tasks": ["t"]}, "tasks = ['t']: Input should be a valid dictionary"),
         (
             {"imports": {"pattern": "x", "table": "y", "file": "z"}},

@@ -54,6 +54,19 @@ def test_what_comes_back_predicts_the_same(store, target, model):
     assert about["frequency_hz"] == list(range(64))
 
 
+@pytest.mark.parametrize("model", ["cnn", "linear", "svm"])
+def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
+    folder = store.parent / "m"
+    about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
+    train_model(store, **about, model=model, seed=3, folder=folder, period_deg=8.0)
+    loaded, about = load_model(folder)
+    shard, known = read_store(store), slice(0, 23)
+    fitted = make_model(model, "regression", 3, 8.0)
+    fitted.fit(shard.feature[known], shard.columns["edge_mm"].values[known])
+    np.testing.assert_array_equal(loaded.predict(shard.feature), fitted.predict(shard.feature))
+    assert about["period"] == 8
+
+
 def test_a_network_is_the_same_bytes_twice(store):
     folders = [train(store, "kind", "cnn", name) for name in ("a", "b")]
     for file in ("model.json", "model.safetensors"):

@@ -215,4 +215,4 @@ def test_each_study_is_a_job_of_its_own(project):
 
 
 def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project):
-    assert project.planned() == {"all": 1, "train": 1, "verify": 1}
+    assert project.planned() == {"all": 1, "train": 1, "collect": 1, "verify": 1}

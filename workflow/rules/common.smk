@@ -9,3 +9,8 @@ def of_sessions(path):
 def of_runs(path):
     """All evaluated models, for one kind of file."""
     return [path(*run) for run in RUNS]
+
+
+def declared(wildcards):
+    """The task of a job, as it stands in dataset.yaml."""
+    return PLANS[wildcards.dataset].spec.tasks[wildcards.task]

@@ -1,6 +1,10 @@
 rule evaluate:
     input:
         store=PATHS.merged("{dataset}"),
+        others=lambda wildcards: [
+            PATHS.merged(other)
+            for other in PLANS[wildcards.dataset].spec.tasks[wildcards.task].test_on
+        ],
     output:
         metrics=PATHS.metrics("{dataset}", "{task}", "{model}"),
         cost=PATHS.cost("{dataset}", "{task}", "{model}"),

@@ -5,6 +5,9 @@ rule report:
         metrics=of_runs(PATHS.metrics),
         costs=of_runs(PATHS.cost),
         predictions=of_runs(PATHS.predictions),
+        curves=[PATHS.curve(*run) for run in CURVES],
+        permutations=[PATHS.permutations(*task) for task in PERMUTED],
+        sorting=[PATHS.sorting(*run) for run in SORTED],
         pages=[PATHS.page(name) for name in PAGES],
     output:
         page=PATHS.report,

@@ -1,0 +1,128 @@
+"""Do probabilities mean what they say? Reliability, and temperature scaling on an inner split.
+
+Temperature scaling: Guo et al. 2017, On calibration of modern neural networks, ICML.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import log_softmax, logsumexp, softmax
+from threadpoolctl import threadpool_limits
+
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.models import make_model
+
+#: Temperatures that are searched: 20 times sharper to 20 times flatter.
+TEMPERATURES = (0.05, 20.0)
+#: Below this a probability says no more; its logarithm stays finite.
+TINIEST = 1e-12
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Predictions whose confidence lies in (low, high]."""
+
+    low: float
+    high: float
+    count: int
+    confidence: float  #: mean
+    accuracy: float  #: share that was right
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """Out-of-fold probabilities (n, n_classes) in the order of the rows, plain and scaled."""
+
+    classes: np.ndarray
+    plain: np.ndarray
+    scaled: np.ndarray
+    temperatures: tuple[float, ...]  #: of the folds
+
+
+def temperature(log_probability: np.ndarray, label: np.ndarray) -> float:
+    """The T that makes `label` (n,), column numbers, most probable under softmax(log p / T).
+
+    `log_probability` (n, n_classes).
+    """
+    rows = np.arange(len(label))
+
+    def loss(log_t: float) -> float:
+        z = log_probability / np.exp(log_t)
+        return float(np.mean(logsumexp(z, axis=1) - z[rows, label]))
+
+    low, high = np.log(TEMPERATURES)
+    return float(np.exp(minimize_scalar(loss, bounds=(low, high), method="bounded").x))
+
+
+def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
+    """softmax(log p / t): the same order of classes, flatter for t > 1."""
+    return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
+
+
+def calibrated(
+    features: np.ndarray,
+    target: np.ndarray,
+    groups: np.ndarray | Sequence,
+    *,
+    model: str,
+    folds: int = 5,
+    seed: int = 0,
+) -> Calibrated:
+    """Out-of-fold probabilities of a classifier, and the same scaled by a temperature.
+
+    For each fold the temperature is found on groups held out of its training part, by a model
+    trained on the rest of that part; the test part has no say. Raises ValueError for a model
+    without probabilities and for folds that cannot be made.
+    """
+    y = np.asarray(target)
+    group = np.asarray(groups)
+    classes, label = np.unique(y, return_inverse=True)
+    plain, scaled = (np.empty((len(y), len(classes))) for _ in range(2))
+    temperatures = []
+    with threadpool_limits(limits=1):
+        for train, test in grouped_folds(y, group, "classification", folds, seed):
+            inner_folds = min(folds, len(np.unique(group[train])))
+            inner = grouped_folds(y[train], group[train], "classification", inner_folds, seed)
+            fit, held = (train[part] for part in inner[0])
+            log_p = np.log(np.maximum(_probabilities(model, seed, features, y, fit, held), TINIEST))
+            t = temperature(log_softmax(log_p, axis=1), label[held])
+            plain[test] = _probabilities(model, seed, features, y, train, test)
+            scaled[test] = with_temperature(plain[test], t)
+            temperatures.append(t)
+    return Calibrated(classes, plain, scaled, tuple(temperatures))
+
+
+def _probabilities(
+    model: str, seed: int, features: np.ndarray, y: np.ndarray, fit: np.ndarray, rows: np.ndarray
+) -> np.ndarray:
+    fitted = make_model(model, "classification", seed)
+    if not hasattr(fitted, "predict_proba"):
+        raise ValueError(f"model {model!r} has no probabilities: choose another")
+    return fitted.fit(features[fit], y[fit]).predict_proba(features[rows])
+
+
+def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = 10) -> list[Bin]:
+    """Confidence (n,) of predictions against whether they were `right` (n,), in equal bins of 0..1;
+    bins that hold none are left out."""
+    edges = np.linspace(0, 1, bins + 1)
+    number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, bins - 1)
+    return [
+        Bin(
+            float(edges[b]),
+            float(edges[b + 1]),
+            int((number == b).sum()),
+            float(confidence[number == b].mean()),
+            float(right[number == b].mean()),
+        )
+        for b in np.unique(number)
+    ]
+
+
+def calibration_error(bins: Sequence[Bin]) -> float:
+    """Expected calibration error: mean |confidence - accuracy| over predictions."""
+    total = sum(one.count for one in bins)
+    return sum(one.count * abs(one.confidence - one.accuracy) for one in bins) / total

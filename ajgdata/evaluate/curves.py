@@ -1,0 +1,74 @@
+"""How many grasps a model needs: accuracy against the number of training groups per class."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ajgdata.evaluate import metrics
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.models import make_model
+from ajgdata.types import Kind
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """One draw of training groups: `groups` of each class (of each value, for a regression)."""
+
+    groups: int
+    repeat: int
+    recordings: int  #: that were trained on
+    scores: dict[str, float]  #: on the validation rows, which all points share
+
+
+def learning_curve(
+    features: np.ndarray,
+    target: np.ndarray,
+    groups: np.ndarray | Sequence,
+    *,
+    kind: Kind,
+    model: str,
+    sizes: Sequence[int],
+    repeats: int,
+    folds: int = 5,
+    seed: int = 0,
+    period: float | None = None,
+) -> list[CurvePoint]:
+    """Train on ever more groups per class, and test always on the same: those of the first fold.
+
+    `features` (n, n_features), `target` (n,), `groups` (n,) as for `cross_validate`. Each repeat
+    draws an order of every class's training groups and takes the first of them, so that a larger
+    size holds the smaller; its seed is the model's as well. Raises ValueError for a size that some
+    class has too few training groups for, and for a group of several classes.
+    """
+    y = np.asarray(target)
+    group = np.unique(np.asarray(groups), return_inverse=True)[1]
+    train, test = grouped_folds(y, group, kind, folds, seed)[0]
+    of_class = _groups_of_classes(y[train], group[train])
+    if max(sizes) > (fewest := min(map(len, of_class))):
+        problem = f"a curve up to {max(sizes)} training groups per class: a class has {fewest}"
+        raise ValueError(f"{problem}; lower curve.groups, or record more")
+    points = []
+    with threadpool_limits(limits=1):
+        for repeat in range(repeats):
+            generator = np.random.default_rng([seed, repeat])
+            orders = [generator.permutation(members) for members in of_class]
+            for size in sizes:
+                chosen = np.concatenate([order[:size] for order in orders])
+                rows = train[np.isin(group[train], chosen)]
+                fitted = make_model(model, kind, seed + repeat, period)
+                fitted.fit(features[rows], y[rows])
+                scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
+                points.append(CurvePoint(size, repeat, len(rows), scores))
+    return points
+
+
+def _groups_of_classes(y: np.ndarray, group: np.ndarray) -> list[np.ndarray]:
+    """The groups of each class. Raises ValueError for a group that several share."""
+    of_class = [np.unique(group[y == label]) for label in np.unique(y)]
+    if sum(map(len, of_class)) > len(np.unique(group)):
+        raise ValueError("a group holds several classes: groups of one class cannot be counted")
+    return of_class

@@ -1,0 +1,37 @@
+"""Regression of a target that repeats, as the angle of a bar does after half a turn.
+
+0 and 179 degrees are then one degree apart, but a model of the plain number must tell them apart.
+It learns the point (sin 2 pi y / P, cos 2 pi y / P) instead, which moves steadily with y.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+from sklearn.base import BaseEstimator, MetaEstimatorMixin, RegressorMixin, clone
+from sklearn.utils.validation import check_is_fitted
+
+
+class Circular(MetaEstimatorMixin, RegressorMixin, BaseEstimator):
+    """Fits `estimator` to the two coordinates of y; predicts y in [0, `period`)."""
+
+    estimator_: Any
+
+    def __init__(self, estimator: BaseEstimator, period: float) -> None:
+        self.estimator = estimator
+        self.period = period
+
+    def fit(self, X: Any, y: Any) -> Self:
+        """Train on features (n, n_features) and targets (n,) in any turn."""
+        turn = 2 * np.pi * np.asarray(y, np.float64) / self.period
+        self.estimator_ = clone(self.estimator)
+        self.estimator_.fit(X, np.column_stack([np.sin(turn), np.cos(turn)]))
+        return self
+
+    def predict(self, X: Any) -> np.ndarray:
+        """Target (n,): the direction of the predicted point, however near to the centre."""
+        check_is_fitted(self)
+        sine, cosine = self.estimator_.predict(X).T
+        turns = np.arctan2(sine, cosine) / (2 * np.pi)
+        return turns % 1.0 % 1.0 * self.period  # twice: -1e-17 % 1.0 is 1.0

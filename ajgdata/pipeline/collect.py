@@ -1,0 +1,130 @@
+"""All results of a run -> one document and one table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ajgdata.paths import Paths
+from ajgdata.store.files import csv_bytes, json_bytes, read_json, write_bytes
+from ajgdata.store.provenance import software
+
+COLUMNS = (
+    "dataset", "task", "model", "source", "part", "metric", "statistic", "value", "unit", "seed",
+    "commit",
+)  # fmt: skip
+#: Metrics that are in the unit of the target; others are shares, or have their unit in the name.
+IN_UNITS = ("rmse", "mae")
+
+
+def collect(
+    paths: Paths,
+    *,
+    runs: Sequence[tuple[str, str, str]],
+    curves: Sequence[tuple[str, str, str]],
+    permuted: Sequence[tuple[str, str]],
+    sorting: Sequence[tuple[str, str, str]],
+    document: Path,
+    table: Path,
+) -> None:
+    """Write every result of `runs` and of the further experiments into `document` (JSON), and its
+    numbers, one a row, into `table` (CSV).
+
+    A row is a metric of a part of an evaluation (`grouped`, `random`, `withheld`, `overall`,
+    `on:<data set>`, `cost`): `statistic` is `fold 0` and so on, or mean, sd, pooled or chance. Of a
+    learning curve the part is `curve:<groups per class>` and the statistic the draw.
+    """
+    evaluations = [
+        {**_where(run), **read_json(paths.metrics(*run)), "cost": read_json(paths.cost(*run))}
+        for run in runs
+    ]
+    learned = [{**_where(run), **read_json(paths.curve(*run))} for run in curves]
+    tests = [
+        {"dataset": dataset, "task": task, **read_json(paths.permutations(dataset, task))}
+        for dataset, task in permuted
+    ]
+    sorts = [{**_where(run), **read_json(paths.sorting(*run))} for run in sorting]
+    content = {
+        "software": software(),
+        "evaluations": evaluations,
+        "curves": learned,
+        "permutations": tests,
+        "sorting": sorts,
+    }
+    write_bytes(document, json_bytes(content))
+    rows = [
+        *(row for one in evaluations for row in _evaluation_rows(one)),
+        *(row for one in learned for row in _curve_rows(one)),
+        *(row for one in tests for row in _test_rows(one)),
+        *(row for one in sorts for row in _sorting_rows(one)),
+    ]
+    write_bytes(table, csv_bytes(COLUMNS, rows))
+
+
+def _where(run: tuple[str, str, str]) -> dict[str, str]:
+    return dict(zip(("dataset", "task", "model"), run, strict=True))
+
+
+def _row(
+    one: Mapping[str, Any], part: str, metric: str, statistic: str, value: float | None
+) -> dict[str, object]:
+    return {
+        "dataset": one["dataset"],
+        "task": one["task"],
+        "model": one["model"],
+        "source": one["provenance"]["source"],
+        "part": part,
+        "metric": metric,
+        "statistic": statistic,
+        "value": "" if value is None else value,
+        "unit": one["unit"] if metric in IN_UNITS else "",
+        "seed": one["seed"],
+        "commit": one["provenance"]["git_commit"],
+    }
+
+
+def _evaluation_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    parts = {k: v for k, v in one.items() if isinstance(v, dict) and "per_fold" in v}
+    for part, scores in parts.items():
+        for metric, values in scores["per_fold"].items():
+            for fold, value in enumerate(values):
+                yield _row(one, part, metric, f"fold {fold}", value)
+            for statistic in ("mean", "sd", "pooled", "chance"):
+                if statistic in scores:
+                    yield _row(one, part, metric, statistic, scores[statistic][metric])
+    for split, cost in one["cost"].items():
+        for name, value in cost.items():
+            if not isinstance(value, list):
+                yield _row(one, f"cost of {split}", name, "measured", value)
+
+
+def _curve_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    if "skipped" in one:
+        return
+    for point in one["points"]:
+        for metric, value in point["scores"].items():
+            part = f"curve:{point['groups']}"
+            yield _row(one, part, metric, f"draw {point['repeat']}", value)
+
+
+def _test_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    if "skipped" in one:
+        return
+    yield _row(one, "permutations", one["metric"], "pooled", one["value"])
+    yield _row(one, "permutations", "p", f"of {len(one['null'])}", one["p"])
+
+
+def _sorting_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    if "skipped" in one:
+        return
+    for name in ("plain", "scaled"):
+        part = one[name]
+        yield _row(one, f"sorting, {name}", "accuracy", "pooled", part["accuracy"])
+        error = part["calibration_error"]
+        yield _row(one, f"sorting, {name}", "calibration_error", "pooled", error)
+        for metric in ("share", "accuracy"):
+            value = part["accepted"][metric]
+            yield _row(one, f"sorting, {name}, accepted", metric, "pooled", value)
+        for run, sorts in enumerate(part["sorts"]):
+            yield _row(one, f"sorting, {name}", "sorts_in_a_row", f"run {run}", sorts)

@@ -1,0 +1,154 @@
+"""Documents of the further experiments -> what the report says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ajgdata.models import MODELS
+from ajgdata.paths import Paths
+from ajgdata.report.content import SkippedTask
+from ajgdata.report.further import (
+    About,
+    ChanceTest,
+    CurveLine,
+    Curves,
+    SortingPart,
+    SortingResult,
+)
+from ajgdata.report.paper import PaperFigure
+from ajgdata.store.files import read_json
+from ajgdata.types import DatasetSpec
+
+#: What the paper says of these experiments, by the name of its figure.
+PAPER_CURVE, PAPER_SORTING = "data-size", "sorting"
+
+
+def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
+    title = f"{spec.title or spec.name} · {task.replace('_', ' ')}"
+    return About(spec.name, task, title, document["provenance"]["source"])
+
+
+def _label(document: Mapping[str, Any]) -> str:
+    return str(getattr(MODELS[document["model"]], document["kind"]))
+
+
+def left_out(paths: Paths, spec: DatasetSpec, task: str) -> list[SkippedTask]:
+    """Further experiments on a task that could not be made, and why."""
+    settings, asked = spec.tasks[task], []
+    if settings.curve:
+        models = settings.curve.models
+        asked += [("learning curve", paths.curve(spec.name, task, model)) for model in models]
+    if settings.permutations:
+        asked.append(("test against chance", paths.permutations(spec.name, task)))
+    if settings.sorting:
+        models = settings.sorting.models
+        asked += [("sorting", paths.sorting(spec.name, task, model)) for model in models]
+    return [
+        SkippedTask(spec.name, f"{task}, {what}", _label(document), document["skipped"])
+        for what, document in ((what, read_json(path)) for what, path in asked)
+        if "skipped" in document
+    ]
+
+
+def curves_of(
+    paths: Paths, spec: DatasetSpec, task: str, paper: Mapping[str, PaperFigure]
+) -> list[Curves]:
+    """The learning curves of a task in one figure; none where none could be made."""
+    settings = spec.tasks[task].curve
+    models = settings.models if settings else ()
+    documents = [read_json(paths.curve(spec.name, task, model)) for model in models]
+    made = [document for document in documents if "skipped" not in document]
+    if not made or not settings:
+        return []
+    metric = made[0]["metric"]
+    share = metric == "accuracy"
+    return [
+        Curves(
+            about=_about(spec, task, made[0]),
+            metric=metric,
+            unit="%" if share else made[0]["unit"],
+            repeats=settings.repeats,
+            lines=tuple(_line(document, 100 if share else 1) for document in made),
+            paper=paper[PAPER_CURVE] if "ycb" in spec.tasks[task].papers.values() else None,
+        )
+    ]
+
+
+def _line(document: Mapping[str, Any], scale: float) -> CurveLine:
+    groups = np.array([point["groups"] for point in document["points"]])
+    score = scale * np.array([p["scores"][document["metric"]] for p in document["points"]])
+    sizes = np.unique(groups)
+    mean = np.array([score[groups == n].mean() for n in sizes])
+    sd = np.array([score[groups == n].std(ddof=1) for n in sizes])
+    return CurveLine(_label(document), sizes, mean, sd)
+
+
+def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
+    """The test of a task against chance, if it has one and it could be made."""
+    if not spec.tasks[task].permutations:
+        return []
+    document = read_json(paths.permutations(spec.name, task))
+    if "skipped" in document:
+        return []
+    null = np.array(document["null"])
+    return [
+        ChanceTest(
+            about=_about(spec, task, document),
+            model_label=_label(document),
+            metric=document["metric"],
+            unit=document["unit"],
+            value=document["value"],
+            null=float(null.mean()),
+            permutations=len(null),
+            p=document["p"],
+        )
+    ]
+
+
+def sorting_of(
+    paths: Paths, spec: DatasetSpec, task: str, paper: Mapping[str, PaperFigure]
+) -> list[SortingResult]:
+    """Sorting by each model that a task asks for."""
+    settings = spec.tasks[task].sorting
+    documents = [
+        read_json(paths.sorting(spec.name, task, model))
+        for model in (settings.models if settings else ())
+    ]
+    return [
+        SortingResult(
+            about=_about(spec, task, document),
+            model=document["model"],
+            model_label=_label(document),
+            objects=tuple(document["objects"]),
+            threshold=document["threshold"],
+            recordings=document["recordings"],
+            accuracy=document["plain"]["accuracy"],
+            parts=(_part("as they are", document["plain"]), _scaled(document)),
+            paper=paper[PAPER_SORTING],
+        )
+        for document in documents
+        if "skipped" not in document
+    ]
+
+
+def _scaled(document: Mapping[str, Any]) -> SortingPart:
+    temperatures: Sequence[float] = document["temperatures"]
+    middle = float(np.median(temperatures))
+    return _part(f"scaled, temperature {middle:.2g}", document["scaled"])
+
+
+def _part(label: str, part: Mapping[str, Any]) -> SortingPart:
+    accuracy = part["accepted"]["accuracy"]
+    return SortingPart(
+        label=label,
+        confidence=np.array([one["confidence"] for one in part["bins"]]),
+        right=np.array([one["accuracy"] for one in part["bins"]]),
+        calibration_error=part["calibration_error"],
+        accepted_share=part["accepted"]["share"],
+        accepted_accuracy=np.nan if accuracy is None else accuracy,
+        sorts=np.array(part["sorts"]),
+        before_mistake=np.array(part["before_mistake"]),
+    )

@@ -1,0 +1,156 @@
+"""Feature store -> what the paper's further experiments ask of a task: one document each.
+
+Curve, permutation test and sorting, in this order; a task that lacks what one needs is written as
+such with the reason, as evaluations are.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ajgdata.pipeline.evaluate import Rows, apart, plain, rows_of
+from ajgdata.store.features import read_store
+from ajgdata.store.files import json_bytes, write_bytes
+from ajgdata.types import Kind
+
+#: Hundreds of times trained: a model that is trained at once.
+PERMUTED_MODEL = "knn"
+RUNS = 500  #: simulated runs of sorting, each with its own seed
+
+
+def curve_task(
+    store: Path,
+    *,
+    target: str,
+    kind: Kind,
+    unit: str,
+    groups: str,
+    folds: int,
+    period_deg: float | None,
+    withhold: Sequence[float],
+    model: str,
+    sizes: Sequence[int],
+    repeats: int,
+    seed: int,
+    output: Path,
+) -> None:
+    """Learning curve of `model`: errors on the same grasps for each number of training grasps."""
+    from ajgdata.evaluate.curves import learning_curve
+    from ajgdata.evaluate.metrics import METRICS
+
+    def made(rows: Rows) -> dict[str, Any]:
+        points = learning_curve(
+            rows.feature, rows.value, rows.group,
+            kind=kind, model=model, sizes=sizes, repeats=repeats, folds=folds, seed=seed,
+            period=period_deg,
+        )  # fmt: skip
+        metric = METRICS[kind][0]
+        return {"metric": metric, "points": [dataclasses.asdict(point) for point in points]}
+
+    about = {"target": target, "kind": kind, "unit": unit, "groups": groups, "model": model}
+    _write(store, {**about, "seed": seed, "folds": folds}, withhold, made, output)
+
+
+def permute_task(
+    store: Path,
+    *,
+    target: str,
+    kind: Kind,
+    unit: str,
+    groups: str,
+    folds: int,
+    period_deg: float | None,
+    withhold: Sequence[float],
+    permutations: int,
+    seed: int,
+    output: Path,
+) -> None:
+    """Permutation test against chance, with the model PERMUTED_MODEL."""
+    from ajgdata.evaluate.permutations import permutation_test
+
+    def made(rows: Rows) -> dict[str, Any]:
+        found = permutation_test(
+            rows.feature, rows.value, rows.group,
+            kind=kind, model=PERMUTED_MODEL, permutations=permutations, folds=folds, seed=seed,
+            period=period_deg,
+        )  # fmt: skip
+        return dataclasses.asdict(found)
+
+    about = {"target": target, "kind": kind, "unit": unit, "groups": groups}
+    about |= {"model": PERMUTED_MODEL}
+    _write(store, {**about, "seed": seed, "folds": folds}, withhold, made, output)
+
+
+def sort_task(
+    store: Path,
+    *,
+    target: str,
+    kind: Kind,
+    unit: str,
+    groups: str,
+    folds: int,
+    period_deg: float | None,
+    withhold: Sequence[float],
+    model: str,
+    objects: Sequence[str],
+    threshold: float,
+    seed: int,
+    output: Path,
+) -> None:
+    """Calibration of `model`, trained on `objects` only, and runs of sorting them by it."""
+
+    def made(rows: Rows) -> dict[str, Any]:
+        if missing := sorted(set(objects) - set(rows.value.tolist())):
+            raise ValueError(f"sorting: there is no {target} {missing[0]!r}")
+        return _sorted_by(rows.where(np.isin(rows.value, objects)), model, threshold, folds, seed)
+
+    about = {"target": target, "kind": kind, "unit": unit, "groups": groups, "model": model}
+    chosen = {"objects": list(objects), "threshold": threshold}
+    _write(store, {**about, **chosen, "seed": seed, "folds": folds}, withhold, made, output)
+
+
+def _sorted_by(rows: Rows, model: str, threshold: float, folds: int, seed: int) -> dict[str, Any]:
+    from ajgdata.evaluate.calibration import calibrated, calibration_error, reliability
+    from ajgdata.evaluate.sorting import accepted, decisions, sort_stream
+
+    found = calibrated(rows.feature, rows.value, rows.group, model=model, folds=folds, seed=seed)
+    label = np.searchsorted(found.classes, rows.value)
+    document: dict[str, Any] = {"temperatures": found.temperatures, "recordings": len(label)}
+    for name, probability in (("plain", found.plain), ("scaled", found.scaled)):
+        right = probability.argmax(axis=1) == label
+        bins = reliability(probability.max(axis=1), right)
+        taken = decisions(probability, threshold)
+        runs = [sort_stream(taken, label, seed + n) for n in range(RUNS)]
+        document[name] = {
+            "accuracy": right.mean(),
+            "calibration_error": calibration_error(bins),
+            "bins": [dataclasses.asdict(one) for one in bins],
+            "accepted": dataclasses.asdict(accepted(taken, label)),
+            "sorts": [run.sorts for run in runs],
+            "mistakes": [run.mistakes for run in runs],
+            "before_mistake": [run.before_mistake for run in runs],
+        }
+    return document
+
+
+def _write(
+    store: Path,
+    document: dict[str, Any],
+    withhold: Sequence[float],
+    made: Callable[[Rows], dict[str, Any]],
+    output: Path,
+) -> None:
+    """Write `document` with what `made` finds in the rows of its task, or why it cannot."""
+    shard = read_store(store)
+    document |= {"provenance": dict(shard.attrs)}
+    try:
+        rows = rows_of(shard, document["target"], document["kind"], document["groups"])
+        document |= made(apart(rows, withhold)[0])
+    except ValueError as error:
+        document["skipped"] = str(error)
+    write_bytes(output, json_bytes(plain(document)))

@@ -1,0 +1,106 @@
+"""What a report says of learning curves, tests against chance and sorting."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ajgdata.report.paper import PaperFigure
+
+Source = Literal["simulated", "recorded"]
+
+
+@dataclass(frozen=True)
+class About:
+    """Which task it is about, and what the figure's head says of it."""
+
+    dataset: str
+    task: str
+    title: str
+    source: Source
+
+
+@dataclass(frozen=True, eq=False)
+class CurveLine:
+    """One model: groups per class (n,), mean and sd (n,) of the metric over the draws."""
+
+    model_label: str
+    groups: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Learning curves of a task; shares are in per cent."""
+
+    about: About
+    metric: str
+    unit: str
+    repeats: int
+    lines: tuple[CurveLine, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"curve--{self.about.dataset}--{self.about.task}"
+
+
+@dataclass(frozen=True)
+class ChanceTest:
+    """Permutation test of a task; `value` and `null` (its mean) as in `evaluate.permutations`."""
+
+    about: About
+    model_label: str
+    metric: str
+    unit: str
+    value: float
+    null: float
+    permutations: int
+    p: float
+
+
+@dataclass(frozen=True, eq=False)
+class SortingPart:
+    """With probabilities as they are, or scaled by a temperature. `confidence` and `accuracy` (n,)
+    of the bins of the reliability diagram; `sorts`, `before_mistake` (runs,)."""
+
+    label: str
+    confidence: np.ndarray
+    right: np.ndarray
+    calibration_error: float
+    accepted_share: float
+    accepted_accuracy: float
+    sorts: np.ndarray
+    before_mistake: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SortingResult:
+    """Simulated sorting of some objects by one model."""
+
+    about: About
+    model: str
+    model_label: str
+    objects: tuple[str, ...]
+    threshold: float
+    recordings: int
+    accuracy: float
+    parts: tuple[SortingPart, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"sorting--{self.about.dataset}--{self.about.task}--{self.model}"
+
+
+class Experiments(NamedTuple):
+    """Further experiments on one task."""
+
+    curves: tuple[Curves, ...]
+    tests: tuple[ChanceTest, ...]
+    sorting: tuple[SortingResult, ...]

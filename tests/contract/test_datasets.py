@@ -1,0 +1,67 @@
+"""Every data set that is declared here: what its recipe and tasks must keep to."""
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from ajgdata.acquire.recipe import session_names
+from ajgdata.paths import Paths
+from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.store.sessions import list_datasets, read_dataset
+
+PATHS = Paths(Path(__file__).resolve().parents[2])
+SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
+MADE = [name for name, spec in SPECS.items() if spec.recipe]
+TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_every_grasp_of_a_recipe_is_a_scene_and_has_its_labels(name):
+    spec = SPECS[name]
+    sessions = session_names(spec.recipe)
+    (grasps,) = planned_grasps(PATHS, spec, sessions[:1])
+    assert len(grasps) == spec.recipe.grasps_per_object * len(spec.recipe.objects)
+    given = [target for target in spec.targets if target != "object"]
+    assert all(set(given) <= set(grasp.targets) for grasp in grasps)
+    if "object" in spec.targets:
+        assert all(g.targets.get("object", g.object) == g.object for g in grasps)
+
+
+@pytest.mark.parametrize(("name", "task"), TASKS)
+def test_withheld_values_are_spread_within_the_range(name, task):
+    settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
+    if not settings.withhold:
+        return
+    values = sorted({made.targets[settings.target] for made in recipe.objects})
+    assert set(settings.withhold) <= set(values)
+    assert len(settings.withhold) >= 4
+    assert not {values[0], values[-1]} & set(settings.withhold)
+    places = sorted(values.index(value) for value in settings.withhold)
+    gaps = [b - a for a, b in itertools.pairwise(places)]
+    assert min(gaps) > 1  # each is between two known ones
+    assert places[0] < len(values) / 4 < 3 * len(values) / 4 < places[-1] + 1
+
+
+@pytest.mark.parametrize(("name", "task"), TASKS)
+def test_tasks_have_more_groups_than_folds_in_every_class(name, task):
+    settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
+    assert settings.groups == "grasp_id"
+    assert recipe.sessions * recipe.grasps_per_object >= settings.folds
+
+
+@pytest.mark.parametrize(("name", "task"), TASKS)
+def test_what_a_task_is_tested_on_has_its_target_and_features(name, task):
+    settings = SPECS[name].tasks[task]
+    for other in settings.test_on:
+        assert SPECS[other].features == SPECS[name].features
+        assert SPECS[other].targets[settings.target] == SPECS[name].targets[settings.target]
+        assert SPECS[other].recipe.grasps_of == name
+
+
+def test_noise_needs_no_new_simulation():
+    scenes = {
+        name: [g.setup for g in planned_grasps(PATHS, SPECS[name], ["virtual-01"])[0]]
+        for name in ("size", "size_60dba", "size_90dba")
+    }
+    assert scenes["size"] == scenes["size_60dba"] == scenes["size_90dba"]

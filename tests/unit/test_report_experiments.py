@@ -1,0 +1,85 @@
+"""What the report says of learning curves, tests against chance and sorting."""
+
+import dataclasses
+import re
+
+import numpy as np
+from matplotlib.text import Text
+from report_samples import sample_report
+
+from ajgdata.report.experiments import chance_text, curve_figure, sorting_figure, spread
+from ajgdata.report.further import (
+    About,
+    ChanceTest,
+    CurveLine,
+    Curves,
+    SortingPart,
+    SortingResult,
+)
+from ajgdata.report.illustrations import illustrations
+from ajgdata.report.page import render_page
+
+ABOUT = About("size", "edge", "Cube size · edge", "simulated")
+LINE = CurveLine("k-NN", np.array([1, 4, 16]), np.array([20.0, 40, 50]), np.array([5.0, 3, 1]))
+CURVES = Curves(ABOUT, "accuracy", "%", 5, (LINE,))
+TEST = ChanceTest(ABOUT, "k-NN", "accuracy", "", 0.41, 0.25, 199, 0.005)
+PARTS = tuple(
+    SortingPart(
+        label, np.array([0.5, 0.9]), np.array([0.4, 0.8]), error, 0.75, 0.9, sorts, sorts // 2
+    )
+    for label, error, sorts in (
+        ("as they are", 0.2, np.arange(101)),
+        ("scaled, temperature 2", 0.05, np.arange(101) // 4),
+    )
+)
+SORTING = SortingResult(ABOUT, "cnn", "CNN", ("lock", "screw"), 0.6, 80, 0.85, PARTS)
+
+
+def texts(figure):
+    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
+
+
+def test_a_learning_curve_shows_the_means_of_the_draws():
+    figure = curve_figure(CURVES)
+    line = figure.axes[0].containers[0].lines[0]
+    np.testing.assert_allclose(line.get_xydata(), [[1, 20], [4, 40], [16, 50]])
+    assert figure.axes[0].get_ylabel() == "accuracy (%)"
+    assert "simulated" in texts(figure)
+
+
+def test_a_sorting_figure_shows_reliability_and_the_share_of_runs_as_long():
+    figure = sorting_figure(SORTING)
+    left, right = figure.axes
+    points = next(line for line in left.lines if line.get_label() == "as they are")
+    np.testing.assert_allclose(points.get_xydata(), [[0.5, 0.4], [0.9, 0.8]])
+    share = dict(right.lines[0].get_xydata())
+    assert share[100] == 1 - 100 / 101
+    assert not any("$" in text for text in texts(figure))  # ticks of a log axis are formulas
+    assert "simulated" in texts(figure)
+
+
+def test_a_test_against_chance_in_words():
+    assert "is 41 %; with labels exchanged between groups it is 25 %" in chance_text(TEST)
+    assert "p = 0.005: it differs from chance" in chance_text(TEST)
+    assert "cannot be told from chance" in chance_text(dataclasses.replace(TEST, p=0.2))
+    error = dataclasses.replace(TEST, metric="rmse", unit="mm", value=2.0, null=5.0)
+    assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in chance_text(error)
+
+
+def test_spread():
+    assert spread(np.arange(101)) == "50 (5 to 95)"
+
+
+def test_the_page_holds_them_with_their_task():
+    report = dataclasses.replace(
+        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,)
+    )
+    named = illustrations(report)
+    assert {"curve--size--edge", "sorting--size--edge--cnn"} <= set(named)
+    html = render_page(report, {name: b"<svg/>" for name in named})
+    words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
+    assert "p = 0.005" in words
+    assert "as they are 0.2 75 % 90 % 50 (5 to 95) 25 (2 to 47)" in words
+    task = report.tasks()[0]
+    assert report.experiments(task) == ((CURVES,), (TEST,), (SORTING,))
+    assert report.experiments(report.tasks()[1]) == ((), (), ())

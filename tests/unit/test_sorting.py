@@ -1,0 +1,98 @@
+"""Probabilities that mean what they say, and what is sorted by them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import log_softmax, softmax
+
+from ajgdata.evaluate.calibration import (
+    calibrated,
+    calibration_error,
+    reliability,
+    temperature,
+    with_temperature,
+)
+from ajgdata.evaluate.sorting import LONGEST_RUN, accepted, decide, decisions, sort_stream
+
+
+def overconfident(n: int, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Log-probabilities `t` times too sharp, with labels drawn from the true ones."""
+    rng = np.random.default_rng(0)
+    logits = rng.normal(size=(n, 3))
+    label = np.array([rng.choice(3, p=p) for p in softmax(logits, axis=1)])
+    return log_softmax(t * logits, axis=1), label
+
+
+@pytest.mark.parametrize("t", [0.5, 1.0, 3.0])
+def test_the_temperature_by_which_probabilities_are_too_sharp_is_found(t):
+    log_p, label = overconfident(5000, t)
+    # the score of log T has standard deviation about 1 / sqrt(0.4 n) for such logits: 2 %
+    assert temperature(log_p, label) == pytest.approx(t, rel=0.08)
+    p, right = np.exp(log_p), None
+    scaled = with_temperature(p, temperature(log_p, label))
+    np.testing.assert_array_equal(scaled.argmax(axis=1), p.argmax(axis=1))
+    np.testing.assert_allclose(scaled.sum(axis=1), 1)
+    right = p.argmax(axis=1) == label
+    errors = [calibration_error(reliability(q.max(axis=1), right)) for q in (p, scaled)]
+    assert errors[1] < 0.03
+    assert t == 1 or errors[1] < errors[0] / 3
+
+
+def test_reliability():
+    confidence = np.array([0.15, 0.2, 0.95, 1.0, 0.0])
+    right = np.array([True, False, True, True, False])
+    low, second, high = reliability(confidence, right)
+    assert (low.low, low.high, low.count) == (0, pytest.approx(0.1), 1)  # 0 belongs to the first
+    assert (second.count, second.confidence, second.accuracy) == (2, pytest.approx(0.175), 0.5)
+    assert (high.count, high.confidence, high.accuracy) == (2, pytest.approx(0.975), 1)
+    assert calibration_error((low, second, high)) == pytest.approx((0 + 2 * 0.325 + 2 * 0.025) / 5)
+
+
+def test_calibration_holds_groups_out_twice():
+    rng = np.random.default_rng(0)
+    group = np.repeat(np.arange(24), 2)
+    y = np.array(["a", "b"])[group % 2]
+    x = np.exp((group % 2)[:, None] * 0.3 + rng.normal(size=(24, 20))[group]).astype(np.float32)
+    found = calibrated(x, y, group, model="linear", folds=3)
+    assert len(found.temperatures) == 3
+    assert found.classes.tolist() == ["a", "b"]
+    for p in (found.plain, found.scaled):
+        np.testing.assert_allclose(p.sum(axis=1), 1)
+    # grasps of such spread are near chance, and logistic regression separates its own perfectly
+    assert min(found.temperatures) > 1
+    sharp, flat = found.plain.max(axis=1), found.scaled.max(axis=1)
+    assert (flat <= sharp + 1e-12).all()
+    with pytest.raises(ValueError, match="model 'svm' has no probabilities"):
+        calibrated(x, y, group, model="svm", folds=3)
+
+
+def test_the_threshold_itself_is_enough():
+    assert decide(np.array([0.3, 0.6, 0.1]), 0.6) == 1
+    assert decide(np.array([0.3, 0.59, 0.11]), 0.6) is None
+    assert decide(np.array([0.5, 0.5]), 0.5) == 0
+
+
+def test_runs_end_where_nothing_is_probable_enough():
+    """Class 0 is always right, class 1 always doubtful: a run is as long as a coin shows heads."""
+    p = np.array([[0.9, 0.1], [0.9, 0.1], [0.45, 0.55]])
+    label = np.array([0, 0, 1])
+    taken = decisions(p, 0.6)
+    assert taken.tolist() == [0, 0, -1]
+    sorts = [sort_stream(taken, label, seed).sorts for seed in range(2000)]
+    # geometric with mean 1 and variance 2: three standard deviations of the mean
+    assert abs(np.mean(sorts) - 1) < 3 * math.sqrt(2 / 2000)
+    assert sort_stream(taken, label, 5) == sort_stream(taken, label, 5)
+    assert accepted(taken, label).share == pytest.approx(2 / 3)
+    assert accepted(taken, label).accuracy == 1
+    assert math.isnan(accepted(decisions(p, 0.95), label).accuracy)
+
+
+def test_mistakes_are_counted_and_end_nothing():
+    p, label = np.array([[0.9, 0.1], [0.8, 0.2]]), np.array([0, 1])
+    taken = decisions(p, 0.6)
+    run = sort_stream(taken, label, 0)
+    assert run.sorts == LONGEST_RUN
+    assert abs(run.mistakes - 500) < 3 * math.sqrt(250)
+    assert run.before_mistake < 20
+    assert accepted(taken, label).accuracy == 0.5

@@ -1,0 +1,41 @@
+"""What a task may declare."""
+
+import pytest
+from pydantic import ValidationError
+
+from ajgdata.types import DatasetSpec, Task
+
+
+def spec(kind: str, **task: object) -> DatasetSpec:
+    content = {
+        "name": "d",
+        "targets": {"x": {"kind": kind}},
+        "tasks": {"t": {"target": "x", **task}},
+    }
+    return DatasetSpec.model_validate(content)
+
+
+@pytest.mark.parametrize("key", [{"withhold": [1, 2]}, {"period_deg": 180}])
+def test_what_is_for_numbers_is_refused_for_classes(key):
+    assert spec("regression", **key).evaluation("t").items() >= key.items()
+    with pytest.raises(ValidationError, match=f"task t: {next(iter(key))} is for a number"):
+        spec("classification", **key)
+
+
+def test_a_final_model_knows_the_period_and_not_what_was_withheld():
+    training = spec("regression", withhold=[1], period_deg=180).training("t")
+    assert training["period_deg"] == 180
+    assert "withhold" not in training
+
+
+def test_the_papers_figures_by_part():
+    assert Task(target="x", paper="ycb").papers == {"known": "ycb"}
+    assert Task(target="x").papers == {}
+    parts = {"known": "size-known", "unknown": "size-unknown", "overall": "size"}
+    assert Task(target="x", paper=parts, withhold=(1.0,)).papers == parts
+    with pytest.raises(
+        ValidationError, match=r"paper.overall is no part of this task: it has known"
+    ):
+        Task(target="x", paper=parts)
+    with pytest.raises(ValidationError, match="withhold lists a value twice"):
+        Task(target="x", withhold=(1.0, 2.0, 1.0))

@@ -1,0 +1,86 @@
+"""Values that no fold trains on, and rows of other recordings: who predicts what, and the sums."""
+
+import numpy as np
+import pytest
+from sklearn.dummy import DummyRegressor
+
+from ajgdata.evaluate.crossval import Further, Predictions, cross_validate
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.evaluate.withheld import by_value, overall
+
+
+def rows(n: int = 24) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    groups = np.repeat(np.arange(n // 2), 2)
+    return np.zeros((n, 3)), np.random.default_rng(0).normal(size=n), groups
+
+
+def test_rows_of_new_groups_are_predicted_by_every_fold():
+    x, y, groups = rows()
+    new = Further(np.zeros((4, 3)), np.array([5.0, 5, 6, 6]), np.array([100, 100, 101, 101]))
+    found = cross_validate(
+        x, y, groups, kind="regression", model=DummyRegressor(), folds=4, further={"new": new}
+    )
+    told = found.further["new"]
+    assert (told.scores.split, told.scores.folds, told.scores.recordings) == ("new", 4, 4)
+    np.testing.assert_array_equal(told.predictions.row, [0, 1, 2, 3] * 4)
+    for fold, (train, _) in enumerate(grouped_folds(y, groups, "regression", 4, 0)):
+        mine = told.predictions.fold == fold
+        # the dummy predicts the mean of what it was trained on
+        np.testing.assert_allclose(told.predictions.y_pred[mine], y[train].mean())
+        rmse = np.sqrt(np.mean((new.target - y[train].mean()) ** 2))
+        assert told.scores.per_fold["rmse"][fold] == pytest.approx(rmse)
+
+
+def test_a_second_recording_of_a_grasp_is_predicted_only_where_the_grasp_is_held_out():
+    x, y, groups = rows()
+    copy = Further(x, y, groups)
+    found = cross_validate(
+        x, y, groups, kind="regression", model=DummyRegressor(), folds=4, further={"copy": copy}
+    )
+    told = found.further["copy"].predictions
+    back = np.argsort(told.row)
+    np.testing.assert_array_equal(told.row[back], np.arange(24))
+    np.testing.assert_array_equal(told.fold[back], found.predictions.fold)
+    np.testing.assert_array_equal(told.y_pred[back], found.predictions.y_pred)
+    assert found.further["copy"].scores.per_fold == found.scores.per_fold
+
+
+def test_further_rows_need_groups_and_rows():
+    x, y, groups = rows()
+    ask = {"kind": "regression", "model": DummyRegressor(), "folds": 4}
+    with pytest.raises(ValueError, match="further rows need groups"):
+        cross_validate(x, y, None, further={"copy": Further(x, y, groups)}, **ask)
+    with pytest.raises(ValueError, match="24 further rows with 23 groups"):
+        cross_validate(x, y, groups, further={"copy": Further(x, y, groups[1:])}, **ask)
+
+
+def predictions(fold, true, predicted, row=None) -> Predictions:
+    row = np.arange(len(fold)) if row is None else np.asarray(row)
+    true, predicted = np.asarray(true, float), np.asarray(predicted, float)
+    return Predictions(row, np.asarray(fold), true, predicted, None)
+
+
+KNOWN = predictions([0, 0, 1, 1], [1, 2, 1, 2], [2, 2, 1, 5])
+HELD = predictions([0, 1], [4, 4], [6, 4], row=[0, 0])
+
+
+def test_overall_counts_each_recording_once():
+    # fold 0: squares 1, 0 stand for four known recordings, 4 for the withheld one
+    found = overall(KNOWN, HELD)
+    np.testing.assert_allclose(found["rmse"], [np.sqrt((2 * 1 + 4) / 5), np.sqrt((2 * 9 + 0) / 5)])
+    np.testing.assert_allclose(found["mae"], [(2 * 1 + 2) / 5, (2 * 3 + 0) / 5])
+
+
+def test_errors_by_value():
+    one, two, four = by_value(KNOWN, HELD)
+    assert [(v.value, v.withheld, v.recordings) for v in (one, two, four)] == [
+        (1, False, 2), (2, False, 2), (4, True, 1),
+    ]  # fmt: skip
+    assert (one.rmse, one.mae, one.bias) == pytest.approx((np.sqrt(1 / 2), 1 / 2, 1 / 2))
+    assert (four.rmse, four.mae, four.bias) == pytest.approx((np.sqrt(2), 1, 1))
+    assert four.rmse_sd == pytest.approx(np.sqrt(2))  # RMSE 2 and 0 in the two folds
+
+
+def test_errors_by_value_of_a_target_that_repeats():
+    (one,) = by_value(predictions([0, 1], [0, 0], [178, 4]), None, period=180)
+    assert (one.rmse, one.mae, one.bias) == pytest.approx((np.sqrt(10), 3, 1))

@@ -1,0 +1,101 @@
+ROWS_CODE = code_digest("models", "evaluate", "pipeline/evaluate", "pipeline/rows")
+
+
+rule curve:
+    input:
+        store=PATHS.merged("{dataset}"),
+    output:
+        document=PATHS.curve("{dataset}", "{task}", "{model}"),
+    log:
+        "results/logs/curve/{dataset}.{task}.{model}.log",
+    benchmark:
+        "results/benchmarks/curve/{dataset}.{task}.{model}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
+        more=lambda wildcards: {
+            "sizes": declared(wildcards).curve.groups,
+            "repeats": declared(wildcards).curve.repeats,
+        },
+        seed=config["seed"],
+        code=ROWS_CODE,
+    message:
+        "Learning curve of {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
+    script:
+        "../scripts/rows.py"
+
+
+rule permute:
+    input:
+        store=PATHS.merged("{dataset}"),
+    output:
+        document=PATHS.permutations("{dataset}", "{task}"),
+    log:
+        "results/logs/permute/{dataset}.{task}.log",
+    benchmark:
+        "results/benchmarks/permute/{dataset}.{task}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
+        more=lambda wildcards: {"permutations": declared(wildcards).permutations},
+        seed=config["seed"],
+        code=ROWS_CODE,
+    message:
+        "Testing {wildcards.task} of {wildcards.dataset} against chance"
+    script:
+        "../scripts/rows.py"
+
+
+rule sort:
+    input:
+        store=PATHS.merged("{dataset}"),
+    output:
+        document=PATHS.sorting("{dataset}", "{task}", "{model}"),
+    log:
+        "results/logs/sort/{dataset}.{task}.{model}.log",
+    benchmark:
+        "results/benchmarks/sort/{dataset}.{task}.{model}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
+        more=lambda wildcards: declared(wildcards).sorting.model_dump(
+            include={"objects", "threshold"}
+        ),
+        seed=config["seed"],
+        code=ROWS_CODE,
+    message:
+        "Sorting by {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
+    script:
+        "../scripts/rows.py"
+
+
+rule collect:
+    input:
+        metrics=of_runs(PATHS.metrics),
+        costs=of_runs(PATHS.cost),
+        curves=[PATHS.curve(*run) for run in CURVES],
+        permutations=[PATHS.permutations(*task) for task in PERMUTED],
+        sorting=[PATHS.sorting(*run) for run in SORTED],
+    output:
+        document=PATHS.all_metrics,
+        table=PATHS.metrics_table,
+    log:
+        "results/logs/collect.log",
+    benchmark:
+        "results/benchmarks/collect.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        runs=RUNS,
+        curves=CURVES,
+        permuted=PERMUTED,
+        sorting=SORTED,
+        code=code_digest("pipeline/collect"),
+    message:
+        "All results in one table"
+    script:
+        "../scripts/collect.py"
