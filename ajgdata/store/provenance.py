@@ -24,7 +24,7 @@ def software() -> dict[str, str]:
 
 def _commit() -> str:
     try:
-        _git("ls-files", "--error-unmatch", "types.py")  # installed below somebody else's tree?
+        _git("ls-files", "--error-unmatch", "paths.py")  # installed below somebody else's tree?
         return _git("describe", "--always", "--abbrev=40", "--dirty=+")
     except (OSError, subprocess.SubprocessError):
         return ""

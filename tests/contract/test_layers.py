@@ -14,14 +14,14 @@ RANKS = {
     "store": 2,
     "features": 3,
     "models": 4,
-    "embed": 4,
-    "evaluate": 5,
-    "studies": 5,
-    "acquire": 6,
-    "report": 6,
-    "pipeline": 7,
-    "cli_gripper": 8,
-    "cli": 9,
+    "embed": 5,
+    "evaluate": 6,
+    "studies": 6,
+    "acquire": 7,
+    "report": 7,
+    "pipeline": 8,
+    "cli_gripper": 9,
+    "cli": 10,
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}

@@ -1,0 +1,49 @@
+"""The nouns: what a data set declares, what a session says, what one recording is.
+
+Nothing here opens a file. Every model forbids unknown keys, so that a typing error is an error;
+`describe` turns pydantic's complaint into the one line that a person can act on.
+"""
+
+from ajgdata.types.base import NAME, DataError, Finding, Kind, ModelName, Name, Strict, describe
+from ajgdata.types.dataset import DatasetSpec, ImportSettings
+from ajgdata.types.recipe import Recipe, RecipeObject
+from ajgdata.types.session import (
+    RECORDING_COLUMNS,
+    SESSION_COLUMNS,
+    STORE_NAMES,
+    Excitation,
+    Recording,
+    Session,
+    is_reserved,
+)
+from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
+from ajgdata.types.tasks import Curve, Sorting, Task
+
+__all__ = [
+    "NAME",
+    "RECORDING_COLUMNS",
+    "SESSION_COLUMNS",
+    "STORE_NAMES",
+    "AudioSettings",
+    "Curve",
+    "DataError",
+    "DatasetSpec",
+    "Excitation",
+    "FeatureSettings",
+    "Finding",
+    "ImportSettings",
+    "Kind",
+    "Level",
+    "ModelName",
+    "Name",
+    "Recipe",
+    "RecipeObject",
+    "Recording",
+    "Session",
+    "Sorting",
+    "Strict",
+    "Target",
+    "Task",
+    "describe",
+    "is_reserved",
+]

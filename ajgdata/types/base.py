@@ -1,0 +1,93 @@
+"""What every declaration shares: names, complaints in one line, strict models."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import reprlib
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
+Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
+Kind = Literal["regression", "classification"]
+ModelName = Literal["cnn", "linear", "knn", "svm", "boosting", "forest", "mlp"]
+
+
+class DataError(Exception):
+    """One thing wrong with the data, said in one line: where, what, and how to mend it."""
+
+    def __init__(self, where: object, problem: str, fix: str) -> None:
+        super().__init__(f"{where}: {problem}; {fix}")
+        self.where, self.problem, self.fix = str(where), problem, fix
+
+    def __reduce__(self) -> tuple[type[DataError], tuple[str, str, str]]:
+        """Comes back whole from another process, which the joined text alone would not."""
+        return type(self), (self.where, self.problem, self.fix)
+
+
+@dataclasses.dataclass(frozen=True, order=True)
+class Finding:
+    """What a check says of one recording (or, with recording_id `*`, of a whole session).
+
+    `level` is *error* (unusable: the recording is quarantined), *warning* (used, but somebody
+    should look) or *note* (unusual and fine). `code` is a stable slug such as `truncated`.
+    """
+
+    session_id: str
+    recording_id: str
+    file: str
+    level: Literal["error", "warning", "note"]
+    code: str
+    problem: str
+    fix: str
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether the recording is not in the feature store."""
+        return self.level == "error" or self.code in ("copy", "rejected")
+
+
+class Strict(BaseModel):
+    """Base of every model: unknown keys are errors, instances are immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def describe(error: ValidationError, where: object) -> DataError:
+    """Name file, key, value and fix of the first complaint in `error`."""
+    errors = error.errors()
+    first, *others = errors
+    place = first["loc"]
+    # Where a value may be of several types, pydantic complains once for each: say it together.
+    alternatives = []
+    if place and re.fullmatch(r"float|str|(constrained-)?int|.*\[.*\]", str(place[-1])):
+        place = place[:-1]
+        alternatives = [e for e in others if e["loc"][:-1] == place]
+    key = " ".join(".".join(str(part) for part in place).split())
+    left = len(others) - len(alternatives)
+    more = f" (and {left} more)" if left else ""
+    if first["type"] == "extra_forbidden":
+        return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
+    if first["type"] == "union_tag_not_found":
+        key = f"{key}.{first['ctx']['discriminator']}".replace("'", "")
+    if first["type"] in ("missing", "union_tag_not_found"):
+        return DataError(where, f"{key} is missing{more}", f"add {key}")
+    if first["type"] == "union_tag_invalid":
+        said = "{discriminator} {tag!r} is none of {expected_tags}".format_map(first["ctx"])
+        return DataError(where, f"{key}: {said}{more}", "correct the value")
+    value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
+    message = " or ".join(
+        [_message(first), *(_message(e, "Input should be ") for e in alternatives)]
+    )
+    return DataError(where, f"{key or 'content'}{value}: {message}{more}", "correct the value")
+
+
+def _message(error: ErrorDetails, without: str = "Value error, ") -> str:
+    if error["type"] == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME.pattern:
+        return "Names are letters, digits, _ and -, and begin with a letter or digit"
+    return error["msg"].removeprefix(without)

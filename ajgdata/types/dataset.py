@@ -1,0 +1,110 @@
+"""dataset.yaml: what a data set is."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pydantic import Field, model_validator
+
+from ajgdata.types.base import Name, Strict
+from ajgdata.types.recipe import Recipe
+from ajgdata.types.session import SESSION_COLUMNS, is_reserved
+from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
+from ajgdata.types.tasks import Task
+
+
+class ImportSettings(Strict):
+    """How a folder of recordings becomes sessions; the options of `ajgdata import`."""
+
+    pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
+    table: str = Field("", description="CSV of labels inside the folder, instead of a pattern")
+    file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
+    grasp: str = Field("", description="template of grasp_id, e.g. '{stone}'; default: the file")
+    object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
+    session: str = Field("", description="template of the session; default: the folder")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> ImportSettings:
+        if self.pattern and self.table:
+            raise ValueError("give pattern or table, not both")
+        if bool(self.table) != bool(self.file):
+            raise ValueError("table needs file (a template such as 'audio/{name}.wav')")
+        return self
+
+
+TRAINING = ("target", "kind", "unit", "groups", "period_deg")
+
+
+class DatasetSpec(Strict):
+    """dataset.yaml: what a data set is."""
+
+    name: Name
+    title: str = ""
+    description: str = ""
+    licence: str = "not stated"
+    citation: str = ""
+    url: str = ""
+    audio: AudioSettings = AudioSettings()
+    features: FeatureSettings = FeatureSettings()
+    targets: dict[Name, Target] = {}
+    tasks: dict[Name, Task] = {}
+    level: Level | None = Field(
+        None, description="where it stands among the data sets that a task is tested on"
+    )
+    recipe: Recipe | None = None
+    imports: ImportSettings = ImportSettings()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> DatasetSpec:
+        for name in self.targets:
+            if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
+                raise ValueError(f"target {name} has the name of a standard column")
+        if self.recipe:
+            for made in self.recipe.objects:
+                if unknown := set(made.targets) - set(self.targets):
+                    raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
+        if self.features.band_hz:
+            bins_per_hz = self.features.window / self.audio.sample_rate_hz
+            low, high = (edge * bins_per_hz for edge in self.features.band_hz)
+            if math.ceil(low) > min(math.floor(high), self.features.window // 2):
+                raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+        return self
+
+    @model_validator(mode="after")
+    def _tasks_of_targets(self) -> DatasetSpec:
+        for name, task in self.tasks.items():
+            if task.target not in self.targets:
+                raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
+            if self.targets[task.target].kind == "classification":
+                for key in ("withhold", "period_deg"):
+                    if getattr(task, key):
+                        raise ValueError(f"task {name}: {key} is for a number, not for classes")
+            elif task.sorting:
+                raise ValueError(f"task {name}: sorting is for classes, not for a number")
+        return self
+
+    def evaluation(self, task: str) -> dict[str, Any]:
+        """What an evaluation of `task` must know, by name."""
+        settings = self.tasks[task]
+        target = self.targets[settings.target]
+        return {
+            "target": settings.target,
+            "kind": target.kind,
+            "unit": target.unit,
+            "groups": settings.groups,
+            "folds": settings.folds,
+            "compare_random": settings.compare_random,
+            "withhold": list(settings.withhold),
+            "period_deg": settings.period_deg,
+            "test_on": list(settings.test_on),
+        }
+
+    def experiment(self, task: str) -> dict[str, Any]:
+        """What the further experiments on `task` must know, by name."""
+        left_out = ("compare_random", "test_on")
+        return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
+
+    def training(self, task: str) -> dict[str, Any]:
+        """What training a model for `task` must know, by name."""
+        return {k: v for k, v in self.evaluation(task).items() if k in TRAINING}

@@ -1,0 +1,66 @@
+"""How the virtual gripper makes a data set."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, JsonValue, field_validator, model_validator
+
+from ajgdata.types.base import Name, Strict
+
+
+class RecipeObject(Strict):
+    """One object of a recipe: its scene description and the labels it gets."""
+
+    name: Name
+    shape: str | dict[str, JsonValue] = Field(
+        description="the gripper's object description, or a name of its library"
+    )
+    targets: dict[str, float | str] = {}
+    grasp: dict[str, JsonValue] = Field(
+        {}, description="its own grasp settings, e.g. angle_deg: 9; what `vary` draws goes before"
+    )
+
+
+class Recipe(Strict):
+    """How the virtual gripper makes a data set."""
+
+    source: Literal["virtual"] = "virtual"
+    seed: int = 0
+    sessions: int = Field(1, ge=1)
+    grasps_per_object: int = Field(
+        ge=1, description="grasps of each object per session, each with its own nuisances"
+    )
+    samples_per_grasp: int = Field(1, ge=1)
+    scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
+    signal: dict[str, JsonValue] = Field(
+        {},
+        description="overrides of its default signal chain, e.g. external_noise_dba: 80; they need"
+        " no new simulation",
+    )
+    grasps_of: Name | None = Field(
+        None,
+        description="draw the same grasps as the recipe of this data set, e.g. to record them again"
+        " under other noise",
+    )
+    vary: dict[str, tuple[float, float]] = Field(
+        {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
+    )
+    objects: tuple[RecipeObject, ...] = Field(min_length=1)
+
+    @field_validator("objects")
+    @classmethod
+    def _distinct(cls, objects: tuple[RecipeObject, ...]) -> tuple[RecipeObject, ...]:
+        names = [o.name for o in objects]
+        if len(set(names)) != len(names):
+            raise ValueError("two objects share a name")
+        return objects
+
+    @model_validator(mode="after")
+    def _drawable(self) -> Recipe:
+        for key, (low, high) in self.vary.items():
+            if low > high:
+                raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
+        if not isinstance(self.scene.get("grasp", {}), dict):
+            raise ValueError("scene.grasp must hold keys")
+        return self

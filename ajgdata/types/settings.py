@@ -1,0 +1,69 @@
+"""What a data set declares of its audio, features and targets."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from ajgdata.types.base import Kind, Strict
+
+
+class FeatureSettings(Strict):
+    """Signal -> spectrum. The paper gives the window (2048), the sum over time and *a*
+    normalisation; window shape, hop, magnitude or power, and which norm are ours."""
+
+    window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
+    hop: int = Field(512, ge=1, description="samples between windows (the paper leaves it open)")
+    window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
+        "hann", description="periodic window function (the paper leaves it open)"
+    )
+    quantity: Literal["magnitude", "power"] = Field(
+        "magnitude", description="|X| or |X|^2, summed over time (the paper leaves it open)"
+    )
+    normalisation: Literal["l1", "l2", "max", "none"] = Field(
+        "l1", description="what each spectrum is divided by (the paper says only 'normalise')"
+    )
+    band_hz: tuple[float, float] | None = Field(
+        None, description="keep bins with low <= f <= high; null keeps all window/2 + 1"
+    )
+    align: bool = Field(
+        False, description="shift each recording to the excitation by cross-correlation first"
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> FeatureSettings:
+        if self.hop > self.window:
+            raise ValueError(f"hop {self.hop} exceeds window {self.window}: samples would be lost")
+        if self.band_hz and not 0 <= self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"band_hz {self.band_hz} must be 0 <= low < high")
+        return self
+
+
+class AudioSettings(Strict):
+    """What the recordings of a data set are, and what may be done to those that differ."""
+
+    sample_rate_hz: int = Field(44_100, ge=1_000, le=768_000, description="declared rate")
+    other_rate: Literal["reject", "resample"] = Field(
+        "reject", description="a recording at another rate is quarantined, or resampled (polyphase)"
+    )
+    channel: Literal["mono", "mean"] | Annotated[int, Field(ge=0)] = Field(
+        "mono", description="'mono': reject others; a number: take that channel; 'mean': average"
+    )
+
+
+class Target(Strict):
+    """One label column."""
+
+    kind: Kind
+    unit: str = Field("", description="unit of a regression target, e.g. mm; empty for classes")
+    description: str = ""
+    missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
+
+
+class Level(Strict):
+    """What differs between data sets that one model is tested on, as a number."""
+
+    value: float
+    unit: str = ""
+    quantity: str = Field(description="e.g. sound level outside")

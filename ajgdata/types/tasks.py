@@ -1,0 +1,76 @@
+"""What a data set declares of its tasks: what is predicted, how it is split, what else is asked."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from ajgdata.types.base import ModelName, Name, Strict
+
+
+class Curve(Strict):
+    """Learning curve: training grasps per class, each drawn `repeats` times."""
+
+    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(min_length=2)
+    repeats: int = Field(5, ge=2)
+    models: tuple[ModelName, ...] = Field(("cnn", "linear", "knn"), min_length=1)
+
+
+class Sorting(Strict):
+    """Sorting by sound, offline: objects in random order until none is probable enough."""
+
+    objects: tuple[str, ...] = Field(min_length=2, description="values of the target")
+    threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
+    models: tuple[ModelName, ...] = Field(("cnn",), min_length=1)
+
+
+class Task(Strict):
+    """Target + split: one row of the report for each model."""
+
+    target: str
+    groups: str = Field("grasp_id", description="column whose values never straddle folds")
+    folds: int = Field(5, ge=2)
+    models: tuple[ModelName, ...] = ("cnn", "linear", "knn")
+    compare_random: bool = Field(
+        False, description="also evaluate a split that ignores the groups, to show what it flatters"
+    )
+    withhold: tuple[float, ...] = Field(
+        (), description="target values that no fold trains on; every fold's model is tested on them"
+    )
+    period_deg: float | None = Field(
+        None,
+        gt=0,
+        description="the target repeats after this, as a bar's angle after 180: models learn sine "
+        "and cosine, errors are the shortest way round",
+    )
+    test_on: tuple[Name, ...] = Field(
+        (),
+        description="data sets whose recordings the folds' models are tested on as well, e.g. the "
+        "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
+    )
+    curve: Curve | None = Field(None, description="accuracy against number of training grasps")
+    permutations: int = Field(
+        0, ge=0, description="labels permuted so often for a test against chance; 0: no test"
+    )
+    sorting: Sorting | None = Field(None, description="sorting by this target's classes")
+    paper: str | dict[str, str] = Field(
+        "",
+        description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
+        "unknown, overall, or a data set of test_on): {known: size-known, size_80dba: noise}",
+    )
+
+    @property
+    def papers(self) -> dict[str, str]:
+        """Rows of the paper's figures by part of the evaluation."""
+        given = self.paper
+        return ({"known": given} if given else {}) if isinstance(given, str) else given
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Task:
+        if len(set(self.withhold)) != len(self.withhold):
+            raise ValueError("withhold lists a value twice")
+        parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
+        if more := sorted(set(self.papers) - set(parts)):
+            raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
+        return self
