@@ -39,6 +39,12 @@ SORTED = [
     (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
 ]
 PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
+EMBEDDED = [
+    (name, embedding, document)
+    for name, p in PLANS.items()
+    for embedding, one in p.spec.embeddings.items()
+    for document in one.documents
+]
 # Pages on the virtual gripper.
 PAGES = [
     name
@@ -62,6 +68,7 @@ rule all:
         PATHS.all_metrics,
         [PATHS.model(*run) for run in RUNS],
         PATHS.results / "verify" / "summary.txt",
+        [PATHS.embedding_document(*document) for document in EMBEDDED],
 
 
 include: "workflow/rules/common.smk"

@@ -99,4 +99,4 @@ rule transfer:
 
 rule report_embedding:
     input:
-        of_embeddings,
+        [PATHS.embedding_document(*document) for document in EMBEDDED],
