@@ -5,7 +5,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import plan, solved_by
 from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError

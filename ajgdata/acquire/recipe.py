@@ -47,6 +47,18 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
     return grasps
 
 
+def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:
+    """Whether sessions of one name of two recipes, of data sets `name` and `other`, have scenes in
+    common: then the second to be recorded finds the responses of the first."""
+
+    def drawn(of: str, by: Recipe) -> tuple[object, ...]:
+        return by.seed, by.grasps_of or of, by.scene, by.vary
+
+    mine, theirs = ({m.name: (m.shape, m.grasp) for m in r.objects} for r in (recipe, others))
+    common = any(theirs.get(made) == settings for made, settings in mine.items())
+    return common and drawn(name, recipe) == drawn(other, others)
+
+
 def yaml_place(recipe: Recipe, made: str, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
     """Where in a declaration stands what is wrong at `place` of a setup of the object `made`."""
     number = [one.name for one in recipe.objects].index(made)
