@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -96,6 +97,41 @@ class SortingResult:
     def name(self) -> str:
         """File name of the figure, without suffix."""
         return f"sorting--{self.about.dataset}--{self.about.task}--{self.model}"
+
+
+class Row(NamedTuple):
+    """A row of the table of results that is of no evaluated model."""
+
+    label: str
+    metric: str
+    value: str
+
+
+@dataclass(frozen=True)
+class EnergyPart:
+    """One class of recordings: energy against that of the reference, see `evaluate.energy`."""
+
+    label: str
+    groups: int
+    mean: float
+    sd: float
+    by_object: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Energies:
+    """How much sound comes back, by class; 1 is the reference."""
+
+    about: About
+    reference: str
+    band_hz: tuple[float, float]
+    parts: tuple[EnergyPart, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"energies--{self.about.dataset}--{self.about.task}"
 
 
 class Experiments(NamedTuple):

@@ -80,8 +80,16 @@ class DatasetSpec(Strict):
                 for key in ("withhold", "period_deg"):
                     if getattr(task, key):
                         raise ValueError(f"task {name}: {key} is for a number, not for classes")
-            elif task.sorting:
-                raise ValueError(f"task {name}: sorting is for classes, not for a number")
+            else:
+                for key in ("sorting", "energy"):
+                    if getattr(task, key):
+                        raise ValueError(f"task {name}: {key} is for classes, not for a number")
+            measured = self.features.quantity, self.features.normalisation
+            if task.energy and measured != ("power", "none"):
+                raise ValueError(
+                    f"task {name}: energy needs features.quantity power and "
+                    "features.normalisation none"
+                )
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -104,6 +112,11 @@ class DatasetSpec(Strict):
         """What the further experiments on `task` must know, by name."""
         left_out = ("compare_random", "test_on")
         return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
+
+    def labelled(self, task: str) -> dict[str, Any]:
+        """What must be known of `task` where nothing is trained, by name."""
+        wanted = ("target", "kind", "unit", "groups")
+        return {k: v for k, v in self.evaluation(task).items() if k in wanted}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""
