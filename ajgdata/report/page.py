@@ -13,7 +13,7 @@ from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
 from ajgdata.report.content import PartResult, Report, TaskResult
-from ajgdata.report.experiments import chance_text, spread
+from ajgdata.report.experiments import spread
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -79,7 +79,6 @@ def _names() -> dict[str, Any]:
         "best": best,
         "close": close,
         "chance": wording.chance,
-        "chance_text": chance_text,
         "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,
