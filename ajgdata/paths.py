@@ -111,6 +111,17 @@ class Paths:
     def energies(self, dataset: str, task: str) -> Path:
         """Energies by class."""
         return self.results / "tasks" / dataset / task / "energies.json"
+    def embedding(self, dataset: str, embedding: str) -> Path:
+        """Folder of what is known of one embedding."""
+        return self.results / "embed" / dataset / embedding
+
+    def embedding_document(self, dataset: str, embedding: str, name: str) -> Path:
+        """One document on an embedding, e.g. `knn`; see docs/embedding.md."""
+        return self.embedding(dataset, embedding) / f"{name}.json"
+
+    def latents(self, dataset: str, embedding: str) -> Path:
+        """Every recording as every network of an embedding sees it."""
+        return self.embedding(dataset, embedding) / "latents.nc"
 
     def model(self, dataset: str, task: str, model: str) -> Path:
         """Folder of a model trained on all recordings."""
