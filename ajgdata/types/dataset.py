@@ -44,6 +44,7 @@ class DatasetSpec(Strict):
     title: str = ""
     description: str = ""
     licence: str = "not stated"
+    authors: tuple[str, ...] = Field((), description="who made it, for the citation")
     citation: str = ""
     url: str = ""
     audio: AudioSettings = AudioSettings()
