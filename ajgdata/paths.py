@@ -111,6 +111,7 @@ class Paths:
     def energies(self, dataset: str, task: str) -> Path:
         """Energies by class."""
         return self.results / "tasks" / dataset / task / "energies.json"
+
     def embedding(self, dataset: str, embedding: str) -> Path:
         """Folder of what is known of one embedding."""
         return self.results / "embed" / dataset / embedding
