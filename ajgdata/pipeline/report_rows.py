@@ -94,12 +94,14 @@ def curves_of(
         return []
     metric = made[0]["metric"]
     share = metric == "accuracy"
+    chance = [point["chance"][metric] for point in made[0]["points"]]
     return [
         Curves(
             about=_about(spec, task, made[0]),
             metric=metric,
             unit="%" if share else made[0]["unit"],
             repeats=settings.repeats,
+            chance=(100 if share else 1) * float(np.mean(chance)),
             lines=tuple(_line(document, 100 if share else 1) for document in made),
             paper=_paper(spec.tasks[task], "curves", paper),
         )
@@ -122,7 +124,6 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
     document = read_json(paths.permutations(spec.name, task))
     if "skipped" in document:
         return []
-    null = np.array(document["null"])
     return [
         ChanceTest(
             about=_about(spec, task, document),
@@ -130,8 +131,7 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
             metric=document["metric"],
             unit=document["unit"],
             value=document["value"],
-            null=float(null.mean()),
-            permutations=len(null),
+            null=np.array(document["null"]),
             p=document["p"],
         )
     ]

@@ -41,6 +41,7 @@ class Curves:
     metric: str
     unit: str
     repeats: int
+    chance: float
     lines: tuple[CurveLine, ...]
     paper: PaperFigure | None = None
 
@@ -50,18 +51,27 @@ class Curves:
         return f"curve--{self.about.dataset}--{self.about.task}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ChanceTest:
-    """Permutation test of a task; `value` and `null` (its mean) as in `evaluate.permutations`."""
+    """Permutation test of a task; `value` and `null` (permutations,) as its metric is computed."""
 
     about: About
     model_label: str
     metric: str
     unit: str
     value: float
-    null: float
-    permutations: int
+    null: np.ndarray
     p: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether it differs from chance at 5 %."""
+        return self.p < 0.05
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"chance--{self.about.dataset}--{self.about.task}"
 
 
 @dataclass(frozen=True, eq=False)

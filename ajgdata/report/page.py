@@ -14,7 +14,7 @@ from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
 from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
-from ajgdata.report.experiments import chance_text, spread
+from ajgdata.report.experiments import spread
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -81,7 +81,6 @@ def _names() -> dict[str, Any]:
         "close": close,
         "energy_rows": energy_rows,
         "chance": wording.chance,
-        "chance_text": chance_text,
         "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from ajgdata.types.base import Name, Strict
+from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
@@ -43,12 +44,14 @@ class DatasetSpec(Strict):
     title: str = ""
     description: str = ""
     licence: str = "not stated"
+    authors: tuple[str, ...] = Field((), description="who made it, for the citation")
     citation: str = ""
     url: str = ""
     audio: AudioSettings = AudioSettings()
     features: FeatureSettings = FeatureSettings()
     targets: dict[Name, Target] = {}
     tasks: dict[Name, Task] = {}
+    embeddings: dict[Name, Embedding] = {}
     level: Level | None = Field(
         None, description="where it stands among the data sets that a task is tested on"
     )
@@ -90,6 +93,14 @@ class DatasetSpec(Strict):
                     f"task {name}: energy needs features.quantity power and "
                     "features.normalisation none"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _embeddings_of_targets(self) -> DatasetSpec:
+        for name, one in self.embeddings.items():
+            for column in filter(None, (one.target, one.category)):
+                if column not in self.targets:
+                    raise ValueError(f"embedding {name}: {column!r} is not among the targets")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:

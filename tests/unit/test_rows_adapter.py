@@ -59,6 +59,7 @@ def test_a_curve(store):
 def test_a_test_against_chance(store):
     document = run(permute_task, store, permutations=19)
     assert (document["p"], len(document["null"])) == (1 / 20, 19)
+    assert document["model"] == "ridge"
     document = run(
         permute_task, store, target="size", kind="regression", permutations=19, withhold=[10.0]
     )
