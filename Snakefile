@@ -5,6 +5,12 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.ablations import (
+    ABLATION_CODE,
+    ABLATIONS,
+    ABLATIONS_PAGE,
+    possible,
+)
 from ajgdata.pipeline.plan import plan
 from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
 from ajgdata.store.provenance import code_digest, settings_digest
@@ -39,10 +45,11 @@ SORTED = [
     (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
 ]
 PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
-# Pages on the virtual gripper.
+ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
+# Further pages: why simulation and paper differ, and on the virtual gripper.
 PAGES = [
     name
-    for name in (GALLERY, *STUDIES)
+    for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
 ]
 
@@ -69,6 +76,7 @@ include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
 include: "workflow/rules/train.smk"
+include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

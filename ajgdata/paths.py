@@ -138,6 +138,10 @@ class Paths:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
 
+    def ablation(self, name: str) -> Path:
+        """Tables of one ablation: why simulation and paper differ."""
+        return self.results / "ablations" / f"{name}.json"
+
     def page(self, name: str) -> Path:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
