@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.report.further import ChanceTest, Curves, Experiments, SortingResult, Source
+from ajgdata.report.further import ChanceTest, Curves, Energies, Experiments, SortingResult, Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.results import (
     HEADLINE,
@@ -107,6 +107,7 @@ class Report:
     curves: tuple[Curves, ...] = ()
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
+    energies: tuple[Energies, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -134,6 +135,10 @@ class Report:
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
         )
+
+    def energies_in(self, dataset: str) -> list[Energies]:
+        """Energies by class of one data set."""
+        return [one for one in self.energies if one.about.dataset == dataset]
 
     def leveled(self) -> list[tuple[TaskResult, ...]]:
         """Tasks whose models were tested at three levels or more, their own included."""

@@ -21,6 +21,7 @@ RANKS = {
     "report": 7,
     "pipeline": 8,
     "cli_gripper": 9,
+    "cli_publish": 9,
     "cli": 10,
 }
 #: Packages that use nothing of ours but what is named.
