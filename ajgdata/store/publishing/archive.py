@@ -14,8 +14,9 @@ from ajgdata.types import DataError
 
 #: The first day that a ZIP file can hold.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
-#: Recordings do not compress this well; what claims to is there to fill a disk.
-MAX_RATIO = 20
+#: Recordings do not compress this well (a pure tone 50-fold); what claims to is there to fill a
+#: disk. Ours are not compressed at all.
+MAX_RATIO = 200
 #: Largest sum of files that is unpacked or fetched without being asked for.
 MAX_BYTES = 50 * 2**30
 
