@@ -19,7 +19,8 @@ from ajgdata.types import DataError
 
 AGAIN = "run it again: what is complete is kept"
 _TIMEOUT_S = 30
-_CHUNK = 2**20
+#: A cut connection loses less than this.
+CHUNK_BYTES = 2**14
 
 
 def is_web(source: str) -> bool:
@@ -92,7 +93,7 @@ class Download:
             answer.raise_for_status()
             goes_on = answer.status_code == requests.codes.partial_content
             with part.open("ab" if goes_on else "wb") as stream:
-                for block in answer.iter_content(_CHUNK):
+                for block in answer.iter_content(CHUNK_BYTES):
                     self.left -= len(block)
                     if self.left < 0:
                         part.unlink()
