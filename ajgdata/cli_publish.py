@@ -22,7 +22,9 @@ def publish(
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
     ] = None,
-    version: Annotated[str, typer.Option(help="version of the data set")] = "1.0.0",
+    version: Annotated[
+        str, typer.Option(help="version of the data set, 1.0.0; default: that of dataset.yaml")
+    ] = "",
     date: Annotated[
         str, typer.Option(help="day of publication, 2026-01-31; default: that of the commit")
     ] = "",
