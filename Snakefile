@@ -18,7 +18,7 @@ from ajgdata.pipeline.experiments import (
     experiments_of,
     runs_of,
 )
-from ajgdata.pipeline.plan import plan, solved_by
+from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
@@ -43,6 +43,7 @@ PATHS = Paths()
 # Only the main process looks at the recordings; its jobs see the manifests that it left.
 try:
     PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+    PUBLISHED = published(PLANS, config["publish"])
 except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
@@ -74,6 +75,7 @@ rule all:
         PATHS.all_metrics,
         of_runs(PATHS.model, TASKS),
         PATHS.results / "verify" / "summary.txt",
+        [PATHS.receipt(name) for name in PUBLISHED],
 
 
 include: "workflow/rules/acquire.smk"
@@ -83,5 +85,6 @@ include: "workflow/rules/rows.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"
+include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

@@ -168,6 +168,10 @@ class Paths:
         """A data set as others get it; see `Tree`."""
         return self.results / "published" / dataset
 
+    def receipt(self, dataset: str) -> Path:
+        """Hash of the SHA256SUMS of a published data set: written when the rest is whole."""
+        return self.results / "published" / f"{dataset}.sha256"
+
     def page(self, name: str) -> Path:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")

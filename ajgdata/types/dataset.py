@@ -46,6 +46,9 @@ class DatasetSpec(Strict):
     licence: str = "not stated"
     authors: tuple[str, ...] = Field((), description="who made it, for the citation")
     citation: str = ""
+    version: str = Field(
+        "1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="version of what is published"
+    )
     url: str = ""
     audio: AudioSettings = AudioSettings()
     features: FeatureSettings = FeatureSettings()
