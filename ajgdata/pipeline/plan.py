@@ -70,6 +70,13 @@ def plan(
     return plans
 
 
+def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
+    """Sessions of a data set that are on disk, whole, and asked for."""
+    virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
+    unready = {*_incomplete(paths, spec.name, virtual), *_dropped(paths, spec.name, virtual)}
+    return sorted(set(list_sessions(paths, spec.name)) - unready)
+
+
 def _others(spec: DatasetSpec) -> set[str]:
     return {other for task in spec.tasks.values() for other in task.test_on}
 
