@@ -1,11 +1,18 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
+from functools import partial
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
-from ajgdata.paths import Paths
-from ajgdata.pipeline.plan import plan
+from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.pipeline.experiments import (
+    datasets_of,
+    documents_of,
+    experiments_of,
+    runs_of,
+)
+from ajgdata.pipeline.plan import plan, solved_by
 from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
@@ -32,13 +39,9 @@ try:
     PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
 except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
-TASKS = [(name, *one) for name, p in PLANS.items() for one in p.spec.tasks.items()]
-RUNS = [(dataset, task, m) for dataset, task, one in TASKS for m in one.models]
-CURVES = [(d, task, m) for d, task, one in TASKS if one.curve for m in one.curve.models]
-SORTED = [
-    (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
-]
-PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
+SPECS = {name: one.spec for name, one in PLANS.items()}
+TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
+EXPERIMENTS = experiments_of(SPECS)
 # Pages on the virtual gripper.
 PAGES = [
     name
@@ -54,16 +57,18 @@ wildcard_constraints:
     model="[a-z]+",
 
 
+include: "workflow/rules/common.smk"
+
+
 rule all:
     default_target: True
     input:
         PATHS.report,
         PATHS.all_metrics,
-        [PATHS.model(*run) for run in RUNS],
+        of_runs(PATHS.model, TASKS),
         PATHS.results / "verify" / "summary.txt",
 
 
-include: "workflow/rules/common.smk"
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"

@@ -6,11 +6,11 @@ written unless `refresh` is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from ajgdata.acquire.recipe import session_names
+from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.paths import SESSION_FILE, Paths
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.pipeline.recipes import planned_grasps
@@ -75,6 +75,27 @@ def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
     virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
     unready = {*_incomplete(paths, spec.name, virtual), *_dropped(paths, spec.name, virtual)}
     return sorted(set(list_sessions(paths, spec.name)) - unready)
+
+
+def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
+    """The data set whose session of this name is to be recorded before that of `dataset`.
+
+    Its scenes are the same: side by side both would be solved. It is the data set whose grasps the
+    others make again, or the first of those that make them.
+    """
+    recipe = plans[dataset].spec.recipe
+    if recipe is None:
+        return None
+    same = [
+        name
+        for name, one in plans.items()
+        if session in one.virtual
+        and one.spec.recipe
+        and shares_scenes(dataset, recipe, name, one.spec.recipe)
+    ]
+    origin = recipe.grasps_of or dataset
+    first = origin if origin in same else same[0]
+    return None if dataset == first else first
 
 
 def _others(spec: DatasetSpec) -> set[str]:

@@ -13,7 +13,8 @@ from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
 from ajgdata.report.content import PartResult, Report, TaskResult
-from ajgdata.report.experiments import chance_text, spread
+from ajgdata.report.energy_figures import energy_rows
+from ajgdata.report.experiments import spread
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -78,8 +79,8 @@ def _names() -> dict[str, Any]:
         "SPLITS": figures.SPLITS,
         "best": best,
         "close": close,
+        "energy_rows": energy_rows,
         "chance": wording.chance,
-        "chance_text": chance_text,
         "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,

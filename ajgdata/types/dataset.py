@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from ajgdata.types.base import Name, Strict
+from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
@@ -43,12 +44,14 @@ class DatasetSpec(Strict):
     title: str = ""
     description: str = ""
     licence: str = "not stated"
+    authors: tuple[str, ...] = Field((), description="who made it, for the citation")
     citation: str = ""
     url: str = ""
     audio: AudioSettings = AudioSettings()
     features: FeatureSettings = FeatureSettings()
     targets: dict[Name, Target] = {}
     tasks: dict[Name, Task] = {}
+    embeddings: dict[Name, Embedding] = {}
     level: Level | None = Field(
         None, description="where it stands among the data sets that a task is tested on"
     )
@@ -80,8 +83,24 @@ class DatasetSpec(Strict):
                 for key in ("withhold", "period_deg"):
                     if getattr(task, key):
                         raise ValueError(f"task {name}: {key} is for a number, not for classes")
-            elif task.sorting:
-                raise ValueError(f"task {name}: sorting is for classes, not for a number")
+            else:
+                for key in ("sorting", "energy"):
+                    if getattr(task, key):
+                        raise ValueError(f"task {name}: {key} is for classes, not for a number")
+            measured = self.features.quantity, self.features.normalisation
+            if task.energy and measured != ("power", "none"):
+                raise ValueError(
+                    f"task {name}: energy needs features.quantity power and "
+                    "features.normalisation none"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _embeddings_of_targets(self) -> DatasetSpec:
+        for name, one in self.embeddings.items():
+            for column in filter(None, (one.target, one.category)):
+                if column not in self.targets:
+                    raise ValueError(f"embedding {name}: {column!r} is not among the targets")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -104,6 +123,11 @@ class DatasetSpec(Strict):
         """What the further experiments on `task` must know, by name."""
         left_out = ("compare_random", "test_on")
         return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
+
+    def labelled(self, task: str) -> dict[str, Any]:
+        """What must be known of `task` where nothing is trained, by name."""
+        wanted = ("target", "kind", "unit", "groups")
+        return {k: v for k, v in self.evaluation(task).items() if k in wanted}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""

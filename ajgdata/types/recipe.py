@@ -33,6 +33,11 @@ class Recipe(Strict):
     )
     samples_per_grasp: int = Field(1, ge=1)
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
+    variants: dict[Name, dict[str, JsonValue]] = Field(
+        {},
+        description="what replaces keys of `scene`, by variant, e.g. coffee: {medium: {kind: "
+        "coffee}}: each is recorded in `sessions` sessions of its own, the same grasps in each",
+    )
     signal: dict[str, JsonValue] = Field(
         {},
         description="overrides of its default signal chain, e.g. external_noise_dba: 80; they need"
@@ -61,6 +66,7 @@ class Recipe(Strict):
         for key, (low, high) in self.vary.items():
             if low > high:
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
-        if not isinstance(self.scene.get("grasp", {}), dict):
-            raise ValueError("scene.grasp must hold keys")
+        for scene in (self.scene, *self.variants.values()):
+            if not isinstance(scene.get("grasp", {}), dict):
+                raise ValueError("scene.grasp must hold keys")
         return self

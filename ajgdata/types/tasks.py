@@ -25,6 +25,19 @@ class Sorting(Strict):
     models: tuple[ModelName, ...] = Field(("cnn",), min_length=1)
 
 
+class Energy(Strict):
+    """Energy of the recordings of each class of the target, against those of one of them."""
+
+    reference: str = Field(description="value of the target, e.g. air: the empty gripper")
+    band_hz: tuple[float, float] = Field(description="frequencies that count, low to high")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Energy:
+        if not 0 <= self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"energy.band_hz {self.band_hz} must be 0 <= low < high")
+        return self
+
+
 class Task(Strict):
     """Target + split: one row of the report for each model."""
 
@@ -54,11 +67,24 @@ class Task(Strict):
         0, ge=0, description="labels permuted so often for a test against chance; 0: no test"
     )
     sorting: Sorting | None = Field(None, description="sorting by this target's classes")
+    energy: Energy | None = Field(
+        None,
+        description="how much sound comes back, by class; it needs features.quantity power and "
+        "features.normalisation none",
+    )
+    experiments: tuple[Name, ...] = Field(
+        (), description="`snakemake report_NAME` reports on the tasks of NAME; default: data set"
+    )
     paper: str | dict[str, str] = Field(
         "",
         description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
         "unknown, overall, or a data set of test_on): {known: size-known, size_80dba: noise}",
     )
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """Data sets that this task needs beside its own."""
+        return self.test_on
 
     @property
     def papers(self) -> dict[str, str]:

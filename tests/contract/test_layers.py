@@ -23,6 +23,7 @@ RANKS = {
     "loading": 9,
     "cli_gripper": 9,
     "cli_project": 9,
+    "cli_publish": 9,
     "cli": 10,
 }
 #: Packages that use nothing of ours but what is named.

@@ -57,6 +57,21 @@ def test_refreshing_twice_writes_once(tmp_path):
     assert times(paths) == before
 
 
+def test_variants_are_sessions_of_the_same_grasps(tmp_path):
+    paths = Paths(tmp_path)
+    variants = {"air": {"medium": {"kind": "air"}}, "thick": {"gripper": "thick-membrane"}}
+    declare(paths, "made", recipe={**RECIPE, "vary": {"angle_deg": [0, 9]}, "variants": variants})
+    sessions = plan(paths, refresh=True)["made"].sessions
+    assert sessions == tuple(f"virtual-{v}-0{n}" for v in variants for n in (1, 2))
+    grasps = [yaml.safe_load(paths.scenes("made", name).read_text())[0] for name in sessions]
+    setups = [grasp["setup"] for grasp in grasps]
+    assert [setup["grasp"] for setup in setups[:2]] == [setup["grasp"] for setup in setups[2:]]
+    assert setups[0]["grasp"] != setups[1]["grasp"]
+    assert [setup.get("medium") for setup in setups] == [{"kind": "air"}] * 2 + [None] * 2
+    assert [setup.get("gripper") for setup in setups] == [None] * 2 + ["thick-membrane"] * 2
+    assert len({grasp["grasp_id"] for grasp in grasps}) == 4
+
+
 def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk(tmp_path):
     paths = Paths(tmp_path)
     declare(paths, "made", recipe=RECIPE)
@@ -118,6 +133,11 @@ def test_nothing_to_run_is_said(tmp_path):
             {"scene": {"grasp": {"offset_x_mm": 99}}},
             "recipe, a: content: the object's centre lies outside",
             "- name: a",
+        ),
+        (
+            {"variants": {"wet": {"medium": {"kind": "water"}}}},
+            "recipe, a: medium.kind = 'water'",
+            "kind: water",
         ),
         ({"signal": {"gain": 3}}, "recipe, signal: unknown key gain", "gain: 3"),
         ({"signal": {"gain_db": "x"}}, "recipe, signal: gain_db = 'x'", "gain_db: x"),

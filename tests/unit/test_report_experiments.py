@@ -7,7 +7,13 @@ import numpy as np
 from matplotlib.text import Text
 from report_samples import sample_report
 
-from ajgdata.report.experiments import chance_text, curve_figure, sorting_figure, spread
+from ajgdata.report.experiments import (
+    chance_figure,
+    chance_text,
+    curve_figure,
+    sorting_figure,
+    spread,
+)
 from ajgdata.report.further import (
     About,
     ChanceTest,
@@ -21,8 +27,9 @@ from ajgdata.report.page import render_page
 
 ABOUT = About("size", "edge", "Cube size · edge", "simulated")
 LINE = CurveLine("k-NN", np.array([1, 4, 16]), np.array([20.0, 40, 50]), np.array([5.0, 3, 1]))
-CURVES = Curves(ABOUT, "accuracy", "%", 5, (LINE,))
-TEST = ChanceTest(ABOUT, "k-NN", "accuracy", "", 0.41, 0.25, 199, 0.005)
+CURVES = Curves(ABOUT, "accuracy", "%", 5, 25.0, (LINE,))
+NULL = np.linspace(0.2, 0.3, 199)
+TEST = ChanceTest(ABOUT, "k-NN", "accuracy", "", 0.41, NULL, 0.005)
 PARTS = tuple(
     SortingPart(
         label, np.array([0.5, 0.9]), np.array([0.4, 0.8]), error, 0.75, 0.9, sorts, sorts // 2
@@ -44,7 +51,18 @@ def test_a_learning_curve_shows_the_means_of_the_draws():
     line = figure.axes[0].containers[0].lines[0]
     np.testing.assert_allclose(line.get_xydata(), [[1, 20], [4, 40], [16, 50]])
     assert figure.axes[0].get_ylabel() == "accuracy (%)"
+    assert set(figure.axes[0].lines[-1].get_ydata()) == {25.0}  # chance
     assert "simulated" in texts(figure)
+
+
+def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutations():
+    figure = chance_figure(TEST)
+    (axes,) = figure.axes
+    counted = sum(patch.get_height() for patch in axes.patches)
+    assert counted == 199
+    mean, value = (line.get_xdata()[0] for line in axes.lines)
+    np.testing.assert_allclose([mean, value], [25, 41])
+    assert any("differs from chance" in text for text in texts(figure))
 
 
 def test_a_sorting_figure_shows_reliability_and_the_share_of_runs_as_long():
@@ -62,7 +80,7 @@ def test_a_test_against_chance_in_words():
     assert "is 41 %; with labels exchanged between groups it is 25 %" in chance_text(TEST)
     assert "p = 0.005: it differs from chance" in chance_text(TEST)
     assert "cannot be told from chance" in chance_text(dataclasses.replace(TEST, p=0.2))
-    error = dataclasses.replace(TEST, metric="rmse", unit="mm", value=2.0, null=5.0)
+    error = dataclasses.replace(TEST, metric="rmse", unit="mm", value=2.0, null=20 * NULL)
     assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in chance_text(error)
 
 
@@ -75,7 +93,8 @@ def test_the_page_holds_them_with_their_task():
         sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,)
     )
     named = illustrations(report)
-    assert {"curve--size--edge", "sorting--size--edge--cnn"} <= set(named)
+    more = {"curve--size--edge", "sorting--size--edge--cnn", "chance--size--edge"}
+    assert more <= set(named)
     html = render_page(report, {name: b"<svg/>" for name in named})
     words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
     assert "p = 0.005" in words

@@ -203,7 +203,7 @@ def test_recorded_data_alone_need_no_warning_about_simulation():
 
 def test_an_empty_report_is_a_page():
     html = render(Report("Nothing yet", "1", "c", (), ()))
-    assert html.count("No task has been evaluated.") == 2
+    assert html.count("No task has been evaluated.") == 1
     Page(html)
 
 

@@ -6,9 +6,14 @@ def of_sessions(path):
     ]
 
 
-def of_runs(path):
-    """All evaluated models, for one kind of file."""
-    return [path(*run) for run in RUNS]
+def of_runs(path, tasks):
+    """All evaluated models of some tasks, for one kind of file."""
+    return [path(*run) for run in runs_of(SPECS, tasks)]
+
+
+def of_experiments(tasks):
+    """What else some tasks ask for."""
+    return [one.path for one in documents_of(PATHS, SPECS, tasks)]
 
 
 def declared(wildcards):
