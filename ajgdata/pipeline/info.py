@@ -33,7 +33,7 @@ def dataset_facts(paths: Paths, dataset: str) -> dict[str, str]:
     for session, recordings in held:
         facts[f"session {session.session_id}"] = (
             f"{len(recordings)} recordings, gripper {session.gripper}, medium {session.medium}, "
-            f"{session.device}"
+            f"{session.device}" + (f"; {session.notes}" if session.notes else "")
         )
     facts |= _features(paths, spec)
     for name, task in spec.tasks.items():
