@@ -6,6 +6,12 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.pipeline.ablations import (
+    ABLATION_CODE,
+    ABLATIONS,
+    ABLATIONS_PAGE,
+    possible,
+)
 from ajgdata.pipeline.experiments import (
     datasets_of,
     documents_of,
@@ -42,10 +48,11 @@ except DataError as error:
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
 EXPERIMENTS = experiments_of(SPECS)
-# Pages on the virtual gripper.
+ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
+# Further pages: why simulation and paper differ, and on the virtual gripper.
 PAGES = [
     name
-    for name in (GALLERY, *STUDIES)
+    for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
 ]
 
@@ -74,6 +81,7 @@ include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
 include: "workflow/rules/train.smk"
+include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

@@ -181,6 +181,10 @@ class Paths:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
 
+    def ablation(self, name: str) -> Path:
+        """Tables of one ablation: why simulation and paper differ."""
+        return self.results / "ablations" / f"{name}.json"
+
     def published(self, dataset: str) -> Path:
         """A data set as others get it; see `Tree`."""
         return self.results / "published" / dataset

@@ -84,13 +84,25 @@ class Task(Strict):
     paper: str | dict[str, str] = Field(
         "",
         description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
-        "unknown, overall, or a data set of test_on): {known: size-known, size_80dba: noise}",
+        "unknown, overall, a data set of test_on, or a further experiment: curves, permutations, "
+        "sorting, energies): {known: size-known, size_80dba: noise}",
     )
 
     @property
     def others(self) -> tuple[str, ...]:
         """Data sets that this task needs beside its own."""
         return self.test_on
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Kinds of further experiments that are asked for."""
+        asked = {
+            "curves": self.curve,
+            "permutations": self.permutations,
+            "sorting": self.sorting,
+            "energies": self.energy,
+        }
+        return tuple(kind for kind, settings in asked.items() if settings)
 
     @property
     def papers(self) -> dict[str, str]:
@@ -103,6 +115,7 @@ class Task(Strict):
         if len(set(self.withhold)) != len(self.withhold):
             raise ValueError("withhold lists a value twice")
         parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
+        parts += self.further
         if more := sorted(set(self.papers) - set(parts)):
             raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self
