@@ -40,26 +40,36 @@ TRAINING = ("target", "kind", "unit", "groups", "period_deg")
 class DatasetSpec(Strict):
     """dataset.yaml: what a data set is."""
 
-    name: Name
-    title: str = ""
-    description: str = ""
-    licence: str = "not stated"
+    name: Name = Field(description="its folder's name")
+    title: str = Field("", description="a few words, for people")
+    description: str = Field("", description="what was recorded, how and why, for people")
+    licence: str = Field("not stated", description="under which others may use the recordings")
     authors: tuple[str, ...] = Field((), description="who made it, for the citation")
-    citation: str = ""
+    citation: str = Field("", description="how to cite it")
     version: str = Field(
         "1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="version of what is published"
     )
-    url: str = ""
-    audio: AudioSettings = AudioSettings()
-    features: FeatureSettings = FeatureSettings()
-    targets: dict[Name, Target] = {}
-    tasks: dict[Name, Task] = {}
-    embeddings: dict[Name, Embedding] = {}
+    url: str = Field("", description="where it comes from")
+    audio: AudioSettings = Field(AudioSettings(), description="what its recordings are")
+    features: FeatureSettings = Field(
+        FeatureSettings(), description="how a recording becomes a spectrum"
+    )
+    targets: dict[Name, Target] = Field(
+        {}, description="columns of recordings.csv that can be learnt, by name"
+    )
+    tasks: dict[Name, Task] = Field({}, description="what is learnt and evaluated, by name")
+    embeddings: dict[Name, Embedding] = Field(
+        {}, description="what is embedded by contrast, by name"
+    )
     level: Level | None = Field(
         None, description="where it stands among the data sets that a task is tested on"
     )
-    recipe: Recipe | None = None
-    imports: ImportSettings = ImportSettings()
+    recipe: Recipe | None = Field(
+        None, description="how the virtual gripper makes its sessions; null: they are imported"
+    )
+    imports: ImportSettings = Field(
+        ImportSettings(), description="how `ajgdata import` reads a folder for it"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> DatasetSpec:
