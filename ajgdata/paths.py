@@ -154,6 +154,10 @@ class Paths:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
 
+    def explorer(self, dataset: str, embedding: str) -> Path:
+        """Page on which every recording of an embedding is seen and heard."""
+        return self.page(f"latents--{dataset}--{embedding}")
+
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""
         return self.report.parent / page
