@@ -6,28 +6,20 @@ place a further point: it is fitted on all, and shows what it shows of all.
 
 from __future__ import annotations
 
-import warnings
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.embed.reducers import make_reducer
+
 Real = NDArray[np.floating]
 
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
-#: UMAP's and t-SNE's defaults, less where there are fewer points.
-NEIGHBOURS, PERPLEXITY = 15, 30.0
-#: With fewer distinct training points neighbourhoods mean nothing, and only PCA is done.
-FEWEST = 10
-
-
-def umap_module() -> ModuleType:
-    """UMAP, without its remark that TensorFlow, which nothing here needs, is missing."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)
-        import umap
-    return umap
+#: UMAP looks at 15 neighbours of a point: with fewer distinct training points only PCA is done.
+FEWEST = 16
+#: t-SNE's default, less where there are fewer points.
+PERPLEXITY = 30.0
 
 
 def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[str, Real]:
@@ -55,28 +47,17 @@ def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[st
 def _pca(points: Real, training: NDArray[np.bool_]) -> Real:
     centred = points - points[training].mean(axis=0)
     _, _, directions = np.linalg.svd(centred[training], full_matrices=False)
-    largest = np.abs(directions[:2]).argmax(
-        axis=1
-    )  # a direction has no sign: the largest part is +
+    # a direction has no sign: its largest part is positive
+    largest = np.abs(directions[:2]).argmax(axis=1)
     return centred @ (directions[:2] * np.sign(directions[[0, 1], largest])[:, None]).T
 
 
 def _umap(points: Real, training: NDArray[np.bool_], seed: int) -> Real:
-    fitted = (
-        umap_module()
-        .UMAP(
-            n_neighbors=min(NEIGHBOURS, np.count_nonzero(training) - 1),
-            init="pca",  # keeps the large structure, and needs no iteration that may not converge
-            random_state=seed,
-            transform_seed=seed,
-            n_jobs=1,  # what a seed asks for
-        )
-        .fit(points[training])
-    )
+    umap = make_reducer("umap", 2, seed)
     plane = np.empty((len(points), 2), np.float32)
-    plane[training] = fitted.embedding_
+    plane[training] = umap.fit_transform(points[training])
     if not training.all():
-        plane[~training] = fitted.transform(points[~training])
+        plane[~training] = umap.transform(points[~training])
     return plane
 
 

@@ -39,10 +39,11 @@ def embedded(
     made = {key: document for key, document in documents.items() if "skipped" not in document}
     parts: dict[str, Any] = {}
     if "knn" in made:
-        seconds = _seconds(made["cost"]["knn"]) if "cost" in made else {}
+        seconds = _seconds(made["knn_cost"]["rows"])
         parts |= {
             "chance": _number(made["knn"]["chance"]),
             "neighbours": tuple(_neighbours(row, seconds) for row in made["knn"]["rows"]),
+            "runs": max(len(row["per_run"]) for row in made["knn"]["rows"]),
         }
     if "distances" in made:
         spaces = made["distances"]["spaces"]
@@ -61,7 +62,9 @@ def embedded(
     if "transfer" in made:
         parts["transfer"] = _transfer(made["transfer"])
     if "cost" in made:
-        parts["training_s"] = made["cost"]["training"]["wall_s"]
+        parts["networks"] = made["cost"]["networks"]
+        parts["training_s"] = made["cost"]["cpu_s"]
+    skipped = {key: str(d["skipped"]) for key, d in documents.items() if "skipped" in d}
     title = spec.title or spec.name
     return Embedded(
         dataset=spec.name,
@@ -71,8 +74,7 @@ def embedded(
         supervision=settings.supervision,
         settings=settings.model_dump(mode="json", exclude={"supervision"}),
         made_by=_made_by(made.values()),
-        skipped={key: str(d["skipped"]) for key, d in documents.items() if "skipped" in d},
-        runs=settings.folds * settings.inits,
+        skipped=skipped,
         pictured=shown,
         **parts,
     )
@@ -81,14 +83,17 @@ def embedded(
 def pictured(projections: Document, store: Shard, settings: Embedding) -> Pictured:
     """The pictures, with the columns of the store that say what each recording is.
 
-    First the thing, then its category, then what is probed, the session and the grasp.
+    First the thing, then its category, then what is probed, the session and the grasp. Recordings
+    of nothing have no picture.
     """
+    place = {name: row for row, name in enumerate(store.columns["recording"].values.tolist())}
+    rows = np.array([place[name] for name in projections["recording"]], int)
     first = settings.instance, settings.category or settings.target
     columns = dict.fromkeys((*first, *settings.probes, "session_id", settings.groups))
     return Pictured(
         recording=np.asarray(projections["recording"], np.str_),
         training=np.asarray(projections["training"], bool),
-        columns={name: _column(store.columns[name].values) for name in columns},
+        columns={name: _column(store.columns[name].values[rows]) for name in columns},
         pictures=tuple(
             Picture(one["space"], one["method"], np.asarray(one["points"], float))
             for one in projections["pictures"]
@@ -103,7 +108,7 @@ def _column(values: np.ndarray) -> np.ndarray:
 
 def _made_by(documents: Iterable[Document]) -> str:
     """Commits of the features behind the documents."""
-    commits = {str(document["provenance"]["git_commit"]) for document in documents}
+    commits = {str(d["provenance"]["git_commit"]) for d in documents if "provenance" in d}
     return f"features of commit {', '.join(sorted(commits))}" if commits else "nothing"
 
 
@@ -152,12 +157,14 @@ def _distances(space: str, one: Document) -> Distances:
 
 
 def _probes(rows: Sequence[Document]) -> tuple[Probe, ...]:
+    """Without those that say nothing: a rank correlation of angles, for instance."""
     return tuple(
         Probe(
             row["space"], row["probe"], row["target"], row["split"], row["metric"],
             _score(row), _number(row["chance"]),
         )
         for row in rows
+        if row["mean"] is not None
     )  # fmt: skip
 
 

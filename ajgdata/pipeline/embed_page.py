@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,22 +25,21 @@ PAGE_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
 EXPLORER_CODE = (*PAGE_CODE, "store/clips", "store/audio")
 #: All sounds of an explorer together, as text in the page; and the longest piece of one.
 MOST_SOUND_MB, LONGEST_S, SHORTEST_S = 10.0, 3.0, 0.2
+#: The document that holds the pictures.
+PICTURES = "projections"
 #: Peak of the loudest clip.
 LOUDEST = 0.9
 
 
 def build_embedding_page(
-    paths: Paths,
-    embeddings: Sequence[tuple[str, str]],
-    documents: Mapping[tuple[str, str], Sequence[str]],
-    pages: Sequence[str],
+    paths: Paths, embeddings: Sequence[tuple[str, str]], pages: Sequence[str]
 ) -> None:
-    """Write the page on `embeddings`, pairs of data set and name, whose `documents` are named."""
+    """Write the page on `embeddings`, pairs of data set and name, linked with `pages`."""
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.embedding_page import PAGE, figures, render_embeddings
     from ajgdata.report.study_page import page_links
 
-    shown = [_embedded(paths, *one, documents[one]) for one in embeddings]
+    shown = [_embedded(paths, *one) for one in embeddings]
     svgs = {}
     for name, illustration in figures(shown).items():
         svg, *_ = save_figure(illustration.draw(), paths.page_figure(PAGE, name))
@@ -66,23 +65,21 @@ def build_explorer(
     """Write the page on which every recording is seen and heard."""
     from ajgdata.report.interactive import render_interactive
 
-    one = _embedded(paths, dataset, embedding, ())
+    one = _embedded(paths, dataset, embedding)
     audio = read_dataset(paths, dataset).audio
-    clips, told = sounds(paths.root, manifests, audio, set(_recordings(one)))
+    recordings = one.pictured.recording.tolist() if one.pictured else []
+    clips, told = sounds(paths.root, manifests, audio, set(recordings))
     write_bytes(output, render_interactive(one, clips, told).encode())
 
 
-def _recordings(one: Embedded) -> list[str]:
-    return one.pictured.recording.tolist() if one.pictured else []
-
-
-def _embedded(paths: Paths, dataset: str, name: str, documents: Sequence[str]) -> Embedded:
-    """One embedding, with its pictures if `projections` was made of it."""
-    spec = read_dataset(paths, dataset)
-    read = {key: read_json(paths.embedding_document(dataset, name, key)) for key in documents}
-    store = read_store(paths.merged(dataset))
-    projections = paths.embedding_document(dataset, name, "projections")
-    shown = pictured(read_json(projections), store, spec.embeddings[name])
+def _embedded(paths: Paths, dataset: str, name: str) -> Embedded:
+    """One embedding by its documents; of grippers there are no pictures."""
+    spec, store = read_dataset(paths, dataset), read_store(paths.merged(dataset))
+    settings = spec.embeddings[name]
+    names = settings.documents if settings.base else (*settings.documents, PICTURES)
+    read = {key: read_json(paths.embedding_document(dataset, name, key)) for key in names}
+    made = PICTURES in read and "skipped" not in read[PICTURES]
+    shown = pictured(read[PICTURES], store, settings) if made else None
     return embedded(spec, name, str(store.attrs["source"]), read, shown)
 
 

@@ -9,46 +9,48 @@ import numpy as np
 
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.latents import Run, read_run
-from ajgdata.types import DataError
+from ajgdata.store.latents import read_latents
+from ajgdata.types import DataError, Embedding
 
 #: The run that is looked at, and what a latent of two dimensions is drawn by.
 FOLD, INIT, PLANE = 0, 0, "plane"
 
 
 def make_projections(
-    latents: Path, store: Path, *, dimension: int, flat: bool, seed: int, output: Path
+    store: Path, latents: Path, *, settings: Embedding, seed: int, output: Path
 ) -> None:
-    """Write the pictures of one run, from the latent of `dimension` and from raw features.
+    """Write the pictures of one run, of the latent and of raw features; or why there are none.
 
-    With `flat` the two-dimensional latent is there as it is, too.
+    A latent of two dimensions is there as it is, too.
     """
-    from sklearn.pipeline import make_pipeline
-    from sklearn.preprocessing import StandardScaler
-
+    from ajgdata.embed.encoder import raw_scaling
     from ajgdata.embed.projections import project
-    from ajgdata.models.baselines import Compress
 
-    run, features = read_run(latents, dimension, FOLD, INIT), read_store(store)
-    if features.columns["recording"].values.tolist() != run.recording.tolist():
+    found, features = read_latents(latents), read_store(store)
+    if "skipped" in found.attrs:
+        write_bytes(output, json_bytes({"skipped": str(found.attrs["skipped"])}))
+        return
+    recordings = found.columns["recording"].values.tolist()
+    place = {name: row for row, name in enumerate(features.columns["recording"].values.tolist())}
+    if not set(recordings) <= set(place):
         raise DataError(latents, "is not of these features", "delete it and run again")
-    training = run.validation_fold != FOLD
-    raw = make_pipeline(Compress(), StandardScaler()).fit(features.feature[training])
-    spaces = {"raw": raw.transform(features.feature), "latent": run.latent}
+    feature = features.feature[[place[name] for name in recordings]]
+    training = found.validation_fold != FOLD
+    raw = raw_scaling().fit(feature[training]).transform(feature)
+    spaces = {"raw": raw, "latent": found.latent[settings.shown][FOLD, INIT]}
     pictures = [
         _picture(space, method, plane)
         for space, points in spaces.items()
         for method, plane in project(points, training, seed).items()
     ]
-    if flat:
-        plane_run: Run = read_run(latents, 2, FOLD, INIT)
-        pictures.insert(0, _picture("latent", PLANE, plane_run.latent))
+    if 2 in found.latent:
+        pictures.insert(0, _picture("latent", PLANE, found.latent[2][FOLD, INIT]))
     content = {
         "fold": FOLD,
         "init": INIT,
-        "dimension": dimension,
+        "dimension": settings.shown,
         "seed": seed,
-        "recording": run.recording.tolist(),
+        "recording": recordings,
         "training": training.tolist(),
         "pictures": pictures,
     }

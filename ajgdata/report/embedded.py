@@ -182,6 +182,7 @@ class Embedded:
     silhouettes: tuple[Silhouette, ...] = ()
     retrieval: tuple[Retrieval, ...] = ()
     transfer: Transfer | None = None
+    networks: int = 0
     training_s: float = math.nan
     pictured: Pictured | None = None
 

@@ -34,11 +34,9 @@ STEPS = 32
 def render_interactive(one: Embedded, clips: Mapping[str, bytes], sound: str) -> str:
     """The page as HTML text: the same content gives the same text.
 
-    `clips` are MP3s by recording, perhaps not of all; `sound` says what was done to them. Raises
-    ValueError for an embedding without pictures.
+    `clips` are MP3s by recording, perhaps not of all; `sound` says what was done to them. Of an
+    embedding without pictures it says why there are none.
     """
-    if one.pictured is None:
-        raise ValueError(f"{one.id} has no pictures")
     pages = environment()
     source = pages.loader.get_source(pages, SCRIPT)[0] if pages.loader else ""
     # Jinja's include would strip the last line's end: the hash is of what stands in the page.
@@ -46,11 +44,11 @@ def render_interactive(one: Embedded, clips: Mapping[str, bytes], sound: str) ->
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return pages.get_template("latents.html.j2").render(
         one=one,
-        content=content(one.pictured, clips),
+        content=content(one.pictured, clips) if one.pictured else None,
         script=Markup(script),  # ours, and free of "</"
         script_hash=f"sha256-{digest}",
         sound=sound,
-        heard=sum(name in clips for name in one.pictured.recording.tolist()),
+        heard=len(clips),
         width=WIDTH,
         height=HEIGHT,
     )

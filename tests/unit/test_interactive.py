@@ -128,6 +128,7 @@ def test_any_points_are_placed_within_the_picture(points):
     assert np.all(at >= MARGIN) and np.all(at <= np.array([WIDTH, HEIGHT]) - MARGIN)
 
 
-def test_an_embedding_without_pictures_is_refused():
-    with pytest.raises(ValueError, match="d--poses has no pictures"):
-        render_interactive(dataclasses.replace(sample(), pictured=None), {}, "")
+def test_an_embedding_without_pictures_says_why():
+    nothing = dataclasses.replace(sample(), pictured=None, skipped={"projections": SCRIPT})
+    html = render_interactive(nothing, {}, "")
+    assert scripts(html) == [] and f"There is no projections: {SCRIPT}" in Page(html).words
