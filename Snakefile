@@ -51,6 +51,7 @@ wildcard_constraints:
     dataset="[A-Za-z0-9_-]+",
     session="[A-Za-z0-9_-]+",
     task="[A-Za-z0-9_-]+",
+    embedding="[A-Za-z0-9_-]+",
     model="[a-z]+",
 
 
@@ -68,6 +69,7 @@ include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
+include: "workflow/rules/embed.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/gripper.smk"
 include: "workflow/rules/report.smk"

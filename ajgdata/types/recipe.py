@@ -8,6 +8,9 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 
 from ajgdata.types.base import Name, Strict
 
+#: Stands in the grasp_id of a reference, where nothing is held.
+EMPTY = "empty"
+
 
 class RecipeObject(Strict):
     """One object of a recipe: its scene description and the labels it gets."""
@@ -33,6 +36,16 @@ class Recipe(Strict):
     )
     samples_per_grasp: int = Field(1, ge=1)
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
+    setups: dict[Name, dict[str, JsonValue]] = Field(
+        {},
+        description="several grippers: overrides of `scene` by name; each has `sessions` sessions"
+        " of its own, called after it",
+    )
+    references: int = Field(
+        0,
+        ge=0,
+        description="grasps of nothing that a session begins with; their `object` is empty",
+    )
     signal: dict[str, JsonValue] = Field(
         {},
         description="overrides of its default signal chain, e.g. external_noise_dba: 80; they need"
@@ -61,6 +74,8 @@ class Recipe(Strict):
         for key, (low, high) in self.vary.items():
             if low > high:
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
+        if self.references and any(made.name == EMPTY for made in self.objects):
+            raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
         if not isinstance(self.scene.get("grasp", {}), dict):
             raise ValueError("scene.grasp must hold keys")
         return self

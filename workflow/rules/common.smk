@@ -14,3 +14,23 @@ def of_runs(path):
 def declared(wildcards):
     """The task of a job, as it stands in dataset.yaml."""
     return PLANS[wildcards.dataset].spec.tasks[wildcards.task]
+
+
+def declared_embedding(wildcards):
+    """The embedding of a job, as it stands in dataset.yaml."""
+    return PLANS[wildcards.dataset].spec.embeddings[wildcards.embedding]
+
+
+def embedding_settings(wildcards):
+    """The same as plain values, defaults included."""
+    return declared_embedding(wildcards).model_dump(mode="json")
+
+
+def of_embeddings(wildcards):
+    """Every document on every embedding."""
+    return [
+        PATHS.embedding_document(dataset, name, document)
+        for dataset, one in PLANS.items()
+        for name, embedding in one.spec.embeddings.items()
+        for document in embedding.documents
+    ]
