@@ -6,7 +6,16 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import plan
-from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
+from ajgdata.pipeline.studies import (
+    EMBEDDING,
+    EMBEDDING_CODE,
+    EXPLORER_CODE,
+    GALLERY,
+    GALLERY_CODE,
+    STUDIES,
+    STUDY_CODE,
+    TIMED,
+)
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 
@@ -39,8 +48,12 @@ SORTED = [
     (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
 ]
 PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
-# Pages on the virtual gripper.
-PAGES = [
+EMBEDDINGS = [
+    (dataset, name) for dataset, p in PLANS.items() for name in p.spec.embeddings
+]
+# Pages beside the report: on embeddings, and on the virtual gripper.
+PAGES = [EMBEDDING] if EMBEDDINGS else []
+PAGES += [
     name
     for name in (GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
@@ -70,6 +83,7 @@ include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
 include: "workflow/rules/embed.smk"
+include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/gripper.smk"
 include: "workflow/rules/report.smk"

@@ -156,7 +156,11 @@ class Paths:
 
     def explorer(self, dataset: str, embedding: str) -> Path:
         """Page on which every recording of an embedding is seen and heard."""
-        return self.page(f"latents--{dataset}--{embedding}")
+        return self.report.parent / "latents" / dataset / f"{embedding}.html"
+
+    def projections(self, dataset: str, embedding: str) -> Path:
+        """Pictures of an embedding and of raw features in two dimensions."""
+        return self.embedding_document(dataset, embedding, "projections")
 
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.embed_documents import embedded, pictured
+from ajgdata.pipeline.studies import EMBEDDING_CODE
 from ajgdata.report.embedded import Embedded
 from ajgdata.report.paper import PAPER_FILE, parse_paper
 from ajgdata.store.audio import AudioError, read_audio
@@ -20,13 +21,8 @@ from ajgdata.store.provenance import PACKAGE, code_digest, software
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings
 
-#: What the page depends on.
-PAGE_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
-EXPLORER_CODE = (*PAGE_CODE, "store/clips", "store/audio")
 #: All sounds of an explorer together, as text in the page; and the longest piece of one.
 MOST_SOUND_MB, LONGEST_S, SHORTEST_S = 10.0, 3.0, 0.2
-#: The document that holds the pictures.
-PICTURES = "projections"
 #: Peak of the loudest clip.
 LOUDEST = 0.9
 
@@ -39,19 +35,21 @@ def build_embedding_page(
     from ajgdata.report.embedding_page import PAGE, figures, render_embeddings
     from ajgdata.report.study_page import page_links
 
-    shown = [_embedded(paths, *one) for one in embeddings]
+    shown = [_embedded(paths, *one, measured=True) for one in embeddings]
     svgs = {}
     for name, illustration in figures(shown).items():
         svg, *_ = save_figure(illustration.draw(), paths.page_figure(PAGE, name))
         svgs[name] = svg.read_bytes()
     explorers = {
-        one.id: paths.explorer(one.dataset, one.name).name for one in shown if one.pictured
+        one.id: str(paths.explorer(one.dataset, one.name).relative_to(paths.report.parent))
+        for one in shown
+        if one.pictured
     }
     html = render_embeddings(
         shown,
         svgs,
         parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE)),
-        {**software(), "code": code_digest(*PAGE_CODE)},
+        {**software(), "code": code_digest(*EMBEDDING_CODE)},
         explorers,
         page_links(pages),
     )
@@ -59,28 +57,33 @@ def build_embedding_page(
     write_bytes(paths.page(PAGE), html.encode())
 
 
-def build_explorer(
-    paths: Paths, dataset: str, embedding: str, manifests: Sequence[Path], output: Path
-) -> None:
+def build_explorer(paths: Paths, dataset: str, embedding: str, manifests: Sequence[Path]) -> None:
     """Write the page on which every recording is seen and heard."""
     from ajgdata.report.interactive import render_interactive
 
-    one = _embedded(paths, dataset, embedding)
+    one = _embedded(paths, dataset, embedding, measured=False)
     audio = read_dataset(paths, dataset).audio
     recordings = one.pictured.recording.tolist() if one.pictured else []
     clips, told = sounds(paths.root, manifests, audio, set(recordings))
-    write_bytes(output, render_interactive(one, clips, told).encode())
+    html = render_interactive(one, clips, told)
+    write_bytes(paths.explorer(dataset, embedding), html.encode())
 
 
-def _embedded(paths: Paths, dataset: str, name: str) -> Embedded:
-    """One embedding by its documents; of grippers there are no pictures."""
+def _embedded(paths: Paths, dataset: str, name: str, *, measured: bool) -> Embedded:
+    """One embedding with its pictures, if it has any, and with what was `measured`."""
     spec, store = read_dataset(paths, dataset), read_store(paths.merged(dataset))
     settings = spec.embeddings[name]
-    names = settings.documents if settings.base else (*settings.documents, PICTURES)
-    read = {key: read_json(paths.embedding_document(dataset, name, key)) for key in names}
-    made = PICTURES in read and "skipped" not in read[PICTURES]
-    shown = pictured(read[PICTURES], store, settings) if made else None
-    return embedded(spec, name, str(store.attrs["source"]), read, shown)
+    documents, shown = {}, None
+    if measured:
+        for key in settings.documents:
+            documents[key] = read_json(paths.embedding_document(dataset, name, key))
+    if not settings.base:
+        projections = read_json(paths.projections(dataset, name))
+        if "skipped" in projections:
+            documents["projections"] = projections
+        else:
+            shown = pictured(projections, store, settings)
+    return embedded(spec, name, str(store.attrs["source"]), documents, shown)
 
 
 def sounds(

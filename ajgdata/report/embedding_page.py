@@ -65,13 +65,15 @@ def render_embeddings(
 
 
 def figures(shown: Sequence[Embedded]) -> dict[str, Illustration]:
-    """Every figure of the page by file name; nothing is drawn yet."""
-    return {
-        name: illustration
-        for one in shown
-        for block in blocks(one)
-        for name, illustration in block.figures.items()
-    }
+    """Every figure of the page by file name; nothing is drawn yet.
+
+    Raises ValueError if names of data sets and embeddings run together to one file name.
+    """
+    parts = [block.figures for one in shown for block in blocks(one)]
+    named = {name: illustration for part in parts for name, illustration in part.items()}
+    if len(named) != sum(map(len, parts)):
+        raise ValueError("two figures would share a file name: rename an embedding")
+    return named
 
 
 def claims(shown: Sequence[Embedded], paper: Mapping[str, PaperFigure]) -> list[Claim]:

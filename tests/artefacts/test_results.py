@@ -11,7 +11,8 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
 from ajgdata.paths import Paths
-from ajgdata.pipeline.studies import GALLERY, read_study
+from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 
@@ -24,7 +25,7 @@ RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
 METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
 PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
-STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name != GALLERY]
+STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name in STUDY_NAMES]
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:

@@ -58,7 +58,7 @@ def test_nothing_is_fetched(html):
     page = Page(html)
     assert not {tag for tag, _ in page.tags} & {"link", "iframe", "object", "img", "audio"}
     sources = {a[key] for _, a in page.tags for key in ("src", "href") if key in a}
-    assert sources == {"embedding.html"}
+    assert sources == {"../../embedding.html"}
     assert not re.search(r"https?://(?!www\.w3\.org/2000/svg)", html)
 
 

@@ -24,13 +24,3 @@ def declared_embedding(wildcards):
 def embedding_settings(wildcards):
     """The same as plain values, defaults included."""
     return declared_embedding(wildcards).model_dump(mode="json")
-
-
-def of_embeddings(wildcards):
-    """Every document on every embedding."""
-    return [
-        PATHS.embedding_document(dataset, name, document)
-        for dataset, one in PLANS.items()
-        for name, embedding in one.spec.embeddings.items()
-        for document in embedding.documents
-    ]
