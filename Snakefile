@@ -19,7 +19,16 @@ from ajgdata.pipeline.experiments import (
     runs_of,
 )
 from ajgdata.pipeline.plan import plan, published, solved_by
-from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
+from ajgdata.pipeline.studies import (
+    EMBEDDING,
+    EMBEDDING_CODE,
+    EXPLORER_CODE,
+    GALLERY,
+    GALLERY_CODE,
+    STUDIES,
+    STUDY_CODE,
+    TIMED,
+)
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 
@@ -48,10 +57,12 @@ except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
+EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
 EXPERIMENTS = experiments_of(SPECS)
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
-# Further pages: why simulation and paper differ, and on the virtual gripper.
-PAGES = [
+# Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
+PAGES = [EMBEDDING] if EMBEDDINGS else []
+PAGES += [
     name
     for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
@@ -62,6 +73,7 @@ wildcard_constraints:
     dataset="[A-Za-z0-9_-]+",
     session="[A-Za-z0-9_-]+",
     task="[A-Za-z0-9_-]+",
+    embedding="[A-Za-z0-9_-]+",
     model="[a-z]+",
 
 
@@ -82,6 +94,8 @@ include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
+include: "workflow/rules/embed.smk"
+include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"

@@ -197,6 +197,14 @@ class Paths:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
 
+    def explorer(self, dataset: str, embedding: str) -> Path:
+        """Page on which every recording of an embedding is seen and heard."""
+        return self.report.parent / "latents" / dataset / f"{embedding}.html"
+
+    def projections(self, dataset: str, embedding: str) -> Path:
+        """Pictures of an embedding and of raw features in two dimensions."""
+        return self.embedding_document(dataset, embedding, "projections")
+
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""
         return self.report.parent / page

@@ -25,6 +25,7 @@ class Link(NamedTuple):
 
     link: str
     title: str
+    about: str = "The virtual gripper"
 
 
 def render_page(

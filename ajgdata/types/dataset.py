@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Kind, Name, Strict
 from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
@@ -114,6 +114,8 @@ class DatasetSpec(Strict):
             for column in filter(None, (one.target, one.category)):
                 if column not in self.targets:
                     raise ValueError(f"embedding {name}: {column!r} is not among the targets")
+                if self.targets[column].kind != "classification":
+                    raise ValueError(f"embedding {name}: {column!r} is a number, not a class")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -141,6 +143,11 @@ class DatasetSpec(Strict):
         """What must be known of `task` where nothing is trained, by name."""
         wanted = ("target", "kind", "unit", "groups")
         return {k: v for k, v in self.evaluation(task).items() if k in wanted}
+
+    @property
+    def kinds(self) -> dict[str, Kind]:
+        """What each target is."""
+        return {name: target.kind for name, target in self.targets.items()}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""
