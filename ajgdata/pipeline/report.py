@@ -31,6 +31,7 @@ from ajgdata.report.content import (
     Provenance,
     Report,
     Score,
+    SilentResult,
     SkippedTask,
     Spectra,
     TaskResult,
@@ -217,6 +218,10 @@ def task_result(
         parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
         elsewhere=_elsewhere(document, headline, settings, paper, specs),
         level=spec.level,
+        silent=tuple(
+            SilentResult(dataset=name, title=specs[name].title or name, **test)
+            for name, test in document["silent"].items()
+        ),
         unseen=_predictions(paths.predictions(*run), kind, (), period, WITHHELD),
         period=period,
         values=tuple(ValueErrors(**one) for one in document["by_value"]),

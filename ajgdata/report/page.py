@@ -15,6 +15,7 @@ from ajgdata.report import wording
 from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
+from ajgdata.report.silent_figures import silent_name
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -88,6 +89,7 @@ def _names() -> dict[str, Any]:
         "close": close,
         "energy_rows": energy_rows,
         "chance": wording.chance,
+        "silent_name": silent_name,
         "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,

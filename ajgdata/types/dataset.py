@@ -132,11 +132,12 @@ class DatasetSpec(Strict):
             "withhold": list(settings.withhold),
             "period_deg": settings.period_deg,
             "test_on": list(settings.test_on),
+            "silent": list(settings.silent),
         }
 
     def experiment(self, task: str) -> dict[str, Any]:
         """What the further experiments on `task` must know, by name."""
-        left_out = ("compare_random", "test_on")
+        left_out = ("compare_random", "test_on", "silent")
         return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
 
     def labelled(self, task: str) -> dict[str, Any]:
