@@ -38,6 +38,7 @@ CURVES = [(d, task, m) for d, task, one in TASKS if one.curve for m in one.curve
 SORTED = [
     (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
 ]
+STFTS = [(dataset, task) for dataset, task, one in TASKS if one.stft]
 PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
 # Pages on the virtual gripper.
 PAGES = [

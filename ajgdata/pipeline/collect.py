@@ -24,6 +24,7 @@ def collect(
     runs: Sequence[tuple[str, str, str]],
     curves: Sequence[tuple[str, str, str]],
     permuted: Sequence[tuple[str, str]],
+    stfts: Sequence[tuple[str, str]],
     sorting: Sequence[tuple[str, str, str]],
     document: Path,
     table: Path,
@@ -33,7 +34,8 @@ def collect(
 
     A row is a metric of a part of an evaluation (`grouped`, `random`, `withheld`, `overall`,
     `on:<data set>`, `cost`): `statistic` is `fold 0` and so on, or mean, sd, pooled or chance. Of a
-    learning curve the part is `curve:<groups per class>` and the statistic the draw.
+    learning curve the part is `curve:<groups per class>` and the statistic the draw; of settings of
+    the STFT it is `stft:<window>/<hop>`, with the band in Hz if there is one.
     """
     evaluations = [
         {**_where(run), **read_json(paths.metrics(*run)), "cost": read_json(paths.cost(*run))}
@@ -44,12 +46,22 @@ def collect(
         {"dataset": dataset, "task": task, **read_json(paths.permutations(dataset, task))}
         for dataset, task in permuted
     ]
+    settings = [
+        {
+            "dataset": dataset,
+            "task": task,
+            **read_json(paths.stft(dataset, task)),
+            "cost": read_json(paths.stft_cost(dataset, task)),
+        }
+        for dataset, task in stfts
+    ]
     sorts = [{**_where(run), **read_json(paths.sorting(*run))} for run in sorting]
     content = {
         "software": software(),
         "evaluations": evaluations,
         "curves": learned,
         "permutations": tests,
+        "stft": settings,
         "sorting": sorts,
     }
     write_bytes(document, json_bytes(content))
@@ -57,6 +69,7 @@ def collect(
         *(row for one in evaluations for row in _evaluation_rows(one)),
         *(row for one in learned for row in _curve_rows(one)),
         *(row for one in tests for row in _test_rows(one)),
+        *(row for one in settings for row in _stft_rows(one)),
         *(row for one in sorts for row in _sorting_rows(one)),
     ]
     write_bytes(table, csv_bytes(COLUMNS, rows))
@@ -113,6 +126,25 @@ def _test_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
         return
     yield _row(one, "permutations", one["metric"], "pooled", one["value"])
     yield _row(one, "permutations", "p", f"of {len(one['null'])}", one["p"])
+
+
+def _stft_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    if "skipped" in one:
+        return
+    for point, cost in zip(one["points"], one["cost"], strict=True):
+        part = f"stft:{point['window']}/{point['hop']}"
+        if point["band_hz"]:
+            part += " {:g}-{:g} Hz".format(*point["band_hz"])
+        for model, scores in point["models"].items():
+            by_model = {**one, "model": model}
+            for metric, values in scores["per_fold"].items():
+                for fold, value in enumerate(values):
+                    yield _row(by_model, part, metric, f"fold {fold}", value)
+                for statistic in ("mean", "sd", "pooled", "chance"):
+                    yield _row(by_model, part, metric, statistic, scores[statistic][metric])
+            times = {"feature_s_per_recording": cost["feature_s_per_recording"]}
+            for name, value in (times | cost["models"][model]).items():
+                yield _row(by_model, f"cost of {part}", name, "measured", value)
 
 
 def _sorting_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:

@@ -14,7 +14,7 @@ from ajgdata.models import MODELS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.pipeline.merge import read_findings
-from ajgdata.pipeline.report_rows import curves_of, left_out, sorting_of, tests_of
+from ajgdata.pipeline.report_rows import curves_of, left_out, sorting_of, stfts_of, tests_of
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
@@ -82,6 +82,7 @@ def build_report(
         report,
         curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
+        stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )

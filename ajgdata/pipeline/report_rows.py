@@ -17,6 +17,8 @@ from ajgdata.report.further import (
     Curves,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.files import read_json
@@ -32,6 +34,8 @@ def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
 
 
 def _label(document: Mapping[str, Any]) -> str:
+    if "model" not in document:  # of several
+        return "several models"
     return str(getattr(MODELS[document["model"]], document["kind"]))
 
 
@@ -43,6 +47,8 @@ def left_out(paths: Paths, spec: DatasetSpec, task: str) -> list[SkippedTask]:
         asked += [("learning curve", paths.curve(spec.name, task, model)) for model in models]
     if settings.permutations:
         asked.append(("test against chance", paths.permutations(spec.name, task)))
+    if settings.stft:
+        asked.append(("settings of the STFT", paths.stft(spec.name, task)))
     if settings.sorting:
         models = settings.sorting.models
         asked += [("sorting", paths.sorting(spec.name, task, model)) for model in models]
@@ -104,6 +110,46 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
             value=document["value"],
             null=np.array(document["null"]),
             p=document["p"],
+        )
+    ]
+
+
+def stfts_of(paths: Paths, spec: DatasetSpec, task: str) -> list[StftResult]:
+    """Settings of the STFT on a task, if it asks for them and they could be compared."""
+    if not spec.tasks[task].stft:
+        return []
+    document, cost = (
+        read_json(paths.stft(spec.name, task)),
+        read_json(paths.stft_cost(spec.name, task)),
+    )
+    if "skipped" in document:
+        return []
+    share = document["kind"] == "classification"
+    metric = "accuracy" if share else "rmse"
+    scale, offset = (-100, 100) if share else (1, 0)
+    points, models = document["points"], document["points"][0]["models"]
+    chance = next(iter(models.values()))["chance"][metric]
+    return [
+        StftResult(
+            about=_about(spec, task, document),
+            model_labels=tuple(_label({**document, "model": model}) for model in models),
+            metric=metric,
+            unit="%" if share else document["unit"],
+            chance=offset + scale * chance,
+            points=tuple(
+                StftPoint(
+                    point["window"],
+                    point["hop"],
+                    tuple(point["band_hz"]) if point["band_hz"] else None,
+                    point["bins"],
+                    1e3 * measured["feature_s_per_recording"],
+                    tuple(
+                        (offset + scale * one["mean"][metric], abs(scale) * one["sd"][metric])
+                        for one in point["models"].values()
+                    ),
+                )
+                for point, measured in zip(points, cost, strict=True)
+            ),
         )
     ]
 

@@ -14,7 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.report.further import ChanceTest, Curves, Experiments, SortingResult, Source
+from ajgdata.report.further import (
+    ChanceTest,
+    Curves,
+    Experiments,
+    SortingResult,
+    Source,
+    StftResult,
+)
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import FeatureSettings, Finding, Kind, Level
 
@@ -268,6 +275,7 @@ class Report:
     curves: tuple[Curves, ...] = ()
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
+    stfts: tuple[StftResult, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -287,13 +295,14 @@ class Report:
         """What else was made of a task."""
         place = task[0].dataset, task[0].task
 
-        def of_task(one: Curves | ChanceTest | SortingResult) -> bool:
+        def of_task(one: Curves | ChanceTest | SortingResult | StftResult) -> bool:
             return (one.about.dataset, one.about.task) == place
 
         return Experiments(
             tuple(filter(of_task, self.curves)),
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
+            tuple(filter(of_task, self.stfts)),
         )
 
     def leveled(self) -> list[tuple[TaskResult, ...]]:

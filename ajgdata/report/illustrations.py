@@ -19,6 +19,7 @@ from ajgdata.report.experiments import (
     sorting_figure,
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
+from ajgdata.report.stft import stft_caption, stft_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
@@ -99,6 +100,8 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
         listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
     for t in report.tests:
         listed.append((t.name, Illustration(chance_caption(t), partial(chance_figure, t))))
+    for s in report.stfts:
+        listed.append((s.name, Illustration(stft_caption(s), partial(stft_figure, s))))
     for one in report.sorting:
         drawing = Illustration(sorting_caption(one), partial(sorting_figure, one))
         listed.append((one.name, drawing))

@@ -17,7 +17,7 @@ from ajgdata.types.session import (
     is_reserved,
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.tasks import Curve, Sorting, Task
+from ajgdata.types.tasks import Curve, FeatureChange, Sorting, Stft, Task
 
 __all__ = [
     "NAME",
@@ -29,6 +29,7 @@ __all__ = [
     "DataError",
     "DatasetSpec",
     "Excitation",
+    "FeatureChange",
     "FeatureSettings",
     "Finding",
     "ImportSettings",
@@ -41,6 +42,7 @@ __all__ = [
     "Recording",
     "Session",
     "Sorting",
+    "Stft",
     "Strict",
     "Target",
     "Task",

@@ -7,6 +7,7 @@ rule report:
         predictions=of_runs(PATHS.predictions),
         curves=[PATHS.curve(*run) for run in CURVES],
         permutations=[PATHS.permutations(*task) for task in PERMUTED],
+        stfts=[[PATHS.stft(*task), PATHS.stft_cost(*task)] for task in STFTS],
         sorting=[PATHS.sorting(*run) for run in SORTED],
         pages=[PATHS.page(name) for name in PAGES],
     output:

@@ -78,6 +78,7 @@ rule collect:
         costs=of_runs(PATHS.cost),
         curves=[PATHS.curve(*run) for run in CURVES],
         permutations=[PATHS.permutations(*task) for task in PERMUTED],
+        stfts=[[PATHS.stft(*task), PATHS.stft_cost(*task)] for task in STFTS],
         sorting=[PATHS.sorting(*run) for run in SORTED],
     output:
         document=PATHS.all_metrics,
@@ -93,6 +94,7 @@ rule collect:
         runs=RUNS,
         curves=CURVES,
         permuted=PERMUTED,
+        stfts=STFTS,
         sorting=SORTED,
         code=code_digest("pipeline/collect"),
     message:

@@ -13,6 +13,7 @@ with logged(snakemake.log[0]):
         runs=[tuple(run) for run in params.runs],
         curves=[tuple(run) for run in params.curves],
         permuted=[tuple(task) for task in params.permuted],
+        stfts=[tuple(task) for task in params.stfts],
         sorting=[tuple(run) for run in params.sorting],
         document=Path(snakemake.output.document),
         table=Path(snakemake.output.table),
