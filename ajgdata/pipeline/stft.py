@@ -42,7 +42,7 @@ def stft_task(
     output: Path,
     cost: Path,
 ) -> None:
-    """Cross-validate `models` on the recordings of a task, their features made by each of `settings`.
+    """Cross-validate `models` on the recordings of a task, features made by each of `settings`.
 
     The recordings are those of `store`, which has their labels; `manifests` say where they are
     below `root`. Each is read once. The same folds serve all settings. Errors go to `output`, times
@@ -54,9 +54,7 @@ def stft_task(
     measured: list[dict[str, Any]] = []
     try:
         if any(one.align for one in settings):
-            raise ValueError(
-                "settings of the STFT are compared without features.align: turn it off"
-            )
+            raise ValueError("settings of the STFT need recordings as they are: no features.align")
         rows = apart(rows_of(shard, target, kind, groups), withhold)[0]
         made = features_of(rows, root, manifests, audio, settings)
         document["points"] = []
@@ -86,7 +84,7 @@ def features_of(
 
     Raises ValueError for a recording that is gone or was changed into one that cannot be used.
     """
-    where = {}
+    where: dict[str, str] = {}
     for path in manifests:
         content = read_manifest(path)[0]
         session = content["session_id"]

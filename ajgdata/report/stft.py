@@ -70,10 +70,11 @@ def stft_caption(result: StftResult) -> Caption:
         best = result.points[int(np.argmin(errors))]
         own, least = (with_unit(number(e), result.unit) for e in (errors[0], min(errors)))
         lines.append(f"{label}: {own} with its own settings, least with {best.label}: {least}")
-    listed = "; ".join(lines)
+    listed, chance = "; ".join(lines), with_unit(number(result.chance), result.unit)
     return Caption(
-        f"{result.about.title}, {result.about.source}: the same recordings and folds, features made "
-        f"with other windows, hops and bands. {listed}; chance: {number(result.chance)}. Time: of one core, median over recordings. "
-        "To choose the best of many settings on these folds would flatter it: none was changed for it.",
+        f"{result.about.title}, {result.about.source}: the same recordings and folds, features "
+        f"made with other windows, hops and bands. {listed}; chance: {chance}. Time: of one core, "
+        "median over recordings. To choose the best of many settings on these folds would flatter "
+        "it: nothing was changed for it.",
         f"{_error_name(result).capitalize()} over the feature's run time. {listed}.",
     )
