@@ -20,12 +20,13 @@ SETUP_COLUMN = "setup_sha256"
 
 
 class Acquired(NamedTuple):
-    """What an acquisition did: recordings made, recordings that were there already, and grasps that
-    could not be made, with the reason."""
+    """What an acquisition did: recordings made, recordings that were there already, grasps that
+    could not be made, with the reason, and scenes that had to be simulated for it."""
 
     recorded: int
     kept: int
     skipped: Mapping[str, str]
+    solved: int = 0
 
 
 def acquire_session(

@@ -83,7 +83,7 @@ class SpectrumCnn(nn.Module):
 
 
 @contextmanager
-def _reproducible(seed: int) -> Iterator[None]:
+def reproducible(seed: int) -> Iterator[None]:
     """One thread and a private random state; the caller's are restored.
 
     One thread: sums are then added up in one order, whatever the number of cores.
@@ -145,7 +145,7 @@ class _Cnn(BaseEstimator):
         and for a single recording or class.
         """
         X, y = self._validated(X, y)
-        with _reproducible(self.random_state):
+        with reproducible(self.random_state):
             module = self._module(X.shape[1])
             mean = np.abs(X).mean(dtype=np.float64)
             module.scale.fill_(float(mean * self.compression) or 1.0)
@@ -199,7 +199,7 @@ class _Cnn(BaseEstimator):
         """Output of the network (n, n_outputs) for features (n, n_features)."""
         check_is_fitted(self)
         X = validate_data(self, X, reset=False, dtype=np.float32)
-        with _reproducible(0), torch.inference_mode():
+        with reproducible(0), torch.inference_mode():
             return np.concatenate([self.module_(x).double().numpy() for x in _chunks(X)])
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -218,7 +218,7 @@ class _Cnn(BaseEstimator):
         model = cls(**about["params"] | {"channels": tuple(about["params"]["channels"])})
         model.n_features_in_ = about["n_features"]
         model._restore(about)
-        with _reproducible(0):
+        with reproducible(0):
             model.module_ = model._module(model.n_features_in_).eval()
         tensors = {name: torch.from_numpy(value.copy()) for name, value in arrays.items()}
         model.module_.load_state_dict(tensors)

@@ -50,6 +50,7 @@ def stft_task(
     """
     shard = read_store(store)
     about = {"target": target, "kind": kind, "unit": unit, "groups": groups, "folds": folds}
+    about |= {"model": ""}  # several
     document: dict[str, Any] = {**about, "seed": seed, "provenance": dict(shard.attrs)}
     measured: list[dict[str, Any]] = []
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -108,6 +109,41 @@ class SortingResult:
         return f"sorting--{self.about.dataset}--{self.about.task}--{self.model}"
 
 
+class Row(NamedTuple):
+    """A row of the table of results that is of no evaluated model."""
+
+    label: str
+    metric: str
+    value: str
+
+
+@dataclass(frozen=True)
+class EnergyPart:
+    """One class of recordings: energy against that of the reference, see `evaluate.energy`."""
+
+    label: str
+    groups: int
+    mean: float
+    sd: float
+    by_object: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Energies:
+    """How much sound comes back, by class; 1 is the reference."""
+
+    about: About
+    reference: str
+    band_hz: tuple[float, float]
+    parts: tuple[EnergyPart, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"energies--{self.about.dataset}--{self.about.task}"
+
+
 class StftPoint(NamedTuple):
     """One setting of the STFT: the feature's run time, and the error of each model (mean, sd)."""
 
@@ -147,10 +183,14 @@ class StftResult:
         return f"stft--{self.about.dataset}--{self.about.task}"
 
 
+Further = Curves | ChanceTest | SortingResult | Energies | StftResult
+
+
 class Experiments(NamedTuple):
     """Further experiments on one task."""
 
     curves: tuple[Curves, ...]
     tests: tuple[ChanceTest, ...]
     sorting: tuple[SortingResult, ...]
+    energies: tuple[Energies, ...]
     stfts: tuple[StftResult, ...]

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.comparisons import cost_figure, level_figure, split_figure, tradeoff_figure
 from ajgdata.report.content import DatasetSummary, Report, TaskResult
+from ajgdata.report.energy_figures import energy_caption, energy_figure
 from ajgdata.report.experiments import (
     chance_caption,
     chance_figure,
@@ -98,6 +99,8 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
         listed.append((level_name(task), drawing))
     for c in report.curves:
         listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
+    for e in report.energies:
+        listed.append((e.name, Illustration(energy_caption(e), partial(energy_figure, e))))
     for t in report.tests:
         listed.append((t.name, Illustration(chance_caption(t), partial(chance_figure, t))))
     for s in report.stfts:

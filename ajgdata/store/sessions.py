@@ -68,8 +68,8 @@ def read_declaration(path: Path) -> DatasetSpec:
 def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     """The declaration that `from` names, with the differences of `content`, key by key.
 
-    Tasks are not taken over, and its recipe draws the same grasps: a derived data set is there to
-    test the other's models on.
+    Tasks and embeddings are not taken over, and its recipe draws the same grasps: a derived data
+    set is there to test the other's models on.
     """
     origin = content["from"]
     where = f"{path}:{line_of(path, ['from'])}"
@@ -80,7 +80,9 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     if "from" in base:
         raise DataError(where, f"from = {origin!r} is itself derived", f"name {base['from']}")
     recipe = {"recipe": {"grasps_of": origin}} if "recipe" in base else {}
-    kept = {key: value for key, value in base.items() if key not in ("tasks", "level")}
+    kept = {
+        key: value for key, value in base.items() if key not in ("tasks", "embeddings", "level")
+    }
     differences = {key: value for key, value in content.items() if key != "from"}
     return _overridden(_overridden(kept, recipe), differences)
 

@@ -6,6 +6,7 @@ Nothing here opens a file. Every model forbids unknown keys, so that a typing er
 
 from ajgdata.types.base import NAME, DataError, Finding, Kind, ModelName, Name, Strict, describe
 from ajgdata.types.dataset import DatasetSpec, ImportSettings
+from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe, RecipeObject
 from ajgdata.types.session import (
     RECORDING_COLUMNS,
@@ -28,6 +29,7 @@ __all__ = [
     "Curve",
     "DataError",
     "DatasetSpec",
+    "Embedding",
     "Excitation",
     "FeatureChange",
     "FeatureSettings",

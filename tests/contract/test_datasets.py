@@ -9,6 +9,7 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.sessions import list_datasets, read_dataset
+from ajgdata.types import SESSION_COLUMNS
 
 PATHS = Paths(Path(__file__).resolve().parents[2])
 SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
@@ -22,7 +23,7 @@ def test_every_grasp_of_a_recipe_is_a_scene_and_has_its_labels(name):
     sessions = session_names(spec.recipe)
     (grasps,) = planned_grasps(PATHS, spec, sessions[:1])
     assert len(grasps) == spec.recipe.grasps_per_object * len(spec.recipe.objects)
-    given = [target for target in spec.targets if target != "object"]
+    given = [target for target in spec.targets if target not in ("object", *SESSION_COLUMNS)]
     assert all(set(given) <= set(grasp.targets) for grasp in grasps)
     if "object" in spec.targets:
         assert all(g.targets.get("object", g.object) == g.object for g in grasps)

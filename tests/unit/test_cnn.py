@@ -8,7 +8,7 @@ import torch
 from sklearn.utils.estimator_checks import parametrize_with_checks
 from torch import nn
 
-from ajgdata.models.cnn import CnnClassifier, CnnRegressor, SpectrumCnn, _reproducible
+from ajgdata.models.cnn import CnnClassifier, CnnRegressor, SpectrumCnn, reproducible
 
 QUICK = {"epochs": 1, "min_steps": 60}
 
@@ -48,7 +48,7 @@ def test_is_three_convolutions_and_one_dense_layer_whatever_the_number_of_bins()
 
 
 def test_every_weight_gets_a_finite_gradient():
-    with _reproducible(0):
+    with reproducible(0):
         module = SpectrumCnn(64, 2, (16, 32, 64), 9, 4, 0.5)
         x = torch.from_numpy(peaks(32)[0])
         module(x).square().sum().backward()

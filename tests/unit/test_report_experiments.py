@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.text import Text
 from report_samples import sample_report
 
+from ajgdata.report.energy_figures import energy_figure, energy_rows
 from ajgdata.report.experiments import (
     chance_figure,
     chance_text,
@@ -19,6 +20,8 @@ from ajgdata.report.further import (
     ChanceTest,
     CurveLine,
     Curves,
+    Energies,
+    EnergyPart,
     SortingPart,
     SortingResult,
     StftPoint,
@@ -26,6 +29,7 @@ from ajgdata.report.further import (
 )
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
+from ajgdata.report.paper import PaperFigure
 from ajgdata.report.stft import stft_caption, stft_figure
 
 ABOUT = About("size", "edge", "Cube size · edge", "simulated")
@@ -41,6 +45,17 @@ PARTS = tuple(
         ("as they are", 0.2, np.arange(101)),
         ("scaled, temperature 2", 0.05, np.arange(101) // 4),
     )
+)
+ENERGIES = Energies(
+    About("size", "media", "Media", "simulated"),
+    "air",
+    (100.0, 6000.0),
+    (
+        EnergyPart("coffee", 1, 0.1, np.nan, {"a": 0.1}),
+        EnergyPart("air", 4, 1.0, 0.0, {"a": 1.0, "b": 1.0}),
+        EnergyPart("steel_balls", 4, 0.5, 0.05, {"a": 0.45, "b": 0.55}),
+    ),
+    PaperFigure(id="m", metric="x", value=80, unit="%", text="coffee loses & loses", where="w"),
 )
 SORTING = SortingResult(ABOUT, "cnn", "CNN", ("lock", "screw"), 0.6, 80, 0.85, PARTS)
 POINTS = (
@@ -115,18 +130,35 @@ def test_the_page_holds_them_with_their_task():
         sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,), stfts=(STFT,)
     )
     named = illustrations(report)
-    more = {
-        "stft--size--edge",
-        "curve--size--edge",
-        "sorting--size--edge--cnn",
-        "chance--size--edge",
-    }
+    more = {"curve--size--edge", "sorting--size--edge--cnn", "chance--size--edge"}
     assert more <= set(named)
     html = render_page(report, {name: b"<svg/>" for name in named})
     words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
     assert "p = 0.005" in words
     assert "as they are 0.2 75 % 90 % 50 (5 to 95) 25 (2 to 47)" in words
-    task = report.tasks()[0]
     assert "2048 1024 all 1,025 0.2 45 ± 3 28 ± 2" in words
-    assert report.experiments(task) == ((CURVES,), (TEST,), (SORTING,), (STFT,))
-    assert report.experiments(report.tasks()[1]) == ((), (), (), ())
+    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), (STFT,))
+    assert report.experiments("size", "other") == ((), (), (), (), ())
+    assert report.without_models("size") == []
+
+
+def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
+    figure = energy_figure(ENERGIES)
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    np.testing.assert_allclose(heights, [100, 50, 10])  # the reference, then the loudest first
+    written = texts(figure)
+    assert "50.0 ± 5.0 %\n−3.0 dB" in written and "100 %\n0.0 dB" in written
+    assert "simulated" in written
+    assert [(row.label, row.value) for row in energy_rows(ENERGIES)] == [
+        ("steel balls", "50.0 ± 5.0 %"),
+        ("coffee", "10 %"),
+    ]
+    report = dataclasses.replace(sample_report(), energies=(ENERGIES,))
+    assert report.without_models("size") == ["media"]
+    named = illustrations(report)
+    html = render_page(report, {name: b"<svg/>" for name in named})
+    words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
+    metric = "energy, air = 100 %, over grasps"
+    assert f"steel balls {metric} 50.0 ± 5.0 % coffee loses &amp; loses" in words
+    assert "Energy lost: steel balls 50 %; coffee 90 %" in words
+    assert 'id="energies--size--media"' in html

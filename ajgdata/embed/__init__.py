@@ -1,0 +1,1 @@
+"""Contrastive embeddings: recordings of one thing lie together, however it was grasped."""

@@ -1,0 +1,63 @@
+"""What a data set declares of its embeddings: which pairs are similar, and what is asked of it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from ajgdata.types.base import Name, Strict
+
+Dimension = Annotated[int, Field(ge=1, le=256)]
+
+
+class Embedding(Strict):
+    """Contrastive embedding (Hadsell, Chopra, LeCun 2006). No setting is tuned to a data set."""
+
+    instance: str = Field(
+        "object",
+        description="column of the acquisition log that says which physical thing was recorded: two"
+        " recordings of one are similar if their grasps differ, of two are dissimilar",
+    )
+    supervision: str = Field(
+        min_length=1, description="what this pair rule had to know, in a sentence for the report"
+    )
+    groups: str = Field("grasp_id", description="column whose values never straddle folds")
+    folds: int = Field(5, ge=2, description="of the cross-validation")
+    inits: int = Field(2, ge=1, description="initialisations of each fold's network")
+    dimensions: tuple[Dimension, ...] = Field(
+        (2, 3, 4, 6, 8, 12, 16, 32, 64), min_length=1, description="of the latent, for k-NN"
+    )
+    shown: Dimension = Field(8, description="dimension of what is measured further (paper: 8)")
+    margin: float = Field(1.0, gt=0, description="distance beyond which dissimilar pairs rest")
+    epochs: int = Field(30, ge=1, description="passes over the training recordings")
+    batch_instances: int = Field(16, ge=2, description="things in a batch")
+    batch_recordings: int = Field(4, ge=2, description="recordings of each of them in a batch")
+    target: str = Field(description="target that k-NN is scored on")
+    category: str = Field("", description="classes of the distance matrix; default: `target`")
+    probes: tuple[str, ...] = Field(
+        (), description="columns that probes read from the latent and from raw features"
+    )
+    retrieval_folds: int = Field(
+        0, ge=0, description="folds of leave-objects-out, for retrieval and probes of unseen things"
+    )
+    base: Name | None = Field(
+        None,
+        description="data set of the same things on one gripper, trained on as well; where the"
+        " classifier comes from whose transfer to other grippers is measured",
+    )
+    held_out: tuple[str, ...] = Field(
+        (),
+        description="sessions with grippers that are never trained on; the pair rule ignores the"
+        " gripper",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Embedding:
+        if self.shown not in self.dimensions:
+            raise ValueError(f"shown {self.shown} is not among the dimensions")
+        if len(set(self.dimensions)) != len(self.dimensions):
+            raise ValueError("dimensions lists one twice")
+        if bool(self.base) != bool(self.held_out):
+            raise ValueError("transfer needs both base and held_out")
+        return self

@@ -1,0 +1,164 @@
+"""Contrastive loss: values by hand, gradients against float64 differences, hard numbers."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ajgdata.embed.contrastive import Pairs, contrastive_loss, pair_weights
+
+TWO_THINGS = (np.array(["a", "a", "b", "b"]), np.array(["a1", "a2", "b1", "b2"]))
+
+
+def loss_by_hand(points: np.ndarray, pairs: Pairs, margin: float) -> float:
+    """Equation 4 of the paper, pair by pair."""
+    total = 0.0
+    for i in range(len(points)):
+        for j in range(i + 1, len(points)):
+            distance = float(np.sqrt(np.sum((points[i] - points[j]) ** 2)))
+            total += 0.5 * float(pairs.similar[i, j]) * distance**2
+            total += 0.5 * float(pairs.dissimilar[i, j]) * max(0.0, margin - distance) ** 2
+    return total
+
+
+def gradient(points: np.ndarray, pairs: Pairs, margin: float, dtype=torch.float32) -> np.ndarray:
+    latent = torch.tensor(points, dtype=dtype, requires_grad=True)
+    contrastive_loss(latent, pairs, margin).backward()
+    return latent.grad.numpy()
+
+
+def differences(points: np.ndarray, pairs: Pairs, margin: float) -> np.ndarray:
+    """Central differences in float64; the step is the cube root of the rounding error (Nocedal &
+    Wright, ch. 8), in units of the points."""
+    step = np.finfo(np.float64).eps ** (1 / 3) * np.abs(points).max()
+    found = np.empty_like(points)
+    for place in np.ndindex(points.shape):
+        ends = []
+        for sign in (1, -1):
+            moved = points.copy()
+            moved[place] += sign * step
+            ends.append(loss_by_hand(moved, pairs, margin))
+        found[place] = (ends[0] - ends[1]) / (2 * step)
+    return found
+
+
+def test_three_points_by_hand():
+    instance, grasp = np.array(["a", "a", "b"]), np.array(["1", "2", "3"])
+    latent = torch.tensor([[0.0, 0.0], [3.0, 4.0], [0.6, 0.8]])
+    found = contrastive_loss(latent, pair_weights(instance, grasp), margin=5.5)
+    # similar: 5^2 / 2; dissimilar: distances 1 and 4, mean of (4.5^2, 1.5^2) / 2
+    assert found.item() == pytest.approx(12.5 + (4.5**2 + 1.5**2) / 4, rel=1e-6)  # float32 input
+
+
+def test_pairs_are_of_one_thing_in_different_grasps():
+    instance = np.array(["a", "a", "a", "b"])
+    grasp = np.array(["1", "1", "2", "3"])
+    pairs = pair_weights(instance, grasp)
+    similar, dissimilar = (np.argwhere(w.numpy()).tolist() for w in pairs)
+    assert similar == [[0, 2], [1, 2]]  # not (0, 1): one grasp
+    assert dissimilar == [[0, 3], [1, 3], [2, 3]]
+    assert [w.sum().item() for w in pairs] == pytest.approx([1, 1], rel=1e-15)
+
+
+def test_many_batches_at_once_are_each_by_itself():
+    rng = np.random.default_rng(0)
+    instance, grasp = rng.integers(0, 3, (4, 10)), rng.integers(0, 5, (4, 10))
+    latent = torch.from_numpy(rng.normal(size=(4, 10, 3)))
+    together = contrastive_loss(latent, pair_weights(instance, grasp), 1.0)
+    each = [
+        contrastive_loss(z, pair_weights(i, g), 1.0)
+        for z, i, g in zip(latent, instance, grasp, strict=True)
+    ]
+    torch.testing.assert_close(together, torch.stack(each), rtol=1e-14, atol=0)
+
+
+@given(seed=st.integers(0, 999), n=st.integers(2, 7), d=st.integers(1, 5), margin=st.floats(0.1, 9))
+@settings(max_examples=30, deadline=None, derandomize=True)
+def test_value_and_gradient(seed, n, d, margin):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(n, d))
+    pairs = pair_weights(rng.integers(0, 3, n), rng.integers(0, 4, n))
+    value = contrastive_loss(torch.from_numpy(points), pairs, margin).item()
+    assert value == pytest.approx(loss_by_hand(points, pairs, margin), rel=1e-13, abs=1e-15)
+    found = gradient(points, pairs, margin, torch.float64)
+    # the second derivative jumps at the margin, by the pair's weight of at most 1: across it, central
+    # differences err by up to a quarter of their step; elsewhere by its square times a few
+    step = np.finfo(np.float64).eps ** (1 / 3) * np.abs(points).max()
+    expected = differences(points, pairs, margin)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=step / 4)
+
+
+def test_identical_points_similar_or_not_pull_and_push_nowhere():
+    found = gradient(np.ones((4, 3)), pair_weights(*TWO_THINGS), 1.0)
+    assert np.array_equal(found, np.zeros((4, 3)))
+    value = contrastive_loss(torch.ones(4, 3), pair_weights(*TWO_THINGS), 1.0)
+    assert value.item() == 0.5  # every dissimilar pair is a whole margin short
+
+
+def test_nearly_identical_points_know_their_direction():
+    """A scalar-product form would round the distance 1e-7 at 1 to 0 or 3e-4."""
+    points = np.array([[1.0, 0.0], [1.0, 1e-7]])
+    pairs = pair_weights(np.array(["a", "b"]), np.array(["1", "2"]))
+    found = gradient(points, pairs, 1.0, torch.float64)
+    np.testing.assert_allclose(found, [[0, 1 - 1e-7], [0, -(1 - 1e-7)]], rtol=1e-12)
+
+
+@pytest.mark.parametrize("offset", [-1e-6, 0.0, 1e-6])
+def test_gradient_is_continuous_at_the_margin(offset):
+    pairs = pair_weights(np.array(["a", "b"]), np.array(["1", "2"]))
+    points = np.array([[0.0], [1.0 + offset]])
+    found = gradient(points, pairs, 1.0, torch.float64)
+    expected = max(0.0, -offset)
+    np.testing.assert_allclose(found, [[expected], [-expected]], rtol=1e-9, atol=1e-15)
+
+
+def test_a_batch_of_one_thing_only_pulls():
+    pairs = pair_weights(np.array(["a"] * 3), np.array(["1", "2", "3"]))
+    points = np.array([[0.0, 1.0], [2.0, 0.0], [0.5, 0.5]])
+    assert pairs.dissimilar.sum() == 0
+    # mean over 3 pairs of |x_i - x_j|^2 / 2 has the gradient x_i - mean
+    found = gradient(points, pairs, 1.0, torch.float64)
+    np.testing.assert_allclose(found, points - points.mean(axis=0), rtol=1e-14)
+
+
+def test_a_batch_without_pairs_is_free():
+    pairs = pair_weights(np.array(["a", "a"]), np.array(["1", "1"]))
+    assert contrastive_loss(torch.randn(2, 3), pairs, 1.0).item() == 0
+
+
+@pytest.mark.parametrize("scale", [1e-20, 1e-10, 1.0, 1e10, 1e20])
+@pytest.mark.parametrize("margin_in_units", [None, 1.0])
+def test_float32_latents_of_any_scale(scale, margin_in_units):
+    """Squares of these leave float32 on both sides. Expected values by differences in float64."""
+    rng = np.random.default_rng(1)
+    unit = rng.normal(size=(6, 3)).astype(np.float32)
+    points = unit * np.float32(scale)
+    instance = np.array(["a", "a", "b", "b", "c", "c"])
+    pairs = pair_weights(instance, np.arange(6))
+    margin = 1.0 if margin_in_units is None else margin_in_units * scale
+    value = contrastive_loss(torch.from_numpy(points), pairs, margin).item()
+    exact = points.astype(np.float64)
+    assert value == pytest.approx(loss_by_hand(exact, pairs, margin), rel=1e-13)
+    found = gradient(points, pairs, margin)
+    assert np.isfinite(found).all()
+    # with the margin in other units the larger term hides the smaller from differences: each alone
+    no_pairs = torch.zeros(6, 6, dtype=torch.float64)
+    expected = np.zeros((6, 3))
+    for part in (pairs._replace(similar=no_pairs), pairs._replace(dissimilar=no_pairs)):
+        expected += differences(exact, part, margin)
+    # differences of (m - D)^2 for D << m lose all digits: compare only where they keep some
+    if margin < 1e6 * scale:
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    else:
+        np.testing.assert_allclose(found, directions(exact, pairs), rtol=0, atol=1e-6)
+
+
+def directions(points: np.ndarray, pairs: Pairs) -> np.ndarray:
+    """Gradient for distances far below a margin of 1: sums of unit vectors, by hand."""
+    found = np.zeros_like(points)
+    for i, j in np.argwhere(pairs.dissimilar.numpy()):
+        apart = points[i] - points[j]
+        push = float(pairs.dissimilar[i, j]) * apart / np.sqrt(np.sum(apart**2))
+        found[i], found[j] = found[i] - push, found[j] + push
+    return found

@@ -1,0 +1,131 @@
+"""Training of encoders on small spectra that a person can reason about."""
+
+import numpy as np
+import pytest
+import torch
+
+from ajgdata.embed.batches import draw_batches
+from ajgdata.embed.contrastive import contrastive_loss, pair_weights
+from ajgdata.embed.encoder import Training, descent, new_network, train_encoders
+from ajgdata.embed.together import Together
+
+TRAINING = Training(margin=1.0, epochs=4, batch_instances=3, batch_recordings=3)
+THINGS, GRASPS, BINS = 4, 6, 96
+
+
+@pytest.fixture(scope="module")
+def spectra() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each thing has a peak of its own, each grasp a level and a tilt; two recordings a grasp."""
+    rng = np.random.default_rng(0)
+    thing = np.repeat(np.arange(THINGS), GRASPS * 2)
+    grasp = np.repeat(np.arange(THINGS * GRASPS), 2)
+    bins = np.arange(BINS)
+    peak = np.exp(-(((bins - 15 - 20 * thing[:, None]) / 6) ** 2))
+    tilt = np.repeat(rng.normal(0, 1, THINGS * GRASPS), 2)[:, None] * (bins / BINS)
+    noise = rng.normal(0, 0.02, (len(thing), BINS))
+    return np.exp(0.7 * peak + tilt + noise).astype(np.float32), thing, grasp
+
+
+def trained(spectra, seed=0, dimensions=(2, 5)):
+    return train_encoders(*spectra, dimensions=dimensions, training=TRAINING, seed=seed)
+
+
+def test_same_seed_same_latent(spectra):
+    first, again, other = (trained(spectra, seed)[1].encode(spectra[0]) for seed in (3, 3, 4))
+    assert first.shape == (len(spectra[0]), 5)
+    assert first.dtype == np.float32
+    assert first.tobytes() == again.tobytes()
+    assert not np.allclose(first, other)
+
+
+def test_torch_is_left_as_it_was(spectra):
+    torch.manual_seed(5)
+    before, threads = torch.get_rng_state(), torch.get_num_threads()
+    trained(spectra)
+    assert torch.equal(torch.get_rng_state(), before)
+    assert torch.get_num_threads() == threads
+
+
+def test_things_come_apart_and_grasps_together(spectra):
+    features, thing, grasp = spectra
+    new = grasp % GRASPS == GRASPS - 1  # the last grasp of each thing is not trained on
+    (encoder,) = train_encoders(
+        features[~new], thing[~new], grasp[~new],
+        dimensions=(2,), training=Training(1.0, 30, 4, 4), seed=0,
+    )  # fmt: skip
+    latent = encoder.encode(features)
+    apart = np.linalg.norm(latent[:, None] - latent[None], axis=-1)
+    same = thing[:, None] == thing[None]
+    of_new = np.ix_(new, ~new)
+    # similar pairs have no distance to rest at, dissimilar ones rest at the margin of 1
+    assert apart[of_new][same[of_new]].mean() < 0.5 < apart[of_new][~same[of_new]].mean()
+
+
+def test_networks_side_by_side_are_each_what_they_were(spectra):
+    """Latents and gradients are those of each alone, to rounding; so are weights given back."""
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        networks = [new_network(BINS, d) for d in (1, 3, 8)]
+    z = torch.from_numpy(spectra[0][:12])
+    pairs = pair_weights(spectra[1][:12] % 2, spectra[2][:12])
+    together = Together(networks)
+    for alone, beside in zip(networks, together(z), strict=True):
+        torch.testing.assert_close(beside, alone.trunk(z), rtol=1e-5, atol=1e-5)
+    optimiser, _ = descent(together, 1)
+    torch.stack([contrastive_loss(x, pairs, 1.0) for x in together(z)]).sum().backward()
+    together_after = [p.grad for p in together.convolutions.parameters()]
+    for number, network in enumerate(networks):
+        contrastive_loss(network.trunk(z), pairs, 1.0).backward()
+        for joined, own in zip(together_after, network.convolutions.parameters(), strict=True):
+            part = joined.chunk(len(networks))[number].reshape(own.shape)
+            torch.testing.assert_close(part, own.grad, rtol=1e-3, atol=1e-5)
+    optimiser.step()
+    expected = [x.detach() for x in together(z)]
+    together.give_back()
+    for network, latent in zip(networks, expected, strict=True):
+        torch.testing.assert_close(network.trunk(z).detach(), latent, rtol=1e-5, atol=1e-5)
+
+
+def test_layers_that_cannot_be_joined_are_refused():
+    network = new_network(64, 2)
+    network.convolutions.append(torch.nn.Tanh())
+    with pytest.raises(TypeError, match="Tanh"):
+        Together([network, network])
+
+
+def test_batches_hold_things_in_different_grasps(spectra):
+    _, thing, grasp = spectra
+    batches = draw_batches(
+        thing, grasp, instances=3, recordings=4, epochs=2, generator=np.random.default_rng(0)
+    )
+    assert batches.shape == (2 * 4, 12)  # 48 recordings in batches of 12
+    for rows in batches:
+        of_thing, of_grasp = thing[rows].reshape(3, 4), grasp[rows].reshape(3, 4)
+        assert (of_thing == of_thing[:, :1]).all()
+        assert len(np.unique(of_thing[:, 0])) == 3
+        assert len(np.unique(of_grasp)) == 12
+    assert len(np.unique(batches)) > 0.75 * len(thing)  # 1 - (1/2)^2 = 3/4 of them on average
+
+
+def test_a_thing_of_few_grasps_stands_there_with_them_twice():
+    thing, grasp = np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 3, 3])
+    batches = draw_batches(
+        thing, grasp, instances=8, recordings=4, epochs=3, generator=np.random.default_rng(0)
+    )
+    for rows in batches:
+        assert sorted(thing[rows]) == [0] * 4 + [1] * 4
+        weights = pair_weights(thing[rows], grasp[rows])
+        assert weights.similar.sum() == pytest.approx(1)
+        assert not weights.similar[np.ix_(thing[rows] == 1, thing[rows] == 1)].any()
+
+
+@pytest.mark.parametrize(
+    ("thing", "grasp", "complaint"),
+    [([0, 0, 0], [0, 1, 2], "one thing"), ([0, 1, 1], [0, 1, 1], "no thing was grasped twice")],
+)
+def test_nothing_to_learn_is_said(thing, grasp, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        draw_batches(
+            np.array(thing), np.array(grasp),
+            instances=2, recordings=2, epochs=1, generator=np.random.default_rng(0),
+        )  # fmt: skip
