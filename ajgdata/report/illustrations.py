@@ -21,6 +21,7 @@ from ajgdata.report.experiments import (
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
+from ajgdata.report.stft import stft_caption, stft_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
@@ -107,6 +108,8 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
         listed.append((e.name, Illustration(energy_caption(e), partial(energy_figure, e))))
     for t in report.tests:
         listed.append((t.name, Illustration(chance_caption(t), partial(chance_figure, t))))
+    for s in report.stfts:
+        listed.append((s.name, Illustration(stft_caption(s), partial(stft_figure, s))))
     for one in report.sorting:
         drawing = Illustration(sorting_caption(one), partial(sorting_figure, one))
         listed.append((one.name, drawing))
