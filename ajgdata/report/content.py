@@ -14,6 +14,7 @@ import numpy as np
 
 from ajgdata.report.further import ChanceTest, Curves, Energies, Experiments, SortingResult, Source
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
     HEADLINE,
     Cost,
@@ -108,6 +109,8 @@ class Report:
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
+    paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
+    reasons: tuple[Reason, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from ajgdata.paths import FIGURE_FORMATS, Paths
+from ajgdata.paths import ABLATIONS_PAGE, FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
+from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
@@ -42,6 +43,8 @@ def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link]
         .get_template("report.html.j2")
         .render(
             report=report,
+            rows=beside(report),
+            absent=absent(report),
             pages=pages,
             figures=drawn,
             figure_formats=FIGURE_FORMATS,
@@ -74,12 +77,14 @@ def environment() -> Environment:
 def _names() -> dict[str, Any]:
     """Functions that the template calls."""
     return {
+        "ABLATIONS_LINK": f"{ABLATIONS_PAGE}.html",
         "COST": figures.COST,
         "DASH": wording.DASH,
         "SPLITS": figures.SPLITS,
         "best": best,
         "close": close,
         "energy_rows": energy_rows,
+        "evidence": evidence,
         "chance": wording.chance,
         "spread": spread,
         "figure_link": figure_link,

@@ -3,6 +3,10 @@ REPORT_CODE = code_digest(
 )
 
 
+# Ablations that the report draws on.
+REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
+
+
 def data_of(path, tasks):
     """Data sets that some tasks are about, for one kind of file."""
     return [path(name) for name in datasets_of(SPECS, tasks)]
@@ -22,6 +26,7 @@ rule report:
         predictions=of_runs(PATHS.predictions, TASKS),
         documents=of_experiments(TASKS),
         pages=[PATHS.page(name) for name in PAGES],
+        ablations=[PATHS.ablation(name) for name in REASONS],
     output:
         page=PATHS.report,
         runs=PATHS.runs,
@@ -37,6 +42,7 @@ rule report:
         datasets=list(PLANS),
         tasks=TASKS,
         pages=PAGES,
+        ablations=REASONS,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=REPORT_CODE,
     message:
@@ -70,6 +76,7 @@ rule experiment:
         datasets=part(partial(datasets_of, SPECS)),
         tasks=part(list),
         pages=[],
+        ablations=[],
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
         code=REPORT_CODE,
     message:
