@@ -23,10 +23,8 @@ from ajgdata.report.further import (
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.files import read_json
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DatasetSpec, Task
 
-#: What the paper says of these experiments, by the name of its figure.
-PAPER_CURVE, PAPER_SORTING = "data-size", "sorting"
 #: What a further experiment is called, by its kind.
 WORDS = {
     "curves": "learning curve",
@@ -44,6 +42,10 @@ def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
 def _label(document: Mapping[str, Any]) -> str:
     model = document["model"]
     return str(getattr(MODELS[model], document["kind"])) if model else ""
+
+
+def _paper(task: Task, part: str, paper: Mapping[str, PaperFigure]) -> PaperFigure | None:
+    return paper[task.papers[part]] if part in task.papers else None
 
 
 def left_out(paths: Paths, spec: DatasetSpec, task: str) -> list[SkippedTask]:
@@ -64,14 +66,13 @@ def energies_of(
     settings = spec.tasks[task]
     if not settings.energy or "skipped" in (document := read_json(paths.energies(spec.name, task))):
         return []
-    known = settings.papers.get("known")
     return [
         Energies(
             about=_about(spec, task, document),
             reference=document["reference"],
             band_hz=tuple(document["band_hz"]),
             parts=tuple(_energy(part) for part in document["parts"]),
-            paper=paper[known] if known else None,
+            paper=_paper(settings, "energies", paper),
         )
     ]
 
@@ -102,7 +103,7 @@ def curves_of(
             repeats=settings.repeats,
             chance=(100 if share else 1) * float(np.mean(chance)),
             lines=tuple(_line(document, 100 if share else 1) for document in made),
-            paper=paper[PAPER_CURVE] if "ycb" in spec.tasks[task].papers.values() else None,
+            paper=_paper(spec.tasks[task], "curves", paper),
         )
     ]
 
@@ -155,7 +156,7 @@ def sorting_of(
             recordings=document["recordings"],
             accuracy=document["plain"]["accuracy"],
             parts=(_part("as they are", document["plain"]), _scaled(document)),
-            paper=paper[PAPER_SORTING],
+            paper=_paper(spec.tasks[task], "sorting", paper),
         )
         for document in documents
         if "skipped" not in document

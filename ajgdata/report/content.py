@@ -12,7 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.report.further import ChanceTest, Curves, Energies, Experiments, SortingResult, Source
+from ajgdata.report.further import (
+    ChanceTest,
+    Curves,
+    Energies,
+    Experiments,
+    Further,
+    SortingResult,
+    Source,
+)
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
@@ -22,6 +30,7 @@ from ajgdata.report.results import (
     PartResult,
     Predictions,
     Score,
+    SilentResult,
     SkippedTask,
     TaskResult,
     ValueErrors,
@@ -40,6 +49,7 @@ __all__ = [
     "Provenance",
     "Report",
     "Score",
+    "SilentResult",
     "SkippedTask",
     "Source",
     "Spectra",
@@ -126,22 +136,25 @@ class Report:
                 raise ValueError(f"{r.where} occurs twice")
             seen.add(r.where)
 
-    def experiments(self, task: tuple[TaskResult, ...]) -> Experiments:
+    def experiments(self, dataset: str, task: str) -> Experiments:
         """What else was made of a task."""
-        place = task[0].dataset, task[0].task
 
-        def of_task(one: Curves | ChanceTest | SortingResult) -> bool:
-            return (one.about.dataset, one.about.task) == place
+        def of_task(one: Further) -> bool:
+            return (one.about.dataset, one.about.task) == (dataset, task)
 
         return Experiments(
             tuple(filter(of_task, self.curves)),
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
+            tuple(filter(of_task, self.energies)),
         )
 
-    def energies_in(self, dataset: str) -> list[Energies]:
-        """Energies by class of one data set."""
-        return [one for one in self.energies if one.about.dataset == dataset]
+    def without_models(self, dataset: str) -> list[str]:
+        """Tasks of a data set of which no model was evaluated, but something else made."""
+        made: tuple[Further, ...] = (*self.curves, *self.tests, *self.sorting, *self.energies)
+        tasks = dict.fromkeys(one.about.task for one in made if one.about.dataset == dataset)
+        evaluated = {result.task for result in self.results if result.dataset == dataset}
+        return [task for task in tasks if task not in evaluated]
 
     def leveled(self) -> list[tuple[TaskResult, ...]]:
         """Tasks whose models were tested at three levels or more, their own included."""

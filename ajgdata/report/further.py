@@ -144,9 +144,13 @@ class Energies:
         return f"energies--{self.about.dataset}--{self.about.task}"
 
 
+Further = Curves | ChanceTest | SortingResult | Energies
+
+
 class Experiments(NamedTuple):
     """Further experiments on one task."""
 
     curves: tuple[Curves, ...]
     tests: tuple[ChanceTest, ...]
     sorting: tuple[SortingResult, ...]
+    energies: tuple[Energies, ...]

@@ -7,16 +7,6 @@ REPORT_CODE = code_digest(
 REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
 
 
-def data_of(path, tasks):
-    """Data sets that some tasks are about, for one kind of file."""
-    return [path(name) for name in datasets_of(SPECS, tasks)]
-
-
-def part(of):
-    """What `of(tasks)` gives for the tasks of one experiment."""
-    return lambda wildcards: of(EXPERIMENTS[wildcards.experiment])
-
-
 rule report:
     input:
         stores=[PATHS.merged(name) for name in PLANS],
@@ -27,6 +17,7 @@ rule report:
         documents=of_experiments(TASKS),
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
+        trees=[PATHS.receipt(name) for name in PUBLISHED],
     output:
         page=PATHS.report,
         runs=PATHS.runs,
@@ -43,6 +34,7 @@ rule report:
         tasks=TASKS,
         pages=PAGES,
         ablations=REASONS,
+        published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=REPORT_CODE,
     message:
@@ -77,6 +69,7 @@ rule experiment:
         tasks=part(list),
         pages=[],
         ablations=[],
+        published=[],
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
         code=REPORT_CODE,
     message:

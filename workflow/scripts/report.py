@@ -14,4 +14,5 @@ with logged(snakemake.log[0]):
         page=Path(snakemake.output.page),
         pages=snakemake.params.pages,
         ablations=snakemake.params.ablations,
+        published=snakemake.params.published,
     )
