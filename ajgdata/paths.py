@@ -17,6 +17,8 @@ AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"
+#: Page on why simulation and paper differ.
+ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 
 

@@ -23,6 +23,7 @@ from ajgdata.report.further import (
     StftResult,
 )
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
     HEADLINE,
     Cost,
@@ -120,6 +121,8 @@ class Report:
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
     stfts: tuple[StftResult, ...] = ()
+    paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
+    reasons: tuple[Reason, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
