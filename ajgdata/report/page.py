@@ -24,7 +24,7 @@ class Link(NamedTuple):
 
     link: str
     title: str
-    about: str = "The virtual gripper"
+    about: str
 
 
 def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link] = ()) -> str:

@@ -12,10 +12,11 @@ from ajgdata.studies.table import Table, Value
 
 
 class Lead(NamedTuple):
-    """What a page is about: its title, and the question that it answers."""
+    """What a page is about: its title, the question that it answers, and what it belongs to."""
 
     title: str
     text: str
+    about: str = "The virtual gripper"
 
 
 LEADS = {
@@ -23,6 +24,7 @@ LEADS = {
         "Embeddings",
         "A network that was only told which recordings are of the same thing: does it put things "
         "together whatever the grasp, and the gripper, and does it forget how they were held?",
+        about="Contrastive learning",
     ),
     "gallery": Lead(
         "Gallery",
@@ -58,7 +60,11 @@ LEADS = {
 
 def page_links(names: Sequence[str]) -> list[Link]:
     """Links between the pages, in the order of the report."""
-    return [Link(f"{name}.html", LEADS[name].title) for name in LEADS if name in names]
+    return [
+        Link(f"{name}.html", LEADS[name].title, about=LEADS[name].about)
+        for name in LEADS
+        if name in names
+    ]
 
 
 def render_study(
