@@ -5,7 +5,6 @@ A space is a point for each recording, (n, d), scaled as it shall be compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -17,22 +16,21 @@ from sklearn.neighbors import KNeighborsClassifier, KNeighborsRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
+from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models.baselines import NEIGHBOURS
 from ajgdata.types import Kind
 
 ProbeName = Literal["linear", "knn"]
 PROBES: tuple[ProbeName, ...] = ("linear", "knn")
+WITHIN_FOLDS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Property:
-    """What is read: `value` (n,), NaN or "" where it is missing; `within` (n,) labels of parts
-    that are probed each by itself, as an angle means something else for each object; a `period`
-    after which the value repeats."""
+    """What is read: `value` (n,), NaN or "" where it is missing, which repeats after `period`."""
 
     value: np.ndarray
     kind: Kind
-    within: np.ndarray | None = None
     period: float | None = None
 
     @property
@@ -51,11 +49,38 @@ def probe(
     (sin, cos) 2 pi y / period; and `rank_correlation` (Spearman; NaN with a period). NaN where
     nothing can be learned or tested: fewer than two values on either side.
     """
-    parts = list(_parts(prop, train, test))
-    if any(len(np.unique(prop.value[known])) < 2 for known, _ in parts) or not parts:
+    known, asked = (rows[prop.present[rows]] for rows in (train, test))
+    if not len(asked) or len(np.unique(prop.value[known])) < 2:
         return dict.fromkeys(("accuracy", "chance", "r2", "rank_correlation"), float("nan"))
-    found = [_read(space, prop, name, known, asked) for known, asked in parts]
-    y_true, y_read, y_constant = (np.concatenate(column) for column in zip(*found, strict=True))
+    return _scores(prop, *_read(space, prop, name, known, asked))
+
+
+def probe_within(
+    space: np.ndarray,
+    prop: Property,
+    name: ProbeName,
+    part: np.ndarray,
+    group: np.ndarray,
+    rows: np.ndarray,
+) -> dict[str, float]:
+    """The same for a property that means something else for each `part` (n,), as an angle does for
+    each object: each part's probe learns from some of its groups among `rows` and reads the others
+    (5 folds by `group`, (n,)). The scores are of all parts together.
+    """
+    found = []
+    rows = rows[prop.present[rows]]
+    for one in np.unique(part[rows]):
+        own = rows[part[rows] == one]
+        folds = min(WITHIN_FOLDS, len(np.unique(group[own])))
+        for train, test in grouped_folds(np.zeros(len(own)), group[own], "regression", folds, 0):
+            found.append(_read(space, prop, name, own[train], own[test]))
+    columns = (np.concatenate(column) for column in zip(*found, strict=True))
+    return _scores(prop, *columns)
+
+
+def _scores(
+    prop: Property, y_true: np.ndarray, y_read: np.ndarray, y_constant: np.ndarray
+) -> dict[str, float]:
     if prop.kind == "classification":
         right, chance = np.mean(y_true == y_read), np.mean(y_true == y_constant)
         return {"accuracy": float(right), "chance": float(chance)}
@@ -86,16 +111,6 @@ def _encoded(prop: Property) -> np.ndarray:
         return prop.value[:, None]
     turn = 2 * np.pi * prop.value / prop.period
     return np.column_stack([np.sin(turn), np.cos(turn)])
-
-
-def _parts(
-    prop: Property, train: np.ndarray, test: np.ndarray
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Rows to learn from and to read, for each part that has both."""
-    part = np.zeros(len(prop.value)) if prop.within is None else prop.within
-    known, asked = (rows[prop.present[rows]] for rows in (train, test))
-    for one in np.unique(part[asked]):
-        yield known[part[known] == one], asked[part[asked] == one]
 
 
 def _model(name: ProbeName, kind: Kind, dimension: int, rows: int) -> BaseEstimator:

@@ -59,6 +59,8 @@ def logged_of(shard: Shard, settings: Embedding) -> Logged:
         raise ValueError(f"no recording has {', '.join(names)}")
     columns = {n: Column(c.values[known], c.attrs) for n, c in shard.columns.items()}
     instance, grasp, group = (column[known] for column in text)
+    if len(np.unique(instance)) < 2:
+        raise ValueError(f"all recordings are of one thing, {instance[0]!r}: two are needed")
     return Logged(shard.feature[known], instance, grasp, group, columns)
 
 

@@ -207,21 +207,26 @@ def probe_rows(
     *,
     unseen: bool,
 ) -> Iterator[dict[str, Any]]:
-    """Scores of all probes in one space. Of unseen things none can say which they are, nor what
-    was learned thing by thing."""
-    from ajgdata.evaluate.probes import PROBES, Property, probe
+    """Scores of all probes in one space. Of unseen things none can say which they are.
+
+    What is read thing by thing is read of unseen things alone, learned from some of their grasps
+    and tested on others: the latents of a thing that was trained on lie where its new grasps do
+    not, and a probe would learn from what it is not tested on.
+    """
+    from ajgdata.evaluate.probes import PROBES, Property, probe, probe_within
 
     for column, how in settings.probes.items():
-        if unseen and (how.within or column in (settings.instance, "object")):
+        if bool(how.within) > unseen or (unseen and column in (settings.instance, "object")):
             continue
         kind = kinds.get(column, "classification")
-        value = logged.column(column)
-        within = logged.column(how.within) if how.within else None
-        prop = Property(value, kind, within, how.period_deg)
+        prop = Property(logged.column(column), kind, how.period_deg)
         for name in PROBES:
-            scores = [probe(z, prop, name, train, test) for z, train, test in runs]
-            metrics = ["accuracy"] if kind == "classification" else ["r2", "rank_correlation"]
-            for metric in metrics:
+            if how.within:
+                part = logged.column(how.within)
+                scores = [probe_within(z, prop, name, part, logged.grasp, b) for z, _, b in runs]
+            else:
+                scores = [probe(z, prop, name, a, b) for z, a, b in runs]
+            for metric in ["accuracy"] if kind == "classification" else ["r2", "rank_correlation"]:
                 yield {
                     "probe": name, "target": column, "kind": kind, "metric": metric,
                     **summary([one[metric] for one in scores]),
