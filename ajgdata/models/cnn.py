@@ -169,15 +169,22 @@ class _Cnn(BaseEstimator):
             self.dropout,
         )
 
-    def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
-        per_epoch = math.ceil(len(inputs) / self.batch_size)
-        steps = max(self.epochs * per_epoch, self.min_steps)
+    def _descent(
+        self, module: SpectrumCnn, steps: int
+    ) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
+        """Optimiser, and the schedule of its learning rate."""
         optimiser = torch.optim.AdamW(
             module.parameters(), self.max_learning_rate, weight_decay=self.weight_decay, fused=True
         )
         schedule = torch.optim.lr_scheduler.OneCycleLR(
             optimiser, self.max_learning_rate, total_steps=steps
         )
+        return optimiser, schedule
+
+    def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
+        per_epoch = math.ceil(len(inputs) / self.batch_size)
+        steps = max(self.epochs * per_epoch, self.min_steps)
+        optimiser, schedule = self._descent(module, steps)
         order = torch.empty(0, dtype=torch.long)
         for step in range(steps):
             if step % per_epoch == 0:

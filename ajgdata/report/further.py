@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -40,6 +41,7 @@ class Curves:
     metric: str
     unit: str
     repeats: int
+    chance: float
     lines: tuple[CurveLine, ...]
     paper: PaperFigure | None = None
 
@@ -49,18 +51,27 @@ class Curves:
         return f"curve--{self.about.dataset}--{self.about.task}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ChanceTest:
-    """Permutation test of a task; `value` and `null` (its mean) as in `evaluate.permutations`."""
+    """Permutation test of a task; `value` and `null` (permutations,) as its metric is computed."""
 
     about: About
     model_label: str
     metric: str
     unit: str
     value: float
-    null: float
-    permutations: int
+    null: np.ndarray
     p: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether it differs from chance at 5 %."""
+        return self.p < 0.05
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"chance--{self.about.dataset}--{self.about.task}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +109,48 @@ class SortingResult:
         return f"sorting--{self.about.dataset}--{self.about.task}--{self.model}"
 
 
+class Row(NamedTuple):
+    """A row of the table of results that is of no evaluated model."""
+
+    label: str
+    metric: str
+    value: str
+
+
+@dataclass(frozen=True)
+class EnergyPart:
+    """One class of recordings: energy against that of the reference, see `evaluate.energy`."""
+
+    label: str
+    groups: int
+    mean: float
+    sd: float
+    by_object: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Energies:
+    """How much sound comes back, by class; 1 is the reference."""
+
+    about: About
+    reference: str
+    band_hz: tuple[float, float]
+    parts: tuple[EnergyPart, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"energies--{self.about.dataset}--{self.about.task}"
+
+
+Further = Curves | ChanceTest | SortingResult | Energies
+
+
 class Experiments(NamedTuple):
     """Further experiments on one task."""
 
     curves: tuple[Curves, ...]
     tests: tuple[ChanceTest, ...]
     sorting: tuple[SortingResult, ...]
+    energies: tuple[Energies, ...]

@@ -31,6 +31,12 @@ LEADS = {
         "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
         "through its axis, and the sound moving through one of them.",
     ),
+    "ablations": Lead(
+        "Why simulation and paper differ",
+        "Each hypothesis is put to an experiment that could refute it: one thing is changed, all"
+        " else stays, and errors are compared on the same grasps. What is supported is a reason"
+        " within the simulation; that it holds for the real gripper, too, is a guess.",
+    ),
     "verification": Lead(
         "Verification",
         "Does the solver solve the equations it claims to solve? Identities that hold at "

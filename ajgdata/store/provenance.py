@@ -30,6 +30,17 @@ def _commit() -> str:
         return ""
 
 
+@functools.cache
+def commit_date() -> str:
+    """Day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so that the
+    same inputs give the same bytes on any day."""
+    try:
+        _git("ls-files", "--error-unmatch", "paths.py")
+        return _git("show", "--no-patch", "--format=%cs", "HEAD")
+    except (OSError, subprocess.SubprocessError):
+        return ""
+
+
 def _git(*arguments: str) -> str:
     command = ["git", "-C", str(PACKAGE), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)

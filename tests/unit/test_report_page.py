@@ -80,6 +80,14 @@ def test_labels_are_escaped(html):
     assert SCRIPT in " ".join(Page(html).words)
 
 
+def test_published_data_sets_are_linked_and_others_are_not(html):
+    report = sample_report()
+    name = report.datasets[0].name
+    linked = render_page(report, {n: b"<svg/>" for n in illustrations(report)}, (), [name])
+    assert f'href="../published/{name}/README.md"' in linked
+    assert "../published/" not in html
+
+
 def test_nothing_is_fetched(html):
     page = Page(html)
     for tag, attributes in page.tags:
@@ -203,7 +211,7 @@ def test_recorded_data_alone_need_no_warning_about_simulation():
 
 def test_an_empty_report_is_a_page():
     html = render(Report("Nothing yet", "1", "c", (), ()))
-    assert html.count("No task has been evaluated.") == 2
+    assert html.count("No task has been evaluated.") == 1
     Page(html)
 
 

@@ -41,7 +41,7 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     text = paths.report.read_text()
     assert "tested on Second microphone" in text
     assert "Permutation test" in text
-    for name in ("curve--tones--pitch", "sorting--tones--pitch--linear"):
+    for name in ("curve--tones--pitch", "chance--tones--pitch", "sorting--tones--pitch--linear"):
         assert f'id="{name}"' in text
     assert project.planned(*page) == {}
     with paths.metrics_table.open(newline="") as stream:
