@@ -189,9 +189,21 @@ class Paths:
         """A data set as others get it; see `Tree`."""
         return self.results / "published" / dataset
 
+    def receipt(self, dataset: str) -> Path:
+        """Hash of the SHA256SUMS of a published data set: written when the rest is whole."""
+        return self.results / "published" / f"{dataset}.sha256"
+
     def page(self, name: str) -> Path:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
+
+    def explorer(self, dataset: str, embedding: str) -> Path:
+        """Page on which every recording of an embedding is seen and heard."""
+        return self.report.parent / "latents" / dataset / f"{embedding}.html"
+
+    def projections(self, dataset: str, embedding: str) -> Path:
+        """Pictures of an embedding and of raw features in two dimensions."""
+        return self.embedding_document(dataset, embedding, "projections")
 
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""

@@ -20,6 +20,7 @@ from ajgdata.report.experiments import (
     sorting_figure,
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
+from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
@@ -96,6 +97,10 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
     for task in report.leveled():
         drawing = Illustration(level_caption(task), partial(level_figure, task))
         listed.append((level_name(task), drawing))
+    for task in report.tasks():
+        if task[0].silent:
+            drawing = Illustration(silent_caption(task), partial(silent_figure, task))
+            listed.append((silent_name(task), drawing))
     for c in report.curves:
         listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
     for e in report.energies:

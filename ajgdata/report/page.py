@@ -15,6 +15,7 @@ from ajgdata.report import wording
 from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
+from ajgdata.report.silent_figures import silent_name
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -25,14 +26,20 @@ class Link(NamedTuple):
 
     link: str
     title: str
+    about: str = "The virtual gripper"
 
 
-def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link] = ()) -> str:
+def render_page(
+    report: Report,
+    svgs: Mapping[str, bytes],
+    pages: Sequence[Link] = (),
+    published: Sequence[str] = (),
+) -> str:
     """The page as HTML text: the same report and figures give the same text.
 
-    `pages` are linked from its contents. `svgs` holds the SVG file of each name of
-    `illustrations(report)`; PNG and PDF are linked where `Paths.figure` puts them. Raises
-    ValueError if a figure is missing.
+    `pages` are linked from its contents, and the trees of the data sets `published` from these.
+    `svgs` holds the SVG file of each name of `illustrations(report)`; PNG and PDF are linked where
+    `Paths.figure` puts them. Raises ValueError if a figure is missing.
     """
     drawn = figures.illustrations(report)
     if missing := [name for name in drawn if name not in svgs]:
@@ -43,6 +50,7 @@ def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link]
         .render(
             report=report,
             pages=pages,
+            published=published,
             figures=drawn,
             figure_formats=FIGURE_FORMATS,
             image={name: data_uri(svgs[name]) for name in drawn},
@@ -81,6 +89,7 @@ def _names() -> dict[str, Any]:
         "close": close,
         "energy_rows": energy_rows,
         "chance": wording.chance,
+        "silent_name": silent_name,
         "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,
@@ -89,6 +98,7 @@ def _names() -> dict[str, Any]:
         "part_rows": part_rows,
         "part_chance": wording.part_chance,
         "prediction_name": figures.prediction_name,
+        "published_link": published_link,
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
         "tradeoff_name": figures.tradeoff_name,
@@ -143,6 +153,11 @@ def figure_link(name: str, suffix: str) -> str:
 def quarantine_link(dataset: str) -> str:
     """Link from the page to the table of all findings of a data set."""
     return _from_page(PurePosixPath(Paths().quarantine(dataset).as_posix()))
+
+
+def published_link(dataset: str) -> str:
+    """Link from the page to a published data set."""
+    return _from_page(PurePosixPath(Paths().published(dataset).as_posix()))
 
 
 def web_link(url: str) -> str:

@@ -19,6 +19,11 @@ class Lead(NamedTuple):
 
 
 LEADS = {
+    "embedding": Lead(
+        "Embeddings",
+        "A network that was only told which recordings are of the same thing: does it put things "
+        "together whatever the grasp, and the gripper, and does it forget how they were held?",
+    ),
     "gallery": Lead(
         "Gallery",
         "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
