@@ -1,18 +1,40 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
+from functools import partial
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
-from ajgdata.paths import Paths
-from ajgdata.pipeline.plan import plan
-from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
+from ajgdata.pipeline.ablations import (
+    ABLATION_CODE,
+    ABLATIONS,
+    possible,
+)
+from ajgdata.pipeline.experiments import (
+    datasets_of,
+    documents_of,
+    experiments_of,
+    runs_of,
+)
+from ajgdata.pipeline.plan import plan, published, solved_by
+from ajgdata.pipeline.studies import (
+    EMBEDDING,
+    EMBEDDING_CODE,
+    EXPLORER_CODE,
+    GALLERY,
+    GALLERY_CODE,
+    STUDIES,
+    STUDY_CODE,
+    TIMED,
+)
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 
 min_version("9.10")
 
-HERE = Path(workflow.basedir)
+# Also where another Snakefile includes this one.
+HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 
 
 configfile: HERE / "workflow/config/default.yaml"
@@ -30,25 +52,19 @@ PATHS = Paths()
 # Only the main process looks at the recordings; its jobs see the manifests that it left.
 try:
     PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+    PUBLISHED = published(PLANS, config["publish"])
 except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
-TASKS = [(name, *one) for name, p in PLANS.items() for one in p.spec.tasks.items()]
-RUNS = [(dataset, task, m) for dataset, task, one in TASKS for m in one.models]
-CURVES = [(d, task, m) for d, task, one in TASKS if one.curve for m in one.curve.models]
-SORTED = [
-    (d, task, m) for d, task, one in TASKS if one.sorting for m in one.sorting.models
-]
-PERMUTED = [(dataset, task) for dataset, task, one in TASKS if one.permutations]
-EMBEDDED = [
-    (name, embedding, document)
-    for name, p in PLANS.items()
-    for embedding, one in p.spec.embeddings.items()
-    for document in one.documents
-]
-# Pages on the virtual gripper.
-PAGES = [
+SPECS = {name: one.spec for name, one in PLANS.items()}
+TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
+EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
+EXPERIMENTS = experiments_of(SPECS)
+ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
+# Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
+PAGES = [EMBEDDING] if EMBEDDINGS else []
+PAGES += [
     name
-    for name in (GALLERY, *STUDIES)
+    for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
 ]
 
@@ -61,23 +77,28 @@ wildcard_constraints:
     model="[a-z]+",
 
 
+include: "workflow/rules/common.smk"
+
+
 rule all:
     default_target: True
     input:
         PATHS.report,
         PATHS.all_metrics,
-        [PATHS.model(*run) for run in RUNS],
+        of_runs(PATHS.model, TASKS),
         PATHS.results / "verify" / "summary.txt",
-        [PATHS.embedding_document(*document) for document in EMBEDDED],
+        [PATHS.receipt(name) for name in PUBLISHED],
 
 
-include: "workflow/rules/common.smk"
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
 include: "workflow/rules/embed.smk"
+include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
+include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"
+include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,21 +15,24 @@ from ajgdata.types import Recipe, RecipeObject
 from ajgdata.types.recipe import EMPTY
 
 
+class _Session(NamedTuple):
+    drawn: str  #: the name that its grasps are drawn by
+    variant: str  #: "" if the recipe has none
+
+
+def _sessions(recipe: Recipe) -> dict[str, _Session]:
+    numbers = [f"{number:02d}" for number in range(1, recipe.sessions + 1)]
+    return {
+        name: _Session(f"virtual-{number}" if recipe.same_grasps else name, variant)
+        for variant in recipe.variants or [""]
+        for number in numbers
+        for name in [f"virtual-{variant}-{number}" if variant else f"virtual-{number}"]
+    }
+
+
 def session_names(recipe: Recipe) -> list[str]:
     """Names of the sessions of a recipe, which more sessions do not change."""
-    return list(_scenes(recipe))
-
-
-def _scenes(recipe: Recipe) -> dict[str, dict[str, Any]]:
-    """What all scenes of a session share, by its name."""
-    numbers = range(1, recipe.sessions + 1)
-    if not recipe.setups:
-        return {f"virtual-{number:02d}": recipe.scene for number in numbers}
-    return {
-        f"virtual-{name}-{number:02d}": {**recipe.scene, **setup}
-        for name, setup in recipe.setups.items()
-        for number in numbers
-    }
+    return list(_sessions(recipe))
 
 
 def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[Grasp]:
@@ -37,17 +40,18 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
     them.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
-    number): adding an object or a grasp changes no other. The data set is `recipe.grasps_of` where
-    that is given. `code` is a digest of the gripper's sources; with scene and signal chain it makes
-    the grasp's digest, so that changed physics is simulated again. What `vary` draws is a label of
-    the recording, too.
+    number): adding an object or a grasp changes no other. Variants share their seeds unless each
+    draws its own grasps; the data set is `recipe.grasps_of` where that is given. `code` is a digest
+    of the gripper's sources; with scene and signal chain it makes the grasp's digest, so that
+    changed physics is simulated again. What `vary` draws is a label of the recording, too.
     """
-    scene = _scenes(recipe)[session]
+    drawn_by, variant = _sessions(recipe)[session]
+    scene = {**recipe.scene, **recipe.variants.get(variant, {})}
 
     def planned(made: RecipeObject | None, number: int) -> Grasp:
         name = made.name if made else ""
-        seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, session, name, number)
-        grasp = _grasp_settings(recipe, scene, made, seed)
+        seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, drawn_by, name, number)
+        grasp = _grasp_settings(scene, recipe, made, seed)
         setup = {**scene, "object": made.shape if made else None, "grasp": grasp}
         drawn = {key: grasp[key] for key in sorted(recipe.vary)} if made else {}
         return Grasp(
@@ -64,13 +68,29 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
     return empty + [planned(made, number) for number in numbers for made in recipe.objects]
 
 
-def yaml_place(recipe: Recipe, made: str, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
+def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:
+    """Whether sessions of one name of two recipes, of data sets `name` and `other`, have scenes in
+    common: then the second to be recorded finds the responses of the first."""
+
+    def drawn(of: str, by: Recipe) -> tuple[object, ...]:
+        return by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
+
+    mine, theirs = ({m.name: (m.shape, m.grasp) for m in r.objects} for r in (recipe, others))
+    common = any(theirs.get(made) == settings for made, settings in mine.items())
+    return common and drawn(name, recipe) == drawn(other, others)
+
+
+def yaml_place(
+    recipe: Recipe, session: str, made: str, place: tuple[int | str, ...]
+) -> tuple[int | str, ...]:
     """Where in a declaration stands what is wrong at `place` of a setup of the object `made`."""
-    of_setup = place and any(place[0] in setup for setup in recipe.setups.values())
-    if of_setup or not made:
-        return ("recipe", "setups") if of_setup else ("recipe", "scene", *place)
-    number = [one.name for one in recipe.objects].index(made)
+    variant = _sessions(recipe)[session].variant
+    of_variant = recipe.variants.get(variant, {})
+    of_all = ("variants", variant) if place and place[0] in of_variant else ("scene",)
+    number = [one.name for one in recipe.objects].index(made) if made else None
     match place:
+        case _ if number is None:  # of a reference, which holds nothing
+            return ("recipe", *of_all, *place)
         case ():
             return ("recipe", "objects", number)
         case ("object", *rest):
@@ -80,11 +100,11 @@ def yaml_place(recipe: Recipe, made: str, place: tuple[int | str, ...]) -> tuple
         case ("grasp", str(key), *rest) if key in recipe.objects[number].grasp:
             return ("recipe", "objects", number, "grasp", key, *rest)
         case _:
-            return ("recipe", "scene", *place)
+            return ("recipe", *of_all, *place)
 
 
 def _grasp_settings(
-    recipe: Recipe, scene: Mapping[str, Any], made: RecipeObject | None, seed: int
+    scene: Mapping[str, Any], recipe: Recipe, made: RecipeObject | None, seed: int
 ) -> dict[str, Any]:
     fixed = scene.get("grasp", {})
     fixed = fixed if isinstance(fixed, dict) else {}

@@ -27,6 +27,11 @@ AHEAD = 3
 class Solver(Protocol):
     """Scene -> impulse response."""
 
+    @property
+    def solved(self) -> int:
+        """Scenes that were simulated so far; the responses of others were kept from before."""
+        ...
+
     def expect(self, scenes: Sequence[gripper.Scene]) -> None:
         """Hear which scenes will be asked for, in which order."""
         ...
@@ -41,6 +46,11 @@ class Alone:
 
     def __init__(self, folder: Path) -> None:
         self._store = ResponseStore(folder)
+
+    @property
+    def solved(self) -> int:
+        """As Solver.solved."""
+        return self._store.solved
 
     def expect(self, scenes: Sequence[gripper.Scene]) -> None:
         """Nothing is done ahead."""
@@ -59,7 +69,8 @@ class Workers:
     def __init__(self, folder: Path, pool: ProcessPoolExecutor, count: int) -> None:
         self._folder, self._pool, self._most = folder, pool, AHEAD * count
         self._waiting: deque[gripper.Scene] = deque()
-        self._ahead: dict[str, Future[gripper.ImpulseResponse]] = {}
+        self._ahead: dict[str, Future[tuple[gripper.ImpulseResponse, int]]] = {}
+        self.solved = 0
 
     def expect(self, scenes: Sequence[gripper.Scene]) -> None:
         """Begin with the first of `scenes`; what was expected before and not asked for is left."""
@@ -74,9 +85,11 @@ class Workers:
         """Wait for the response of `scene`. DataError if a process was ended from outside."""
         with _whole():
             self._submit(scene)
-            response = self._ahead.pop(gripper.scene_digest(scene))
+            future = self._ahead.pop(gripper.scene_digest(scene))
             self._fill()
-            return response.result()
+            response, solved = future.result()
+            self.solved += solved
+            return response
 
     def _fill(self) -> None:
         while self._waiting and len(self._ahead) < self._most:
@@ -136,5 +149,8 @@ def _store(folder: Path) -> ResponseStore:
     return ResponseStore(folder)
 
 
-def _solve(folder: Path, scene: gripper.Scene) -> gripper.ImpulseResponse:
-    return _store(folder).solve(scene)
+def _solve(folder: Path, scene: gripper.Scene) -> tuple[gripper.ImpulseResponse, int]:
+    """The response of a scene, and 1 if it had to be simulated."""
+    store = _store(folder)
+    before = store.solved
+    return store.solve(scene), store.solved - before

@@ -22,6 +22,7 @@ class CurvePoint:
     repeat: int
     recordings: int  #: that were trained on
     scores: dict[str, float]  #: on the validation rows, which all points share
+    chance: dict[str, float]  #: the same of a guess that knows the training rows' targets only
 
 
 def learning_curve(
@@ -62,7 +63,8 @@ def learning_curve(
                 fitted = make_model(model, kind, seed + repeat, period)
                 fitted.fit(features[rows], y[rows])
                 scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
-                points.append(CurvePoint(size, repeat, len(rows), scores))
+                chance = metrics.chance(y[rows], y[test], kind, period)
+                points.append(CurvePoint(size, repeat, len(rows), scores, chance))
     return points
 
 

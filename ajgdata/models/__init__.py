@@ -21,6 +21,7 @@ class Label(NamedTuple):
 MODELS = {
     "cnn": Label("CNN", "CNN"),
     "linear": Label("logistic regression", "ridge"),
+    "ridge": Label("ridge classifier", "ridge"),
     "knn": Label("k-NN", "k-NN"),
     "svm": Label("SVM", "SVM"),
     "boosting": Label("gradient boosting", "gradient boosting"),

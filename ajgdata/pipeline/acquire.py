@@ -55,6 +55,7 @@ def acquire_all(
         for dataset, session, recipe, grasps in plans:
             source = VirtualGripper(grasps[0].setup, solver, recipe.signal)
             folder = paths.session(dataset, session)
+            before = solver.solved
             acquired = acquire_session(folder, source, grasps, progress=advance)
             manifest.write(paths, dataset, session)
-            yield dataset, session, acquired
+            yield dataset, session, acquired._replace(solved=solver.solved - before)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import documents_of, runs_of
 from ajgdata.store.files import csv_bytes, json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
+from ajgdata.store.sessions import read_dataset
 
 COLUMNS = (
     "dataset", "task", "model", "source", "part", "metric", "statistic", "value", "unit", "seed",
@@ -21,44 +23,35 @@ IN_UNITS = ("rmse", "mae")
 def collect(
     paths: Paths,
     *,
-    runs: Sequence[tuple[str, str, str]],
-    curves: Sequence[tuple[str, str, str]],
-    permuted: Sequence[tuple[str, str]],
-    sorting: Sequence[tuple[str, str, str]],
+    tasks: Sequence[tuple[str, str]],
     document: Path,
     table: Path,
 ) -> None:
-    """Write every result of `runs` and of the further experiments into `document` (JSON), and its
+    """Write every result of `tasks`, pairs of data set and task, into `document` (JSON), and its
     numbers, one a row, into `table` (CSV).
 
     A row is a metric of a part of an evaluation (`grouped`, `random`, `withheld`, `overall`,
     `on:<data set>`, `cost`): `statistic` is `fold 0` and so on, or mean, sd, pooled or chance. Of a
-    learning curve the part is `curve:<groups per class>` and the statistic the draw.
+    learning curve the part is `curve:<groups per class>` and the statistic the draw; of settings of
+    the STFT it is `stft:<window>/<hop>`, with the band in Hz if there is one.
     """
+    specs = {name: read_dataset(paths, name) for name in {dataset for dataset, _ in tasks}}
     evaluations = [
         {**_where(run), **read_json(paths.metrics(*run)), "cost": read_json(paths.cost(*run))}
-        for run in runs
+        for run in runs_of(specs, tasks)
     ]
-    learned = [{**_where(run), **read_json(paths.curve(*run))} for run in curves]
-    tests = [
-        {"dataset": dataset, "task": task, **read_json(paths.permutations(dataset, task))}
-        for dataset, task in permuted
-    ]
-    sorts = [{**_where(run), **read_json(paths.sorting(*run))} for run in sorting]
-    content = {
-        "software": software(),
-        "evaluations": evaluations,
-        "curves": learned,
-        "permutations": tests,
-        "sorting": sorts,
-    }
+    further: dict[str, list[dict[str, Any]]] = {kind: [] for kind in ROWS}
+    for one in documents_of(paths, specs, tasks):
+        found = {"dataset": one.dataset, "task": one.task, **read_json(one.path)}
+        if one.kind == "stft":
+            found["cost"] = read_json(paths.stft_cost(one.dataset, one.task))
+        further[one.kind].append(found)
+    content = {"software": software(), "evaluations": evaluations, **further}
     write_bytes(document, json_bytes(content))
-    rows = [
-        *(row for one in evaluations for row in _evaluation_rows(one)),
-        *(row for one in learned for row in _curve_rows(one)),
-        *(row for one in tests for row in _test_rows(one)),
-        *(row for one in sorts for row in _sorting_rows(one)),
-    ]
+    rows = [row for one in evaluations for row in _evaluation_rows(one)]
+    for kind, documents in further.items():
+        made = (document for document in documents if "skipped" not in document)
+        rows += [row for document in made for row in ROWS[kind](document)]
     write_bytes(table, csv_bytes(COLUMNS, rows))
 
 
@@ -93,6 +86,10 @@ def _evaluation_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
             for statistic in ("mean", "sd", "pooled", "chance"):
                 if statistic in scores:
                     yield _row(one, part, metric, statistic, scores[statistic][metric])
+    for name, test in one["silent"].items():
+        yield _row(one, f"silent:{name}", test["measure"], "pooled", test["value"])
+        yield _row(one, f"silent:{name}", test["measure"], "chance", test["null"])
+        yield _row(one, f"silent:{name}", "p", f"of {test['permutations']}", test["p"])
     for split, cost in one["cost"].items():
         for name, value in cost.items():
             if not isinstance(value, list):
@@ -100,8 +97,6 @@ def _evaluation_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
 
 
 def _curve_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
-    if "skipped" in one:
-        return
     for point in one["points"]:
         for metric, value in point["scores"].items():
             part = f"curve:{point['groups']}"
@@ -109,15 +104,28 @@ def _curve_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
 
 
 def _test_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
-    if "skipped" in one:
-        return
     yield _row(one, "permutations", one["metric"], "pooled", one["value"])
     yield _row(one, "permutations", "p", f"of {len(one['null'])}", one["p"])
 
 
+def _stft_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    for point, cost in zip(one["points"], one["cost"], strict=True):
+        part = f"stft:{point['window']}/{point['hop']}"
+        if point["band_hz"]:
+            part += " {:g}-{:g} Hz".format(*point["band_hz"])
+        for model, scores in point["models"].items():
+            by_model = {**one, "model": model}
+            for metric, values in scores["per_fold"].items():
+                for fold, value in enumerate(values):
+                    yield _row(by_model, part, metric, f"fold {fold}", value)
+                for statistic in ("mean", "sd", "pooled", "chance"):
+                    yield _row(by_model, part, metric, statistic, scores[statistic][metric])
+            times = {"feature_s_per_recording": cost["feature_s_per_recording"]}
+            for name, value in (times | cost["models"][model]).items():
+                yield _row(by_model, f"cost of {part}", name, "measured", value)
+
+
 def _sorting_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
-    if "skipped" in one:
-        return
     for name in ("plain", "scaled"):
         part = one[name]
         yield _row(one, f"sorting, {name}", "accuracy", "pooled", part["accuracy"])
@@ -128,3 +136,22 @@ def _sorting_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
             yield _row(one, f"sorting, {name}, accepted", metric, "pooled", value)
         for run, sorts in enumerate(part["sorts"]):
             yield _row(one, f"sorting, {name}", "sorts_in_a_row", f"run {run}", sorts)
+
+
+def _energy_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    metric = f"energy relative to {one['reference']}"
+    for part in one["parts"]:
+        for statistic in ("mean", "sd"):
+            yield _row(one, f"energy:{part['label']}", metric, statistic, part[statistic])
+        for name, value in part["by_object"].items():
+            yield _row(one, f"energy:{part['label']}", metric, f"mean of {name}", value)
+
+
+#: Rows of each kind of further experiment, by its name in the document.
+ROWS: dict[str, Callable[[Mapping[str, Any]], Iterator[dict[str, object]]]] = {
+    "curves": _curve_rows,
+    "permutations": _test_rows,
+    "sorting": _sorting_rows,
+    "stft": _stft_rows,
+    "energies": _energy_rows,
+}

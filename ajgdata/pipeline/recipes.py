@@ -49,12 +49,14 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
         line = line_of(path, ("recipe", "signal", *error.errors()[0]["loc"]))
         raise describe(error, f"{path}:{line}: recipe, signal") from None
     planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
-    for grasp in (grasp for grasps in planned for grasp in grasps):
-        try:
-            gripper.Scene.model_validate(grasp.setup)
-        except ValidationError as error:
-            line = line_of(path, yaml_place(recipe, grasp.object, error.errors()[0]["loc"]))
-            raise describe(error, f"{path}:{line}: recipe, {grasp.object}") from None
+    for session, grasps in zip(sessions, planned, strict=True):
+        for grasp in grasps:
+            try:
+                gripper.Scene.model_validate(grasp.setup)
+            except ValidationError as error:
+                where = yaml_place(recipe, session, grasp.object, error.errors()[0]["loc"])
+                problem = f"{path}:{line_of(path, where)}: recipe, {grasp.object}"
+                raise describe(error, problem) from None
     return planned
 
 

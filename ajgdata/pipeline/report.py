@@ -11,10 +11,19 @@ from typing import Any
 import numpy as np
 
 from ajgdata.models import MODELS
-from ajgdata.paths import Paths
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.evaluate import WITHHELD
+from ajgdata.pipeline.experiments import runs_of
 from ajgdata.pipeline.merge import read_findings
-from ajgdata.pipeline.report_rows import curves_of, left_out, sorting_of, tests_of
+from ajgdata.pipeline.report_rows import (
+    curves_of,
+    energies_of,
+    left_out,
+    sorting_of,
+    stfts_of,
+    tests_of,
+)
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
@@ -24,12 +33,14 @@ from ajgdata.report.content import (
     Provenance,
     Report,
     Score,
+    SilentResult,
     SkippedTask,
     Spectra,
     TaskResult,
     ValueErrors,
 )
 from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
+from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
@@ -44,12 +55,17 @@ def build_report(
     paths: Paths,
     *,
     datasets: Sequence[str],
-    runs: Sequence[tuple[str, str, str]],
+    tasks: Sequence[tuple[str, str]],
+    page: Path,
     pages: Sequence[str] = (),
+    ablations: Sequence[str] = (),
+    published: Sequence[str] = (),
 ) -> None:
-    """Write the report on `datasets` and on `runs`, triples of data set, task and model.
+    """Write the report on `datasets` and on `tasks`, pairs of data set and task, as `page`, its
+    figures and what it is about beside it.
 
-    `pages` are the pages on the virtual gripper that it is linked with.
+    `pages` are the other pages that it is linked with, `ablations` those that say why simulation
+    and paper differ; `published` the data sets whose trees are there.
     """
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.illustrations import illustrations
@@ -59,6 +75,7 @@ def build_report(
     paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     specs = {name: read_dataset(paths, name) for name in datasets}
     stores = {name: read_store(paths.merged(name)) for name in datasets}
+    runs = runs_of(specs, tasks)
     documents = {run: read_json(paths.metrics(*run)) for run in runs}
     report = Report(
         title="Acoustic sensing with jamming grippers",
@@ -76,22 +93,27 @@ def build_report(
             if "skipped" in document
         ),
     )
-    tasks = dict.fromkeys((dataset, task) for dataset, task, _ in runs)
+    tables = [table for name in ablations for table in read_study(paths.ablation(name))[1]]
     listed = [(specs[dataset], task) for dataset, task in tasks]
     report = dataclasses.replace(
         report,
         curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
+        energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
+        paper=tuple(paper.values()),
+        reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
     svgs = {}
     for name, illustration in illustrations(report).items():
-        saved = save_figure(illustration.draw(), paths.figure(name))
+        saved = save_figure(illustration.draw(), page.parent / FIGURES / name)
         svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
-    write_bytes(paths.report, render_page(report, svgs, page_links(pages)).encode())
-    content = {"datasets": list(datasets), "runs": list(runs), "pages": list(pages)}
-    write_bytes(paths.runs, json_bytes(content))
+    write_bytes(page, render_page(report, svgs, page_links(pages), published).encode())
+    content = {"datasets": list(datasets), "runs": runs, "pages": list(pages)}
+    content["published"] = list(published)
+    write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
 
 
 def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
@@ -204,6 +226,10 @@ def task_result(
         parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
         elsewhere=_elsewhere(document, headline, settings, paper, specs),
         level=spec.level,
+        silent=tuple(
+            SilentResult(dataset=name, title=specs[name].title or name, **test)
+            for name, test in document["silent"].items()
+        ),
         unseen=_predictions(paths.predictions(*run), kind, (), period, WITHHELD),
         period=period,
         values=tuple(ValueErrors(**one) for one in document["by_value"]),

@@ -9,21 +9,32 @@ import numpy as np
 
 from ajgdata.models import MODELS
 from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import documents_of
 from ajgdata.report.content import SkippedTask
 from ajgdata.report.further import (
     About,
     ChanceTest,
     CurveLine,
     Curves,
+    Energies,
+    EnergyPart,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.files import read_json
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DatasetSpec, Task
 
-#: What the paper says of these experiments, by the name of its figure.
-PAPER_CURVE, PAPER_SORTING = "data-size", "sorting"
+#: What a further experiment is called, by its kind.
+WORDS = {
+    "curves": "learning curve",
+    "permutations": "test against chance",
+    "sorting": "sorting",
+    "stft": "settings of the STFT",
+    "energies": "energies",
+}
 
 
 def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
@@ -32,25 +43,46 @@ def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
 
 
 def _label(document: Mapping[str, Any]) -> str:
-    return str(getattr(MODELS[document["model"]], document["kind"]))
+    model = document["model"]
+    return str(getattr(MODELS[model], document["kind"])) if model else ""
+
+
+def _paper(task: Task, part: str, paper: Mapping[str, PaperFigure]) -> PaperFigure | None:
+    return paper[task.papers[part]] if part in task.papers else None
 
 
 def left_out(paths: Paths, spec: DatasetSpec, task: str) -> list[SkippedTask]:
     """Further experiments on a task that could not be made, and why."""
-    settings, asked = spec.tasks[task], []
-    if settings.curve:
-        models = settings.curve.models
-        asked += [("learning curve", paths.curve(spec.name, task, model)) for model in models]
-    if settings.permutations:
-        asked.append(("test against chance", paths.permutations(spec.name, task)))
-    if settings.sorting:
-        models = settings.sorting.models
-        asked += [("sorting", paths.sorting(spec.name, task, model)) for model in models]
+    skipped = []
+    for one in documents_of(paths, {spec.name: spec}, [(spec.name, task)]):
+        document = read_json(one.path)
+        if "skipped" in document:
+            what = f"{task}, {WORDS[one.kind]}"
+            skipped.append(SkippedTask(spec.name, what, _label(document), document["skipped"]))
+    return skipped
+
+
+def energies_of(
+    paths: Paths, spec: DatasetSpec, task: str, paper: Mapping[str, PaperFigure]
+) -> list[Energies]:
+    """Energies by class, if the task asks for them and they could be made."""
+    settings = spec.tasks[task]
+    if not settings.energy or "skipped" in (document := read_json(paths.energies(spec.name, task))):
+        return []
     return [
-        SkippedTask(spec.name, f"{task}, {what}", _label(document), document["skipped"])
-        for what, document in ((what, read_json(path)) for what, path in asked)
-        if "skipped" in document
+        Energies(
+            about=_about(spec, task, document),
+            reference=document["reference"],
+            band_hz=tuple(document["band_hz"]),
+            parts=tuple(_energy(part) for part in document["parts"]),
+            paper=_paper(settings, "energies", paper),
+        )
     ]
+
+
+def _energy(part: Mapping[str, Any]) -> EnergyPart:
+    sd = np.nan if part["sd"] is None else part["sd"]
+    return EnergyPart(part["label"], part["groups"], part["mean"], sd, part["by_object"])
 
 
 def curves_of(
@@ -65,14 +97,16 @@ def curves_of(
         return []
     metric = made[0]["metric"]
     share = metric == "accuracy"
+    chance = [point["chance"][metric] for point in made[0]["points"]]
     return [
         Curves(
             about=_about(spec, task, made[0]),
             metric=metric,
             unit="%" if share else made[0]["unit"],
             repeats=settings.repeats,
+            chance=(100 if share else 1) * float(np.mean(chance)),
             lines=tuple(_line(document, 100 if share else 1) for document in made),
-            paper=paper[PAPER_CURVE] if "ycb" in spec.tasks[task].papers.values() else None,
+            paper=_paper(spec.tasks[task], "curves", paper),
         )
     ]
 
@@ -93,7 +127,6 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
     document = read_json(paths.permutations(spec.name, task))
     if "skipped" in document:
         return []
-    null = np.array(document["null"])
     return [
         ChanceTest(
             about=_about(spec, task, document),
@@ -101,11 +134,49 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
             metric=document["metric"],
             unit=document["unit"],
             value=document["value"],
-            null=float(null.mean()),
-            permutations=len(null),
+            null=np.array(document["null"]),
             p=document["p"],
         )
     ]
+
+
+def stfts_of(paths: Paths, spec: DatasetSpec, task: str) -> list[StftResult]:
+    """Settings of the STFT on a task, if it asks for them and they could be compared."""
+    if not spec.tasks[task].stft:
+        return []
+    document = read_json(paths.stft(spec.name, task))
+    if "skipped" in document:
+        return []
+    share = document["kind"] == "classification"
+    metric = "accuracy" if share else "rmse"
+    scale, offset = (-100, 100) if share else (1, 0)
+    points, models = document["points"], document["points"][0]["models"]
+    costs = read_json(paths.stft_cost(spec.name, task))
+    chance = next(iter(models.values()))["chance"][metric]
+    return [
+        StftResult(
+            about=_about(spec, task, document),
+            model_labels=tuple(_label({**document, "model": model}) for model in models),
+            metric=metric,
+            unit="%" if share else document["unit"],
+            chance=offset + scale * chance,
+            points=tuple(
+                _stft_point(point, 1e3 * cost["feature_s_per_recording"], metric, scale, offset)
+                for point, cost in zip(points, costs, strict=True)
+            ),
+        )
+    ]
+
+
+def _stft_point(
+    point: Mapping[str, Any], feature_ms: float, metric: str, scale: float, offset: float
+) -> StftPoint:
+    errors = tuple(
+        (offset + scale * one["mean"][metric], abs(scale) * one["sd"][metric])
+        for one in point["models"].values()
+    )
+    band = tuple(point["band_hz"]) if point["band_hz"] else None
+    return StftPoint(point["window"], point["hop"], band, point["bins"], feature_ms, errors)
 
 
 def sorting_of(
@@ -127,7 +198,7 @@ def sorting_of(
             recordings=document["recordings"],
             accuracy=document["plain"]["accuracy"],
             parts=(_part("as they are", document["plain"]), _scaled(document)),
-            paper=paper[PAPER_SORTING],
+            paper=_paper(spec.tasks[task], "sorting", paper),
         )
         for document in documents
         if "skipped" not in document

@@ -20,13 +20,49 @@ PERCENTILES = (5, 50, 95)
 
 def chance_text(test: ChanceTest) -> str:
     """The result of a permutation test in a sentence."""
-    scale, unit = (100, "%") if test.metric == "accuracy" else (1, test.unit)
-    value, null = (with_unit(number(scale * x), unit) for x in (test.value, test.null))
-    verdict = "differs" if test.p < 0.05 else "cannot be told"
+    scale, unit = _scale(test)
+    value, null = (with_unit(number(scale * x), unit) for x in (test.value, test.null.mean()))
+    verdict = "differs" if test.differs else "cannot be told"
     return (
         f"Permutation test: {METRIC_NAMES[test.metric]} of {test.model_label}, all held-out "
         f"predictions together, is {value}; with labels exchanged between groups it is {null} on "
-        f"average of {test.permutations}; p = {number(test.p, 2)}: it {verdict} from chance at 5 %."
+        f"average of {len(test.null)}; p = {number(test.p, 2)}: it {verdict} from chance at 5 %."
+    )
+
+
+def _scale(test: ChanceTest) -> tuple[float, str]:
+    """What a metric is multiplied with to be shown, and its unit then."""
+    return (100, "%") if test.metric == "accuracy" else (1, test.unit)
+
+
+@styled
+def chance_figure(test: ChanceTest) -> Figure:
+    """What the model reaches, among what it reaches with labels exchanged between groups."""
+    scale, unit = _scale(test)
+    verdict = "differs from chance" if test.differs else "cannot be told from chance"
+    figure = new_figure(
+        (WIDTH_IN, 2.6),
+        f"{test.about.title} · test against chance",
+        f"{test.model_label}, {len(test.null)} permutations: p = {number(test.p, 2)}, {verdict}",
+        [test.about.source],
+    )
+    axes = figure.subplots()
+    axes.hist(scale * test.null, bins="fd", color=COLOURS[4], label="labels exchanged")
+    axes.axvline(scale * test.null.mean(), color=GREY, ls=(0, (5, 3)), lw=1.1, label="their mean")
+    axes.axvline(scale * test.value, color=COLOURS[1], lw=2, label="true labels")
+    axes.set_xlabel(f"{METRIC_NAMES[test.metric]} ({unit})")
+    axes.set_ylabel("permutations")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return figure
+
+
+def chance_caption(test: ChanceTest) -> Caption:
+    """Caption of `chance_figure`."""
+    text = chance_text(test)
+    return Caption(
+        f"{test.about.title}, {test.about.source}: whole groups (grasps) exchange their labels, "
+        f"folds are made anew and the model is trained and tested again. {text}",
+        f"Histogram of {METRIC_NAMES[test.metric]} under permuted labels. {text}",
     )
 
 
@@ -49,6 +85,7 @@ def curve_figure(curves: Curves) -> Figure:
     for i, line in enumerate(curves.lines):
         style: dict[str, Any] = {"color": COLOURS[i], "marker": "os^DvPX"[i], "capsize": 2.5}
         axes.errorbar(line.groups, line.mean, line.sd, label=line.model_label, **style)
+    axes.axhline(curves.chance, color=GREY, ls=":", lw=1.1, label="chance")
     axes.set_xlabel("training grasps per class")
     axes.set_ylabel(f"{METRIC_NAMES[curves.metric]} ({curves.unit})")
     axes.set_xticks(sorted({int(n) for line in curves.lines for n in line.groups}))

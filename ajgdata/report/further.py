@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -40,6 +41,7 @@ class Curves:
     metric: str
     unit: str
     repeats: int
+    chance: float
     lines: tuple[CurveLine, ...]
     paper: PaperFigure | None = None
 
@@ -49,18 +51,27 @@ class Curves:
         return f"curve--{self.about.dataset}--{self.about.task}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ChanceTest:
-    """Permutation test of a task; `value` and `null` (its mean) as in `evaluate.permutations`."""
+    """Permutation test of a task; `value` and `null` (permutations,) as its metric is computed."""
 
     about: About
     model_label: str
     metric: str
     unit: str
     value: float
-    null: float
-    permutations: int
+    null: np.ndarray
     p: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether it differs from chance at 5 %."""
+        return self.p < 0.05
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"chance--{self.about.dataset}--{self.about.task}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +109,88 @@ class SortingResult:
         return f"sorting--{self.about.dataset}--{self.about.task}--{self.model}"
 
 
+class Row(NamedTuple):
+    """A row of the table of results that is of no evaluated model."""
+
+    label: str
+    metric: str
+    value: str
+
+
+@dataclass(frozen=True)
+class EnergyPart:
+    """One class of recordings: energy against that of the reference, see `evaluate.energy`."""
+
+    label: str
+    groups: int
+    mean: float
+    sd: float
+    by_object: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Energies:
+    """How much sound comes back, by class; 1 is the reference."""
+
+    about: About
+    reference: str
+    band_hz: tuple[float, float]
+    parts: tuple[EnergyPart, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"energies--{self.about.dataset}--{self.about.task}"
+
+
+class StftPoint(NamedTuple):
+    """One setting of the STFT: the feature's run time, and the error of each model (mean, sd)."""
+
+    window: int
+    hop: int
+    band_hz: tuple[float, float] | None
+    bins: int
+    feature_ms: float
+    errors: tuple[tuple[float, float], ...]
+
+    @property
+    def label(self) -> str:
+        """Window, hop and band in short."""
+        return f"{self.window}/{self.hop}" + (f", {self.band}" if self.band_hz else "")
+
+    @property
+    def band(self) -> str:
+        """The band in kHz."""
+        return "{:g}–{:g}".format(*(hz / 1000 for hz in self.band_hz)) if self.band_hz else "all"
+
+
+@dataclass(frozen=True)
+class StftResult:
+    """Settings of the STFT on a task; the first point is the data set's own. Errors of classes are
+    100 - accuracy in per cent, of numbers the RMSE in `unit`."""
+
+    about: About
+    model_labels: tuple[str, ...]
+    metric: str
+    unit: str
+    chance: float
+    points: tuple[StftPoint, ...]
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"stft--{self.about.dataset}--{self.about.task}"
+
+
+Further = Curves | ChanceTest | SortingResult | Energies | StftResult
+
+
 class Experiments(NamedTuple):
     """Further experiments on one task."""
 
     curves: tuple[Curves, ...]
     tests: tuple[ChanceTest, ...]
     sorting: tuple[SortingResult, ...]
+    energies: tuple[Energies, ...]
+    stfts: tuple[StftResult, ...]

@@ -12,8 +12,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
+from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import PartResult, Report, TaskResult
-from ajgdata.report.experiments import chance_text, spread
+from ajgdata.report.energy_figures import energy_rows
+from ajgdata.report.experiments import spread
+from ajgdata.report.silent_figures import silent_name
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -24,14 +27,20 @@ class Link(NamedTuple):
 
     link: str
     title: str
+    about: str
 
 
-def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link] = ()) -> str:
+def render_page(
+    report: Report,
+    svgs: Mapping[str, bytes],
+    pages: Sequence[Link] = (),
+    published: Sequence[str] = (),
+) -> str:
     """The page as HTML text: the same report and figures give the same text.
 
-    `pages` are linked from its contents. `svgs` holds the SVG file of each name of
-    `illustrations(report)`; PNG and PDF are linked where `Paths.figure` puts them. Raises
-    ValueError if a figure is missing.
+    `pages` are linked from its contents, and the trees of the data sets `published` from these.
+    `svgs` holds the SVG file of each name of `illustrations(report)`; PNG and PDF are linked where
+    `Paths.figure` puts them. Raises ValueError if a figure is missing.
     """
     drawn = figures.illustrations(report)
     if missing := [name for name in drawn if name not in svgs]:
@@ -41,7 +50,10 @@ def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link]
         .get_template("report.html.j2")
         .render(
             report=report,
+            rows=beside(report),
+            absent=absent(report),
             pages=pages,
+            published=published,
             figures=drawn,
             figure_formats=FIGURE_FORMATS,
             image={name: data_uri(svgs[name]) for name in drawn},
@@ -78,8 +90,10 @@ def _names() -> dict[str, Any]:
         "SPLITS": figures.SPLITS,
         "best": best,
         "close": close,
+        "energy_rows": energy_rows,
+        "evidence": evidence,
         "chance": wording.chance,
-        "chance_text": chance_text,
+        "silent_name": silent_name,
         "spread": spread,
         "figure_link": figure_link,
         "headline": wording.headline,
@@ -88,6 +102,7 @@ def _names() -> dict[str, Any]:
         "part_rows": part_rows,
         "part_chance": wording.part_chance,
         "prediction_name": figures.prediction_name,
+        "published_link": published_link,
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
         "tradeoff_name": figures.tradeoff_name,
@@ -142,6 +157,11 @@ def figure_link(name: str, suffix: str) -> str:
 def quarantine_link(dataset: str) -> str:
     """Link from the page to the table of all findings of a data set."""
     return _from_page(PurePosixPath(Paths().quarantine(dataset).as_posix()))
+
+
+def published_link(dataset: str) -> str:
+    """Link from the page to a published data set."""
+    return _from_page(PurePosixPath(Paths().published(dataset).as_posix()))
 
 
 def web_link(url: str) -> str:

@@ -37,6 +37,28 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+@contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """Yield an empty folder beside `path`, which takes the place of `path` on success.
+
+    What was at `path` is moved aside first, then removed: a reader finds the old folder, the new
+    one or, for an instant, none, but never a mixture.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new, old = (path.with_name(f".{path.name[:40]}.{what}") for what in ("new", "old"))
+    for left_by_a_killed_process in (new, old):
+        shutil.rmtree(left_by_a_killed_process, ignore_errors=True)
+    new.mkdir()
+    try:
+        yield new
+        if path.exists():
+            path.rename(old)
+        new.rename(path)
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
 def link_or_copy(source: Path, target: Path) -> None:
     """Make `target` the content of `source`, atomically; it outlives the removal of `source`."""
     with replacing(target) as temporary:
@@ -58,6 +80,13 @@ def write_if_changed(path: Path, content: bytes) -> bool:
         return False
     write_bytes(path, content)
     return True
+
+
+def bytes_below(path: Path) -> int:
+    """Size of a file, or of all files of a folder; 0 for what is not there."""
+    if path.is_file():
+        return path.stat().st_size
+    return sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
 
 
 def sha256_of(content: bytes) -> str:

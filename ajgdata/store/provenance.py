@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 #: What results depend on. Caches and editors' swap files are not among it.
-SOURCES = (".py", ".yaml", ".j2", ".css")
+SOURCES = (".py", ".yaml", ".j2", ".css", ".js")
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -26,6 +26,17 @@ def _commit() -> str:
     try:
         _git("ls-files", "--error-unmatch", "paths.py")  # installed below somebody else's tree?
         return _git("describe", "--always", "--abbrev=40", "--dirty=+")
+    except (OSError, subprocess.SubprocessError):
+        return ""
+
+
+@functools.cache
+def commit_date() -> str:
+    """Day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so that the
+    same inputs give the same bytes on any day."""
+    try:
+        _git("ls-files", "--error-unmatch", "paths.py")
+        return _git("show", "--no-patch", "--format=%cs", "HEAD")
     except (OSError, subprocess.SubprocessError):
         return ""
 

@@ -44,6 +44,7 @@ class ResponseStore:
         self.limit_bytes = int(1e6 * (_limit_mb() if limit_mb is None else limit_mb))
         self._code = code_digest("gripper")
         self._told = False
+        self.solved = 0  #: scenes that were simulated, since nothing was kept of them
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
         """The response of `scene`: the one that is kept, else simulated now and kept.
@@ -54,6 +55,7 @@ class ResponseStore:
         known = self.read(scene)
         if known is None:
             known = gripper.simulate(scene)
+            self.solved += 1
             self.write(scene, known)
         return known
 

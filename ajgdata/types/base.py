@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
 Kind = Literal["regression", "classification"]
-ModelName = Literal["cnn", "linear", "knn", "svm", "boosting", "forest", "mlp"]
+ModelName = Literal["cnn", "linear", "ridge", "knn", "svm", "boosting", "forest", "mlp"]
 
 
 class DataError(Exception):

@@ -36,7 +36,7 @@ class Embedding(Strict):
         min_length=1, description="what this pair rule had to know, in a sentence for the report"
     )
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
-    folds: int = Field(5, ge=2)
+    folds: int = Field(5, ge=2, description="of the cross-validation")
     inits: int = Field(2, ge=1, description="initialisations of each fold's network")
     dimensions: tuple[Dimension, ...] = Field(
         (2, 3, 4, 6, 8, 12, 16, 32, 64), min_length=1, description="of the latent, for k-NN"

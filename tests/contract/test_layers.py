@@ -20,7 +20,10 @@ RANKS = {
     "acquire": 7,
     "report": 7,
     "pipeline": 8,
+    "loading": 9,
     "cli_gripper": 9,
+    "cli_project": 9,
+    "cli_publish": 9,
     "cli": 10,
 }
 #: Packages that use nothing of ours but what is named.

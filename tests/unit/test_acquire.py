@@ -69,7 +69,7 @@ def content(folder: Path) -> dict[str, bytes]:
 @pytest.fixture
 def whole(tmp_path):
     """What an acquisition that nothing interrupts leaves."""
-    assert acquire_session(tmp_path / "whole" / "s1", Tones(), GRASPS) == (6, 0, {})
+    assert acquire_session(tmp_path / "whole" / "s1", Tones(), GRASPS) == (6, 0, {}, 0)
     return content(tmp_path / "whole" / "s1")
 
 
@@ -100,11 +100,11 @@ def test_goes_on_after_a_failure(tmp_path, whole, fail_at):
         acquire_session(folder, Tones(fail_at=fail_at), GRASPS)
     assert not (folder / "session.yaml").exists()
     again = Tones()
-    recorded, kept, _ = acquire_session(folder, again, GRASPS)
+    recorded, kept, *_ = acquire_session(folder, again, GRASPS)
     assert kept == 2 * (fail_at // 2)  # whole grasps
     assert len(again.takes) == recorded == 6 - kept
     assert content(folder) == whole
-    assert acquire_session(folder, Tones(fail_at=0), GRASPS) == (0, 6, {})
+    assert acquire_session(folder, Tones(fail_at=0), GRASPS) == (0, 6, {}, 0)
 
 
 ACQUIRE = """
@@ -137,7 +137,7 @@ def test_nothing_is_written_when_all_is_there(tmp_path, snapshot):
     folder = tmp_path / "s1"
     acquire_session(folder, Tones(), GRASPS)
     before = snapshot(folder)
-    assert acquire_session(folder, Tones(), GRASPS) == (0, 6, {})
+    assert acquire_session(folder, Tones(), GRASPS) == (0, 6, {}, 0)
     after = snapshot(folder)
     assert {n for n in before if before[n] != after[n]} <= {"excitation.wav"}
     assert before["excitation.wav"][0] == after["excitation.wav"][0]
@@ -149,7 +149,7 @@ def test_another_setup_is_recorded_again_and_no_other(tmp_path):
     before = content(folder)
     source = Tones()
     changed = [GRASPS[0], grasp("g2", 650), GRASPS[2]]
-    assert acquire_session(folder, source, changed) == (2, 4, {})
+    assert acquire_session(folder, source, changed) == (2, 4, {}, 0)
     assert source.takes == [("g2", 0), ("g2", 1)]
     after = content(folder)
     assert {n for n in after if after[n] != before[n]} == {
@@ -164,7 +164,7 @@ def test_while_something_is_missing_the_session_is_incomplete(tmp_path):
     with pytest.raises(RuntimeError):
         acquire_session(folder, Tones(fail_at=0), GRASPS)
     assert not (folder / "session.yaml").exists()
-    assert acquire_session(folder, Tones(), GRASPS) == (1, 5, {})
+    assert acquire_session(folder, Tones(), GRASPS) == (1, 5, {}, 0)
     assert (folder / "session.yaml").exists()
 
 
@@ -172,7 +172,7 @@ def test_other_labels_need_no_recording(tmp_path):
     folder = tmp_path / "s1"
     acquire_session(folder, Tones(), GRASPS)
     renamed = [replace(one, targets={"hz": 1, "colour": "red"}) for one in GRASPS]
-    assert acquire_session(folder, Tones(fail_at=0), renamed) == (0, 6, {})
+    assert acquire_session(folder, Tones(fail_at=0), renamed) == (0, 6, {}, 0)
     labels = read_recordings(folder)[0][3].labels
     assert labels == {"hz": "1", "colour": "red", "setup_sha256": "digest of 600"}
 
@@ -190,7 +190,12 @@ def test_what_was_rejected_stays_rejected(tmp_path):
 def test_a_virtual_session_shrinks_with_its_recipe(tmp_path):
     folder = tmp_path / "s1"
     acquire_session(folder, Tones(), GRASPS)
-    assert acquire_session(folder, Tones(), [GRASPS[0], grasp("g3", 700, samples=1)]) == (0, 3, {})
+    assert acquire_session(folder, Tones(), [GRASPS[0], grasp("g3", 700, samples=1)]) == (
+        0,
+        3,
+        {},
+        0,
+    )
     assert [r.recording_id for r in read_recordings(folder)[0]] == ["g1_1", "g1_2", "g3_1"]
     assert sorted(p.name for p in (folder / "audio").iterdir()) == [
         "g1_1.wav", "g1_2.wav", "g3_1.wav"
@@ -201,7 +206,7 @@ def test_what_was_really_recorded_is_never_lost(tmp_path):
     folder = tmp_path / "s1"
     acquire_session(folder, Tones("soundcard"), GRASPS)
     before = content(folder)
-    assert acquire_session(folder, Tones("soundcard"), GRASPS[:1]) == (0, 2, {})
+    assert acquire_session(folder, Tones("soundcard"), GRASPS[:1]) == (0, 2, {}, 0)
     assert [r.recording_id for r in read_recordings(folder)[0]] == NAMES
     assert {n: b for n, b in content(folder).items() if n.startswith("audio")} == {
         n: b for n, b in before.items() if n.startswith("audio")
@@ -219,16 +224,16 @@ def test_a_grasp_that_cannot_be_made_is_named_and_the_rest_goes_on(tmp_path):
     bad = grasp("g2", UNPLAYABLE_HZ)
     all_three = [GRASPS[0], bad, GRASPS[2]]
     done = acquire_session(folder, source, all_three, progress=lambda: steps.append(1))
-    assert done == (4, 0, {"g2": "is out of reach; move it"})
+    assert done == (4, 0, {"g2": "is out of reach; move it"}, 0)
     assert source.expected == ["g1", "g2", "g3"]
     assert len(steps) == 6
     assert [r.recording_id for r in read_recordings(folder)[0]] == ["g1_1", "g1_2", "g3_1", "g3_2"]
     assert read_session(folder).skipped == done.skipped
     before = content(folder)
-    assert acquire_session(folder, Tones(), all_three) == (0, 4, done.skipped)
+    assert acquire_session(folder, Tones(), all_three) == (0, 4, done.skipped, 0)
     assert content(folder) == before
     # What was recorded of it when it could be made is not its recording any more.
-    assert acquire_session(folder, Tones(), GRASPS) == (2, 4, {})
+    assert acquire_session(folder, Tones(), GRASPS) == (2, 4, {}, 0)
     assert acquire_session(folder, Tones(), all_three)[:2] == (0, 4)
     assert content(folder) == before
 
@@ -238,7 +243,7 @@ def test_a_source_hears_only_of_what_is_missing(tmp_path):
     acquire_session(folder, Tones(), GRASPS)
     (folder / "audio" / "g2_2.wav").unlink()
     source = Tones()
-    assert acquire_session(folder, source, GRASPS) == (1, 5, {})
+    assert acquire_session(folder, source, GRASPS) == (1, 5, {}, 0)
     assert (source.expected, source.takes) == (["g2"], [("g2", 1)])
 
 
@@ -372,7 +377,7 @@ def test_the_virtual_gripper_is_such_a_source(project):
         }
     )
     assert recipe_sessions(project.paths, "d") == ["virtual-01"]
-    assert acquire_virtual(project.paths, "d", "virtual-01") == (2, 0, {})
+    assert acquire_virtual(project.paths, "d", "virtual-01") == (2, 0, {}, 1)
     folder = project.folder("virtual-01")
     before = content(folder)
     first, second = read_recordings(folder)[0]
@@ -383,7 +388,7 @@ def test_the_virtual_gripper_is_such_a_source(project):
     assert session.scene["numerics"]["dx_mm"] == 6
     assert project.paths.audio_manifest("d", "virtual-01").is_file()
     (folder / second.file).unlink()
-    assert acquire_virtual(project.paths, "d", "virtual-01") == (1, 1, {})
+    assert acquire_virtual(project.paths, "d", "virtual-01") == (1, 1, {}, 0)
     assert content(folder) == before
     with pytest.raises(DataError, match="the recipe of d has no such session"):
         acquire_virtual(project.paths, "d", "virtual-02")

@@ -70,7 +70,7 @@ def test_every_model_learns_the_obvious_and_repeats_itself(model):
     assert first.scores.confusion == ((30, 0), (0, 30))
     assert same(first.scores, second.scores)
     assert first.predictions.y_pred.tobytes() == second.predictions.y_pred.tobytes()
-    if model != "svm":
+    if model not in ("svm", "ridge"):
         p, q = first.predictions.probability, second.predictions.probability
         assert p.tobytes() == q.tobytes()
         assert ((p > 0.5) & (p <= 1)).all()

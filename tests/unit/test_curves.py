@@ -31,6 +31,7 @@ def test_more_grasps_are_better_and_the_validation_grasps_stay():
     # eight of eight is one draw: a model without chance in it learns the same each time
     assert len({p.scores["accuracy"] for p in points if p.groups == 8}) == 1
     assert points == learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask)
+    assert {p.chance["accuracy"] for p in points} == {1 / 3}  # six balanced validation grasps
     alone = learning_curve(x, y, group, sizes=(2,), repeats=6, **ask)
     assert alone == [p for p in points if p.groups == 2]
 

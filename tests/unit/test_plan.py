@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import plan, published
 from ajgdata.store.sessions import write_session
 from ajgdata.types import DataError, Recording, Session
 
@@ -55,6 +55,21 @@ def test_refreshing_twice_writes_once(tmp_path):
     before = times(paths)
     plan(paths, refresh=True)
     assert times(paths) == before
+
+
+def test_variants_are_sessions_of_the_same_grasps(tmp_path):
+    paths = Paths(tmp_path)
+    variants = {"air": {"medium": {"kind": "air"}}, "thick": {"gripper": "thick-membrane"}}
+    declare(paths, "made", recipe={**RECIPE, "vary": {"angle_deg": [0, 9]}, "variants": variants})
+    sessions = plan(paths, refresh=True)["made"].sessions
+    assert sessions == tuple(f"virtual-{v}-0{n}" for v in variants for n in (1, 2))
+    grasps = [yaml.safe_load(paths.scenes("made", name).read_text())[0] for name in sessions]
+    setups = [grasp["setup"] for grasp in grasps]
+    assert [setup["grasp"] for setup in setups[:2]] == [setup["grasp"] for setup in setups[2:]]
+    assert setups[0]["grasp"] != setups[1]["grasp"]
+    assert [setup.get("medium") for setup in setups] == [{"kind": "air"}] * 2 + [None] * 2
+    assert [setup.get("gripper") for setup in setups] == [None] * 2 + ["thick-membrane"] * 2
+    assert len({grasp["grasp_id"] for grasp in grasps}) == 4
 
 
 def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk(tmp_path):
@@ -119,6 +134,11 @@ def test_nothing_to_run_is_said(tmp_path):
             "recipe, a: content: the object's centre lies outside",
             "- name: a",
         ),
+        (
+            {"variants": {"wet": {"medium": {"kind": "water"}}}},
+            "recipe, a: medium.kind = 'water'",
+            "kind: water",
+        ),
         ({"signal": {"gain": 3}}, "recipe, signal: unknown key gain", "gain: 3"),
         ({"signal": {"gain_db": "x"}}, "recipe, signal: gain_db = 'x'", "gain_db: x"),
     ],
@@ -142,3 +162,11 @@ def test_a_figure_that_the_paper_does_not_have_is_said_before_all_the_work(tmp_p
     declare(paths, "made", recipe=RECIPE, targets=targets, tasks={"size": task | {"paper": "siz"}})
     with pytest.raises(DataError, match=r"no figure 'siz'; it has .*size-known"):
         plan(paths)
+
+
+def test_what_is_published_is_among_what_is_run():
+    assert published({"a": 1, "b": 2}, None) == ["a", "b"]
+    assert published({"a": 1, "b": 2}, ["b"]) == ["b"]
+    assert published({"a": 1}, []) == []
+    with pytest.raises(DataError, match="publish: 'c' is no data set of this run; there are a"):
+        published({"a": 1}, ["c"])

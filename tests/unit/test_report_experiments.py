@@ -5,24 +5,40 @@ import re
 
 import numpy as np
 from matplotlib.text import Text
-from report_samples import sample_report
+from report_samples import regression_result, sample_report
 
-from ajgdata.report.experiments import chance_text, curve_figure, sorting_figure, spread
+from ajgdata.report.content import ElsewhereResult, Score, SilentResult
+from ajgdata.report.energy_figures import energy_figure, energy_rows
+from ajgdata.report.experiments import (
+    chance_figure,
+    chance_text,
+    curve_figure,
+    sorting_figure,
+    spread,
+)
 from ajgdata.report.further import (
     About,
     ChanceTest,
     CurveLine,
     Curves,
+    Energies,
+    EnergyPart,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
 )
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
+from ajgdata.report.paper import PaperFigure
+from ajgdata.report.silent_figures import silent_name
+from ajgdata.report.stft import stft_caption, stft_figure
 
 ABOUT = About("size", "edge", "Cube size · edge", "simulated")
 LINE = CurveLine("k-NN", np.array([1, 4, 16]), np.array([20.0, 40, 50]), np.array([5.0, 3, 1]))
-CURVES = Curves(ABOUT, "accuracy", "%", 5, (LINE,))
-TEST = ChanceTest(ABOUT, "k-NN", "accuracy", "", 0.41, 0.25, 199, 0.005)
+CURVES = Curves(ABOUT, "accuracy", "%", 5, 25.0, (LINE,))
+NULL = np.linspace(0.2, 0.3, 199)
+TEST = ChanceTest(ABOUT, "k-NN", "accuracy", "", 0.41, NULL, 0.005)
 PARTS = tuple(
     SortingPart(
         label, np.array([0.5, 0.9]), np.array([0.4, 0.8]), error, 0.75, 0.9, sorts, sorts // 2
@@ -32,7 +48,24 @@ PARTS = tuple(
         ("scaled, temperature 2", 0.05, np.arange(101) // 4),
     )
 )
+ENERGIES = Energies(
+    About("size", "media", "Media", "simulated"),
+    "air",
+    (100.0, 6000.0),
+    (
+        EnergyPart("coffee", 1, 0.1, np.nan, {"a": 0.1}),
+        EnergyPart("air", 4, 1.0, 0.0, {"a": 1.0, "b": 1.0}),
+        EnergyPart("steel_balls", 4, 0.5, 0.05, {"a": 0.45, "b": 0.55}),
+    ),
+    PaperFigure(id="m", metric="x", value=80, unit="%", text="coffee loses & loses", where="w"),
+)
 SORTING = SortingResult(ABOUT, "cnn", "CNN", ("lock", "screw"), 0.6, 80, 0.85, PARTS)
+POINTS = (
+    StftPoint(2048, 512, None, 1025, 0.4, ((40.0, 3.0), (30.0, 2.0))),
+    StftPoint(2048, 1024, None, 1025, 0.2, ((45.0, 3.0), (28.0, 2.0))),
+    StftPoint(2048, 512, (100.0, 6000.0), 274, 0.4, ((50.0, 3.0), (33.0, 2.0))),
+)
+STFT = StftResult(ABOUT, ("k-NN", "ridge"), "accuracy", "%", 94.0, POINTS)
 
 
 def texts(figure):
@@ -44,7 +77,18 @@ def test_a_learning_curve_shows_the_means_of_the_draws():
     line = figure.axes[0].containers[0].lines[0]
     np.testing.assert_allclose(line.get_xydata(), [[1, 20], [4, 40], [16, 50]])
     assert figure.axes[0].get_ylabel() == "accuracy (%)"
+    assert set(figure.axes[0].lines[-1].get_ydata()) == {25.0}  # chance
     assert "simulated" in texts(figure)
+
+
+def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutations():
+    figure = chance_figure(TEST)
+    (axes,) = figure.axes
+    counted = sum(patch.get_height() for patch in axes.patches)
+    assert counted == 199
+    mean, value = (line.get_xdata()[0] for line in axes.lines)
+    np.testing.assert_allclose([mean, value], [25, 41])
+    assert any("differs from chance" in text for text in texts(figure))
 
 
 def test_a_sorting_figure_shows_reliability_and_the_share_of_runs_as_long():
@@ -62,8 +106,21 @@ def test_a_test_against_chance_in_words():
     assert "is 41 %; with labels exchanged between groups it is 25 %" in chance_text(TEST)
     assert "p = 0.005: it differs from chance" in chance_text(TEST)
     assert "cannot be told from chance" in chance_text(dataclasses.replace(TEST, p=0.2))
-    error = dataclasses.replace(TEST, metric="rmse", unit="mm", value=2.0, null=5.0)
+    error = dataclasses.replace(TEST, metric="rmse", unit="mm", value=2.0, null=20 * NULL)
     assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in chance_text(error)
+
+
+def test_settings_of_the_stft_show_errors_and_the_front_of_each_model():
+    figure = stft_figure(STFT)
+    knn, ridge = figure.axes
+    front = next(line for line in knn.lines if line.get_label() == "front")
+    np.testing.assert_allclose(front.get_xydata(), [[0.2, 45], [0.4, 40]])
+    front = next(line for line in ridge.lines if line.get_label() == "front")
+    np.testing.assert_allclose(front.get_xydata(), [[0.2, 28]])  # faster and better than its own
+    assert "2048/1024" in texts(figure)
+    words = stft_caption(STFT).text
+    assert "k-NN: 40 % with its own settings, least with 2048/512: 40 %" in words
+    assert POINTS[2].label == "2048/512, 0.1–6"
 
 
 def test_spread():
@@ -72,14 +129,65 @@ def test_spread():
 
 def test_the_page_holds_them_with_their_task():
     report = dataclasses.replace(
-        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,)
+        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,), stfts=(STFT,)
     )
     named = illustrations(report)
-    assert {"curve--size--edge", "sorting--size--edge--cnn"} <= set(named)
+    more = {"curve--size--edge", "sorting--size--edge--cnn", "chance--size--edge"}
+    assert more <= set(named)
     html = render_page(report, {name: b"<svg/>" for name in named})
     words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
     assert "p = 0.005" in words
     assert "as they are 0.2 75 % 90 % 50 (5 to 95) 25 (2 to 47)" in words
-    task = report.tasks()[0]
-    assert report.experiments(task) == ((CURVES,), (TEST,), (SORTING,))
-    assert report.experiments(report.tasks()[1]) == ((), (), ())
+    assert "2048 1024 all 1,025 0.2 45 ± 3 28 ± 2" in words
+    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), (STFT,))
+    assert report.experiments("size", "other") == ((), (), (), (), ())
+    assert report.without_models("size") == []
+
+
+def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
+    figure = energy_figure(ENERGIES)
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    np.testing.assert_allclose(heights, [100, 50, 10])  # the reference, then the loudest first
+    written = texts(figure)
+    assert "50.0 ± 5.0 %\n−3.0 dB" in written and "100 %\n0.0 dB" in written
+    assert "simulated" in written
+    assert [(row.label, row.value) for row in energy_rows(ENERGIES)] == [
+        ("steel balls", "50.0 ± 5.0 %"),
+        ("coffee", "10 %"),
+    ]
+    report = dataclasses.replace(sample_report(), energies=(ENERGIES,))
+    assert report.without_models("size") == ["media"]
+    named = illustrations(report)
+    html = render_page(report, {name: b"<svg/>" for name in named})
+    words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
+    metric = "energy, air = 100 %, over grasps"
+    assert f"steel balls {metric} 50.0 ± 5.0 % coffee loses &amp; loses" in words
+    assert "Energy lost: steel balls 50 %; coffee 90 %" in words
+    assert 'id="energies--size--media"' in html
+
+
+def test_a_model_that_knows_the_answer_in_silence_is_flagged():
+    by_model = {
+        "cnn": SilentResult("quiet", "Silence", "rank correlation", 0.8, 0.2, 999, 0.001, True),
+        "knn": SilentResult("quiet", "Silence", "rank correlation", 0.1, 0.2, 999, 0.7, False),
+    }
+    elsewhere = (
+        ElsewhereResult("bar", Score(20.0, 1.0), title="Bar turned"),
+        ElsewhereResult("quiet", Score(90.0, 1.0), title="Silence"),
+    )
+    results = tuple(
+        regression_result(model=model, model_label=model, silent=(test,), elsewhere=elsewhere)
+        for model, test in by_model.items()
+    )
+    report = dataclasses.replace(sample_report(), results=results)
+    (task,) = report.tasks()
+    named = illustrations(report)
+    figure = named[silent_name(task)].draw()
+    left, right = figure.axes
+    assert [bar.get_height() for bar in right.patches] == [0.8, 0.1]
+    assert [bar.get_height() for bar in left.patches][2:] == [20, 20]  # not what silence gives
+    assert {"flagged\np = 0.001", "not flagged\np = 0.7"} <= set(texts(figure))
+    text = named[silent_name(task)].caption.text
+    assert "cnn on Silence: rank correlation with the truth 0.8" in text
+    assert "p = 0.001: flagged: it has learned" in text and "p = 0.7: not flagged." in text
+    assert silent_name(task) not in illustrations(sample_report())

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ajgdata.pipeline.rows import RUNS, curve_task, permute_task, sort_task
+from ajgdata.pipeline.rows import RUNS, curve_task, energy_task, permute_task, sort_task
 from ajgdata.store.features import Column, Shard, text_column, write_store
 
 OBJECTS = ("ball", "box", "rod")
@@ -59,10 +59,18 @@ def test_a_curve(store):
 def test_a_test_against_chance(store):
     document = run(permute_task, store, permutations=19)
     assert (document["p"], len(document["null"])) == (1 / 20, 19)
+    assert document["model"] == "ridge"
     document = run(
         permute_task, store, target="size", kind="regression", permutations=19, withhold=[10.0]
     )
     assert document["metric"] == "rmse"
+
+
+def test_energies(store):
+    ask = {"kind": "classification", "unit": "", "groups": "grasp_id", "reference": "box"}
+    energy_task(store, target="object", **ask, band_hz=[5, 20], output=store.parent / "out.json")
+    skipped = json.loads((store.parent / "out.json").read_bytes())["skipped"]
+    assert "no energy of 'box' to compare with on 'ball'" in skipped  # matched by the object itself
 
 
 def test_sorting(store):

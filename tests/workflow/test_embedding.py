@@ -1,55 +1,55 @@
-"""Embeddings as the workflow makes them: alone if asked for alone, again if a setting changes."""
+"""Embeddings in the workflow: asked for alone they take what they need, and the report has them."""
 
-import json
+import re
 
 import pytest
 import yaml
-from conftest import DECLARATION, SESSIONS
-
-from ajgdata.store.files import csv_bytes, read_csv
+from conftest import DECLARATION
 
 EMBEDDING = {
-    "supervision": "by hand",
+    "instance": "pitch",
+    "supervision": "Which tones are the same.",
     "target": "pitch",
+    "dimensions": [2, 3],
+    "shown": 3,
     "folds": 2,
     "inits": 1,
-    "dimensions": [2],
-    "shown": 2,
     "epochs": 1,
     "probes": {"pitch": {}},
 }
-NEW = {"embed": 1, "embed_knn": 1, "embed_measure": 1, "report_embedding": 1}
+MADE = {"embed": 1, "embed_knn": 1, "embed_measure": 1, "embed_projections": 1, "explorer": 1}
+END = "results/report/index.html"
 
 
-def declare(project, **changes):
-    content = DECLARATION | {"embeddings": {"pitches": EMBEDDING | changes}}
-    project.paths.dataset("tones").write_text(yaml.safe_dump(content))
+@pytest.fixture
+def embedded(project):
+    declaration = DECLARATION | {"embeddings": {"tones": EMBEDDING}}
+    project.paths.dataset("tones").write_text(yaml.safe_dump(declaration))
+    return project
 
 
-def name_things(project):
-    """Four things a session, of two grasps each."""
-    for session in SESSIONS:
-        path = project.folder(session) / "recordings.csv"
-        header, rows = read_csv(path)
-        named = [row | {"object": f"thing{int(row['recording_id']) % 4}"} for row in rows]
-        path.write_bytes(csv_bytes(header, named))
+def test_nothing_is_made_of_embeddings_that_are_not_declared(project):
+    assert project.planned(END) == {}
 
 
-def test_asked_for_alone_it_runs_what_it_needs(project):
-    declare(project)
-    assert project.planned("report_embedding") == NEW
+def test_the_page_takes_the_embedding_alone_and_the_report_takes_the_page(embedded):
+    assert embedded.planned("report_embedding") == {**MADE, "report_embedding": 1}
+    assert embedded.planned(END) == {**MADE, "report_embedding": 1, "report": 1}
+
+
+def test_looking_at_a_latent_needs_no_measurement_of_it(embedded):
+    explorer = str(embedded.paths.explorer("tones", "tones").relative_to(embedded.root))
+    assert embedded.planned(explorer) == {"embed": 1, "embed_projections": 1, "explorer": 1}
 
 
 @pytest.mark.slow
-def test_documents_are_made_and_made_again(project):
-    declare(project)
-    name_things(project)
-    project.snakemake("report_embedding")
-    paths = project.paths
-    knn = json.loads(paths.embedding_document("tones", "pitches", "knn").read_text())
-    assert [row["space"] for row in knn["rows"]] == ["raw", "latent", "pca", "umap"]
-    assert knn["provenance"]["source"] == "recorded"
-    assert knn["settings"]["supervision"] == "by hand"
-    assert project.planned("report_embedding") == {}
-    declare(project, margin=2.0)
-    assert project.planned("report_embedding") == NEW
+def test_the_page_is_made_and_linked_and_made_once(embedded):
+    embedded.snakemake(END)
+    assert embedded.planned(END) == {}
+    report = embedded.paths.report.read_text(encoding="utf-8")
+    assert 'Contrastive learning: <a href="embedding.html">' in report
+    page = embedded.paths.page("embedding").read_text(encoding="utf-8")
+    files = re.findall(r'href="(embedding/[^"]+|latents/[^"]+)"', page)
+    assert "latents/tones/tones.html" in files and len(files) > 10
+    for link in files:
+        assert (embedded.paths.report.parent / link).is_file()

@@ -45,13 +45,42 @@ def test_sessions_are_recorded_once_and_a_bad_grasp_does_not_stop_them(made):
     for session, manifest in manifests.items():
         log = (made.root / f"results/logs/acquire/made.{session}.log").read_text()
         first, second = log.splitlines()
-        assert first == "1 recorded, 0 already there"
+        assert first == "1 recorded, 0 already there, 1 scenes solved"
         assert re.match(rf"skipped {session}_rod_01: .*pinches the cavity", second)
         content = json.loads(manifest.read_text())
         assert [one["recording_id"] for one in content["recordings"]] == [f"{session}_cube_01_1"]
         assert [one["code"] for one in content["findings"]] == ["skipped"]
     assert made.planned(*wanted) == {}
     assert len(list(made.paths.responses.rglob("*.response"))) == 2
+
+
+def test_sessions_that_share_scenes_solve_each_once(made):
+    """Whatever the order of the jobs: with two cores both would begin at the same time."""
+    for name, signal in {
+        "a_loud": {"external_noise_dba": 80},
+        "quiet": {"noise_db_spl": 30},
+    }.items():
+        path = made.paths.dataset(name)
+        path.parent.mkdir()
+        path.write_text(
+            yaml.safe_dump({"name": name, "from": "made", "recipe": {"signal": signal}})
+        )
+    names = ("a_loud", "made", "quiet")
+    ends = [made.paths.audio_manifest(name, f"virtual-0{n}") for name in names for n in (1, 2)]
+    ends = [str(path.relative_to(made.root)) for path in ends]
+    made.snakemake(*ends)
+    logs = {name: _logged(made, name) for name in names}
+    solved = {name: re.findall(r", (\d+) scenes solved", text) for name, text in logs.items()}
+    assert solved == {"a_loud": ["0", "0"], "made": ["1", "1"], "quiet": ["0", "0"]}
+    assert len(list(made.paths.responses.rglob("*.response"))) == 2
+    made.snakemake(ends[2], "--force")
+    assert made.planned(*ends) == {}  # recording the first again does not redo the others
+    assert "0 scenes solved" in _logged(made, "made")
+
+
+def _logged(project, dataset):
+    folder = project.root / "results/logs/acquire"
+    return "".join(path.read_text() for path in sorted(folder.glob(f"{dataset}.*.log")))
 
 
 def test_a_dry_run_pays_for_no_compiler(made):

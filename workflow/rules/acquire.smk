@@ -4,6 +4,7 @@ VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
 rule acquire:
     input:
         scenes=PATHS.scenes("{dataset}", "{session}"),
+        before=ancient(solved_before),
     output:
         audio=PATHS.audio_manifest("{dataset}", "{session}"),
         labels=PATHS.label_manifest("{dataset}", "{session}"),

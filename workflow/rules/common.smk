@@ -6,14 +6,35 @@ def of_sessions(path):
     ]
 
 
-def of_runs(path):
-    """All evaluated models, for one kind of file."""
-    return [path(*run) for run in RUNS]
+def of_runs(path, tasks):
+    """All evaluated models of some tasks, for one kind of file."""
+    return [path(*run) for run in runs_of(SPECS, tasks)]
+
+
+def of_experiments(tasks):
+    """What else some tasks ask for."""
+    return [one.path for one in documents_of(PATHS, SPECS, tasks)]
 
 
 def declared(wildcards):
     """The task of a job, as it stands in dataset.yaml."""
     return PLANS[wildcards.dataset].spec.tasks[wildcards.task]
+
+
+def solved_before(wildcards):
+    """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
+    first = solved_by(PLANS, wildcards.dataset, wildcards.session)
+    return [PATHS.audio_manifest(first, wildcards.session)] if first else []
+
+
+def data_of(path, tasks):
+    """Data sets that some tasks are about, for one kind of file."""
+    return [path(name) for name in datasets_of(SPECS, tasks)]
+
+
+def part(of):
+    """What `of(tasks)` gives for the tasks of one experiment."""
+    return lambda wildcards: of(EXPERIMENTS[wildcards.experiment])
 
 
 def declared_embedding(wildcards):

@@ -95,8 +95,3 @@ rule transfer:
         "From gripper to gripper, in {wildcards.embedding} of {wildcards.dataset}"
     script:
         "../scripts/embed.py"
-
-
-rule report_embedding:
-    input:
-        [PATHS.embedding_document(*document) for document in EMBEDDED],

@@ -1,18 +1,27 @@
+REPORT_CODE = code_digest(
+    "report", "pipeline/report", "pipeline/report_rows", "pipeline/experiments"
+)
+
+
+# Ablations that the report draws on.
+REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
+
+
 rule report:
     input:
         stores=[PATHS.merged(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
-        metrics=of_runs(PATHS.metrics),
-        costs=of_runs(PATHS.cost),
-        predictions=of_runs(PATHS.predictions),
-        curves=[PATHS.curve(*run) for run in CURVES],
-        permutations=[PATHS.permutations(*task) for task in PERMUTED],
-        sorting=[PATHS.sorting(*run) for run in SORTED],
+        metrics=of_runs(PATHS.metrics, TASKS),
+        costs=of_runs(PATHS.cost, TASKS),
+        predictions=of_runs(PATHS.predictions, TASKS),
+        documents=of_experiments(TASKS),
         pages=[PATHS.page(name) for name in PAGES],
+        ablations=[PATHS.ablation(name) for name in REASONS],
+        trees=[PATHS.receipt(name) for name in PUBLISHED],
     output:
         page=PATHS.report,
         runs=PATHS.runs,
-        figures=directory(PATHS.report.parent / "figures"),
+        figures=directory(PATHS.report.parent / FIGURES),
     log:
         "results/logs/report.log",
     benchmark:
@@ -22,11 +31,58 @@ rule report:
     params:
         root=str(PATHS.root),
         datasets=list(PLANS),
-        runs=RUNS,
+        tasks=TASKS,
         pages=PAGES,
+        ablations=REASONS,
+        published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
-        code=code_digest("report", "pipeline/report"),
+        code=REPORT_CODE,
     message:
         "Report on {params.datasets}"
     script:
         "../scripts/report.py"
+
+
+rule experiment:
+    input:
+        stores=part(partial(data_of, PATHS.merged)),
+        quarantines=part(partial(data_of, PATHS.quarantine)),
+        metrics=part(partial(of_runs, PATHS.metrics)),
+        costs=part(partial(of_runs, PATHS.cost)),
+        predictions=part(partial(of_runs, PATHS.predictions)),
+        documents=part(of_experiments),
+    output:
+        page=PATHS.report_on("{experiment}"),
+        runs=PATHS.report_on("{experiment}").with_name(RUNS_FILE),
+        figures=directory(PATHS.report_on("{experiment}").parent / FIGURES),
+    log:
+        "results/logs/experiment/{experiment}.log",
+    benchmark:
+        "results/benchmarks/experiment/{experiment}.tsv"
+    wildcard_constraints:
+        experiment="|".join(EXPERIMENTS) or "-",
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        datasets=part(partial(datasets_of, SPECS)),
+        tasks=part(list),
+        pages=[],
+        ablations=[],
+        published=[],
+        declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
+        code=REPORT_CODE,
+    message:
+        "Report on experiment {wildcards.experiment}"
+    script:
+        "../scripts/report.py"
+
+
+# `snakemake report_size`: that experiment, and nothing that it does not need.
+for experiment in EXPERIMENTS:
+
+    rule:
+        name:
+            f"report_{experiment}"
+        input:
+            PATHS.report_on(experiment),

@@ -17,8 +17,8 @@ rule curve:
         more=lambda wildcards: {
             "sizes": declared(wildcards).curve.groups,
             "repeats": declared(wildcards).curve.repeats,
+            "seed": config["seed"],
         },
-        seed=config["seed"],
         code=ROWS_CODE,
     message:
         "Learning curve of {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
@@ -39,8 +39,10 @@ rule permute:
         "../../environment.yml"
     params:
         task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
-        more=lambda wildcards: {"permutations": declared(wildcards).permutations},
-        seed=config["seed"],
+        more=lambda wildcards: {
+            "permutations": declared(wildcards).permutations,
+            "seed": config["seed"],
+        },
         code=ROWS_CODE,
     message:
         "Testing {wildcards.task} of {wildcards.dataset} against chance"
@@ -61,10 +63,10 @@ rule sort:
         "../../environment.yml"
     params:
         task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
-        more=lambda wildcards: declared(wildcards).sorting.model_dump(
-            include={"objects", "threshold"}
-        ),
-        seed=config["seed"],
+        more=lambda wildcards: {
+            **declared(wildcards).sorting.model_dump(include={"objects", "threshold"}),
+            "seed": config["seed"],
+        },
         code=ROWS_CODE,
     message:
         "Sorting by {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
@@ -72,13 +74,32 @@ rule sort:
         "../scripts/rows.py"
 
 
+rule energy:
+    input:
+        store=PATHS.merged("{dataset}"),
+    output:
+        document=PATHS.energies("{dataset}", "{task}"),
+    log:
+        "results/logs/energy/{dataset}.{task}.log",
+    benchmark:
+        "results/benchmarks/energy/{dataset}.{task}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.labelled(wildcards.task),
+        more=lambda wildcards: declared(wildcards).energy.model_dump(mode="json"),
+        code=ROWS_CODE,
+    message:
+        "Energies of {wildcards.task} of {wildcards.dataset}"
+    script:
+        "../scripts/rows.py"
+
+
 rule collect:
     input:
-        metrics=of_runs(PATHS.metrics),
-        costs=of_runs(PATHS.cost),
-        curves=[PATHS.curve(*run) for run in CURVES],
-        permutations=[PATHS.permutations(*task) for task in PERMUTED],
-        sorting=[PATHS.sorting(*run) for run in SORTED],
+        metrics=of_runs(PATHS.metrics, TASKS),
+        costs=of_runs(PATHS.cost, TASKS),
+        documents=of_experiments(TASKS),
     output:
         document=PATHS.all_metrics,
         table=PATHS.metrics_table,
@@ -90,11 +111,8 @@ rule collect:
         "../../environment.yml"
     params:
         root=str(PATHS.root),
-        runs=RUNS,
-        curves=CURVES,
-        permuted=PERMUTED,
-        sorting=SORTED,
-        code=code_digest("pipeline/collect"),
+        tasks=TASKS,
+        code=code_digest("pipeline/collect", "pipeline/experiments"),
     message:
         "All results in one table"
     script:

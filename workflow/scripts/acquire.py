@@ -11,6 +11,6 @@ dataset, session = snakemake.wildcards.dataset, snakemake.wildcards.session
 with logged(snakemake.log[0]):
     said = lines(f"recording {dataset}/{session}")
     done = acquire_virtual(Paths(Path(snakemake.params.root)), dataset, session, said)
-    print(f"{done.recorded} recorded, {done.kept} already there")
+    print(f"{done.recorded} recorded, {done.kept} already there, {done.solved} scenes solved")
     for grasp, reason in done.skipped.items():
         print(f"skipped {grasp}: {reason}")

@@ -6,14 +6,10 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.log import logged
 
-params = snakemake.params
 with logged(snakemake.log[0]):
     collect(
-        Paths(Path(params.root)),
-        runs=[tuple(run) for run in params.runs],
-        curves=[tuple(run) for run in params.curves],
-        permuted=[tuple(task) for task in params.permuted],
-        sorting=[tuple(run) for run in params.sorting],
+        Paths(Path(snakemake.params.root)),
+        tasks=[tuple(task) for task in snakemake.params.tasks],
         document=Path(snakemake.output.document),
         table=Path(snakemake.output.table),
     )

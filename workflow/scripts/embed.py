@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ajgdata.pipeline import embed, embed_measures, embed_transfer
+from ajgdata.pipeline import embed, embed_measures, embed_transfer, projections
 from ajgdata.pipeline.log import logged
 from ajgdata.types import Embedding
 
@@ -10,6 +10,7 @@ calls = {
     "embed": embed.train_embedding,
     "embed_knn": embed_measures.knn_task,
     "embed_measure": embed_measures.measure_task,
+    "embed_projections": projections.make_projections,
     "transfer": embed_transfer.transfer_task,
 }
 files = {**snakemake.input, **snakemake.output}

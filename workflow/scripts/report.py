@@ -1,4 +1,4 @@
-"""Maps the names of rule `report` to a call."""
+"""Maps the names of rules `report` and `experiment` to a call."""
 
 from pathlib import Path
 
@@ -10,6 +10,9 @@ with logged(snakemake.log[0]):
     build_report(
         Paths(Path(snakemake.params.root)),
         datasets=snakemake.params.datasets,
-        runs=[tuple(run) for run in snakemake.params.runs],
+        tasks=[tuple(task) for task in snakemake.params.tasks],
+        page=Path(snakemake.output.page),
         pages=snakemake.params.pages,
+        ablations=snakemake.params.ablations,
+        published=snakemake.params.published,
     )

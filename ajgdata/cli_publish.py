@@ -1,0 +1,114 @@
+"""The commands that hand data sets on: `ajgdata publish` and `ajgdata fetch`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+publishing = typer.Typer()
+out = Console(emoji=False, highlight=False)
+
+
+@publishing.command()
+def publish(
+    dataset: Annotated[
+        str, typer.Argument(metavar="NAME", help="data set; with --check: a published folder")
+    ],
+    folder: Annotated[
+        Path | None,
+        typer.Option("--out", help="folder to write; default: results/published/NAME"),
+    ] = None,
+    version: Annotated[
+        str, typer.Option(help="version of the data set, 1.0.0; default: that of dataset.yaml")
+    ] = "",
+    date: Annotated[
+        str, typer.Option(help="day of publication, 2026-01-31; default: that of the commit")
+    ] = "",
+    check: Annotated[
+        bool, typer.Option("--check", help="only look for defects in the folder NAME")
+    ] = False,
+) -> None:
+    """Write a data set as a folder that others can use as it stands.
+
+    It holds recordings, features, labels and their description for Croissant, Hugging Face,
+    Frictionless, xarray, h5py and people. --check opens such a folder with all of these, runs the
+    examples of its card, and says every defect on one line (exit code 1 if any).
+    """
+    if check:
+        _check(Path(dataset))
+        return
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.progress import when_slow
+    from ajgdata.pipeline.publish import publish as write
+
+    paths = find_project()
+    target = folder or paths.published(dataset)
+    done = write(
+        paths, dataset, target, version=version, date=date, each=lambda s: when_slow(s, "copying")
+    )
+    left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
+    size = f"{done.bytes / 1e6:.1f} MB"
+    out.print(
+        f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}",
+        soft_wrap=True,
+    )
+    if done.unsealed:
+        out.print(
+            f"[yellow]{done.unsealed} recordings were not sealed[/yellow]: the hash of their "
+            f"present bytes was taken; next time `ajgdata seal {dataset}` first",
+            soft_wrap=True,
+        )
+    if done.is_unlicensed:
+        out.print(
+            "[yellow]no licence is stated[/yellow]: nobody may use it; state `licence` in "
+            f"datasets/{dataset}/dataset.yaml",
+            soft_wrap=True,
+        )
+
+
+@publishing.command()
+def fetch(
+    source: Annotated[
+        str, typer.Argument(metavar="URL_OR_FOLDER", help="a published data set: folder or address")
+    ],
+    name: Annotated[str, typer.Option(help="name it gets here; default: its own")] = "",
+    sha256: Annotated[
+        str, typer.Option("--sha256", help="hash of its SHA256SUMS, if you were told it")
+    ] = "",
+) -> None:
+    """Bring a published data set in and make it a data set of this project.
+
+    Every file is checked against SHA256SUMS. Interrupted, it goes on: complete files are kept by
+    their hash, a half one is continued where the server can. Nothing of what is fetched is run.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.fetch import fetch as bring
+    from ajgdata.pipeline.progress import when_slow
+
+    done = bring(
+        find_project(), source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching")
+    )
+    out.print(
+        f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
+        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: snakemake",
+        soft_wrap=True,
+    )
+    if done.dropped:
+        out.print(
+            f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project",
+            soft_wrap=True,
+        )
+
+
+def _check(folder: Path) -> None:
+    from ajgdata.pipeline.publish import check
+
+    (found,) = check([folder])
+    for defect in found:
+        out.print(escape(str(defect)), soft_wrap=True)
+    out.print(f"{escape(str(folder))}: {len(found) or 'no'} defects", soft_wrap=True)
+    raise typer.Exit(bool(found))

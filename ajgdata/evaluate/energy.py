@@ -1,0 +1,75 @@
+"""How much sound comes back: energies against those of a reference, e.g. of the empty gripper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class RelativeEnergy:
+    """Energy of one class of recordings, 1 being that of the reference on the same object.
+
+    `mean` and `sd` (ddof = 1, NaN for one group) are over groups, each counting once; `by_object`
+    is the mean of each object's groups.
+    """
+
+    label: str
+    groups: int
+    mean: float
+    sd: float
+    by_object: dict[str, float]
+
+
+def band_energy(
+    power: np.ndarray, frequency_hz: np.ndarray, band_hz: tuple[float, float]
+) -> np.ndarray:
+    """Energy (n,) of power spectra (n, f), summed over low <= frequency <= high.
+
+    Raises ValueError for a band without a frequency.
+    """
+    low, high = band_hz
+    inside = (frequency_hz >= low) & (frequency_hz <= high)
+    if not inside.any():
+        raise ValueError(f"no frequency lies within {low:g} to {high:g} Hz")
+    return np.asarray(power, np.float64)[:, inside].sum(axis=1)
+
+
+def relative_energies(
+    energy: np.ndarray, label: np.ndarray, group: np.ndarray, matched: np.ndarray, reference: str
+) -> list[RelativeEnergy]:
+    """Energies of every label against those labelled `reference`, the reference first.
+
+    `energy`, `label`, `group`, `matched` (n,): recordings of one group (a grasp) are averaged, then
+    divided by the mean over the groups of the reference with the same `matched` (the object), so
+    that what objects differ by does not count as spread. Raises ValueError where there is no such
+    group.
+    """
+    firsts = np.unique(group, return_index=True)[1]
+    means = np.array([energy[group == group[first]].mean() for first in firsts])
+    of_label, of_object = label[firsts].astype(str), matched[firsts].astype(str)
+    ratio = np.empty(len(firsts))
+    for name in np.unique(of_object).tolist():
+        here = of_object == name
+        base = means[here & (of_label == reference)]
+        if not base.size or base.mean() <= 0:
+            raise ValueError(f"no energy of {reference!r} to compare with on {name!r}")
+        ratio[here] = means[here] / base.mean()
+    others = [name for name in np.unique(of_label).tolist() if name != reference]
+    return [_relative(ratio, of_label == name, of_object, name) for name in [reference, *others]]
+
+
+def _relative(
+    ratio: np.ndarray, chosen: np.ndarray, of_object: np.ndarray, label: str
+) -> RelativeEnergy:
+    values = ratio[chosen]
+    objects: Sequence[str] = np.unique(of_object[chosen]).tolist()
+    return RelativeEnergy(
+        label=label,
+        groups=len(values),
+        mean=float(values.mean()),
+        sd=float(values.std(ddof=1)) if len(values) > 1 else float("nan"),
+        by_object={name: float(ratio[chosen & (of_object == name)].mean()) for name in objects},
+    )

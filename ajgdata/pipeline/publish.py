@@ -1,0 +1,278 @@
+"""A data set of the project -> a folder that others can use as it stands; and whether it is one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ajgdata.paths import Paths, Tree
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, write_bytes, yaml_bytes
+from ajgdata.store.provenance import code_digest, commit_date, settings_digest, software
+from ajgdata.store.publishing import archive, views
+from ajgdata.store.publishing.about import About
+from ajgdata.store.publishing.checks import Defect, defects
+from ajgdata.store.publishing.croissant import croissant
+from ajgdata.store.publishing.datapackage import datapackage
+from ajgdata.store.publishing.sums import sums_bytes
+from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
+from ajgdata.store.sessions import audio_path, inside, read_dataset, read_recordings, read_session
+from ajgdata.types import DataError, DatasetSpec, Session
+
+if TYPE_CHECKING:
+    from ajgdata.report.content import DatasetSummary
+
+VERSION = re.compile(r"\d+\.\d+\.\d+")
+DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
+#: Nobody of a recorded data set was named: the people who can be asked are whoever hands it on.
+UNNAMED = {"simulated": "The ajgdata developers", "recorded": "Authors not named"}
+
+
+@dataclass(frozen=True)
+class Published:
+    """What was written."""
+
+    folder: Path
+    recordings: int
+    bytes: int
+    left_out: int
+    unsealed: int
+    is_unlicensed: bool
+
+
+@dataclass(frozen=True)
+class Source:
+    """One recording's file, and whether its hash was written down when it was recorded."""
+
+    path: Path
+    sha256: str
+    is_sealed: bool
+
+
+def publish(
+    paths: Paths,
+    dataset: str,
+    out: Path,
+    *,
+    version: str = "",
+    date: str = "",
+    store: Path | None = None,
+    receipt: Path | None = None,
+    each: Callable[[Sequence[Source]], Any] = iter,
+) -> Published:
+    """Write the data set `dataset` with its features into the folder `out`, all or nothing.
+
+    `version` is that of dataset.yaml, `date` the day of the commit, unless given. `store` are its
+    features (default: those that `ajgdata.load_features` gives); what they hold is what is
+    published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
+    may show how far it is. Raises DataError, and leaves what was there, when the features are
+    missing or not of the recordings as they are now.
+    """
+    for name, given, pattern in (("version", version, VERSION), ("date", date, DATE)):
+        if given and not pattern.fullmatch(given):
+            fix = "write 1.0.0" if name == "version" else "write 2026-01-31"
+            raise DataError(f"--{name}", f"{given!r} is none", fix)
+    _check_target(out)
+    spec = read_dataset(paths, dataset)
+    features = store or paths.features(dataset)
+    if not features.is_file():
+        raise DataError(features, "these features have not been made", "run `snakemake` first")
+    content = read_store(features)
+    version = version or spec.version
+    sessions = _sessions(paths, dataset, content)
+    sources = _sources(paths, dataset, sessions, content)
+    table = table_of(content, [s.path.suffix.lower() for s in sources], features)
+    with replacing_folder(out) as folder:
+        tree = Tree(folder)
+        _write_audio(tree, table, sources, each)
+        _write(tree, tree.METADATA, table.encoded())
+        _write(tree, tree.FEATURES, features.read_bytes())
+        _write(tree, tree.DECLARATION, declaration_bytes(spec))
+        _write_sessions(tree, paths, dataset, sessions)
+        unsealed = sum(not source.is_sealed for source in sources)
+        made = _describe(tree, paths, spec, content, table, sessions, unsealed, version, date)
+        (tree / tree.SUMS).write_bytes(sums_bytes(folder))
+        size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
+    if receipt:
+        line = f"{file_sha256(out / Tree.SUMS)}  {out.name}/{Tree.SUMS}\n"
+        write_bytes(receipt, line.encode())
+    return Published(out, len(table.rows), size, *made)
+
+
+def check(folders: Sequence[Path]) -> list[list[Defect]]:
+    """Everything wrong with each of these published data sets. Raises DataError for a folder that
+    is none. What other readers think is asked only where the files themselves are safe to open."""
+    trees = [Tree(folder) for folder in folders]
+    found = [defects(tree) for tree in trees]
+    safe = [not any("leaves" in d.problem or "link" in d.problem for d in one) for one in found]
+    seen = iter(views.seen_defects([t for t, ok in zip(trees, safe, strict=True) if ok]))
+    return [sorted({*one, *next(seen)}) if ok else one for one, ok in zip(found, safe, strict=True)]
+
+
+def declaration_bytes(spec: DatasetSpec) -> bytes:
+    """dataset.yaml with everything that the declaration takes over from another one."""
+    return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True))
+
+
+def _check_target(out: Path) -> None:
+    """Nothing is overwritten but an older version of the same."""
+    if out.is_dir() and any(out.iterdir()) and not (out / Tree.SUMS).is_file():
+        raise DataError(out, "is a folder that holds something else", "name another folder")
+    if out.exists() and not out.is_dir():
+        raise DataError(out, "is a file", "name a folder")
+
+
+def _sessions(paths: Paths, dataset: str, store: Shard) -> dict[str, Session]:
+    names = sorted({str(name) for name in store.columns["session_id"].values})
+    return {name: read_session(paths.session(dataset, name)) for name in names}
+
+
+def _sources(
+    paths: Paths, dataset: str, sessions: Mapping[str, Session], store: Shard
+) -> list[Source]:
+    """The file of each row of the store, in its order."""
+    known: dict[str, Source] = {}
+    for name, session in sessions.items():
+        folder = paths.session(dataset, name)
+        for recording in read_recordings(folder)[0]:
+            path = audio_path(folder, session, recording)
+            known[f"{name}/{recording.recording_id}"] = Source(
+                path, recording.sha256, bool(recording.sha256)
+            )
+    sources = []
+    columns = (store.columns["recording"].values, store.columns["sha256"].values)
+    for recording, digest in zip(*(map(str, column) for column in columns), strict=True):
+        if recording not in known:
+            raise DataError(recording, "has features but is no recording", "run `snakemake` again")
+        source = known[recording]
+        sources.append(Source(source.path, digest, source.is_sealed))
+    return sources
+
+
+def _write(tree: Tree, name: str, content: bytes) -> None:
+    path = tree / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+
+
+def _write_audio(
+    tree: Tree, table: Table, sources: Sequence[Source], each: Callable[[Sequence[Source]], Any]
+) -> None:
+    """Copy every recording, once as a file and once into the archive, in one reading."""
+    with archive.writing(tree / tree.ARCHIVE) as packed:
+        for row, source in zip(table.rows, each(sources), strict=True):
+            try:
+                content = source.path.read_bytes()
+            except OSError as error:
+                fix = "restore it, or run `snakemake` again"
+                raise DataError(source.path, f"cannot be read ({error.strerror})", fix) from None
+            if sha256_of(content) != source.sha256:
+                problem = "its bytes changed since its features were made"
+                raise DataError(source.path, problem, "run `snakemake` again")
+            _write(tree, row[FILE_NAME], content)
+            archive.add(packed, row[FILE_NAME], content)
+
+
+def _write_sessions(
+    tree: Tree, paths: Paths, dataset: str, sessions: Mapping[str, Session]
+) -> None:
+    """What the sessions say, without where their files lay on this machine."""
+    for name, session in sessions.items():
+        changed: dict[str, Any] = {"audio_root": None}
+        if played := session.excitation:
+            source = inside(paths.session(dataset, name), played.file)
+            target = Tree.excitation(name, source.suffix.lower())
+            if file_sha256(source) != played.sha256:
+                problem = f"is not the sound that session {name} names"
+                raise DataError(source, problem, "restore it, or `ajgdata seal`")
+            _write(tree, target, source.read_bytes())
+            changed["excitation"] = played.model_copy(update={"file": Path(target).name})
+        content = session.model_copy(update=changed).model_dump(mode="json", exclude_none=True)
+        _write(tree, tree.session(name), yaml_bytes(content))
+
+
+def _describe(
+    tree: Tree,
+    paths: Paths,
+    spec: DatasetSpec,
+    store: Shard,
+    table: Table,
+    sessions: Mapping[str, Session],
+    unsealed: int,
+    version: str,
+    date: str,
+) -> tuple[int, int, bool]:
+    """Write everything that describes; returns what a `Published` ends with."""
+    from ajgdata.pipeline.report import summary
+    from ajgdata.report import card
+    from ajgdata.report.canvas import encode
+    from ajgdata.report.figures import spectra_figure
+
+    told = summary(paths, spec, store)
+    about = About(
+        name=spec.name,
+        title=told.title,
+        description=spec.description,
+        licence=spec.licence,
+        authors=spec.authors or (UNNAMED[told.source],),
+        citation=spec.citation,
+        url=spec.url,
+        version=version,
+        date=date or commit_date(),
+        source=told.source,
+        answers=card.answers(spec, told, list(sessions.values()), unsealed),
+        task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
+        has_gripper=card.has_gripper(list(sessions.values())),
+    )
+    counts = [
+        card.counts_of(name, target, store.columns[name].values)
+        for name, target in spec.targets.items()
+        if name in store.columns
+    ]
+    if told.spectra:
+        _write(tree, tree.SPECTRA, encode(spectra_figure(told), "png"))
+    if counts:
+        _write(tree, tree.LABELS, encode(card.labels_figure(told, counts), "png"))
+    held = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
+    sizes = {name: (tree / name).stat().st_size for name in held}
+    hashes = {name: file_sha256(tree / name) for name in held}
+    documents = (about, table, hashes, sizes)
+    _write(tree, tree.CROISSANT, json_bytes(croissant(*documents)))
+    _write(tree, tree.DATAPACKAGE, json_bytes(datapackage(*documents)))
+    _write(tree, tree.CITATION, yaml_bytes(card.citation(about)))
+    _write(tree, tree.LICENCE, card.licence_text(about).encode())
+    front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
+    facts = _provenance(spec, told, store, sessions, version)
+    text = card.render_card(about, told, table, counts, sizes, facts, front)
+    _write(tree, tree.README, text.encode())
+    left_out = sum(finding.leaves_out for finding in told.findings)
+    return left_out, unsealed, about.is_unlicensed
+
+
+def _provenance(
+    spec: DatasetSpec,
+    told: DatasetSummary,
+    store: Shard,
+    sessions: Mapping[str, Session],
+    version: str,
+) -> dict[str, str]:
+    """Which software, settings and gripper made it."""
+    made = software()
+    facts = {
+        "simulated or recorded": told.source,
+        "gripper": ", ".join(sorted({s.gripper for s in sessions.values()})),
+        "version of the data set": version,
+        "published by": f"ajgdata {made['ajgdata_version']}, commit {made['git_commit'] or '–'}",
+        "features made by": f"ajgdata {told.provenance.version}, "
+        f"commit {told.provenance.commit or '–'}",
+        "digest of the declaration": settings_digest(spec),
+        "digest of the feature settings": str(store.attrs["settings_digest"]),
+        "digest of the recordings": told.provenance.inputs_hash,
+    }
+    if told.source == "simulated":
+        facts["digest of the virtual gripper's code"] = code_digest("gripper")
+    return facts

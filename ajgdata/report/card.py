@@ -1,0 +1,282 @@
+"""A data set -> what people read before they use it: card, citation, licence, two figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from ajgdata.paths import Tree
+from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
+from ajgdata.report.content import DatasetSummary
+from ajgdata.report.wording import number, value, words
+from ajgdata.store.publishing.about import TOPICS, About
+from ajgdata.store.publishing.examples import examples
+from ajgdata.store.publishing.table import Table
+from ajgdata.types import DatasetSpec, Finding, Session, Target
+
+#: More values than this are counted in this many bins.
+MAX_BARS = 24
+#: Findings that the card lists one by one.
+MAX_FINDINGS = 20
+#: Upper ends of Hugging Face's size categories.
+_SIZES = ((1e3, "n<1K"), (1e4, "1K<n<10K"), (1e5, "10K<n<100K"), (float("inf"), "100K<n<1M"))
+
+
+@dataclass(frozen=True, eq=False)
+class Counts:
+    """Recordings for each value, or range of values, of a target."""
+
+    target: str
+    unit: str
+    values: tuple[str, ...]
+    recordings: tuple[int, ...]
+    missing: int
+
+
+def counts_of(name: str, target: Target, values: np.ndarray) -> Counts:
+    """How often each value of a target was recorded. `values` (n,): NaN or "" is missing."""
+    present = values[values != ""] if values.dtype.kind == "U" else values[np.isfinite(values)]
+    distinct, counts = np.unique(present, return_counts=True)
+    if len(distinct) > MAX_BARS and values.dtype.kind != "U":
+        counts, edges = np.histogram(present, MAX_BARS)
+        labels = [f"{number(a)}–{number(b)}" for a, b in pairwise(edges)]
+    else:
+        labels = [value(one) for one in distinct.tolist()]
+    missing = len(values) - len(present)
+    return Counts(name, target.unit, tuple(labels), tuple(counts.tolist()), missing)
+
+
+@styled
+def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
+    """Recordings per value, one panel for each target."""
+    bars = [min(max(len(one.values), 2), 40) for one in counts]
+    figure = new_figure(
+        (WIDTH_IN, 0.9 + 0.22 * sum(bars) + 0.5 * len(bars)),
+        f"{summary.title} · labels",
+        f"{summary.n_recordings:,} recordings",
+        [summary.source],
+    )
+    panels = figure.subplots(len(counts), 1, squeeze=False, height_ratios=bars)[:, 0]
+    for axes, one in zip(panels, counts, strict=True):
+        axes.barh(range(len(one.values)), one.recordings, color=COLOURS[0], height=0.7)
+        axes.set_yticks(range(len(one.values)), one.values)
+        axes.invert_yaxis()
+        axes.grid(False, axis="y")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        unit = f" ({one.unit})" if one.unit else ""
+        missing = f"; {one.missing} without" if one.missing else ""
+        axes.set(ylabel=f"{words(one.target)}{unit}", xlabel=f"recordings{missing}")
+    return figure
+
+
+def answers(
+    spec: DatasetSpec, summary: DatasetSummary, sessions: Sequence[Session], unsealed: int
+) -> dict[str, str]:
+    """The datasheet's answers, as far as declaration and sessions tell; what nobody said is said
+    to be unknown."""
+    made = "computed by a virtual gripper" if summary.source == "simulated" else "recorded"
+    tasks = "; ".join(
+        f"{words(name)} ({spec.targets[task.target].kind} of {task.target}, split by {task.groups})"
+        for name, task in spec.tasks.items()
+    )
+    labels = "; ".join(
+        f"{name}: {target.description or words(name)}{f' ({target.unit})' if target.unit else ''}"
+        for name, target in spec.targets.items()
+    )
+    out = sum(finding.leaves_out for finding in summary.findings)
+    flagged = len(summary.findings) - out
+    return {
+        "motivation": "To tell from the sound inside a jamming gripper what it holds."
+        if has_gripper(sessions)
+        else "For what its description says.",
+        "tasks": f"As declared: {tasks}." if tasks else "None is declared.",
+        "composition": f"{summary.n_recordings} recordings in {summary.n_sessions} session(s) at "
+        f"{summary.sample_rate_hz} Hz, {made}; a spectrum of each; labels.",
+        "labels": f"{labels or 'No targets are declared'}. "
+        + ("They are the settings of the simulation." if summary.source == "simulated" else
+           "They were given by whoever recorded, and are not checked."),
+        "missing": f"{out} recordings were left out, {flagged} are in and flagged"
+        f"{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
+        "A label that was not measured is an empty cell.",
+        "collection": _collection(summary, sessions),
+        "collection_type": "Simulation" if summary.source == "simulated" else "Experiment",
+        "preprocessing": "The recordings are as they were made, byte for byte. The spectra: short-"
+        "time Fourier transform, summed over time, normalised; settings in attribute `settings` of "
+        f"{Tree.FEATURES}.",
+        "uses": f"Training and comparing models of acoustic sensing. {_groups(spec)}",
+        "limitations": _limitations(summary),
+        "biases": _biases(sessions),
+        "personal": "No: nothing was recorded, it is a simulation."
+        if summary.source == "simulated"
+        else "Not known: recordings may hold voices from the room. Listen before you pass them on.",
+        "impact": "No harm is known that is particular to it.",
+        "maintenance": f"{', '.join(spec.authors) or 'Nobody is named'}. Versions are separate "
+        "folders; SHA256SUMS tells them apart.",
+    }  # fmt: skip
+
+
+def has_gripper(sessions: Sequence[Session]) -> bool:
+    """Whether somebody said which gripper it was: else it may have been none."""
+    return any(session.gripper != "unknown" for session in sessions)
+
+
+def _biases(sessions: Sequence[Session]) -> str:
+    grippers = sorted({session.gripper for session in sessions} - {"unknown"})
+    if not grippers:
+        return "Not known: nobody said with what it was recorded."
+    media = sorted({session.medium for session in sessions})
+    return (
+        f"One kind of gripper or few ({', '.join(grippers)}; filled with {', '.join(media)}): "
+        "others sound otherwise, and models do not carry over."
+    )
+
+
+def _collection(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
+    told = {
+        key: ", ".join(sorted({str(getattr(s, key)) for s in sessions} - {"unknown", ""}))
+        for key in ("gripper", "medium", "device", "software")
+    }
+    facts = "; ".join(f"{key}: {text}" for key, text in told.items() if text)
+    sounds = sorted({s.excitation.description for s in sessions if s.excitation} - {""})
+    how = "Simulated" if summary.source == "simulated" else "Recorded"
+    played = f" Played sound: {', '.join(sounds)}." if sounds else ""
+    return f"{how}. {facts[:1].upper()}{facts[1:]}.{played}" if facts else f"{how}.{played}"
+
+
+def _groups(spec: DatasetSpec) -> str:
+    groups = sorted({task.groups for task in spec.tasks.values()}) or ["grasp_id"]
+    return (
+        f"Split by {' or '.join(groups)}, never at random: recordings of one grasp are near copies."
+    )
+
+
+def _limitations(summary: DatasetSummary) -> str:
+    if summary.source == "recorded":
+        return "Other objects, rooms and set-ups than these."
+    return (
+        "It is simulated: rigid objects, one gripper, no noise but its floor unless it says so, "
+        "frequencies right up to about 6 kHz. Accuracies on it are not those of a real gripper."
+    )
+
+
+def render_card(
+    about: About,
+    summary: DatasetSummary,
+    table: Table,
+    counts: Sequence[Counts],
+    sizes: Mapping[str, int],
+    provenance: Mapping[str, str],
+    front: str,
+) -> str:
+    """README.md. `front` is the YAML that Hugging Face reads; `sizes` are bytes of files."""
+    return _environment().get_template("card.md.j2").render(
+        about=about,
+        summary=summary,
+        table=table,
+        counts=counts,
+        sizes=sizes,
+        provenance=provenance,
+        front=front,
+        topics={topic: question for topic, (question, _) in TOPICS.items()},
+        examples=examples(table),
+        left_out=[f for f in summary.findings if f.leaves_out],
+        flagged=_by_code([f for f in summary.findings if not f.leaves_out]),
+        max_findings=MAX_FINDINGS,
+        tree=Tree,
+    )  # fmt: skip
+
+
+def front_matter(about: About, recordings: int) -> dict[str, Any]:
+    """What Hugging Face shows and searches, and which files are the data."""
+    kinds = {"classification": "audio-classification", "regression": "tabular-regression"}
+    return {
+        "pretty_name": about.title,
+        "license": about.spdx.lower() or ("unknown" if about.is_unlicensed else "other"),
+        "language": ["en"],
+        "tags": [word.replace(" ", "-") for word in about.keywords] + ["croissant"],
+        "task_categories": sorted(kinds[kind] for kind in about.task_kinds),
+        "size_categories": [next(name for top, name in _SIZES if recordings < top)],
+        "annotations_creators": [
+            "machine-generated" if about.source == "simulated" else "expert-generated"
+        ],
+        "configs": [
+            {
+                "config_name": "default",
+                "data_files": [{"split": "train", "path": [Tree.METADATA, "audio/**"]}],
+            }
+        ],
+    }
+
+
+def citation(about: About) -> dict[str, Any]:
+    """CITATION.cff of the data set."""
+    return {
+        "cff-version": "1.2.0",
+        "message": "If you use this data set, please cite it.",
+        "type": "dataset",
+        "title": about.title,
+        "abstract": about.description or about.title,
+        "authors": [{"name": name} for name in about.authors],
+        "version": about.version,
+        **({"date-released": about.date} if about.date else {}),
+        **({"license": about.spdx} if about.spdx else {}),
+        **({"url": about.url} if about.url else {}),
+        "keywords": about.keywords,
+        **({"notes": about.citation} if about.citation else {}),
+    }
+
+
+def licence_text(about: About) -> str:
+    """LICENSE: the text itself where we have it, else where it is."""
+    if about.is_unlicensed:
+        return (
+            f"No licence is stated for the data set {about.name}.\n"
+            f"Ask its authors before you use it or pass it on: {', '.join(about.authors)}.\n"
+        )
+    head = f"The data set {about.name} is licensed under {about.spdx or about.licence}.\n"
+    if about.spdx == "CC0-1.0":
+        loader = _environment().loader
+        assert loader is not None
+        return f"{head}\n{loader.get_source(_environment(), 'CC0-1.0.txt')[0]}"
+    return head + (f"Its text: {about.licence_url}\n" if about.licence_url else "")
+
+
+def _by_code(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
+    """How many findings of each kind, and the first of them."""
+    kinds: dict[str, list[Finding]] = {}
+    for one in findings:
+        kinds.setdefault(one.code, []).append(one)
+    return [(len(found), found[0]) for found in kinds.values()]
+
+
+def finding_text(finding: Finding) -> str:
+    """One finding on one line."""
+    return f"{finding.session_id}/{finding.recording_id}: {finding.problem}"
+
+
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("ajgdata.report", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters.update(cell=cell, finding=finding_text)
+    return made
+
+
+def cell(text: object) -> Markup:
+    """Text that stays inside one cell of a Markdown table, and one paragraph of a card, and that
+    is no HTML. Quotes stay: no value stands in an attribute."""
+    plain = " ".join(str(text).replace("|", "\\|").replace("`", "'").split())
+    return Markup(plain.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"))

@@ -1,0 +1,83 @@
+"""What a data set says of itself when it is published."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+#: SPDX identifiers that are known here; others are quoted as they stand.
+LICENCES = (
+    *("CC0-1.0", "CC-BY-3.0", "CC-BY-4.0", "CC-BY-SA-3.0", "CC-BY-SA-4.0", "CC-BY-NC-3.0"),
+    *("CC-BY-NC-4.0", "CC-BY-NC-SA-4.0", "CC-BY-ND-4.0", "ODbL-1.0", "ODC-By-1.0", "PDDL-1.0"),
+    *("MIT", "BSD-2-Clause", "BSD-3-Clause", "Apache-2.0"),
+)
+NO_LICENCE = ("", "not stated", "none stated")
+
+
+@dataclass(frozen=True)
+class About:
+    """Who, what and whence, in words. `answers` are those of a datasheet, by topic (`TOPICS`)."""
+
+    name: str
+    title: str
+    description: str
+    licence: str
+    authors: tuple[str, ...]
+    citation: str
+    url: str
+    version: str
+    date: str
+    source: Literal["simulated", "recorded"]
+    answers: Mapping[str, str]
+    task_kinds: frozenset[str] = frozenset()
+    has_gripper: bool = True
+
+    @property
+    def spdx(self) -> str:
+        """The licence's SPDX identifier; empty if it has none."""
+        known = {licence.lower(): licence for licence in LICENCES}
+        return known.get(self.licence.lower().replace(" ", "-"), "")
+
+    @property
+    def licence_url(self) -> str:
+        """Where the licence can be read; empty if nobody knows."""
+        return f"https://spdx.org/licenses/{self.spdx}.html" if self.spdx else ""
+
+    @property
+    def is_unlicensed(self) -> bool:
+        """Whether nobody said what others may do with it."""
+        return self.licence.strip().lower() in NO_LICENCE
+
+    @property
+    def keywords(self) -> list[str]:
+        """Words that people look for."""
+        gripper = ["jamming gripper", "soft robotics", "tactile"] if self.has_gripper else []
+        return ["acoustic sensing", *gripper, self.source]
+
+    @property
+    def reference(self) -> str:
+        """How to cite it, on one line."""
+        year = f" ({self.date[:4]})" if self.date else ""
+        own = f"{', '.join(self.authors)}{year}. {self.title}, version {self.version}. Data set."
+        return self.citation or own
+
+
+#: Topics of a datasheet (after Gebru et al., Datasheets for Datasets, 2021), each with its
+#: question and, where there is one, its property of Croissant's vocabulary for responsible AI.
+TOPICS: dict[str, tuple[str, str]] = {
+    "motivation": ("For what was it made?", ""),
+    "tasks": ("What is to be predicted?", ""),
+    "composition": ("What does it consist of?", ""),
+    "labels": ("What do the labels mean, and who gave them?", "dataAnnotationProtocol"),
+    "missing": ("What is missing, and what was left out?", "dataCollectionMissingData"),
+    "collection": ("How was it collected?", "dataCollection"),
+    "collection_type": ("Of what kind is the collection?", "dataCollectionType"),
+    "preprocessing": ("What was done to it?", "dataPreprocessingProtocol"),
+    "uses": ("What can it be used for?", "dataUseCases"),
+    "limitations": ("What is it not good for?", "dataLimitations"),
+    "biases": ("In what is it one-sided?", "dataBiases"),
+    "personal": ("Does it tell anything about people?", "personalSensitiveInformation"),
+    "impact": ("Can its use harm anybody?", "dataSocialImpact"),
+    "maintenance": ("Who maintains it?", "dataReleaseMaintenancePlan"),
+}

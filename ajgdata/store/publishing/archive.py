@@ -1,0 +1,80 @@
+"""audio.zip: written with nothing in it that varies, read with nothing in it believed."""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from zipfile import ZipFile
+
+from ajgdata.types import DataError
+
+#: The first day that a ZIP file can hold.
+_NO_TIME = (1980, 1, 1, 0, 0, 0)
+#: Recordings do not compress this well (a pure tone 50-fold); what claims to is there to fill a
+#: disk. Ours are not compressed at all.
+MAX_RATIO = 200
+#: Largest sum of files that is unpacked or fetched without being asked for.
+MAX_BYTES = 50 * 2**30
+#: What is read as YAML, CSV or a list of hashes is not larger than this.
+MAX_TEXT_BYTES = 2**28
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[ZipFile]:
+    """A new archive; add to it with `add`."""
+    with ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        yield archive
+
+
+def add(archive: ZipFile, name: str, content: bytes) -> None:
+    """Store a file. Nothing is compressed: WAVs hardly do, and the bytes would depend on zlib."""
+    entry = zipfile.ZipInfo(name, _NO_TIME)
+    entry.create_system = 3  # Unix, wherever this runs
+    entry.external_attr = (stat.S_IFREG | 0o644) << 16
+    archive.writestr(entry, content)
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[ZipFile]:
+    """An archive. Raises DataError when it is none, or when a file is damaged while it is read."""
+    try:
+        with ZipFile(path) as archive:
+            yield archive
+    except (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError) as error:
+        raise DataError(path, f"not a readable archive ({error})", "fetch it again") from None
+
+
+def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
+    """Name and problem of every entry that may not be unpacked: what leaves `folder`, links,
+    names that stand twice (also where case does not count), and what would fill the disk."""
+    entries = archive.infolist()
+    counts = Counter(entry.filename.lower() for entry in entries)
+    for entry in entries:
+        name = entry.filename
+        kind = stat.S_IFMT(entry.external_attr >> 16)
+        if problem := bad_name(name):
+            yield name, problem
+        elif not name.startswith(f"{folder}/") or entry.is_dir():
+            yield name, f"is no file in {folder}/"
+        elif kind not in (0, stat.S_IFREG):
+            yield name, "is a link or device, not a file"
+        elif counts[name.lower()] > 1:
+            yield name, "stands in the archive twice"
+        elif entry.file_size > MAX_RATIO * max(entry.compress_size, 1):
+            yield name, f"would grow {entry.file_size // max(entry.compress_size, 1)}-fold"
+    if (total := sum(entry.file_size for entry in entries)) > MAX_BYTES:
+        yield "*", f"would be {total / 2**30:.0f} GiB"
+
+
+def bad_name(name: str) -> str:
+    """Why `name` cannot be a file inside a tree; empty if it can."""
+    parts = name.split("/")
+    if name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+        return "leaves the folder"
+    if not name or any(part in ("", ".") for part in parts) or not name.isprintable():
+        return "is no plain name of a file"
+    return "" if PurePosixPath(name).as_posix() == name else "is no plain name of a file"
