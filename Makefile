@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce test lint format bench lock clean
+.PHONY: reproduce test lint format bench docs lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -25,8 +25,14 @@ format: $(VENV)/.lint
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
+	$(BIN)/python benchmarks/loading.py
 	$(BIN)/python benchmarks/solver.py
 	$(BIN)/python benchmarks/solver.py --scheme second
+
+# The site, results/docs/index.html; it needs no network, to build or to read.
+docs: $(VENV)/.docs
+	$(BIN)/python tools/configuration.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

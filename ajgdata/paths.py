@@ -17,6 +17,8 @@ AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"
+#: Page on why simulation and paper differ.
+ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 
 
@@ -36,13 +38,23 @@ class Paths:
         """Everything that the workflow makes."""
         return self.root / "results"
 
+    @property
+    def data(self) -> Path:
+        """Raw sessions of all data sets."""
+        return self.root / "data"
+
+    @property
+    def cache(self) -> Path:
+        """What may be deleted at any time."""
+        return self.root / ".ajgdata"
+
     def dataset(self, dataset: str) -> Path:
         """Declaration of one data set."""
         return self.datasets / dataset / DATASET_FILE
 
     def sessions(self, dataset: str) -> Path:
         """Raw sessions of one data set."""
-        return self.root / "data" / dataset / "sessions"
+        return self.data / dataset / "sessions"
 
     def session(self, dataset: str, session: str) -> Path:
         """One raw session."""
@@ -108,6 +120,14 @@ class Paths:
         """Test of a task against chance."""
         return self.results / "tasks" / dataset / task / "permutations.json"
 
+    def stft(self, dataset: str, task: str) -> Path:
+        """Errors of a task for several settings of the STFT."""
+        return self.results / "tasks" / dataset / task / "stft.json"
+
+    def stft_cost(self, dataset: str, task: str) -> Path:
+        """What these settings cost: measured, hence never the same twice."""
+        return self.results / "tasks" / dataset / task / "stft_cost.json"
+
     def energies(self, dataset: str, task: str) -> Path:
         """Energies by class."""
         return self.results / "tasks" / dataset / task / "energies.json"
@@ -127,6 +147,17 @@ class Paths:
     def model(self, dataset: str, task: str, model: str) -> Path:
         """Folder of a model trained on all recordings."""
         return self.results / "models" / dataset / task / model
+
+    def results_of(self, dataset: str) -> tuple[Path, ...]:
+        """Files and folders of `results` that hold nothing but one data set."""
+        kinds = ("manifest", "features", "tasks", "models", "published")
+        folders = (self.results / kind / dataset for kind in kinds)
+        return (self.features(dataset), self.quarantine(dataset), *folders)
+
+    @property
+    def snakefile(self) -> Path:
+        """The workflow, if the project has its own."""
+        return self.root / "Snakefile"
 
     def figure(self, name: str) -> Path:
         """A figure without its suffix; see FIGURE_FORMATS."""
@@ -160,6 +191,10 @@ class Paths:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
 
+    def ablation(self, name: str) -> Path:
+        """Tables of one ablation: why simulation and paper differ."""
+        return self.results / "ablations" / f"{name}.json"
+
     def published(self, dataset: str) -> Path:
         """A data set as others get it; see `Tree`."""
         return self.results / "published" / dataset
@@ -172,6 +207,14 @@ class Paths:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
 
+    def explorer(self, dataset: str, embedding: str) -> Path:
+        """Page on which every recording of an embedding is seen and heard."""
+        return self.report.parent / "latents" / dataset / f"{embedding}.html"
+
+    def projections(self, dataset: str, embedding: str) -> Path:
+        """Pictures of an embedding and of raw features in two dimensions."""
+        return self.embedding_document(dataset, embedding, "projections")
+
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""
         return self.report.parent / page
@@ -182,22 +225,22 @@ class Paths:
 
     def shard_cache(self, dataset: str, session: str) -> Path:
         """Last good shard, kept where Snakemake does not delete it."""
-        return self.root / ".ajgdata" / "features" / dataset / f"{session}.nc"
+        return self.cache / "features" / dataset / f"{session}.nc"
 
     @property
     def responses(self) -> Path:
         """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
-        return self.root / ".ajgdata" / "responses"
+        return self.cache / "responses"
 
     @property
     def fetched(self) -> Path:
         """Files of published data sets, kept by hash until the data set is registered."""
-        return self.root / ".ajgdata" / "fetched"
+        return self.cache / "fetched"
 
     @property
     def hash_cache(self) -> Path:
         """Known hashes by size, times and inode."""
-        return self.root / ".ajgdata" / "hashes.json"
+        return self.cache / "hashes.json"
 
 
 @dataclass(frozen=True)

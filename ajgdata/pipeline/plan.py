@@ -69,6 +69,13 @@ def plan(
     return plans
 
 
+def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
+    """Sessions of a data set that are on disk, whole, and asked for."""
+    virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
+    unready = {*_incomplete(paths, spec.name, virtual), *_dropped(paths, spec.name, virtual)}
+    return sorted(set(list_sessions(paths, spec.name)) - unready)
+
+
 def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
     """The data set whose session of this name is to be recorded before that of `dataset`.
 

@@ -20,18 +20,19 @@ from ajgdata.report.further import (
     EnergyPart,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.files import read_json
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DatasetSpec, Task
 
-#: What the paper says of these experiments, by the name of its figure.
-PAPER_CURVE, PAPER_SORTING = "data-size", "sorting"
 #: What a further experiment is called, by its kind.
 WORDS = {
     "curves": "learning curve",
     "permutations": "test against chance",
     "sorting": "sorting",
+    "stft": "settings of the STFT",
     "energies": "energies",
 }
 
@@ -44,6 +45,10 @@ def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
 def _label(document: Mapping[str, Any]) -> str:
     model = document["model"]
     return str(getattr(MODELS[model], document["kind"])) if model else ""
+
+
+def _paper(task: Task, part: str, paper: Mapping[str, PaperFigure]) -> PaperFigure | None:
+    return paper[task.papers[part]] if part in task.papers else None
 
 
 def left_out(paths: Paths, spec: DatasetSpec, task: str) -> list[SkippedTask]:
@@ -64,14 +69,13 @@ def energies_of(
     settings = spec.tasks[task]
     if not settings.energy or "skipped" in (document := read_json(paths.energies(spec.name, task))):
         return []
-    known = settings.papers.get("known")
     return [
         Energies(
             about=_about(spec, task, document),
             reference=document["reference"],
             band_hz=tuple(document["band_hz"]),
             parts=tuple(_energy(part) for part in document["parts"]),
-            paper=paper[known] if known else None,
+            paper=_paper(settings, "energies", paper),
         )
     ]
 
@@ -102,7 +106,7 @@ def curves_of(
             repeats=settings.repeats,
             chance=(100 if share else 1) * float(np.mean(chance)),
             lines=tuple(_line(document, 100 if share else 1) for document in made),
-            paper=paper[PAPER_CURVE] if "ycb" in spec.tasks[task].papers.values() else None,
+            paper=_paper(spec.tasks[task], "curves", paper),
         )
     ]
 
@@ -136,6 +140,45 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
     ]
 
 
+def stfts_of(paths: Paths, spec: DatasetSpec, task: str) -> list[StftResult]:
+    """Settings of the STFT on a task, if it asks for them and they could be compared."""
+    if not spec.tasks[task].stft:
+        return []
+    document = read_json(paths.stft(spec.name, task))
+    if "skipped" in document:
+        return []
+    share = document["kind"] == "classification"
+    metric = "accuracy" if share else "rmse"
+    scale, offset = (-100, 100) if share else (1, 0)
+    points, models = document["points"], document["points"][0]["models"]
+    costs = read_json(paths.stft_cost(spec.name, task))
+    chance = next(iter(models.values()))["chance"][metric]
+    return [
+        StftResult(
+            about=_about(spec, task, document),
+            model_labels=tuple(_label({**document, "model": model}) for model in models),
+            metric=metric,
+            unit="%" if share else document["unit"],
+            chance=offset + scale * chance,
+            points=tuple(
+                _stft_point(point, 1e3 * cost["feature_s_per_recording"], metric, scale, offset)
+                for point, cost in zip(points, costs, strict=True)
+            ),
+        )
+    ]
+
+
+def _stft_point(
+    point: Mapping[str, Any], feature_ms: float, metric: str, scale: float, offset: float
+) -> StftPoint:
+    errors = tuple(
+        (offset + scale * one["mean"][metric], abs(scale) * one["sd"][metric])
+        for one in point["models"].values()
+    )
+    band = tuple(point["band_hz"]) if point["band_hz"] else None
+    return StftPoint(point["window"], point["hop"], band, point["bins"], feature_ms, errors)
+
+
 def sorting_of(
     paths: Paths, spec: DatasetSpec, task: str, paper: Mapping[str, PaperFigure]
 ) -> list[SortingResult]:
@@ -155,7 +198,7 @@ def sorting_of(
             recordings=document["recordings"],
             accuracy=document["plain"]["accuracy"],
             parts=(_part("as they are", document["plain"]), _scaled(document)),
-            paper=paper[PAPER_SORTING],
+            paper=_paper(spec.tasks[task], "sorting", paper),
         )
         for document in documents
         if "skipped" not in document

@@ -12,8 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.report.further import ChanceTest, Curves, Energies, Experiments, SortingResult, Source
+from ajgdata.report.further import (
+    ChanceTest,
+    Curves,
+    Energies,
+    Experiments,
+    Further,
+    SortingResult,
+    Source,
+    StftResult,
+)
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
     HEADLINE,
     Cost,
@@ -21,6 +31,7 @@ from ajgdata.report.results import (
     PartResult,
     Predictions,
     Score,
+    SilentResult,
     SkippedTask,
     TaskResult,
     ValueErrors,
@@ -39,6 +50,7 @@ __all__ = [
     "Provenance",
     "Report",
     "Score",
+    "SilentResult",
     "SkippedTask",
     "Source",
     "Spectra",
@@ -108,6 +120,9 @@ class Report:
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
+    stfts: tuple[StftResult, ...] = ()
+    paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
+    reasons: tuple[Reason, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -123,22 +138,32 @@ class Report:
                 raise ValueError(f"{r.where} occurs twice")
             seen.add(r.where)
 
-    def experiments(self, task: tuple[TaskResult, ...]) -> Experiments:
+    def experiments(self, dataset: str, task: str) -> Experiments:
         """What else was made of a task."""
-        place = task[0].dataset, task[0].task
 
-        def of_task(one: Curves | ChanceTest | SortingResult) -> bool:
-            return (one.about.dataset, one.about.task) == place
+        def of_task(one: Further) -> bool:
+            return (one.about.dataset, one.about.task) == (dataset, task)
 
         return Experiments(
             tuple(filter(of_task, self.curves)),
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
+            tuple(filter(of_task, self.energies)),
+            tuple(filter(of_task, self.stfts)),
         )
 
-    def energies_in(self, dataset: str) -> list[Energies]:
-        """Energies by class of one data set."""
-        return [one for one in self.energies if one.about.dataset == dataset]
+    def without_models(self, dataset: str) -> list[str]:
+        """Tasks of a data set of which no model was evaluated, but something else made."""
+        made: tuple[Further, ...] = (
+            *self.curves,
+            *self.tests,
+            *self.sorting,
+            *self.energies,
+            *self.stfts,
+        )
+        tasks = dict.fromkeys(one.about.task for one in made if one.about.dataset == dataset)
+        evaluated = {result.task for result in self.results if result.dataset == dataset}
+        return [task for task in tasks if task not in evaluated]
 
     def leveled(self) -> list[tuple[TaskResult, ...]]:
         """Tasks whose models were tested at three levels or more, their own included."""

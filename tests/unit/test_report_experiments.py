@@ -5,8 +5,10 @@ import re
 
 import numpy as np
 from matplotlib.text import Text
-from report_samples import sample_report
+from report_samples import regression_result, sample_report
 
+from ajgdata.report.content import ElsewhereResult, Score, SilentResult
+from ajgdata.report.energy_figures import energy_figure, energy_rows
 from ajgdata.report.experiments import (
     chance_figure,
     chance_text,
@@ -19,11 +21,18 @@ from ajgdata.report.further import (
     ChanceTest,
     CurveLine,
     Curves,
+    Energies,
+    EnergyPart,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
 )
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
+from ajgdata.report.paper import PaperFigure
+from ajgdata.report.silent_figures import silent_name
+from ajgdata.report.stft import stft_caption, stft_figure
 
 ABOUT = About("size", "edge", "Cube size · edge", "simulated")
 LINE = CurveLine("k-NN", np.array([1, 4, 16]), np.array([20.0, 40, 50]), np.array([5.0, 3, 1]))
@@ -39,7 +48,24 @@ PARTS = tuple(
         ("scaled, temperature 2", 0.05, np.arange(101) // 4),
     )
 )
+ENERGIES = Energies(
+    About("size", "media", "Media", "simulated"),
+    "air",
+    (100.0, 6000.0),
+    (
+        EnergyPart("coffee", 1, 0.1, np.nan, {"a": 0.1}),
+        EnergyPart("air", 4, 1.0, 0.0, {"a": 1.0, "b": 1.0}),
+        EnergyPart("steel_balls", 4, 0.5, 0.05, {"a": 0.45, "b": 0.55}),
+    ),
+    PaperFigure(id="m", metric="x", value=80, unit="%", text="coffee loses & loses", where="w"),
+)
 SORTING = SortingResult(ABOUT, "cnn", "CNN", ("lock", "screw"), 0.6, 80, 0.85, PARTS)
+POINTS = (
+    StftPoint(2048, 512, None, 1025, 0.4, ((40.0, 3.0), (30.0, 2.0))),
+    StftPoint(2048, 1024, None, 1025, 0.2, ((45.0, 3.0), (28.0, 2.0))),
+    StftPoint(2048, 512, (100.0, 6000.0), 274, 0.4, ((50.0, 3.0), (33.0, 2.0))),
+)
+STFT = StftResult(ABOUT, ("k-NN", "ridge"), "accuracy", "%", 94.0, POINTS)
 
 
 def texts(figure):
@@ -84,13 +110,26 @@ def test_a_test_against_chance_in_words():
     assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in chance_text(error)
 
 
+def test_settings_of_the_stft_show_errors_and_the_front_of_each_model():
+    figure = stft_figure(STFT)
+    knn, ridge = figure.axes
+    front = next(line for line in knn.lines if line.get_label() == "front")
+    np.testing.assert_allclose(front.get_xydata(), [[0.2, 45], [0.4, 40]])
+    front = next(line for line in ridge.lines if line.get_label() == "front")
+    np.testing.assert_allclose(front.get_xydata(), [[0.2, 28]])  # faster and better than its own
+    assert "2048/1024" in texts(figure)
+    words = stft_caption(STFT).text
+    assert "k-NN: 40 % with its own settings, least with 2048/512: 40 %" in words
+    assert POINTS[2].label == "2048/512, 0.1–6"
+
+
 def test_spread():
     assert spread(np.arange(101)) == "50 (5 to 95)"
 
 
 def test_the_page_holds_them_with_their_task():
     report = dataclasses.replace(
-        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,)
+        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,), stfts=(STFT,)
     )
     named = illustrations(report)
     more = {"curve--size--edge", "sorting--size--edge--cnn", "chance--size--edge"}
@@ -99,6 +138,56 @@ def test_the_page_holds_them_with_their_task():
     words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
     assert "p = 0.005" in words
     assert "as they are 0.2 75 % 90 % 50 (5 to 95) 25 (2 to 47)" in words
-    task = report.tasks()[0]
-    assert report.experiments(task) == ((CURVES,), (TEST,), (SORTING,))
-    assert report.experiments(report.tasks()[1]) == ((), (), ())
+    assert "2048 1024 all 1,025 0.2 45 ± 3 28 ± 2" in words
+    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), (STFT,))
+    assert report.experiments("size", "other") == ((), (), (), (), ())
+    assert report.without_models("size") == []
+
+
+def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
+    figure = energy_figure(ENERGIES)
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    np.testing.assert_allclose(heights, [100, 50, 10])  # the reference, then the loudest first
+    written = texts(figure)
+    assert "50.0 ± 5.0 %\n−3.0 dB" in written and "100 %\n0.0 dB" in written
+    assert "simulated" in written
+    assert [(row.label, row.value) for row in energy_rows(ENERGIES)] == [
+        ("steel balls", "50.0 ± 5.0 %"),
+        ("coffee", "10 %"),
+    ]
+    report = dataclasses.replace(sample_report(), energies=(ENERGIES,))
+    assert report.without_models("size") == ["media"]
+    named = illustrations(report)
+    html = render_page(report, {name: b"<svg/>" for name in named})
+    words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
+    metric = "energy, air = 100 %, over grasps"
+    assert f"steel balls {metric} 50.0 ± 5.0 % coffee loses &amp; loses" in words
+    assert "Energy lost: steel balls 50 %; coffee 90 %" in words
+    assert 'id="energies--size--media"' in html
+
+
+def test_a_model_that_knows_the_answer_in_silence_is_flagged():
+    by_model = {
+        "cnn": SilentResult("quiet", "Silence", "rank correlation", 0.8, 0.2, 999, 0.001, True),
+        "knn": SilentResult("quiet", "Silence", "rank correlation", 0.1, 0.2, 999, 0.7, False),
+    }
+    elsewhere = (
+        ElsewhereResult("bar", Score(20.0, 1.0), title="Bar turned"),
+        ElsewhereResult("quiet", Score(90.0, 1.0), title="Silence"),
+    )
+    results = tuple(
+        regression_result(model=model, model_label=model, silent=(test,), elsewhere=elsewhere)
+        for model, test in by_model.items()
+    )
+    report = dataclasses.replace(sample_report(), results=results)
+    (task,) = report.tasks()
+    named = illustrations(report)
+    figure = named[silent_name(task)].draw()
+    left, right = figure.axes
+    assert [bar.get_height() for bar in right.patches] == [0.8, 0.1]
+    assert [bar.get_height() for bar in left.patches][2:] == [20, 20]  # not what silence gives
+    assert {"flagged\np = 0.001", "not flagged\np = 0.7"} <= set(texts(figure))
+    text = named[silent_name(task)].caption.text
+    assert "cnn on Silence: rank correlation with the truth 0.8" in text
+    assert "p = 0.001: flagged: it has learned" in text and "p = 0.7: not flagged." in text
+    assert silent_name(task) not in illustrations(sample_report())

@@ -33,6 +33,13 @@ def test_media_trains_nothing(declared):
     assert jobs == {"acquire": 4, "features": 4, "merge": 1, "energy": 1, "experiment": 1}
 
 
+def test_size_records_no_noise_and_no_other_gripper(declared):
+    jobs, recorded = needs(declared, "report_size")
+    assert recorded == {"size"}
+    of_size = {"acquire": 4, "features": 4, "merge": 1, "evaluate": 6, "experiment": 1}
+    assert jobs == of_size
+
+
 def test_an_experiment_is_reported_alone_and_evaluated_once(project):
     """`copy` is evaluated under the name `both`, and `tones` under its own and `both`."""
     paths = project.paths
