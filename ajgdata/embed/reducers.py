@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Literal, Protocol, cast
 
 import numpy as np
-
-from ajgdata.embed.projections import umap_module
 
 ReducerName = Literal["pca", "umap"]
 REDUCERS: tuple[ReducerName, ...] = ("pca", "umap")
@@ -30,8 +29,11 @@ def make_reducer(name: ReducerName, dimension: int, seed: int) -> Reducer:
         from sklearn.decomposition import PCA
 
         return cast(Reducer, PCA(dimension, random_state=seed))
+    with warnings.catch_warnings():  # about TensorFlow, which only parametric UMAP needs
+        warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)
+        from umap import UMAP
     seeds = {"random_state": seed, "transform_seed": seed}
-    return cast(Reducer, umap_module().UMAP(n_components=dimension, n_jobs=1, **seeds))
+    return cast(Reducer, UMAP(n_components=dimension, n_jobs=1, **seeds))
 
 
 def reducible(dimension: int, rows: int) -> bool:
