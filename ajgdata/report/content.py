@@ -35,6 +35,7 @@ from ajgdata.report.results import (
     ValueErrors,
     pareto_front,
 )
+from ajgdata.report.stages import Stages
 from ajgdata.types import FeatureSettings, Finding
 
 __all__ = [
@@ -118,6 +119,7 @@ class Report:
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
     stfts: tuple[StftResult, ...] = ()
+    stages: Stages | None = None
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}

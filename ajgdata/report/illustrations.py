@@ -20,6 +20,7 @@ from ajgdata.report.experiments import (
     sorting_figure,
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
+from ajgdata.report.stages_figure import stages_caption, stages_figure
 from ajgdata.report.stft import stft_caption, stft_figure
 from ajgdata.report.wording import (
     Caption,
@@ -34,6 +35,7 @@ from ajgdata.report.wording import (
 #: Fewer models of a task can be told apart in the figure of all tasks.
 MANY_MODELS = 4
 COST, SPLITS = "error-against-run-time", "random-against-grouped"
+STAGES = "time-of-stages"
 
 
 class Illustration(NamedTuple):
@@ -81,6 +83,10 @@ def illustrations(report: Report) -> dict[str, Illustration]:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))
     listed += _of_tasks(report)
+    if report.stages:
+        sources = tuple(d.source for d in report.datasets)
+        draw = partial(stages_figure, report.stages, sources)
+        listed.append((STAGES, Illustration(stages_caption(report.stages), draw)))
     named = dict(listed)
     if len(named) != len(listed):
         raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
