@@ -5,11 +5,10 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
-from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.ablations import (
     ABLATION_CODE,
     ABLATIONS,
-    ABLATIONS_PAGE,
     possible,
 )
 from ajgdata.pipeline.experiments import (
@@ -19,13 +18,23 @@ from ajgdata.pipeline.experiments import (
     runs_of,
 )
 from ajgdata.pipeline.plan import plan, published, solved_by
-from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
+from ajgdata.pipeline.studies import (
+    EMBEDDING,
+    EMBEDDING_CODE,
+    EXPLORER_CODE,
+    GALLERY,
+    GALLERY_CODE,
+    STUDIES,
+    STUDY_CODE,
+    TIMED,
+)
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 
 min_version("9.10")
 
-HERE = Path(workflow.basedir)
+# Also where another Snakefile includes this one.
+HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 
 
 configfile: HERE / "workflow/config/default.yaml"
@@ -48,10 +57,12 @@ except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
+EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
 EXPERIMENTS = experiments_of(SPECS)
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
-# Further pages: why simulation and paper differ, and on the virtual gripper.
-PAGES = [
+# Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
+PAGES = [EMBEDDING] if EMBEDDINGS else []
+PAGES += [
     name
     for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
@@ -62,6 +73,7 @@ wildcard_constraints:
     dataset="[A-Za-z0-9_-]+",
     session="[A-Za-z0-9_-]+",
     task="[A-Za-z0-9_-]+",
+    embedding="[A-Za-z0-9_-]+",
     model="[a-z]+",
 
 
@@ -82,6 +94,8 @@ include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
+include: "workflow/rules/embed.smk"
+include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"

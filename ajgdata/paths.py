@@ -17,6 +17,8 @@ AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"
+#: Page on why simulation and paper differ.
+ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 
 
@@ -209,6 +211,14 @@ class Paths:
     def page(self, name: str) -> Path:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
+
+    def explorer(self, dataset: str, embedding: str) -> Path:
+        """Page on which every recording of an embedding is seen and heard."""
+        return self.report.parent / "latents" / dataset / f"{embedding}.html"
+
+    def projections(self, dataset: str, embedding: str) -> Path:
+        """Pictures of an embedding and of raw features in two dimensions."""
+        return self.embedding_document(dataset, embedding, "projections")
 
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""

@@ -56,8 +56,8 @@ class Source(Protocol):
         """Rate of all samples."""
         ...
 
-    def excitation(self) -> np.ndarray:
-        """The sound that is played, (n,) in [-1, 1]."""
+    def excitation(self) -> np.ndarray | None:
+        """The sound that is played, (n,) in [-1, 1]; None where nothing is."""
         ...
 
     def expect(self, grasps: Sequence[Grasp]) -> None:

@@ -34,9 +34,9 @@ class VirtualGripper:
         self._sweep = gripper.excitation_sweep()
         self._solved: tuple[str, gripper.ImpulseResponse] | None = None
 
-    def excitation(self) -> np.ndarray:
-        """One-second logarithmic sweep, 20 Hz to 20 kHz."""
-        return self._sweep
+    def excitation(self) -> np.ndarray | None:
+        """One-second logarithmic sweep, 20 Hz to 20 kHz; None of a silent speaker."""
+        return None if self._chain.level_db_spl is None else self._sweep
 
     def expect(self, grasps: Sequence[Grasp]) -> None:
         """Let the solver work ahead."""
@@ -51,7 +51,8 @@ class VirtualGripper:
             except gripper.SceneError as error:
                 raise GraspError(grasp.grasp_id, str(error), "correct the recipe") from None
         seed = gripper.derive_seed(scene.grasp.seed, "noise", sample)
-        taken = gripper.record(self._solved[1], self._sweep, self._chain, seed)
+        angle = scene.grasp.angle_deg
+        taken = gripper.record(self._solved[1], self._sweep, self._chain, seed, angle)
         return Take(taken.samples, taken.clipped_count)
 
     def describe(self) -> Mapping[str, Any]:

@@ -126,17 +126,21 @@ def _record(folder: Path, source: Source, grasp: Grasp, row: Recording) -> Recor
 
 
 def _session(
-    folder: Path, source: Source, sound: np.ndarray, notes: str, skipped: dict[str, str]
+    folder: Path, source: Source, sound: np.ndarray | None, notes: str, skipped: dict[str, str]
 ) -> Session:
-    path = folder / EXCITATION_FILE
-    write_pcm24(path, sound, source.sample_rate_hz)
+    played, path = None, folder / EXCITATION_FILE
+    if sound is None:
+        path.unlink(missing_ok=True)
+    else:
+        write_pcm24(path, sound, source.sample_rate_hz)
+        played = Excitation(
+            file=EXCITATION_FILE, sha256=file_sha256(path), description="logarithmic sweep"
+        )
     return Session(
         session_id=folder.name,
         source=source.kind,
         sample_rate_hz=source.sample_rate_hz,
-        excitation=Excitation(
-            file=EXCITATION_FILE, sha256=file_sha256(path), description="logarithmic sweep"
-        ),
+        excitation=played,
         software=f"ajgdata {software()['ajgdata_version']}",
         notes=notes,
         skipped=skipped,

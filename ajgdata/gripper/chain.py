@@ -12,12 +12,32 @@ from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
 Frequency = Annotated[float, Field(gt=0, lt=22_050)]
 
 
+class Motor(Plain):
+    """Servo that holds the gripper at the grasp's angle; see `ajgdata.gripper.motor`."""
+
+    level_db_spl: Finite = Field(
+        60.0, description="rms at the microphone, over all angles; estimate: a holding servo nearby"
+    )
+    fundamental_hz: Annotated[float, Field(gt=0, lt=2_000)] = Field(
+        420.0, description="hum of the control loop; estimate"
+    )
+    harmonics: Annotated[int, Field(ge=1, le=10)] = Field(8, description="of the hum")
+    depth: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.8, description="how much a harmonic changes over a turn; 0 tells nothing of the angle"
+    )
+    drift: Annotated[float, Field(ge=0, le=0.1)] = Field(
+        0.005, description="relative: the hum of each recording is drawn within it"
+    )
+
+
 class SignalChain(Plain):
     """Loudspeaker, microphone, converter and noise. Level and frequency responses of the paper's
     parts are not published with it; these are of their kind (balanced armature, MEMS)."""
 
-    level_db_spl: Finite = Field(
-        100.0, description="rms of a full-scale sweep in the default gripper on a 20 mm cube"
+    level_db_spl: Finite | None = Field(
+        100.0,
+        description="rms of a full-scale sweep in the default gripper on a 20 mm cube; null: the"
+        " speaker is silent",
     )
     full_scale_db_spl: Finite = Field(
         130.0, description="sine that just reaches full scale; even the empty gripper stays below"
@@ -30,6 +50,9 @@ class SignalChain(Plain):
         None,
         description="level of white sound outside the gripper, heard through its membrane; null for"
         " none (the paper's experiment: 45 to 80)",
+    )
+    motor: Motor | None = Field(
+        None, description="sound of the servo that turned the gripper; null: the object was turned"
     )
     coupling_hz: Frequency = Field(100.0, description="AC coupling of speaker and of microphone")
     peaks_hz: tuple[Frequency, ...] = Field((3_000.0, 9_000.0), description="armature resonances")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
 
 from ajgdata.gripper.chain import SignalChain
+from ajgdata.gripper.motor import motor_sound
 from ajgdata.gripper.outside import REFERENCE_PA, outside_noise
 from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
@@ -79,22 +80,25 @@ def _warp(frequency_hz: float) -> float:
 
 
 def record(
-    ir: ImpulseResponse, excitation: Real, chain: SignalChain = DEFAULT_CHAIN, seed: int = 0
+    ir: ImpulseResponse,
+    excitation: Real,
+    chain: SignalChain = DEFAULT_CHAIN,
+    seed: int = 0,
+    angle_deg: float = 0.0,
 ) -> Take:
     """Play `excitation` (n,), full scale 1, in the scene of `ir` and record it, (n,).
 
     Recording = (excitation ∗ speaker ∗ h ∗ microphone + noise) gain, clipped and quantised to 24
-    bits; playing and recording start together. Noise is the chain's floor and, through the
-    membrane, the sound outside. `seed` draws both for this one take.
+    bits; playing and recording start together. Noise is the chain's floor, through the membrane the
+    sound outside, and the motor that holds the gripper at `angle_deg`. `seed` draws all of it for
+    this one take. Of a silent speaker only the length of `excitation` counts.
     """
     excitation = np.asarray(excitation, dtype=np.float64)
     if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
         raise ValueError("excitation must be one-dimensional and finite")
-    late = ir.latency_samples
-    driven = sosfilt(transducers(chain), excitation)
-    pressure = fftconvolve(driven, ir.samples)[late : late + len(excitation)]
-    pressure += ir.static * np.cumsum(driven)
-    pressure *= _volume_velocity(chain)
+    pressure: Real = np.zeros(len(excitation))
+    if chain.level_db_spl is not None:
+        pressure = _played(ir, excitation, chain, chain.level_db_spl)
     if chain.noise_db_spl is not None:
         floor = REFERENCE_PA * 10 ** (chain.noise_db_spl / 20)
         pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
@@ -103,13 +107,25 @@ def record(
         pressure += outside_noise(
             len(pressure), chain.external_noise_dba, ir.membrane_kg_m2, chain.coupling_hz, own
         )
+    if chain.motor is not None:
+        own = derive_seed(seed, "motor")
+        pressure += motor_sound(len(pressure), chain.motor, angle_deg, own)
     full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
     return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
 
 
-def _volume_velocity(chain: SignalChain) -> float:
+def _played(ir: ImpulseResponse, excitation: Real, chain: SignalChain, level_db: float) -> Real:
+    """What the microphone hears of the speaker (Pa), (n,)."""
+    late = ir.latency_samples
+    driven = sosfilt(transducers(chain), excitation)
+    pressure = fftconvolve(driven, ir.samples)[late : late + len(excitation)]
+    pressure += ir.static * np.cumsum(driven)
+    return np.asarray(pressure * _volume_velocity(level_db))
+
+
+def _volume_velocity(level_db_spl: float) -> float:
     """Amplitude (m³/s) of the speaker at 1 kHz for a full-scale excitation."""
-    return FLOW_AT_100_DB_M3_S * float(10 ** ((chain.level_db_spl - 100) / 20))
+    return FLOW_AT_100_DB_M3_S * float(10 ** ((level_db_spl - 100) / 20))
 
 
 def _convert(signal: Real) -> Take:

@@ -86,6 +86,10 @@ def _evaluation_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
             for statistic in ("mean", "sd", "pooled", "chance"):
                 if statistic in scores:
                     yield _row(one, part, metric, statistic, scores[statistic][metric])
+    for name, test in one["silent"].items():
+        yield _row(one, f"silent:{name}", test["measure"], "pooled", test["value"])
+        yield _row(one, f"silent:{name}", test["measure"], "chance", test["null"])
+        yield _row(one, f"silent:{name}", "p", f"of {test['permutations']}", test["p"])
     for split, cost in one["cost"].items():
         for name, value in cost.items():
             if not isinstance(value, list):

@@ -39,6 +39,7 @@ def evaluate_task(
     withhold: Sequence[float] = (),
     period_deg: float | None = None,
     others: Mapping[str, Path] | None = None,
+    silent: Sequence[str] = (),
 ) -> None:
     """Cross-validate `model` on the recordings of `store` that have `target`.
 
@@ -46,6 +47,7 @@ def evaluate_task(
     those of the stores `others` (by data set) whose grasp is not of `store`, too; of a grasp that
     is, only the fold that holds it out predicts. Withheld values are left out of `others`, so that
     their errors compare with those of the known ones.
+    Predictions from `silent`, names among `others`, are tested for what they know of the target.
     Writes what is determined by the inputs (`metrics`, `predictions`) apart from what is measured
     (`cost`). With fewer groups than `folds` each group is a fold; `metrics` say how many there
     were. A task that cannot be evaluated, for instance with a single group, is written as such with
@@ -98,6 +100,12 @@ def evaluate_task(
     document["by_value"] = []
     if results and kind == "regression":
         document |= plain(_by_value(results["grouped"], period_deg))
+    document["silent"] = {}
+    if results:
+        document["silent"] = {
+            name: _heard(results["grouped"], tested, f"on:{name}", kind, period_deg, seed)
+            for name in silent
+        }
     write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, lines))
     measured = {split: plain(dataclasses.asdict(r.cost)) for split, r in results.items()}
     write_bytes(cost, json_bytes(measured))
@@ -124,6 +132,23 @@ def _by_value(found: CrossValidation, period: float | None) -> dict[str, Any]:
             "recordings": len(np.unique(held.row)) + len(found.predictions.row),
         }
     return made
+
+
+def _heard(
+    found: CrossValidation,
+    tested: Mapping[str, Rows],
+    name: str,
+    kind: Kind,
+    period: float | None,
+    seed: int,
+) -> dict[str, Any]:
+    """What predictions from silent recordings know of the target."""
+    from ajgdata.evaluate.silent import silent_test
+
+    p = found.further[name].predictions
+    group = tested[name].group[p.row]
+    test = silent_test(p.y_true, p.y_pred, p.fold, group, kind=kind, period=period, seed=seed)
+    return dataclasses.asdict(test)
 
 
 def _computable(scores: Scores) -> bool:

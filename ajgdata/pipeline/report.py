@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.models import MODELS
-from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.pipeline.experiments import runs_of
 from ajgdata.pipeline.merge import read_findings
@@ -24,6 +24,7 @@ from ajgdata.pipeline.report_rows import (
     tests_of,
 )
 from ajgdata.pipeline.stages import Stopwatch, stages_of
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
@@ -33,12 +34,14 @@ from ajgdata.report.content import (
     Provenance,
     Report,
     Score,
+    SilentResult,
     SkippedTask,
     Spectra,
     TaskResult,
     ValueErrors,
 )
 from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
+from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
@@ -56,20 +59,21 @@ def build_report(
     tasks: Sequence[tuple[str, str]],
     page: Path,
     pages: Sequence[str] = (),
+    ablations: Sequence[str] = (),
     published: Sequence[str] = (),
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and task, as `page`, its
     figures and what it is about beside it.
 
-    `pages` are the pages on the virtual gripper that it is linked with; `published` the
-    data sets whose trees are there.
+    `pages` are the other pages that it is linked with, `ablations` those that say why simulation
+    and paper differ; `published` the data sets whose trees are there.
     """
     from ajgdata.report.page import render_page
     from ajgdata.report.study_page import page_links
 
     watch = Stopwatch()
     folder = page.parent / FIGURES
-    report = _assembled(paths, datasets, tasks)
+    report = _assembled(paths, datasets, tasks, ablations)
     svgs = _drawn(report, folder, {})
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
@@ -95,7 +99,12 @@ def _drawn(report: Report, folder: Path, known: Mapping[str, bytes]) -> dict[str
     return svgs
 
 
-def _assembled(paths: Paths, datasets: Sequence[str], tasks: Sequence[tuple[str, str]]) -> Report:
+def _assembled(
+    paths: Paths,
+    datasets: Sequence[str],
+    tasks: Sequence[tuple[str, str]],
+    ablations: Sequence[str],
+) -> Report:
     """All that the report says, but for the time that it took."""
     paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     specs = {name: read_dataset(paths, name) for name in datasets}
@@ -118,6 +127,7 @@ def _assembled(paths: Paths, datasets: Sequence[str], tasks: Sequence[tuple[str,
             if "skipped" in document
         ),
     )
+    tables = [table for name in ablations for table in read_study(paths.ablation(name))[1]]
     listed = [(specs[dataset], task) for dataset, task in tasks]
     return dataclasses.replace(
         report,
@@ -126,6 +136,8 @@ def _assembled(paths: Paths, datasets: Sequence[str], tasks: Sequence[tuple[str,
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
         stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
+        paper=tuple(paper.values()),
+        reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
 
@@ -240,6 +252,10 @@ def task_result(
         parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
         elsewhere=_elsewhere(document, headline, settings, paper, specs),
         level=spec.level,
+        silent=tuple(
+            SilentResult(dataset=name, title=specs[name].title or name, **test)
+            for name, test in document["silent"].items()
+        ),
         unseen=_predictions(paths.predictions(*run), kind, (), period, WITHHELD),
         period=period,
         values=tuple(ValueErrors(**one) for one in document["by_value"]),

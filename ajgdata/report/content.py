@@ -23,6 +23,7 @@ from ajgdata.report.further import (
     StftResult,
 )
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
     HEADLINE,
     Cost,
@@ -30,6 +31,7 @@ from ajgdata.report.results import (
     PartResult,
     Predictions,
     Score,
+    SilentResult,
     SkippedTask,
     TaskResult,
     ValueErrors,
@@ -49,6 +51,7 @@ __all__ = [
     "Provenance",
     "Report",
     "Score",
+    "SilentResult",
     "SkippedTask",
     "Source",
     "Spectra",
@@ -120,6 +123,8 @@ class Report:
     energies: tuple[Energies, ...] = ()
     stfts: tuple[StftResult, ...] = ()
     stages: Stages | None = None
+    paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
+    reasons: tuple[Reason, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}

@@ -82,6 +82,20 @@ class ElsewhereResult(PartResult):
 
 
 @dataclass(frozen=True)
+class SilentResult:
+    """What a model makes of recordings with the speaker silent, see `evaluate.silent`."""
+
+    dataset: str
+    title: str
+    measure: str
+    value: float
+    null: float
+    permutations: int
+    p: float
+    flagged: bool
+
+
+@dataclass(frozen=True)
 class ValueErrors:
     """Errors at one value of a regression target, see `evaluate.withheld.OneValue`."""
 
@@ -126,6 +140,7 @@ class TaskResult:
     parts: tuple[PartResult, ...] = ()
     elsewhere: tuple[ElsewhereResult, ...] = ()
     level: Level | None = None
+    silent: tuple[SilentResult, ...] = ()
     period: float | None = None
     unseen: Predictions | None = None
     values: tuple[ValueErrors, ...] = ()

@@ -29,7 +29,7 @@ _NO_CHUNKS = {"chunking_heuristic": "h5py"}
 FORMAT = ("v110", "v110")
 CONVENTIONS = "CF-1.11"
 #: What h5py raises for files that are damaged, or that are not ours.
-_DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
+DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
         for name, column in sorted(shard.columns.items()):
             if len(column.values) != rows:
                 raise ValueError(f"{path}: column {name} has {len(column.values)} of {rows} rows")
-            _write_column(store, name, column)
+            write_column(store, name, column)
         feature = store.create_variable(
             "feature",
             ("recording", "frequency"),
@@ -108,11 +108,12 @@ def _compressed(rows: int, width: int) -> dict[str, Any]:
     return {"chunks": (rows, width), **packed}
 
 
-def _write_column(store: h5netcdf.File, name: str, column: Column) -> None:
+def write_column(store: h5netcdf.File, name: str, column: Column) -> None:
+    """Write a column along `recording`, a dimension of `store` that is there already."""
     values = column.values
     if values.dtype.kind != "U":
-        layout = {} if len(values) else _NO_CHUNKS
-        variable = store.create_variable(name, ("recording",), data=values, **layout)
+        chunks = {} if len(values) else _NO_CHUNKS
+        variable = store.create_variable(name, ("recording",), data=values, **chunks)
     else:
         encoded = np.char.encode(values, "utf-8") if len(values) else np.empty(0, "S1")
         width = max(1, encoded.dtype.itemsize)
@@ -136,13 +137,13 @@ def read_store(path: Path) -> Shard:
         with h5py.File(path, "r") as store:
             feature = store["feature"][...]
             frequency = store["frequency"][...]
-            attrs = {k: _plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
+            attrs = {k: plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
             columns = {
-                name: _read_column(variable)
+                name: read_column(variable)
                 for name, variable in store.items()
-                if name != "feature" and (name == "recording" or "recording" in _axes(variable))
+                if name != "feature" and (name == "recording" or "recording" in axes_of(variable))
             }
-    except _DAMAGE:
+    except DAMAGE:
         raise DataError(path, "not a readable feature store", "delete it and run again") from None
     return Shard(feature, frequency, columns, attrs)
 
@@ -152,7 +153,7 @@ def _check_made(path: Path) -> None:
         raise DataError(path, "this feature store has not been made", "run `snakemake` first")
 
 
-def _axes(variable: h5py.Dataset) -> list[str]:
+def axes_of(variable: h5py.Dataset) -> list[str]:
     """Names of a variable's dimensions; none for a variable that is itself a dimension."""
     if "DIMENSION_LIST" not in variable.attrs:
         return []
@@ -160,9 +161,10 @@ def _axes(variable: h5py.Dataset) -> list[str]:
     return [owner[refs[0]].name.rsplit("/", 1)[-1] for refs in variable.attrs["DIMENSION_LIST"]]
 
 
-def _read_column(variable: h5py.Dataset) -> Column:
+def read_column(variable: h5py.Dataset) -> Column:
+    """A column that `write_column` wrote."""
     attrs = {
-        k: str(_plain(v))
+        k: str(plain(v))
         for k, v in variable.attrs.items()
         if not k.startswith(("_", "DIMENSION", "REFERENCE", "CLASS", "NAME"))
     }
@@ -173,7 +175,8 @@ def _read_column(variable: h5py.Dataset) -> Column:
     return Column(values, attrs)
 
 
-def _plain(value: Any) -> str | float | int:
+def plain(value: Any) -> str | float | int:
+    """An attribute as HDF5 gives it, as text or a number."""
     if isinstance(value, bytes):
         return value.decode()
     if isinstance(value, np.ndarray):

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import Field, ValidationError, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Kind, Name, Strict
 from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
@@ -114,6 +114,8 @@ class DatasetSpec(Strict):
             for column in filter(None, (one.target, one.category)):
                 if column not in self.targets:
                     raise ValueError(f"embedding {name}: {column!r} is not among the targets")
+                if self.targets[column].kind != "classification":
+                    raise ValueError(f"embedding {name}: {column!r} is a number, not a class")
         return self
 
     @model_validator(mode="after")
@@ -147,17 +149,23 @@ class DatasetSpec(Strict):
             "withhold": list(settings.withhold),
             "period_deg": settings.period_deg,
             "test_on": list(settings.test_on),
+            "silent": list(settings.silent),
         }
 
     def experiment(self, task: str) -> dict[str, Any]:
         """What the further experiments on `task` must know, by name."""
-        left_out = ("compare_random", "test_on")
+        left_out = ("compare_random", "test_on", "silent")
         return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
 
     def labelled(self, task: str) -> dict[str, Any]:
         """What must be known of `task` where nothing is trained, by name."""
         wanted = ("target", "kind", "unit", "groups")
         return {k: v for k, v in self.evaluation(task).items() if k in wanted}
+
+    @property
+    def kinds(self) -> dict[str, Kind]:
+        """What each target is."""
+        return {name: target.kind for name, target in self.targets.items()}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""

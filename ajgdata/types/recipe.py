@@ -8,6 +8,9 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 
 from ajgdata.types.base import Name, Strict
 
+#: Stands in the grasp_id of a reference, where nothing is held.
+EMPTY = "empty"
+
 
 class RecipeObject(Strict):
     """One object of a recipe: its scene description and the labels it gets."""
@@ -36,7 +39,15 @@ class Recipe(Strict):
     variants: dict[Name, dict[str, JsonValue]] = Field(
         {},
         description="what replaces keys of `scene`, by variant, e.g. coffee: {medium: {kind: "
-        "coffee}}: each is recorded in `sessions` sessions of its own, the same grasps in each",
+        "coffee}}: each is recorded in `sessions` sessions of its own",
+    )
+    same_grasps: bool = Field(
+        True, description="every variant places the objects alike; false: each draws its own grasps"
+    )
+    references: int = Field(
+        0,
+        ge=0,
+        description="grasps of nothing that a session begins with; their `object` is empty",
     )
     signal: dict[str, JsonValue] = Field(
         {},
@@ -66,6 +77,8 @@ class Recipe(Strict):
         for key, (low, high) in self.vary.items():
             if low > high:
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
+        if self.references and any(made.name == EMPTY for made in self.objects):
+            raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
         for scene in (self.scene, *self.variants.values()):
             if not isinstance(scene.get("grasp", {}), dict):
                 raise ValueError("scene.grasp must hold keys")

@@ -87,6 +87,11 @@ class Task(Strict):
         description="data sets whose recordings the folds' models are tested on as well, e.g. the "
         "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
     )
+    silent: tuple[Name, ...] = Field(
+        (),
+        description="those of test_on that were recorded with the speaker silent: a model whose "
+        "predictions from them depend on the target has learned another sound, and is flagged",
+    )
     curve: Curve | None = Field(None, description="accuracy against number of training grasps")
     permutations: int = Field(
         0, ge=0, description="labels permuted so often for a test against chance; 0: no test"
@@ -136,6 +141,8 @@ class Task(Strict):
             raise ValueError("withhold lists a value twice")
         parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
         parts += self.further
+        if more := sorted(set(self.silent) - set(self.test_on)):
+            raise ValueError(f"silent: {more[0]} is not in test_on; add it there")
         if more := sorted(set(self.papers) - set(parts)):
             raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self

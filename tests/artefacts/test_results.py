@@ -11,7 +11,8 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.studies import GALLERY, read_study
+from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
@@ -26,7 +27,7 @@ STORES = [PATHS.features(name) for name in RUNS["datasets"]]
 METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
 TREES = [PATHS.published(name) for name in RUNS["published"]]
 PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
-STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name != GALLERY]
+STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name in STUDY_NAMES]
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:

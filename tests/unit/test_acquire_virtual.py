@@ -16,12 +16,14 @@ import yaml
 
 from ajgdata import gripper
 from ajgdata.acquire.solving import solving
+from ajgdata.gripper.chain import Motor
+from ajgdata.gripper.motor import harmonic_amplitudes
 from ajgdata.pipeline.acquire import acquire_all
-from ajgdata.pipeline.recipes import declare_from, recipe_sessions
+from ajgdata.pipeline.recipes import declare_from, planned_grasps, recipe_sessions
 from ajgdata.pipeline.validate import validate_datasets
 from ajgdata.store.audio import read_audio
 from ajgdata.store.responses import LIMIT_VARIABLE
-from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
 
 #: The coarsest grid, and a few milliseconds of sound.
@@ -273,6 +275,31 @@ def test_what_a_process_complains_of_is_said(project, monkeypatch):
         pytest.raises(DataError, match="AJGDATA_RESPONSES_MB: = 'much'; set a number"),
     ):
         solver.solve(gripper.Scene.model_validate(QUICK))
+
+
+def _spec(project):
+    return read_dataset(project.paths, "d")
+
+
+def test_a_silent_speaker_leaves_no_excitation_and_the_motor_alone(project, solved):
+    """With the gripper's angle as drawn: the motor that is heard is that of the grasp's angle."""
+    signal_chain = {"level_db_spl": None, "noise_db_spl": None, "motor": {"drift": 0}}
+    recipe = {**RECIPE, "sessions": 1, "grasps_per_object": 1, "samples_per_grasp": 1}
+    project.declare(recipe=recipe)
+    acquire(project)
+    folder = project.paths.session("d", "virtual-01")
+    assert (folder / "excitation.wav").is_file()
+    project.declare(recipe={**recipe, "signal": signal_chain})
+    assert acquire(project)[0].recorded == 2
+    assert read_session(folder).excitation is None
+    assert not (folder / "excitation.wav").exists()
+    assert len(solved) == 2  # what is played needs no new response
+    (grasps,) = planned_grasps(project.paths.dataset("d"), _spec(project), ["virtual-01"])
+    for grasp, recording in zip(grasps, read_recordings(folder)[0], strict=True):
+        samples = read_audio(folder / recording.file, AudioSettings()).samples
+        heard = np.abs(np.fft.rfft(samples))[420 * np.arange(1, 9)] / 22_050
+        wanted = harmonic_amplitudes(Motor(), grasp.setup["grasp"]["angle_deg"])
+        np.testing.assert_allclose(heard / heard[0], wanted / wanted[0], rtol=1e-2)
 
 
 def test_the_command(project, tmp_path):

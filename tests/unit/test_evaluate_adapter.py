@@ -214,5 +214,8 @@ def test_other_stores_are_tested_without_a_grasp_on_both_sides(store, tmp_path):
         shard, feature=shard.feature[:, :300], frequency_hz=shard.frequency_hz[:300]
     )
     write_store(tmp_path / "narrow.nc", narrow, {"units": "1"})
+    told = run(store, others=others, silent=["new"])[0]["silent"]
+    assert list(told) == ["new"]  # nothing is silent there: the models hear the target
+    assert told["new"]["flagged"] and told["new"]["p"] == 1 / 1000
     skipped = run(store, others={"narrow": tmp_path / "narrow.nc"})[0]["skipped"]
     assert "on:narrow has 300 features, not 400" in skipped

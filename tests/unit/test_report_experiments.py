@@ -5,8 +5,9 @@ import re
 
 import numpy as np
 from matplotlib.text import Text
-from report_samples import sample_report
+from report_samples import regression_result, sample_report
 
+from ajgdata.report.content import ElsewhereResult, Score, SilentResult
 from ajgdata.report.energy_figures import energy_figure, energy_rows
 from ajgdata.report.experiments import (
     chance_figure,
@@ -30,6 +31,7 @@ from ajgdata.report.further import (
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.silent_figures import silent_name
 from ajgdata.report.stft import stft_caption, stft_figure
 
 ABOUT = About("size", "edge", "Cube size · edge", "simulated")
@@ -162,3 +164,30 @@ def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
     assert f"steel balls {metric} 50.0 ± 5.0 % coffee loses &amp; loses" in words
     assert "Energy lost: steel balls 50 %; coffee 90 %" in words
     assert 'id="energies--size--media"' in html
+
+
+def test_a_model_that_knows_the_answer_in_silence_is_flagged():
+    by_model = {
+        "cnn": SilentResult("quiet", "Silence", "rank correlation", 0.8, 0.2, 999, 0.001, True),
+        "knn": SilentResult("quiet", "Silence", "rank correlation", 0.1, 0.2, 999, 0.7, False),
+    }
+    elsewhere = (
+        ElsewhereResult("bar", Score(20.0, 1.0), title="Bar turned"),
+        ElsewhereResult("quiet", Score(90.0, 1.0), title="Silence"),
+    )
+    results = tuple(
+        regression_result(model=model, model_label=model, silent=(test,), elsewhere=elsewhere)
+        for model, test in by_model.items()
+    )
+    report = dataclasses.replace(sample_report(), results=results)
+    (task,) = report.tasks()
+    named = illustrations(report)
+    figure = named[silent_name(task)].draw()
+    left, right = figure.axes
+    assert [bar.get_height() for bar in right.patches] == [0.8, 0.1]
+    assert [bar.get_height() for bar in left.patches][2:] == [20, 20]  # not what silence gives
+    assert {"flagged\np = 0.001", "not flagged\np = 0.7"} <= set(texts(figure))
+    text = named[silent_name(task)].caption.text
+    assert "cnn on Silence: rank correlation with the truth 0.8" in text
+    assert "p = 0.001: flagged: it has learned" in text and "p = 0.7: not flagged." in text
+    assert silent_name(task) not in illustrations(sample_report())

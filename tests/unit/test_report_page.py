@@ -29,7 +29,7 @@ from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import MAX_FINDINGS, figure_link, paper_cells, quarantine_link, render_page
 from ajgdata.types import Finding
 
-VOID = {"meta", "img", "br", "link"}
+VOID = {"meta", "img", "br", "link", "input"}
 
 
 class Page(HTMLParser):

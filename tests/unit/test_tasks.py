@@ -32,6 +32,12 @@ def test_energies_are_of_classes_and_of_spectra_that_were_not_divided():
         Task(target="x", energy={"reference": "air", "band_hz": [6000, 100]})
 
 
+def test_silence_is_one_of_the_data_sets_that_are_tested_on():
+    assert Task(target="x", test_on=("a", "b"), silent=("b",)).silent == ("b",)
+    with pytest.raises(ValidationError, match="silent: b is not in test_on; add it there"):
+        Task(target="x", test_on=("a",), silent=("b",))
+
+
 def test_a_final_model_knows_the_period_and_not_what_was_withheld():
     training = spec("regression", withhold=[1], period_deg=180).training("t")
     assert training["period_deg"] == 180

@@ -35,3 +35,13 @@ def data_of(path, tasks):
 def part(of):
     """What `of(tasks)` gives for the tasks of one experiment."""
     return lambda wildcards: of(EXPERIMENTS[wildcards.experiment])
+
+
+def declared_embedding(wildcards):
+    """The embedding of a job, as it stands in dataset.yaml."""
+    return PLANS[wildcards.dataset].spec.embeddings[wildcards.embedding]
+
+
+def embedding_settings(wildcards):
+    """The same as plain values, defaults included."""
+    return declared_embedding(wildcards).model_dump(mode="json")

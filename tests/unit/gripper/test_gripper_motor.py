@@ -1,0 +1,63 @@
+"""The sound of the motor: its level, its harmonics, and what of the angle it tells."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper.chain import Motor, SignalChain
+from ajgdata.gripper.motor import harmonic_amplitudes, motor_sound
+from ajgdata.gripper.response import ImpulseResponse
+from ajgdata.gripper.signal import excitation_sweep, record
+
+MOTOR = Motor()
+STILL = ImpulseResponse(np.array([1.0]), 0.0, 44_100, 0, {}, 0.3)
+SILENT = SignalChain(level_db_spl=None, noise_db_spl=None)
+SWEEP = excitation_sweep()
+
+
+def test_the_mean_power_over_a_turn_is_that_of_the_level():
+    """Cosines of whole turns average out exactly over equidistant angles, more than harmonics."""
+    angles = np.arange(0, 360, 10)
+    power = [np.sum(harmonic_amplitudes(MOTOR, angle) ** 2) / 2 for angle in angles]
+    level = 10 * np.log10(np.mean(power)) - 20 * np.log10(20e-6)
+    assert level == pytest.approx(MOTOR.level_db_spl, abs=1e-9)
+
+
+def test_a_recording_of_the_motor_alone_holds_its_harmonics_at_their_level():
+    """Without drift 420 Hz is a whole number of periods of one second: each falls into one bin."""
+    motor = MOTOR.model_copy(update={"drift": 0.0})
+    spectrum = np.fft.rfft(motor_sound(44_100, motor, 27.0, seed=3)) / 22_050
+    amplitude = np.abs(spectrum)
+    found = amplitude[420 * np.arange(1, 9)]
+    np.testing.assert_allclose(found, harmonic_amplitudes(motor, 27.0), rtol=1e-9)
+    assert np.delete(amplitude, 420 * np.arange(1, 9)).max() < 1e-9 * found.max()
+
+
+def test_every_angle_of_a_turn_sounds_different_and_a_whole_turn_the_same():
+    made = np.array([harmonic_amplitudes(MOTOR, angle) for angle in range(0, 360, 9)])
+    apart = np.linalg.norm(made[:, None] - made, axis=2) + np.eye(len(made))
+    assert apart.min() > 0.01 * np.linalg.norm(made, axis=1).max()
+    np.testing.assert_allclose(harmonic_amplitudes(MOTOR, 369.0), made[1], rtol=1e-9)
+    flat = MOTOR.model_copy(update={"depth": 0.0})
+    np.testing.assert_array_equal(harmonic_amplitudes(flat, 9.0), harmonic_amplitudes(flat, 99.0))
+
+
+def test_a_chain_with_a_motor_adds_it_to_all_else():
+    """To two quantisation steps of 2^-24: each recording is rounded by at most half a code."""
+    quiet = SignalChain(noise_db_spl=None)
+    with_motor = {"motor": MOTOR}
+    plain = record(STILL, SWEEP, quiet, 5).samples
+    both = record(STILL, SWEEP, quiet.model_copy(update=with_motor), 5, 27.0).samples
+    alone = record(STILL, SWEEP, SILENT.model_copy(update=with_motor), 5, 27.0).samples
+    np.testing.assert_allclose(both, plain + alone, atol=1.5 * 2.0**-23)
+    assert np.abs(alone).max() > 100 * 2.0**-23
+    np.testing.assert_array_equal(record(STILL, SWEEP, quiet, 5, 27.0).samples, plain)
+
+
+def test_a_silent_speaker_without_noise_records_nothing():
+    assert not record(STILL, SWEEP, SILENT, 1).samples.any()
+
+
+def test_each_recording_has_its_own_motor():
+    a, b = (motor_sound(4_410, MOTOR, 0.0, seed) for seed in (1, 2))
+    np.testing.assert_array_equal(a, motor_sound(4_410, MOTOR, 0.0, 1))
+    assert np.abs(a - b).max() > 0.1 * np.abs(a).max()

@@ -1,0 +1,70 @@
+"""Predictions from silence: flagged where they depend on the truth, however far off they are."""
+
+import numpy as np
+import pytest
+
+from ajgdata.evaluate.silent import LEVEL, silent_test
+
+GROUPS = 60
+GROUP = np.repeat(np.arange(GROUPS), 2)
+FOLD = GROUP % 5
+ANGLE = 9.0 * (np.arange(GROUPS) * 7 % 19)[GROUP]
+
+
+def noise(seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=len(GROUP))
+
+
+def asked(predicted, y=ANGLE, kind="regression", period=None, seed=0, permutations=199):
+    return silent_test(
+        y, predicted, FOLD, GROUP, kind=kind, period=period, permutations=permutations, seed=seed
+    )
+
+
+@pytest.mark.parametrize("period", [None, 180.0])
+def test_a_trace_of_the_truth_is_flagged_wherever_the_predictions_lie(period):
+    """Each fold's model is off by something else, and answers in its own sense."""
+    offset, sense = 40.0 * FOLD, np.where(FOLD % 2, -1e-3, 1e-3)
+    tilt = ANGLE if period is None else 90 * np.sin(2 * np.pi * ANGLE / 180)
+    found = asked(offset + sense * tilt, period=period)
+    assert found.flagged and found.p == 1 / 200
+    assert found.value > 0.5 > found.null
+    if period is None:
+        assert found.value == pytest.approx(1)
+
+
+def test_true_angles_correlate_fully_and_a_constant_not_at_all():
+    assert asked(ANGLE + 360, period=180.0).value == pytest.approx(1)
+    constant = asked(np.full(len(GROUP), 130.0), period=180.0)
+    assert (constant.value, constant.p, constant.flagged) == (0, 1, False)
+    assert asked(np.full(len(GROUP), 130.0)).p == 1
+
+
+@pytest.mark.parametrize("period", [None, 180.0])
+def test_noise_is_as_seldom_improbable_as_p_says(period):
+    """p <= 0.05 in one of 20 tests: of 30, seven or more happen once in 1500 times; and the mean of
+    30 values that are uniform in 0..1 has a standard deviation of 0.053."""
+    found = [asked(noise(n), period=period, seed=n, permutations=99).p for n in range(30)]
+    assert sum(p <= 0.05 for p in found) < 7
+    assert abs(np.mean(found) - 0.5) < 4 * 0.053
+
+
+def test_classes_that_are_mistaken_for_others_in_turn_are_flagged():
+    y = np.array(["a", "b", "c"])[(GROUP // 5) % 3]
+    wrong = np.array(["b", "c", "a"])[(GROUP // 5) % 3]
+    found = asked(wrong, y=y, kind="classification")
+    assert found.flagged and found.measure == "mutual information"
+    same = asked(np.full(len(GROUP), "a"), y=y, kind="classification")
+    assert (same.value, same.flagged) == (0, False)
+
+
+def test_groups_exchange_their_labels_as_a_whole():
+    """Predictions that know the grasp, not its label: rows exchanged alone seem improbable."""
+    per_grasp = np.random.default_rng(1).normal(size=GROUPS)[GROUP]
+    assert asked(per_grasp).p > LEVEL
+    with pytest.raises(ValueError, match="a group holds several labels"):
+        asked(ANGLE, y=noise(0))
+
+
+def test_the_same_seed_gives_the_same_test():
+    assert asked(noise(3), seed=4) == asked(noise(3), seed=4)
