@@ -45,6 +45,8 @@ def table(name: str) -> list[dict[str, object]]:
     planned = planned_grasps(PATHS.dataset(name), SPECS[name], sessions)
     for session, grasps in zip(sessions, planned, strict=True):
         for grasp in grasps:
+            if not grasp.object:
+                continue  # a reference: nothing is held, nothing is to be told
             medium = grasp.setup.get("medium", {}).get("kind", "plastic")
             labels = {"object": grasp.object, "medium": medium, **grasp.targets}
             for sample in range(grasp.samples):
