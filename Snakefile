@@ -33,7 +33,8 @@ from ajgdata.types import DataError
 
 min_version("9.10")
 
-HERE = Path(workflow.basedir)
+# Also where another Snakefile includes this one.
+HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 
 
 configfile: HERE / "workflow/config/default.yaml"

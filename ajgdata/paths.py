@@ -120,6 +120,14 @@ class Paths:
         """Test of a task against chance."""
         return self.results / "tasks" / dataset / task / "permutations.json"
 
+    def stft(self, dataset: str, task: str) -> Path:
+        """Errors of a task for several settings of the STFT."""
+        return self.results / "tasks" / dataset / task / "stft.json"
+
+    def stft_cost(self, dataset: str, task: str) -> Path:
+        """What these settings cost: measured, hence never the same twice."""
+        return self.results / "tasks" / dataset / task / "stft_cost.json"
+
     def energies(self, dataset: str, task: str) -> Path:
         """Energies by class."""
         return self.results / "tasks" / dataset / task / "energies.json"

@@ -47,6 +47,8 @@ def documents_of(
         if settings.sorting:
             for model in settings.sorting.models:
                 found.append(Document("sorting", *place, model, paths.sorting(*place, model)))
+        if settings.stft:
+            found.append(Document("stft", *place, "", paths.stft(*place)))
         if settings.energy:
             found.append(Document("energies", *place, "", paths.energies(*place)))
     return found

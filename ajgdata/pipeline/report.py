@@ -20,6 +20,7 @@ from ajgdata.pipeline.report_rows import (
     energies_of,
     left_out,
     sorting_of,
+    stfts_of,
     tests_of,
 )
 from ajgdata.pipeline.studies import read_study
@@ -99,6 +100,7 @@ def build_report(
         curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
         paper=tuple(paper.values()),
         reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),

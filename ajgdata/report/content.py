@@ -20,6 +20,7 @@ from ajgdata.report.further import (
     Further,
     SortingResult,
     Source,
+    StftResult,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
@@ -119,6 +120,7 @@ class Report:
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
+    stfts: tuple[StftResult, ...] = ()
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
     reasons: tuple[Reason, ...] = ()
 
@@ -147,11 +149,18 @@ class Report:
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
             tuple(filter(of_task, self.energies)),
+            tuple(filter(of_task, self.stfts)),
         )
 
     def without_models(self, dataset: str) -> list[str]:
         """Tasks of a data set of which no model was evaluated, but something else made."""
-        made: tuple[Further, ...] = (*self.curves, *self.tests, *self.sorting, *self.energies)
+        made: tuple[Further, ...] = (
+            *self.curves,
+            *self.tests,
+            *self.sorting,
+            *self.energies,
+            *self.stfts,
+        )
         tasks = dict.fromkeys(one.about.task for one in made if one.about.dataset == dataset)
         evaluated = {result.task for result in self.results if result.dataset == dataset}
         return [task for task in tasks if task not in evaluated]

@@ -27,7 +27,7 @@ class Link(NamedTuple):
 
     link: str
     title: str
-    about: str = "The virtual gripper"
+    about: str
 
 
 def render_page(

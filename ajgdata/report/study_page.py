@@ -12,7 +12,7 @@ from ajgdata.studies.table import Table, Value
 
 
 class Lead(NamedTuple):
-    """What a page is about: its title, and the question that it answers."""
+    """What a page is about: its title, the question that it answers, and what it belongs to."""
 
     title: str
     text: str
