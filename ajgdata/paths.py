@@ -108,6 +108,10 @@ class Paths:
         """Test of a task against chance."""
         return self.results / "tasks" / dataset / task / "permutations.json"
 
+    def transfer(self, dataset: str, task: str, model: str) -> Path:
+        """One model on other grippers, against calibration grasps."""
+        return self.task(dataset, task, model) / "transfer.json"
+
     def energies(self, dataset: str, task: str) -> Path:
         """Energies by class."""
         return self.results / "tasks" / dataset / task / "energies.json"

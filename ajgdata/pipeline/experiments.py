@@ -47,6 +47,9 @@ def documents_of(
         if settings.sorting:
             for model in settings.sorting.models:
                 found.append(Document("sorting", *place, model, paths.sorting(*place, model)))
+        if settings.calibrate:
+            for model in settings.calibrate.models:
+                found.append(Document("transfers", *place, model, paths.transfer(*place, model)))
         if settings.energy:
             found.append(Document("energies", *place, "", paths.energies(*place)))
     return found

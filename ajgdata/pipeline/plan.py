@@ -62,7 +62,7 @@ def plan(
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
     for name, one in plans.items():
         for missing in sorted(_others(one.spec) - set(plans)):
-            problem = f"test_on: data set {missing!r} holds no sessions"
+            problem = f"tested on data set {missing!r}, which holds no sessions"
             raise DataError(paths.dataset(name), problem, _how_to_import(missing))
     if not plans:
         problem = "no data set here has recordings or a recipe"
@@ -92,16 +92,17 @@ def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> s
 
 
 def _others(spec: DatasetSpec) -> set[str]:
-    return {other for task in spec.tasks.values() for other in task.test_on}
+    return {other for task in spec.tasks.values() for other in task.others}
 
 
 def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[str]:
     """Further data sets that the tasks of `spec` need; DataError if one lacks a target."""
     for name, task in spec.tasks.items():
-        for other in task.test_on:
+        for other in task.others:
             targets = read_dataset(paths, other).targets
             if other == spec.name or targets.get(task.target) != spec.targets[task.target]:
-                problem = f"task {name}: test_on {other!r} has no target {task.target!r} like this"
+                lacks = f"which has no target {task.target!r} like this"
+                problem = f"task {name}: tested on {other!r}, {lacks}"
                 raise DataError(paths.dataset(spec.name), problem, "declare it there, or drop it")
     return sorted(_others(spec) - set(known))
 

@@ -21,6 +21,7 @@ from ajgdata.pipeline.report_rows import (
     left_out,
     sorting_of,
     tests_of,
+    transfers_of,
 )
 from ajgdata.report.content import (
     Cost,
@@ -93,6 +94,7 @@ def build_report(
         curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        transfers=tuple(t for one in listed for t in transfers_of(paths, *one, specs, paper)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )

@@ -20,6 +20,7 @@ from ajgdata.report.further import (
     Further,
     SortingResult,
     Source,
+    Transfers,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.results import (
@@ -118,6 +119,7 @@ class Report:
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
+    transfers: tuple[Transfers, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -144,11 +146,13 @@ class Report:
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
             tuple(filter(of_task, self.energies)),
+            tuple(filter(of_task, self.transfers)),
         )
 
     def without_models(self, dataset: str) -> list[str]:
         """Tasks of a data set of which no model was evaluated, but something else made."""
-        made: tuple[Further, ...] = (*self.curves, *self.tests, *self.sorting, *self.energies)
+        made: tuple[Further, ...] = (*self.curves, *self.tests, *self.sorting)
+        made += (*self.energies, *self.transfers)
         tasks = dict.fromkeys(one.about.task for one in made if one.about.dataset == dataset)
         evaluated = {result.task for result in self.results if result.dataset == dataset}
         return [task for task in tasks if task not in evaluated]

@@ -144,7 +144,39 @@ class Energies:
         return f"energies--{self.about.dataset}--{self.about.task}"
 
 
-Further = Curves | ChanceTest | SortingResult | Energies
+@dataclass(frozen=True, eq=False)
+class TransferLine:
+    """One model on one other gripper: calibration grasps of each class (n,), mean and sd (n,) of
+    the metric over folds; `home` (mean, sd) on the gripper that it was trained on, or NaN."""
+
+    model_label: str
+    dataset: str
+    title: str
+    grasps: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+    home: tuple[float, float]
+    chance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Transfers:
+    """Models of a task on other grippers; shares are in per cent."""
+
+    about: About
+    metric: str
+    unit: str
+    folds: int
+    lines: tuple[TransferLine, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"transfer--{self.about.dataset}--{self.about.task}"
+
+
+Further = Curves | ChanceTest | SortingResult | Energies | Transfers
 
 
 class Experiments(NamedTuple):
@@ -154,3 +186,4 @@ class Experiments(NamedTuple):
     tests: tuple[ChanceTest, ...]
     sorting: tuple[SortingResult, ...]
     energies: tuple[Energies, ...]
+    transfers: tuple[Transfers, ...]

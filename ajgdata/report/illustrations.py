@@ -21,6 +21,7 @@ from ajgdata.report.experiments import (
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
+from ajgdata.report.transfer_figures import transfer_caption, transfer_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
@@ -80,7 +81,7 @@ def illustrations(report: Report) -> dict[str, Illustration]:
     for r in report.results:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))
-    listed += _of_tasks(report)
+    listed += [*_of_tasks(report), *_further(report)]
     named = dict(listed)
     if len(named) != len(listed):
         raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
@@ -101,12 +102,21 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
         if task[0].silent:
             drawing = Illustration(silent_caption(task), partial(silent_figure, task))
             listed.append((silent_name(task), drawing))
+    return listed
+
+
+def _further(report: Report) -> list[tuple[str, Illustration]]:
+    """Figures of the further experiments on tasks."""
+    listed = []
     for c in report.curves:
         listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
     for e in report.energies:
         listed.append((e.name, Illustration(energy_caption(e), partial(energy_figure, e))))
     for t in report.tests:
         listed.append((t.name, Illustration(chance_caption(t), partial(chance_figure, t))))
+    for other in report.transfers:
+        drawing = Illustration(transfer_caption(other), partial(transfer_figure, other))
+        listed.append((other.name, drawing))
     for one in report.sorting:
         drawing = Illustration(sorting_caption(one), partial(sorting_figure, one))
         listed.append((one.name, drawing))

@@ -74,6 +74,32 @@ rule sort:
         "../scripts/rows.py"
 
 
+rule transfer:
+    input:
+        store=PATHS.merged("{dataset}"),
+        others=lambda wildcards: [
+            PATHS.merged(other) for other in declared(wildcards).calibrate.test_on
+        ],
+    output:
+        document=PATHS.transfer("{dataset}", "{task}", "{model}"),
+    log:
+        "results/logs/transfer/{dataset}.{task}.{model}.log",
+    benchmark:
+        "results/benchmarks/transfer/{dataset}.{task}.{model}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
+        on=lambda wildcards: declared(wildcards).calibrate.test_on,
+        grasps=lambda wildcards: declared(wildcards).calibrate.grasps,
+        seed=config["seed"],
+        code=ROWS_CODE,
+    message:
+        "{wildcards.model} of {wildcards.task} of {wildcards.dataset} on other grippers"
+    script:
+        "../scripts/transfer.py"
+
+
 rule energy:
     input:
         store=PATHS.merged("{dataset}"),
