@@ -6,14 +6,29 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.pipeline.ablations import (
+    ABLATION_CODE,
+    ABLATIONS,
+    ABLATIONS_PAGE,
+    possible,
+)
 from ajgdata.pipeline.experiments import (
     datasets_of,
     documents_of,
     experiments_of,
     runs_of,
 )
-from ajgdata.pipeline.plan import plan, solved_by
-from ajgdata.pipeline.studies import GALLERY, GALLERY_CODE, STUDIES, STUDY_CODE, TIMED
+from ajgdata.pipeline.plan import plan, published, solved_by
+from ajgdata.pipeline.studies import (
+    EMBEDDING,
+    EMBEDDING_CODE,
+    EXPLORER_CODE,
+    GALLERY,
+    GALLERY_CODE,
+    STUDIES,
+    STUDY_CODE,
+    TIMED,
+)
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.types import DataError
 
@@ -37,15 +52,19 @@ PATHS = Paths()
 # Only the main process looks at the recordings; its jobs see the manifests that it left.
 try:
     PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+    PUBLISHED = published(PLANS, config["publish"])
 except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
+EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
 EXPERIMENTS = experiments_of(SPECS)
-# Pages on the virtual gripper.
-PAGES = [
+ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
+# Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
+PAGES = [EMBEDDING] if EMBEDDINGS else []
+PAGES += [
     name
-    for name in (GALLERY, *STUDIES)
+    for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
 ]
 
@@ -54,6 +73,7 @@ wildcard_constraints:
     dataset="[A-Za-z0-9_-]+",
     session="[A-Za-z0-9_-]+",
     task="[A-Za-z0-9_-]+",
+    embedding="[A-Za-z0-9_-]+",
     model="[a-z]+",
 
 
@@ -67,13 +87,18 @@ rule all:
         PATHS.all_metrics,
         of_runs(PATHS.model, TASKS),
         PATHS.results / "verify" / "summary.txt",
+        [PATHS.receipt(name) for name in PUBLISHED],
 
 
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/rows.smk"
+include: "workflow/rules/embed.smk"
+include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
+include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"
+include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

@@ -16,6 +16,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ajgdata.cli_gripper import gripper
+from ajgdata.cli_project import looking
 from ajgdata.cli_publish import publishing
 from ajgdata.types import DataError, Finding, ImportSettings
 
@@ -28,6 +29,7 @@ app = typer.Typer(
 )
 app.add_typer(gripper, name="gripper")
 app.add_typer(publishing)
+app.add_typer(looking)
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 

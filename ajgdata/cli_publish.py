@@ -22,7 +22,9 @@ def publish(
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
     ] = None,
-    version: Annotated[str, typer.Option(help="version of the data set")] = "1.0.0",
+    version: Annotated[
+        str, typer.Option(help="version of the data set, 1.0.0; default: that of dataset.yaml")
+    ] = "",
     date: Annotated[
         str, typer.Option(help="day of publication, 2026-01-31; default: that of the commit")
     ] = "",
@@ -64,6 +66,40 @@ def publish(
         out.print(
             "[yellow]no licence is stated[/yellow]: nobody may use it; state `licence` in "
             f"datasets/{dataset}/dataset.yaml",
+            soft_wrap=True,
+        )
+
+
+@publishing.command()
+def fetch(
+    source: Annotated[
+        str, typer.Argument(metavar="URL_OR_FOLDER", help="a published data set: folder or address")
+    ],
+    name: Annotated[str, typer.Option(help="name it gets here; default: its own")] = "",
+    sha256: Annotated[
+        str, typer.Option("--sha256", help="hash of its SHA256SUMS, if you were told it")
+    ] = "",
+) -> None:
+    """Bring a published data set in and make it a data set of this project.
+
+    Every file is checked against SHA256SUMS. Interrupted, it goes on: complete files are kept by
+    their hash, a half one is continued where the server can. Nothing of what is fetched is run.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.fetch import fetch as bring
+    from ajgdata.pipeline.progress import when_slow
+
+    done = bring(
+        find_project(), source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching")
+    )
+    out.print(
+        f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
+        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: snakemake",
+        soft_wrap=True,
+    )
+    if done.dropped:
+        out.print(
+            f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project",
             soft_wrap=True,
         )
 

@@ -36,13 +36,23 @@ class Paths:
         """Everything that the workflow makes."""
         return self.root / "results"
 
+    @property
+    def data(self) -> Path:
+        """Raw sessions of all data sets."""
+        return self.root / "data"
+
+    @property
+    def cache(self) -> Path:
+        """What may be deleted at any time."""
+        return self.root / ".ajgdata"
+
     def dataset(self, dataset: str) -> Path:
         """Declaration of one data set."""
         return self.datasets / dataset / DATASET_FILE
 
     def sessions(self, dataset: str) -> Path:
         """Raw sessions of one data set."""
-        return self.root / "data" / dataset / "sessions"
+        return self.data / dataset / "sessions"
 
     def session(self, dataset: str, session: str) -> Path:
         """One raw session."""
@@ -132,6 +142,17 @@ class Paths:
         """Folder of a model trained on all recordings."""
         return self.results / "models" / dataset / task / model
 
+    def results_of(self, dataset: str) -> tuple[Path, ...]:
+        """Files and folders of `results` that hold nothing but one data set."""
+        kinds = ("manifest", "features", "tasks", "models", "published")
+        folders = (self.results / kind / dataset for kind in kinds)
+        return (self.features(dataset), self.quarantine(dataset), *folders)
+
+    @property
+    def snakefile(self) -> Path:
+        """The workflow, if the project has its own."""
+        return self.root / "Snakefile"
+
     def figure(self, name: str) -> Path:
         """A figure without its suffix; see FIGURE_FORMATS."""
         return self.report.parent / FIGURES / name
@@ -164,13 +185,29 @@ class Paths:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
 
+    def ablation(self, name: str) -> Path:
+        """Tables of one ablation: why simulation and paper differ."""
+        return self.results / "ablations" / f"{name}.json"
+
     def published(self, dataset: str) -> Path:
         """A data set as others get it; see `Tree`."""
         return self.results / "published" / dataset
 
+    def receipt(self, dataset: str) -> Path:
+        """Hash of the SHA256SUMS of a published data set: written when the rest is whole."""
+        return self.results / "published" / f"{dataset}.sha256"
+
     def page(self, name: str) -> Path:
         """Another page of the report, beside it."""
         return self.report.with_name(f"{name}.html")
+
+    def explorer(self, dataset: str, embedding: str) -> Path:
+        """Page on which every recording of an embedding is seen and heard."""
+        return self.report.parent / "latents" / dataset / f"{embedding}.html"
+
+    def projections(self, dataset: str, embedding: str) -> Path:
+        """Pictures of an embedding and of raw features in two dimensions."""
+        return self.embedding_document(dataset, embedding, "projections")
 
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""
@@ -182,22 +219,22 @@ class Paths:
 
     def shard_cache(self, dataset: str, session: str) -> Path:
         """Last good shard, kept where Snakemake does not delete it."""
-        return self.root / ".ajgdata" / "features" / dataset / f"{session}.nc"
+        return self.cache / "features" / dataset / f"{session}.nc"
 
     @property
     def responses(self) -> Path:
         """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
-        return self.root / ".ajgdata" / "responses"
+        return self.cache / "responses"
 
     @property
     def fetched(self) -> Path:
         """Files of published data sets, kept by hash until the data set is registered."""
-        return self.root / ".ajgdata" / "fetched"
+        return self.cache / "fetched"
 
     @property
     def hash_cache(self) -> Path:
         """Known hashes by size, times and inode."""
-        return self.root / ".ajgdata" / "hashes.json"
+        return self.cache / "hashes.json"
 
 
 @dataclass(frozen=True)

@@ -12,19 +12,21 @@ import numpy as np
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.scene import derive_seed
 from ajgdata.types import Recipe, RecipeObject
+from ajgdata.types.recipe import EMPTY
 
 
 class _Session(NamedTuple):
-    drawn: str  #: the name that its grasps are drawn by, shared by all variants
+    drawn: str  #: the name that its grasps are drawn by
     variant: str  #: "" if the recipe has none
 
 
 def _sessions(recipe: Recipe) -> dict[str, _Session]:
     numbers = [f"{number:02d}" for number in range(1, recipe.sessions + 1)]
     return {
-        f"virtual-{variant}-{n}" if variant else f"virtual-{n}": _Session(f"virtual-{n}", variant)
+        name: _Session(f"virtual-{number}" if recipe.same_grasps else name, variant)
         for variant in recipe.variants or [""]
-        for n in numbers
+        for number in numbers
+        for name in [f"virtual-{variant}-{number}" if variant else f"virtual-{number}"]
     }
 
 
@@ -34,33 +36,36 @@ def session_names(recipe: Recipe) -> list[str]:
 
 
 def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[Grasp]:
-    """Every grasp of one session, objects in turn as a person would place them.
+    """Every grasp of one session: of nothing first, then objects in turn as a person would place
+    them.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
-    number): adding an object or a grasp changes no other, and variants share their seeds. The data
-    set is `recipe.grasps_of` where that is given. `code` is a digest of the gripper's sources; with
-    scene and signal chain it makes the grasp's digest, so that changed physics is simulated again.
+    number): adding an object or a grasp changes no other. Variants share their seeds unless each
+    draws its own grasps; the data set is `recipe.grasps_of` where that is given. `code` is a digest
+    of the gripper's sources; with scene and signal chain it makes the grasp's digest, so that
+    changed physics is simulated again. What `vary` draws is a label of the recording, too.
     """
     drawn_by, variant = _sessions(recipe)[session]
     scene = {**recipe.scene, **recipe.variants.get(variant, {})}
-    grasps = []
-    for number in range(1, recipe.grasps_per_object + 1):
-        for made in recipe.objects:
-            drawn_for = recipe.grasps_of or dataset
-            seed = derive_seed(recipe.seed, drawn_for, drawn_by, made.name, number)
-            grasp = _grasp_settings(scene, recipe, made, seed)
-            setup = {**scene, "object": made.shape, "grasp": grasp}
-            grasps.append(
-                Grasp(
-                    grasp_id=f"{session}_{made.name}_{number:02d}",
-                    object=made.name,
-                    samples=recipe.samples_per_grasp,
-                    targets=made.targets,
-                    setup=setup,
-                    digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
-                )
-            )
-    return grasps
+
+    def planned(made: RecipeObject | None, number: int) -> Grasp:
+        name = made.name if made else ""
+        seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, drawn_by, name, number)
+        grasp = _grasp_settings(scene, recipe, made, seed)
+        setup = {**scene, "object": made.shape if made else None, "grasp": grasp}
+        drawn = {key: grasp[key] for key in sorted(recipe.vary)} if made else {}
+        return Grasp(
+            grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
+            object=name,
+            samples=recipe.samples_per_grasp,
+            targets={**drawn, **made.targets} if made else {},
+            setup=setup,
+            digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
+        )
+
+    empty = [planned(None, number) for number in range(1, recipe.references + 1)]
+    numbers = range(1, recipe.grasps_per_object + 1)
+    return empty + [planned(made, number) for number in numbers for made in recipe.objects]
 
 
 def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:
@@ -68,7 +73,7 @@ def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool
     common: then the second to be recorded finds the responses of the first."""
 
     def drawn(of: str, by: Recipe) -> tuple[object, ...]:
-        return by.seed, by.grasps_of or of, by.scene, by.variants, by.vary
+        return by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
 
     mine, theirs = ({m.name: (m.shape, m.grasp) for m in r.objects} for r in (recipe, others))
     common = any(theirs.get(made) == settings for made, settings in mine.items())
@@ -80,8 +85,12 @@ def yaml_place(
 ) -> tuple[int | str, ...]:
     """Where in a declaration stands what is wrong at `place` of a setup of the object `made`."""
     variant = _sessions(recipe)[session].variant
-    number = [one.name for one in recipe.objects].index(made)
+    of_variant = recipe.variants.get(variant, {})
+    of_all = ("variants", variant) if place and place[0] in of_variant else ("scene",)
+    number = [one.name for one in recipe.objects].index(made) if made else None
     match place:
+        case _ if number is None:  # of a reference, which holds nothing
+            return ("recipe", *of_all, *place)
         case ():
             return ("recipe", "objects", number)
         case ("object", *rest):
@@ -90,22 +99,22 @@ def yaml_place(
             return ("recipe", "vary", key)
         case ("grasp", str(key), *rest) if key in recipe.objects[number].grasp:
             return ("recipe", "objects", number, "grasp", key, *rest)
-        case (str(key), *_) if key in recipe.variants.get(variant, {}):
-            return ("recipe", "variants", variant, *place)
         case _:
-            return ("recipe", "scene", *place)
+            return ("recipe", *of_all, *place)
 
 
 def _grasp_settings(
-    scene: Mapping[str, Any], recipe: Recipe, made: RecipeObject, seed: int
+    scene: Mapping[str, Any], recipe: Recipe, made: RecipeObject | None, seed: int
 ) -> dict[str, Any]:
+    fixed = scene.get("grasp", {})
+    fixed = fixed if isinstance(fixed, dict) else {}
+    if made is None:
+        return {**fixed, "seed": seed}
     generator = np.random.default_rng(seed)
     drawn = {
         key: round(float(generator.uniform(*limits)), 4)
         for key, limits in sorted(recipe.vary.items())
     }
-    fixed = scene.get("grasp", {})
-    fixed = fixed if isinstance(fixed, dict) else {}
     return {**fixed, **made.grasp, **drawn, "seed": seed}
 
 

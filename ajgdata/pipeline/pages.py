@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.ablations import ABLATIONS_PAGE
 from ajgdata.pipeline.studies import GALLERY_CODE, read_study
 from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import code_digest, software
 
+if TYPE_CHECKING:
+    from ajgdata.studies.table import Table
+
 
 def build_study_page(paths: Paths, name: str, pages: Sequence[str]) -> None:
     """Draw the figures of the study `name` and write its page, linked with those of `pages`."""
+    _tables_page(paths, name, *read_study(paths.study(name)), pages)
+
+
+def build_ablations_page(paths: Paths, names: Sequence[str], pages: Sequence[str]) -> None:
+    """One page on the ablations `names`, linked with those of `pages`."""
+    read = [read_study(paths.ablation(name)) for name in names]
+    tables = [table for _, some in read for table in some]
+    _tables_page(paths, ABLATIONS_PAGE, read[0][0], tables, pages)
+
+
+def _tables_page(
+    paths: Paths,
+    name: str,
+    provenance: Mapping[str, Any],
+    tables: Sequence[Table],
+    pages: Sequence[str],
+) -> None:
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.study_figures import study_figures
     from ajgdata.report.study_page import page_links, render_study
 
-    provenance, tables = read_study(paths.study(name))
     figures = study_figures(name, tables)
     svgs = {}
     for ones in figures.values():

@@ -6,12 +6,12 @@ written unless `refresh` is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
-from ajgdata.paths import SESSION_FILE, Paths
+from ajgdata.paths import SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import PAPER_FILE, parse_paper
@@ -53,8 +53,7 @@ def plan(
             unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
             looking = partial(when_slow, what=f"reading new recordings of {name}")
             manifest.refresh(paths, name, incomplete=unready, each=looking)
-            if paths.merged(name).is_file() and not paths.features(name).is_file():
-                link_or_copy(paths.merged(name), paths.features(name))  # somebody removed it
+            _notice_removed(paths, name)
         held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
         if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
@@ -68,6 +67,13 @@ def plan(
         problem = "no data set here has recordings or a recipe"
         raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
+
+
+def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
+    """Sessions of a data set that are on disk, whole, and asked for."""
+    virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
+    unready = {*_incomplete(paths, spec.name, virtual), *_dropped(paths, spec.name, virtual)}
+    return sorted(set(list_sessions(paths, spec.name)) - unready)
 
 
 def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
@@ -89,6 +95,22 @@ def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> s
     origin = recipe.grasps_of or dataset
     first = origin if origin in same else same[0]
     return None if dataset == first else first
+
+
+def _notice_removed(paths: Paths, dataset: str) -> None:
+    """What people get is not what Snakemake looks at: see to it that it is there, or made again."""
+    if paths.merged(dataset).is_file() and not paths.features(dataset).is_file():
+        link_or_copy(paths.merged(dataset), paths.features(dataset))
+    if not (paths.published(dataset) / Tree.SUMS).is_file():
+        paths.receipt(dataset).unlink(missing_ok=True)
+
+
+def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]:
+    """Data sets of a run that are handed on: those of `wanted`, else all."""
+    if unknown := sorted(set(wanted or ()) - set(plans)):
+        problem = f"publish: {unknown[0]!r} is no data set of this run"
+        raise DataError("config", problem, f"there are {', '.join(plans)}")
+    return [name for name in plans if wanted is None or name in wanted]
 
 
 def _others(spec: DatasetSpec) -> set[str]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.paths import Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, yaml_bytes
+from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, write_bytes, yaml_bytes
 from ajgdata.store.provenance import code_digest, commit_date, settings_digest, software
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.about import About
@@ -58,17 +58,19 @@ def publish(
     dataset: str,
     out: Path,
     *,
-    version: str = "1.0.0",
+    version: str = "",
     date: str = "",
     store: Path | None = None,
+    receipt: Path | None = None,
     each: Callable[[Sequence[Source]], Any] = iter,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
-    `store` are its features (default: those that `ajgdata.load_features` gives); what they hold is
-    what is published. `date` is the day of publication (default: that of the commit). `each` goes
-    through the recordings, and may show how far it is. Raises DataError, and leaves what was there,
-    when the features are missing or not of the recordings as they are now.
+    `version` is that of dataset.yaml, `date` the day of the commit, unless given. `store` are its
+    features (default: those that `ajgdata.load_features` gives); what they hold is what is
+    published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
+    may show how far it is. Raises DataError, and leaves what was there, when the features are
+    missing or not of the recordings as they are now.
     """
     for name, given, pattern in (("version", version, VERSION), ("date", date, DATE)):
         if given and not pattern.fullmatch(given):
@@ -80,6 +82,7 @@ def publish(
     if not features.is_file():
         raise DataError(features, "these features have not been made", "run `snakemake` first")
     content = read_store(features)
+    version = version or spec.version
     sessions = _sessions(paths, dataset, content)
     sources = _sources(paths, dataset, sessions, content)
     table = table_of(content, [s.path.suffix.lower() for s in sources], features)
@@ -94,6 +97,9 @@ def publish(
         made = _describe(tree, paths, spec, content, table, sessions, unsealed, version, date)
         (tree / tree.SUMS).write_bytes(sums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
+    if receipt:
+        line = f"{file_sha256(out / Tree.SUMS)}  {out.name}/{Tree.SUMS}\n"
+        write_bytes(receipt, line.encode())
     return Published(out, len(table.rows), size, *made)
 
 

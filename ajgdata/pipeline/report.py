@@ -56,11 +56,13 @@ def build_report(
     tasks: Sequence[tuple[str, str]],
     page: Path,
     pages: Sequence[str] = (),
+    published: Sequence[str] = (),
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and task, as `page`, its
     figures and what it is about beside it.
 
-    `pages` are the pages on the virtual gripper that it is linked with.
+    `pages` are the pages on the virtual gripper that it is linked with; `published` the
+    data sets whose trees are there.
     """
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.illustrations import illustrations
@@ -102,8 +104,9 @@ def build_report(
     for name, illustration in illustrations(report).items():
         saved = save_figure(illustration.draw(), page.parent / FIGURES / name)
         svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
-    write_bytes(page, render_page(report, svgs, page_links(pages)).encode())
+    write_bytes(page, render_page(report, svgs, page_links(pages), published).encode())
     content = {"datasets": list(datasets), "runs": runs, "pages": list(pages)}
+    content["published"] = list(published)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
 
 

@@ -165,7 +165,7 @@ def transfer_task(
     """Errors of `model` on `others`, stores by data set, for each number of calibration grasps."""
     from ajgdata.evaluate.crossval import Further
     from ajgdata.evaluate.metrics import METRICS
-    from ajgdata.evaluate.transfer import transfer
+    from ajgdata.evaluate.other_gripper import transfer
 
     def made(rows: Rows) -> dict[str, Any]:
         own, on = Further(rows.feature, rows.value, rows.group), {}

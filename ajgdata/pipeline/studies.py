@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,10 @@ TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
 #: What the gallery and the studies' figures depend on.
 GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")
+EMBEDDING = "embedding"
+#: What the page on embeddings depends on, and those on which recordings are heard.
+EMBEDDING_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
+EXPLORER_CODE = (*EMBEDDING_CODE, "store/clips", "store/audio")
 STUDY_CODE = ("gripper", "studies", "features", "types", "pipeline/studies")
 
 
@@ -32,11 +36,16 @@ def run_study(name: str, out: Path, *, quick: bool = False) -> None:
     its columns.
     """
     tables = importlib.import_module(f"ajgdata.studies.{name}").tables(quick)
+    write_tables(name, tables, out, quick=quick, code=code_digest(*STUDY_CODE))
+
+
+def write_tables(name: str, tables: Sequence[Table], out: Path, *, quick: bool, code: str) -> None:
+    """Write `tables`, with what made them (`code` is a digest of it), to `out` (JSON)."""
     content = {
         "study": name,
         "quick": quick,
         **software(),
-        "code": code_digest(*STUDY_CODE),
+        "code": code,
         "tables": [_plain(table) for table in tables],
     }
     write_bytes(out, json_bytes(content))

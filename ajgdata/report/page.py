@@ -27,14 +27,20 @@ class Link(NamedTuple):
 
     link: str
     title: str
+    about: str = "The virtual gripper"
 
 
-def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link] = ()) -> str:
+def render_page(
+    report: Report,
+    svgs: Mapping[str, bytes],
+    pages: Sequence[Link] = (),
+    published: Sequence[str] = (),
+) -> str:
     """The page as HTML text: the same report and figures give the same text.
 
-    `pages` are linked from its contents. `svgs` holds the SVG file of each name of
-    `illustrations(report)`; PNG and PDF are linked where `Paths.figure` puts them. Raises
-    ValueError if a figure is missing.
+    `pages` are linked from its contents, and the trees of the data sets `published` from these.
+    `svgs` holds the SVG file of each name of `illustrations(report)`; PNG and PDF are linked where
+    `Paths.figure` puts them. Raises ValueError if a figure is missing.
     """
     drawn = figures.illustrations(report)
     if missing := [name for name in drawn if name not in svgs]:
@@ -45,6 +51,7 @@ def render_page(report: Report, svgs: Mapping[str, bytes], pages: Sequence[Link]
         .render(
             report=report,
             pages=pages,
+            published=published,
             figures=drawn,
             figure_formats=FIGURE_FORMATS,
             image={name: data_uri(svgs[name]) for name in drawn},
@@ -93,6 +100,7 @@ def _names() -> dict[str, Any]:
         "part_rows": part_rows,
         "part_chance": wording.part_chance,
         "prediction_name": figures.prediction_name,
+        "published_link": published_link,
         "quarantine_link": quarantine_link,
         "spectra_name": figures.spectra_name,
         "tradeoff_name": figures.tradeoff_name,
@@ -147,6 +155,11 @@ def figure_link(name: str, suffix: str) -> str:
 def quarantine_link(dataset: str) -> str:
     """Link from the page to the table of all findings of a data set."""
     return _from_page(PurePosixPath(Paths().quarantine(dataset).as_posix()))
+
+
+def published_link(dataset: str) -> str:
+    """Link from the page to a published data set."""
+    return _from_page(PurePosixPath(Paths().published(dataset).as_posix()))
 
 
 def web_link(url: str) -> str:

@@ -19,10 +19,21 @@ class Lead(NamedTuple):
 
 
 LEADS = {
+    "embedding": Lead(
+        "Embeddings",
+        "A network that was only told which recordings are of the same thing: does it put things "
+        "together whatever the grasp, and the gripper, and does it forget how they were held?",
+    ),
     "gallery": Lead(
         "Gallery",
         "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
         "through its axis, and the sound moving through one of them.",
+    ),
+    "ablations": Lead(
+        "Why simulation and paper differ",
+        "Each hypothesis is put to an experiment that could refute it: one thing is changed, all"
+        " else stays, and errors are compared on the same grasps. What is supported is a reason"
+        " within the simulation; that it holds for the real gripper, too, is a guess.",
     ),
     "verification": Lead(
         "Verification",

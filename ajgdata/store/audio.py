@@ -106,8 +106,8 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
                 "check that the recording was not interrupted",
             )
         )
-    _check_rate(path, info, audio)
-    taken, remark = _take_channel(path, _decode(path, content, info, wave), audio.channel)
+    check_layout(path, info, audio)
+    taken, remark = _take_channel(_decode(path, content, info, wave), audio.channel)
     remarks += [remark] if remark else []
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
         samples = taken[:, 0] if taken.shape[1] == 1 else taken.mean(axis=1)
@@ -226,7 +226,8 @@ def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> F
     return samples
 
 
-def _check_rate(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
+def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
+    """Raise AudioError when a file is not what `audio` declares, nor may be converted to it."""
     if info.sample_rate_hz != audio.sample_rate_hz and audio.other_rate == "reject":
         raise AudioError(
             path,
@@ -234,30 +235,27 @@ def _check_rate(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
             f"sampled at {info.sample_rate_hz} Hz, the data set declares {audio.sample_rate_hz} Hz",
             "set audio.other_rate: resample (or audio.sample_rate_hz) in dataset.yaml",
         )
+    count, channel = info.channels, audio.channel
+    if channel == "mono" and count != 1:
+        raise AudioError(
+            path,
+            "channels",
+            f"has {count} channels, the data set declares mono",
+            "set audio.channel: mean, or to the number of a channel, in dataset.yaml",
+        )
+    if isinstance(channel, int) and channel >= count:
+        raise AudioError(
+            path,
+            "channels",
+            f"has {count} channels (0 to {count - 1}), the data set asks for {channel}",
+            "correct audio.channel in dataset.yaml",
+        )
 
 
-def _take_channel(
-    path: Path, samples: Float32, channel: str | int
-) -> tuple[Float32, Remark | None]:
+def _take_channel(samples: Float32, channel: str | int) -> tuple[Float32, Remark | None]:
     """The channels (frames, used) that a data set uses."""
     count = samples.shape[1]
-    if channel == "mono":
-        if count != 1:
-            raise AudioError(
-                path,
-                "channels",
-                f"has {count} channels, the data set declares mono",
-                "set audio.channel: mean, or to the number of a channel, in dataset.yaml",
-            )
-        return samples, None
     if isinstance(channel, int):
-        if channel >= count:
-            raise AudioError(
-                path,
-                "channels",
-                f"has {count} channels (0 to {count - 1}), the data set asks for {channel}",
-                "correct audio.channel in dataset.yaml",
-            )
         samples = np.ascontiguousarray(samples[:, channel : channel + 1])
     if count == 1:
         return samples, None

@@ -14,6 +14,18 @@ from ajgdata.types import Finding, Target
 
 #: Columns of the label manifest that identify rows; all others become coordinates as they are.
 IDENTITY = ("recording_id", "grasp_id", "sample")
+#: What the columns that every store has mean, for whoever opens one without this library.
+MEANINGS = {
+    "recording": "recording: session/recording_id",
+    "session_id": "uninterrupted acquisition with one gripper",
+    "grasp_id": "placement of the object: session/grasp_id",
+    "sample": "number of the repeat within the grasp",
+    "object": "what was held",
+    "quality": "ok, or what somebody noted",
+    "source": "virtual (simulated), soundcard or import",
+    "gripper": "gripper",
+    "medium": "granular medium in the gripper",
+}
 _NAMED = 3  # recordings that a finding about copies names; there may be thousands
 
 
@@ -107,18 +119,24 @@ def labelled(
     names = [str(name) for name in shard.columns["recording"].values]
     rows = [table[name] for name in names]
     columns = dict(shard.columns)
-    columns["recording"] = text_column([f"{session}/{name}" for name in names])
-    columns["session_id"] = text_column([session] * len(names))
-    columns["grasp_id"] = text_column([f"{session}/{row['grasp_id']}" for row in rows])
-    columns["sample"] = Column(np.asarray([int(row["sample"]) for row in rows], np.int32))
+    columns["recording"] = _standard("recording", [f"{session}/{name}" for name in names])
+    columns["session_id"] = _standard("session_id", [session] * len(names))
+    columns["grasp_id"] = _standard("grasp_id", [f"{session}/{row['grasp_id']}" for row in rows])
+    samples = np.asarray([int(row["sample"]) for row in rows], np.int32)
+    columns["sample"] = Column(samples, {"long_name": MEANINGS["sample"], "units": "1"})
     header = list(next(iter(table.values()), {}))
     for name in [c for c in header if c not in IDENTITY]:
         target = targets.get(name)
         if target is None:
-            columns[name] = text_column([row[name] for row in rows])
+            columns[name] = _standard(name, [row[name] for row in rows])
         else:
             columns[name] = target_column([parse_label(row[name], target) for row in rows], target)
     return dataclasses.replace(shard, columns=columns)
+
+
+def _standard(name: str, values: Sequence[str]) -> Column:
+    """A column of text that is no target, with its meaning if every store has it."""
+    return text_column(values, **({"long_name": MEANINGS[name]} if name in MEANINGS else {}))
 
 
 def target_column(values: Sequence[float | str], target: Target) -> Column:
@@ -138,7 +156,7 @@ def with_columns(shard: Shard, names: set[str], targets: Mapping[str, Target]) -
     for name in names - set(columns):
         target = targets.get(name)
         if target is None:
-            columns[name] = text_column(empty)
+            columns[name] = _standard(name, empty)
         else:
             columns[name] = target_column([parse_label("", target) for _ in empty], target)
     return dataclasses.replace(shard, columns=columns)

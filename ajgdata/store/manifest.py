@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -132,7 +132,9 @@ def survey(
         findings.append(
             Finding(name, WHOLE_SESSION, "", "warning", "bad_excitation", problem, error.fix)
         )
-    return _manifest(paths, folder, session, files, findings, played), _labels(session, recordings)
+    return _manifest(paths, folder, session, files, findings, played), label_rows(
+        session, recordings
+    )
 
 
 def _excitation(
@@ -203,7 +205,8 @@ def _spelled(paths: Paths, path: Path) -> str:
     return str(absolute.relative_to(root) if absolute.is_relative_to(root) else absolute)
 
 
-def _labels(session: Session, recordings: list[Recording]) -> list[dict[str, str]]:
+def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:
+    """A row of labels for each recording of a session, all as text."""
     columns = sorted({column for r in recordings for column in r.labels})
     return [
         {c: str(getattr(r, c)) for c in LABEL_COLUMNS}

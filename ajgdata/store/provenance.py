@@ -12,7 +12,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 #: What results depend on. Caches and editors' swap files are not among it.
-SOURCES = (".py", ".yaml", ".j2", ".css")
+SOURCES = (".py", ".yaml", ".j2", ".css", ".js")
 PACKAGE = Path(__file__).resolve().parents[1]
 
 

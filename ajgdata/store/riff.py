@@ -58,8 +58,12 @@ class Wave:
         return _PLAIN.get((self.code, self.bits)) if samples_fill_frame else None
 
 
-def parse_wave(content: bytes) -> Wave | None:
-    """Walk the chunks up to `data`; None when that is not there (libsndfile then says why)."""
+def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
+    """Walk the chunks up to `data`; None when that is not there (libsndfile then says why).
+
+    `content` may be the beginning of a file of `size_of_file` bytes.
+    """
+    whole = len(content) if size_of_file is None else size_of_file
     fmt: tuple[int, ...] | None = None
     at = 12
     while at + 8 <= len(content):
@@ -73,7 +77,7 @@ def parse_wave(content: bytes) -> Wave | None:
                 return None
             riff_end = struct.unpack_from("<I", content, 4)[0] + 8
             unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
-            stop = len(content) if unfinished else min(at + size, len(content))
+            stop = whole if unfinished else min(at + size, whole)
             is_open = unfinished or (size >= _UNKNOWN_SIZE and at + size > stop)
             declared = None if is_open else size
             return Wave(code, channels, rate, frame_bytes, bits, at, stop, declared)

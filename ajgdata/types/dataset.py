@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Kind, Name, Strict
 from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
@@ -40,23 +40,36 @@ TRAINING = ("target", "kind", "unit", "groups", "period_deg")
 class DatasetSpec(Strict):
     """dataset.yaml: what a data set is."""
 
-    name: Name
-    title: str = ""
-    description: str = ""
-    licence: str = "not stated"
+    name: Name = Field(description="its folder's name")
+    title: str = Field("", description="a few words, for people")
+    description: str = Field("", description="what was recorded, how and why, for people")
+    licence: str = Field("not stated", description="under which others may use the recordings")
     authors: tuple[str, ...] = Field((), description="who made it, for the citation")
-    citation: str = ""
-    url: str = ""
-    audio: AudioSettings = AudioSettings()
-    features: FeatureSettings = FeatureSettings()
-    targets: dict[Name, Target] = {}
-    tasks: dict[Name, Task] = {}
-    embeddings: dict[Name, Embedding] = {}
+    citation: str = Field("", description="how to cite it")
+    version: str = Field(
+        "1.0.0", pattern=r"^\d+\.\d+\.\d+$", description="version of what is published"
+    )
+    url: str = Field("", description="where it comes from")
+    audio: AudioSettings = Field(AudioSettings(), description="what its recordings are")
+    features: FeatureSettings = Field(
+        FeatureSettings(), description="how a recording becomes a spectrum"
+    )
+    targets: dict[Name, Target] = Field(
+        {}, description="columns of recordings.csv that can be learnt, by name"
+    )
+    tasks: dict[Name, Task] = Field({}, description="what is learnt and evaluated, by name")
+    embeddings: dict[Name, Embedding] = Field(
+        {}, description="what is embedded by contrast, by name"
+    )
     level: Level | None = Field(
         None, description="where it stands among the data sets that a task is tested on"
     )
-    recipe: Recipe | None = None
-    imports: ImportSettings = ImportSettings()
+    recipe: Recipe | None = Field(
+        None, description="how the virtual gripper makes its sessions; null: they are imported"
+    )
+    imports: ImportSettings = Field(
+        ImportSettings(), description="how `ajgdata import` reads a folder for it"
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> DatasetSpec:
@@ -101,6 +114,8 @@ class DatasetSpec(Strict):
             for column in filter(None, (one.target, one.category)):
                 if column not in self.targets:
                     raise ValueError(f"embedding {name}: {column!r} is not among the targets")
+                if self.targets[column].kind != "classification":
+                    raise ValueError(f"embedding {name}: {column!r} is a number, not a class")
         return self
 
     def evaluation(self, task: str) -> dict[str, Any]:
@@ -129,6 +144,11 @@ class DatasetSpec(Strict):
         """What must be known of `task` where nothing is trained, by name."""
         wanted = ("target", "kind", "unit", "groups")
         return {k: v for k, v in self.evaluation(task).items() if k in wanted}
+
+    @property
+    def kinds(self) -> dict[str, Kind]:
+        """What each target is."""
+        return {name: target.kind for name, target in self.targets.items()}
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""

@@ -11,6 +11,19 @@ from ajgdata.types.base import Name, Strict
 Dimension = Annotated[int, Field(ge=1, le=256)]
 
 
+class Probed(Strict):
+    """How a property is read from a space."""
+
+    within: str = Field(
+        "",
+        description="column; each of its values is probed by itself, as an angle means something"
+        " else for each object",
+    )
+    period_deg: float | None = Field(
+        None, gt=0, description="the property repeats after this: its sine and cosine are read"
+    )
+
+
 class Embedding(Strict):
     """Contrastive embedding (Hadsell, Chopra, LeCun 2006). No setting is tuned to a data set."""
 
@@ -23,20 +36,22 @@ class Embedding(Strict):
         min_length=1, description="what this pair rule had to know, in a sentence for the report"
     )
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
-    folds: int = Field(5, ge=2)
+    folds: int = Field(5, ge=2, description="of the cross-validation")
     inits: int = Field(2, ge=1, description="initialisations of each fold's network")
     dimensions: tuple[Dimension, ...] = Field(
         (2, 3, 4, 6, 8, 12, 16, 32, 64), min_length=1, description="of the latent, for k-NN"
     )
     shown: Dimension = Field(8, description="dimension of what is measured further (paper: 8)")
     margin: float = Field(1.0, gt=0, description="distance beyond which dissimilar pairs rest")
-    epochs: int = Field(30, ge=1, description="passes over the training recordings")
-    batch_instances: int = Field(16, ge=2, description="things in a batch")
+    epochs: int = Field(
+        15, ge=1, description="passes over the training recordings; the loss has vanished by then"
+    )
+    batch_instances: int = Field(8, ge=2, description="things in a batch")
     batch_recordings: int = Field(4, ge=2, description="recordings of each of them in a batch")
     target: str = Field(description="target that k-NN is scored on")
     category: str = Field("", description="classes of the distance matrix; default: `target`")
-    probes: tuple[str, ...] = Field(
-        (), description="columns that probes read from the latent and from raw features"
+    probes: dict[str, Probed] = Field(
+        {}, description="columns that probes read from the latent and from raw features"
     )
     retrieval_folds: int = Field(
         0, ge=0, description="folds of leave-objects-out, for retrieval and probes of unseen things"
@@ -61,3 +76,10 @@ class Embedding(Strict):
         if bool(self.base) != bool(self.held_out):
             raise ValueError("transfer needs both base and held_out")
         return self
+
+    @property
+    def documents(self) -> tuple[str, ...]:
+        """Names of the JSON documents that the workflow makes of it."""
+        if self.base:
+            return ("transfer", "transfer_cost")
+        return ("cost", "knn", "knn_cost", "distances", "probes", "retrieval")

@@ -8,6 +8,9 @@ from pydantic import Field, JsonValue, field_validator, model_validator
 
 from ajgdata.types.base import Name, Strict
 
+#: Stands in the grasp_id of a reference, where nothing is held.
+EMPTY = "empty"
+
 
 class RecipeObject(Strict):
     """One object of a recipe: its scene description and the labels it gets."""
@@ -16,7 +19,7 @@ class RecipeObject(Strict):
     shape: str | dict[str, JsonValue] = Field(
         description="the gripper's object description, or a name of its library"
     )
-    targets: dict[str, float | str] = {}
+    targets: dict[str, float | str] = Field({}, description="its values of the targets")
     grasp: dict[str, JsonValue] = Field(
         {}, description="its own grasp settings, e.g. angle_deg: 9; what `vary` draws goes before"
     )
@@ -25,18 +28,26 @@ class RecipeObject(Strict):
 class Recipe(Strict):
     """How the virtual gripper makes a data set."""
 
-    source: Literal["virtual"] = "virtual"
-    seed: int = 0
-    sessions: int = Field(1, ge=1)
+    source: Literal["virtual"] = Field("virtual", description="the physics simulation")
+    seed: int = Field(0, description="of everything that is drawn")
+    sessions: int = Field(1, ge=1, description="sessions, each with every object")
     grasps_per_object: int = Field(
         ge=1, description="grasps of each object per session, each with its own nuisances"
     )
-    samples_per_grasp: int = Field(1, ge=1)
+    samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
     variants: dict[Name, dict[str, JsonValue]] = Field(
         {},
         description="what replaces keys of `scene`, by variant, e.g. coffee: {medium: {kind: "
-        "coffee}}: each is recorded in `sessions` sessions of its own, the same grasps in each",
+        "coffee}}: each is recorded in `sessions` sessions of its own",
+    )
+    same_grasps: bool = Field(
+        True, description="every variant places the objects alike; false: each draws its own grasps"
+    )
+    references: int = Field(
+        0,
+        ge=0,
+        description="grasps of nothing that a session begins with; their `object` is empty",
     )
     signal: dict[str, JsonValue] = Field(
         {},
@@ -51,7 +62,7 @@ class Recipe(Strict):
     vary: dict[str, tuple[float, float]] = Field(
         {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
     )
-    objects: tuple[RecipeObject, ...] = Field(min_length=1)
+    objects: tuple[RecipeObject, ...] = Field(min_length=1, description="what is grasped")
 
     @field_validator("objects")
     @classmethod
@@ -66,6 +77,8 @@ class Recipe(Strict):
         for key, (low, high) in self.vary.items():
             if low > high:
                 raise ValueError(f"vary.{key} = [{low:g}, {high:g}] must be [low, high]")
+        if self.references and any(made.name == EMPTY for made in self.objects):
+            raise ValueError(f"an object is called {EMPTY}, as references are: rename it")
         for scene in (self.scene, *self.variants.values()):
             if not isinstance(scene.get("grasp", {}), dict):
                 raise ValueError("scene.grasp must hold keys")

@@ -22,42 +22,50 @@ class Excitation(Strict):
     """The played sound."""
 
     file: str = Field(description="relative to the session folder")
-    sha256: str
-    description: str = ""
+    sha256: str = Field(description="of its file")
+    description: str = Field("", description="what it is, for people")
 
 
 class Session(Strict):
     """session.yaml: one uninterrupted acquisition with one gripper."""
 
     session_id: Name
-    source: Literal["virtual", "soundcard", "import"]
-    gripper: str = "unknown"
-    medium: str = "unknown"
-    device: str = "unknown"
+    source: Literal["virtual", "soundcard", "import"] = Field(
+        description="what made it; virtual is simulated"
+    )
+    gripper: str = Field("unknown", description="name of the gripper")
+    medium: str = Field("unknown", description="what the gripper is filled with")
+    device: str = Field("unknown", description="what played and recorded")
     sample_rate_hz: int | None = Field(None, description="null when the recordings differ")
-    excitation: Excitation | None = None
+    excitation: Excitation | None = Field(None, description="the played sound, if there was one")
     audio_root: str | None = Field(
         None, description="folder the files are relative to; null: the session folder"
     )
     software: str = Field("", description="what wrote this session")
     scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
     skipped: dict[str, str] = Field({}, description="grasps that could not be made, and why")
-    notes: str = ""
+    notes: str = Field("", description="what the operator noted")
 
 
 class Recording(Strict):
     """One row of recordings.csv. `labels` holds every further column as text."""
 
-    recording_id: Annotated[str, Field(min_length=1, max_length=200)]
-    file: Annotated[str, Field(min_length=1)]
+    recording_id: Annotated[str, Field(min_length=1, max_length=200)] = Field(
+        description="unique in its session"
+    )
+    file: Annotated[str, Field(min_length=1)] = Field(
+        description="relative to the session folder (or to audio_root); may not leave it"
+    )
     sha256: Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")] = Field(
         "", description="empty: not sealed yet"
     )
-    grasp_id: Annotated[str, Field(min_length=1)]
-    sample: int = Field(0, ge=0)
-    object: str = ""
+    grasp_id: Annotated[str, Field(min_length=1)] = Field(
+        description="placement of the object; the default group of cross-validation"
+    )
+    sample: int = Field(0, ge=0, description="number of the repeat within the grasp")
+    object: str = Field("", description="what was held")
     quality: str = Field("ok", description="'reject' keeps a recording out; other text is kept")
-    labels: dict[str, str] = {}
+    labels: dict[str, str] = Field({}, description="every other column: a target, or kept as text")
 
 
 def is_reserved(name: str) -> bool:

@@ -55,15 +55,15 @@ class AudioSettings(Strict):
 class Target(Strict):
     """One label column."""
 
-    kind: Kind
+    kind: Kind = Field(description="regression: numbers; classification: texts")
     unit: str = Field("", description="unit of a regression target, e.g. mm; empty for classes")
-    description: str = ""
+    description: str = Field("", description="what it is, for people")
     missing: tuple[str, ...] = Field((), description="cell texts that mean 'not measured'")
 
 
 class Level(Strict):
     """What differs between data sets that one model is tested on, as a number."""
 
-    value: float
-    unit: str = ""
+    value: float = Field(description="of the quantity")
+    unit: str = Field("", description="of the value")
     quantity: str = Field(description="e.g. sound level outside")

@@ -12,9 +12,13 @@ from ajgdata.types.base import ModelName, Name, Strict
 class Curve(Strict):
     """Learning curve: training grasps per class, each drawn `repeats` times."""
 
-    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(min_length=2)
-    repeats: int = Field(5, ge=2)
-    models: tuple[ModelName, ...] = Field(("cnn", "linear", "knn"), min_length=1)
+    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(
+        min_length=2, description="numbers of training grasps per class"
+    )
+    repeats: int = Field(5, ge=2, description="draws of each number")
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), min_length=1, description="models that get a curve"
+    )
 
 
 class Sorting(Strict):
@@ -22,7 +26,7 @@ class Sorting(Strict):
 
     objects: tuple[str, ...] = Field(min_length=2, description="values of the target")
     threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
-    models: tuple[ModelName, ...] = Field(("cnn",), min_length=1)
+    models: tuple[ModelName, ...] = Field(("cnn",), min_length=1, description="models that sort")
 
 
 class Energy(Strict):
@@ -51,10 +55,12 @@ class Calibrate(Strict):
 class Task(Strict):
     """Target + split: one row of the report for each model."""
 
-    target: str
+    target: str = Field(description="which of the targets")
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
-    folds: int = Field(5, ge=2)
-    models: tuple[ModelName, ...] = ("cnn", "linear", "knn")
+    folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), description="models that are trained and evaluated"
+    )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )

@@ -10,21 +10,24 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
-from ajgdata.paths import Paths
-from ajgdata.pipeline.studies import GALLERY, read_study
+from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
+from ajgdata.store.publishing.checks import defects
 
 pytestmark = pytest.mark.artefact
 
 PATHS = Paths()
-EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": []}
+EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": []}
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
 METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
+TREES = [PATHS.published(name) for name in RUNS["published"]]
 PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
-STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name != GALLERY]
+STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name in STUDY_NAMES]
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
@@ -40,6 +43,12 @@ def test_something_was_built():
 @pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
 def test_what_people_open_is_what_the_workflow_made(path):
     assert path.read_bytes() == PATHS.merged(path.stem).read_bytes()
+
+
+@pytest.mark.parametrize("path", TREES, ids=lambda p: p.stem)
+def test_what_is_published_is_whole_and_of_these_results(path):
+    assert defects(Tree(path)) == []
+    assert (path / Tree.FEATURES).read_bytes() == PATHS.merged(path.name).read_bytes()
 
 
 @pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)

@@ -20,7 +20,9 @@ RANKS = {
     "acquire": 7,
     "report": 7,
     "pipeline": 8,
+    "loading": 9,
     "cli_gripper": 9,
+    "cli_project": 9,
     "cli_publish": 9,
     "cli": 10,
 }

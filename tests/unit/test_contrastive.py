@@ -82,8 +82,8 @@ def test_value_and_gradient(seed, n, d, margin):
     value = contrastive_loss(torch.from_numpy(points), pairs, margin).item()
     assert value == pytest.approx(loss_by_hand(points, pairs, margin), rel=1e-13, abs=1e-15)
     found = gradient(points, pairs, margin, torch.float64)
-    # the second derivative jumps at the margin, by the pair's weight of at most 1: across it, central
-    # differences err by up to a quarter of their step; elsewhere by its square times a few
+    # the second derivative jumps at the margin, by the pair's weight of at most 1: across it,
+    # central differences err by up to a quarter of their step; elsewhere by its square times a few
     step = np.finfo(np.float64).eps ** (1 / 3) * np.abs(points).max()
     expected = differences(points, pairs, margin)
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 4)

@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import plan, published
 from ajgdata.store.sessions import write_session
 from ajgdata.types import DataError, Recording, Session
 
@@ -162,3 +162,11 @@ def test_a_figure_that_the_paper_does_not_have_is_said_before_all_the_work(tmp_p
     declare(paths, "made", recipe=RECIPE, targets=targets, tasks={"size": task | {"paper": "siz"}})
     with pytest.raises(DataError, match=r"no figure 'siz'; it has .*size-known"):
         plan(paths)
+
+
+def test_what_is_published_is_among_what_is_run():
+    assert published({"a": 1, "b": 2}, None) == ["a", "b"]
+    assert published({"a": 1, "b": 2}, ["b"]) == ["b"]
+    assert published({"a": 1}, []) == []
+    with pytest.raises(DataError, match="publish: 'c' is no data set of this run; there are a"):
+        published({"a": 1}, ["c"])

@@ -29,7 +29,7 @@ from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import MAX_FINDINGS, figure_link, paper_cells, quarantine_link, render_page
 from ajgdata.types import Finding
 
-VOID = {"meta", "img", "br", "link"}
+VOID = {"meta", "img", "br", "link", "input"}
 
 
 class Page(HTMLParser):
@@ -78,6 +78,14 @@ def test_labels_are_escaped(html):
     assert SCRIPT not in html and "<b>granite" not in html
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in html
     assert SCRIPT in " ".join(Page(html).words)
+
+
+def test_published_data_sets_are_linked_and_others_are_not(html):
+    report = sample_report()
+    name = report.datasets[0].name
+    linked = render_page(report, {n: b"<svg/>" for n in illustrations(report)}, (), [name])
+    assert f'href="../published/{name}/README.md"' in linked
+    assert "../published/" not in html
 
 
 def test_nothing_is_fetched(html):

@@ -35,7 +35,7 @@ def write_tone(path: Path, hz: float, seed: int) -> None:
 
 
 #: The studies of the virtual gripper take minutes; tests ask for what they look at.
-SETTINGS = {"pages": [], "quick": True}
+SETTINGS = {"pages": [], "publish": [], "quick": True}
 
 
 class Project:

@@ -1,12 +1,6 @@
 VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
 
 
-def solved_before(wildcards):
-    """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
-    first = solved_by(PLANS, wildcards.dataset, wildcards.session)
-    return [PATHS.audio_manifest(first, wildcards.session)] if first else []
-
-
 rule acquire:
     input:
         scenes=PATHS.scenes("{dataset}", "{session}"),

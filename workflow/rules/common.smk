@@ -19,3 +19,29 @@ def of_experiments(tasks):
 def declared(wildcards):
     """The task of a job, as it stands in dataset.yaml."""
     return PLANS[wildcards.dataset].spec.tasks[wildcards.task]
+
+
+def solved_before(wildcards):
+    """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
+    first = solved_by(PLANS, wildcards.dataset, wildcards.session)
+    return [PATHS.audio_manifest(first, wildcards.session)] if first else []
+
+
+def data_of(path, tasks):
+    """Data sets that some tasks are about, for one kind of file."""
+    return [path(name) for name in datasets_of(SPECS, tasks)]
+
+
+def part(of):
+    """What `of(tasks)` gives for the tasks of one experiment."""
+    return lambda wildcards: of(EXPERIMENTS[wildcards.experiment])
+
+
+def declared_embedding(wildcards):
+    """The embedding of a job, as it stands in dataset.yaml."""
+    return PLANS[wildcards.dataset].spec.embeddings[wildcards.embedding]
+
+
+def embedding_settings(wildcards):
+    """The same as plain values, defaults included."""
+    return declared_embedding(wildcards).model_dump(mode="json")

@@ -3,16 +3,6 @@ REPORT_CODE = code_digest(
 )
 
 
-def data_of(path, tasks):
-    """Data sets that some tasks are about, for one kind of file."""
-    return [path(name) for name in datasets_of(SPECS, tasks)]
-
-
-def part(of):
-    """What `of(tasks)` gives for the tasks of one experiment."""
-    return lambda wildcards: of(EXPERIMENTS[wildcards.experiment])
-
-
 rule report:
     input:
         stores=[PATHS.merged(name) for name in PLANS],
@@ -22,6 +12,7 @@ rule report:
         predictions=of_runs(PATHS.predictions, TASKS),
         documents=of_experiments(TASKS),
         pages=[PATHS.page(name) for name in PAGES],
+        trees=[PATHS.receipt(name) for name in PUBLISHED],
     output:
         page=PATHS.report,
         runs=PATHS.runs,
@@ -37,6 +28,7 @@ rule report:
         datasets=list(PLANS),
         tasks=TASKS,
         pages=PAGES,
+        published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=REPORT_CODE,
     message:

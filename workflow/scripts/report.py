@@ -13,4 +13,5 @@ with logged(snakemake.log[0]):
         tasks=[tuple(task) for task in snakemake.params.tasks],
         page=Path(snakemake.output.page),
         pages=snakemake.params.pages,
+        published=snakemake.params.published,
     )

@@ -8,25 +8,27 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+from zipfile import ZipFile
 
 from ajgdata.types import DataError
 
 #: The first day that a ZIP file can hold.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
-#: Recordings do not compress this well; what claims to is there to fill a disk.
-MAX_RATIO = 20
+#: Recordings do not compress this well (a pure tone 50-fold); what claims to is there to fill a
+#: disk. Ours are not compressed at all.
+MAX_RATIO = 200
 #: Largest sum of files that is unpacked or fetched without being asked for.
 MAX_BYTES = 50 * 2**30
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[zipfile.ZipFile]:
+def writing(path: Path) -> Iterator[ZipFile]:
     """A new archive; add to it with `add`."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+    with ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         yield archive
 
 
-def add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
+def add(archive: ZipFile, name: str, content: bytes) -> None:
     """Store a file. Nothing is compressed: WAVs hardly do, and the bytes would depend on zlib."""
     entry = zipfile.ZipInfo(name, _NO_TIME)
     entry.create_system = 3  # Unix, wherever this runs
@@ -35,16 +37,16 @@ def add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[zipfile.ZipFile]:
+def reading(path: Path) -> Iterator[ZipFile]:
     """An archive. Raises DataError when it is none, or when a file is damaged while it is read."""
     try:
-        with zipfile.ZipFile(path) as archive:
+        with ZipFile(path) as archive:
             yield archive
     except (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError) as error:
         raise DataError(path, f"not a readable archive ({error})", "fetch it again") from None
 
 
-def problems(archive: zipfile.ZipFile, folder: str) -> Iterator[tuple[str, str]]:
+def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
     """Name and problem of every entry that may not be unpacked: what leaves `folder`, links,
     names that stand twice (also where case does not count), and what would fill the disk."""
     entries = archive.infolist()

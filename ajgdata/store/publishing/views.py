@@ -49,6 +49,8 @@ def seen_defects(trees: Sequence[Tree]) -> list[list[Defect]]:
 
     Raises DataError when a reader is not installed.
     """
+    if not trees:
+        return []
     with tempfile.TemporaryDirectory() as scratch:
         caches = {"HF_HOME": f"{scratch}/hf", "CROISSANT_CACHE": f"{scratch}/croissant"}
         told = Path(scratch, "told.json")
@@ -110,6 +112,8 @@ def _tried(
         error = done.exception()
     if error is None:
         return done.result()
+    while error.__cause__ is not None:  # the first thing that went wrong
+        error = error.__cause__
     said = "".join(traceback.format_exception_only(error)).split()
     return [Defect(name, f"cannot be read ({' '.join(said)[:200]})")]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ajgdata.evaluate.crossval import Further
-from ajgdata.evaluate.transfer import transfer
+from ajgdata.evaluate.other_gripper import transfer
 
 CLASSES, GRASPS, SAMPLES = 4, 6, 2
 

@@ -1,0 +1,72 @@
+"""The commands that look and change nothing: `ajgdata info`, `doctor` and `status`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+looking = typer.Typer()
+out = Console(emoji=False, highlight=False)
+
+
+@looking.command()
+def info(
+    dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set")],
+) -> None:
+    """Say what a data set is: recordings, labels, sessions, features, tasks, disk."""
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.info import dataset_facts
+
+    _print(dataset_facts(find_project(), dataset))
+
+
+@looking.command()
+def doctor() -> None:
+    """Say what a bug report should: versions, backends, threads, disk and caches. Exit code 1 if
+    something is wrong."""
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.doctor import doctor as examine
+
+    try:
+        paths = find_project()
+    except FileNotFoundError:
+        paths = None
+    facts, wrong = examine(paths)
+    _print(facts)
+    for problem in wrong:
+        out.print(f"[red]wrong[/red] {escape(problem)}", soft_wrap=True)
+    raise typer.Exit(bool(wrong))
+
+
+@looking.command(context_settings={"ignore_unknown_options": True})
+def status(
+    more: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="...", help="handed on to Snakemake, e.g. --config 'pages=[]'"),
+    ] = None,
+) -> None:
+    """Say which results are current, which are not and why, and what no run would mend."""
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.status import data_status, workflow_status
+
+    paths = find_project()
+    current, groups = workflow_status(paths, more or ())
+    for line in data_status(paths):
+        out.print(escape(line), soft_wrap=True)
+    for group in groups:
+        first, others = group.files[0], len(group.files) - 1
+        files = f"{first} and {others} more" if others else first
+        said = f"[yellow]{group.rule}[/yellow] would run ({escape(group.reason)}): {escape(files)}"
+        out.print(said, soft_wrap=True)
+    stale = sum(len(group.files) for group in groups)
+    out.print(f"{current} results are current, {stale} are not" + ("; `snakemake`" * bool(stale)))
+
+
+def _print(facts: Mapping[str, str]) -> None:
+    width = max(map(len, facts))
+    for topic, said in facts.items():
+        out.print(f"{topic:{width}}  {escape(said)}", soft_wrap=True)

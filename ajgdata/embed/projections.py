@@ -1,0 +1,70 @@
+"""Many dimensions -> two, to be looked at: PCA, UMAP and t-SNE.
+
+PCA and UMAP are fitted on training points and then applied to the others. t-SNE has no way to
+place a further point: it is fitted on all, and shows what it shows of all.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.embed.reducers import make_reducer
+
+Real = NDArray[np.floating]
+
+METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
+#: UMAP looks at 15 neighbours of a point: with fewer distinct training points only PCA is done.
+FEWEST = 16
+#: t-SNE's default, less where there are fewer points.
+PERPLEXITY = 30.0
+
+
+def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[str, Real]:
+    """Points (n, d) in two dimensions by each of METHODS, as (n, 2) float32.
+
+    `training` (n,) says which points PCA and UMAP learn from. The same points and seed give the
+    same result. Raises ValueError for lengths that differ, values that are not finite, and less
+    than two training points.
+    """
+    points = np.ascontiguousarray(points, np.float32)
+    if points.ndim != 2 or training.shape != (len(points),):
+        raise ValueError(f"points {points.shape} and training {training.shape} do not match")
+    if not np.isfinite(points).all():
+        raise ValueError("points must be finite")
+    if np.count_nonzero(training) < 2:
+        raise ValueError("two training points are needed at least")
+    if points.shape[1] < 2:  # a line is a plane whose second axis is empty
+        points = np.pad(points, ((0, 0), (0, 2 - points.shape[1])))
+    made = {"pca": _pca(points, training)}
+    if len(np.unique(points[training], axis=0)) >= FEWEST:
+        made |= {"umap": _umap(points, training, seed), "tsne": _tsne(points, seed)}
+    return {name: np.asarray(plane, np.float32) for name, plane in made.items()}
+
+
+def _pca(points: Real, training: NDArray[np.bool_]) -> Real:
+    centred = points - points[training].mean(axis=0)
+    _, _, directions = np.linalg.svd(centred[training], full_matrices=False)
+    # a direction has no sign: its largest part is positive
+    largest = np.abs(directions[:2]).argmax(axis=1)
+    return centred @ (directions[:2] * np.sign(directions[[0, 1], largest])[:, None]).T
+
+
+def _umap(points: Real, training: NDArray[np.bool_], seed: int) -> Real:
+    umap = make_reducer("umap", 2, seed)
+    plane = np.empty((len(points), 2), np.float32)
+    plane[training] = umap.fit_transform(points[training])
+    if not training.all():
+        plane[~training] = umap.transform(points[~training])
+    return plane
+
+
+def _tsne(points: Real, seed: int) -> Real:
+    from sklearn.manifold import TSNE
+
+    settings: dict[str, Any] = {"init": "pca", "random_state": seed, "n_jobs": 1}
+    return TSNE(2, perplexity=min(PERPLEXITY, (len(points) - 1) / 3), **settings).fit_transform(
+        points
+    )

@@ -1,0 +1,61 @@
+"""Did a change make a difference? Folds of two cross-validations -> an interval and a verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.stats import t as student
+
+#: Share of such intervals that hold the true difference, if folds are as they are assumed to be.
+CONFIDENCE = 0.95
+
+Verdict = Literal["supported", "refuted", "not supported"]
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """By how much the second of two is better than the first, in the metric's unit: mean over
+    folds, and the ends of its 95 % interval."""
+
+    gain: float
+    low: float
+    high: float
+
+    @property
+    def verdict(self) -> Verdict:
+        """On the hypothesis that the second is better: refuted where it is worse beyond the
+        interval, not supported where neither can be told."""
+        if self.low > 0:
+            return "supported"
+        return "refuted" if self.high < 0 else "not supported"
+
+
+def contrast(
+    before: Sequence[float], after: Sequence[float], *, lower_is_better: bool, paired: bool
+) -> Contrast:
+    """Compare fold values (k,) of two cross-validations with as many folds.
+
+    `paired`: fold i of both tests the same groups. Folds share most of their training rows, so
+    that their plain standard error is too small: the variance of the mean difference of k folds is
+    taken as (1/k + 1/(k-1)) s², its tests being 1/(k-1) of its training rows, with k-1 degrees of
+    freedom (Nadeau & Bengio 2003, Machine Learning 52, 239). Unpaired, s² is the sum of both.
+
+    Raises ValueError for other than two or more finite values of each, as many of both.
+    """
+    first, second = np.asarray(before, float), np.asarray(after, float)
+    folds = len(first)
+    if first.shape != second.shape or first.ndim != 1 or folds < 2:
+        raise ValueError(f"need as many folds of both, two or more: {first.shape}, {second.shape}")
+    if not (np.isfinite(first).all() and np.isfinite(second).all()):
+        raise ValueError("a fold has no value: give folds more groups")
+    sign = -1.0 if lower_is_better else 1.0
+    gains = sign * (second - first)
+    variance = gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1)
+    error = math.sqrt((1 / folds + 1 / (folds - 1)) * variance)
+    reach = float(student.ppf((1 + CONFIDENCE) / 2, folds - 1)) * error
+    gain = float(gains.mean())
+    return Contrast(gain, gain - reach, gain + reach)

@@ -1,0 +1,97 @@
+"""k-NN in a latent, in the raw features and in what PCA and UMAP make of them: right, and how fast.
+
+Everything is learned from the training rows and applied to the others.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from sklearn.neighbors import KNeighborsClassifier
+from threadpoolctl import threadpool_limits
+
+from ajgdata.embed.encoder import raw_scaling
+from ajgdata.embed.reducers import ReducerName, make_reducer, reducible
+from ajgdata.models.baselines import NEIGHBOURS
+
+#: Rows of the untimed call that lets UMAP compile.
+WARM_UP = 40
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Validation accuracy, and processor time in s: of reducing the training rows, of applying
+    that to the validation rows, and of finding their neighbours."""
+
+    accuracy: float
+    fit_s: float
+    transform_s: float
+    query_s: float
+
+
+def score_latent(
+    latent: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
+) -> Scored:
+    """k-NN on latents (n, d); what training took is known elsewhere."""
+    accuracy, query_s = _neighbours(latent[train], latent[test], value[train], value[test])
+    return Scored(accuracy, 0.0, 0.0, query_s)
+
+
+def score_raw(
+    features: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
+) -> Scored:
+    """The baseline: k-NN on features (n, f), compressed and standardised."""
+    scaling = raw_scaling()
+    known, fit_s = _timed(lambda: scaling.fit_transform(features[train]))
+    asked, transform_s = _timed(lambda: scaling.transform(features[test]))
+    accuracy, query_s = _neighbours(known, asked, value[train], value[test])
+    return Scored(accuracy, fit_s, transform_s, query_s)
+
+
+def score_reduced(
+    features: np.ndarray,
+    value: np.ndarray,
+    train: np.ndarray,
+    test: np.ndarray,
+    *,
+    reducer: ReducerName,
+    dimension: int,
+    seed: int,
+) -> Scored | None:
+    """k-NN after reducing the scaled features; None if the training rows are too few for that."""
+    if not reducible(dimension, len(train)):
+        return None
+    scaling = raw_scaling().fit(features[train])
+    known, asked = (scaling.transform(features[rows]).astype(np.float32) for rows in (train, test))
+    made = make_reducer(reducer, dimension, seed)
+    with threadpool_limits(limits=1):
+        known, fit_s = _timed(lambda: made.fit_transform(known))
+        asked, transform_s = _timed(lambda: made.transform(asked))
+    accuracy, query_s = _neighbours(known, asked, value[train], value[test])
+    return Scored(accuracy, fit_s, transform_s, query_s)
+
+
+def warm_up(reducer: ReducerName) -> None:
+    """Have a reducer compile what it compiles at its first use."""
+    points = np.random.default_rng(0).normal(size=(WARM_UP, 8)).astype(np.float32)
+    made = make_reducer(reducer, 2, 0)
+    made.fit_transform(points)
+    made.transform(points[:5])
+
+
+def _neighbours(
+    known: np.ndarray, asked: np.ndarray, value: np.ndarray, true: np.ndarray
+) -> tuple[float, float]:
+    model = KNeighborsClassifier(min(NEIGHBOURS, len(known))).fit(known, value)
+    with threadpool_limits(limits=1):
+        read, query_s = _timed(lambda: model.predict(asked))
+    return float(np.mean(read == true)), query_s
+
+
+def _timed(call: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
+    start = time.process_time()
+    result = call()
+    return result, time.process_time() - start

@@ -1,0 +1,230 @@
+"""What `import ajgdata` gives: features, recordings and folds of a data set, ready to use."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from sklearn.base import BaseEstimator
+    from torch.utils.data import TensorDataset
+
+    from ajgdata.paths import Paths
+    from ajgdata.pipeline.evaluate import Rows
+    from ajgdata.types import DataError, DatasetSpec
+
+Project = str | Path | None
+
+
+def load_features(name: str, project: Project = None) -> xr.Dataset:
+    """Features and labels of the data set `name`, lazily.
+
+    Returns an xarray.Dataset with `feature` (recording, frequency), float32, and every label as a
+    coordinate along `recording` (numbers: NaN is missing; text: "" is missing). `recording` is
+    `<session>/<recording_id>`; `sha256` is the hash of its file. Use it in a `with` block or call
+    `.close()`, since it keeps the file open. `project` is the folder that holds `datasets/`
+    (default: AJGDATA_ROOT, else the working directory or the nearest folder above it).
+
+    Raises DataError when the features have not been made, FileNotFoundError outside a project.
+    """
+    from ajgdata.store.features import open_store
+
+    return open_store(_paths(project).features(name))
+
+
+def load_recordings(name: str, project: Project = None) -> xr.Dataset:
+    """Recordings of the data set `name` as one array, of which only what is asked for is read.
+
+    Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1; `time` is
+    in seconds; the labels are coordinates along `recording`, as in `load_features`, and so are
+    `frames` (samples of each recording) and `file`. A recording shorter than the longest ends in
+    NaN. Each file is opened when samples of it are used (`.values`, `.load()`), converted as far as
+    dataset.yaml allows (`audio.other_rate`, `audio.channel`), and refused if its bytes are not
+    those that were recorded. Nothing needs to have been run.
+
+    Recordings that are rejected or that cannot be used are left out, and a UserWarning says how
+    many. Raises DataError when there is none, FileNotFoundError outside a project.
+    """
+    from ajgdata.pipeline.recorded import recorded
+    from ajgdata.store.sessions import read_dataset
+    from ajgdata.store.waveforms import waveforms
+
+    paths = _paths(project)
+    spec = read_dataset(paths, name)
+    takes, columns, left_out = recorded(paths, spec)
+    if left_out:
+        first = left_out[0]
+        warnings.warn(
+            f"{len(left_out)} recordings of {name} are left out, the first is "
+            f"{first.session_id}/{first.recording_id}: {first.problem}; "
+            f"`ajgdata validate {name}` lists all",
+            stacklevel=2,
+        )
+    simulated = any(source == "virtual" for source in columns["source"].values)
+    attrs = {"data_set": name, "source": "simulated" if simulated else "recorded"}
+    return waveforms(takes, dict(columns), spec.audio, attrs)
+
+
+def load_dataset(name: str, project: Project = None) -> Dataset:
+    """The data set `name`: its declaration, features, recordings, and the folds of its tasks.
+
+    Raises DataError when it is not declared, FileNotFoundError outside a project.
+    """
+    from ajgdata.store.sessions import read_dataset
+
+    paths = _paths(project)
+    return Dataset(paths, read_dataset(paths, name))
+
+
+def load_model(name: str, task: str, model: str = "cnn", project: Project = None) -> BaseEstimator:
+    """The model trained for `task` on all recordings of the data set `name`.
+
+    Returns a fitted scikit-learn estimator that takes features (n, n_features) as `load_features`
+    gives them. Raises DataError when it has not been, or could not be, trained.
+    """
+    from ajgdata.pipeline.train import load_model as load
+
+    return load(_paths(project).model(name, task, model))[0]
+
+
+def _paths(project: Project) -> Paths:
+    from ajgdata.paths import find_project
+
+    return find_project(None if project is None else Path(project))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Recordings with their labels for one task, as arrays; row i of each is one recording.
+
+    `X` (n, n_features) float32; `y` (n,) float64 or text; `groups` (n,) what never straddles folds;
+    `recordings` (n,) `<session>/<recording_id>`; `classes` all of the task, sorted, of this part or
+    not (none for regression).
+    """
+
+    X: np.ndarray
+    y: np.ndarray
+    groups: np.ndarray
+    recordings: np.ndarray
+    classes: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    def to_torch(self) -> TensorDataset:
+        """Pairs (feature, label) for a torch DataLoader.
+
+        Features are float32; labels float32 for regression, else the number of the class in
+        `classes` (int64).
+        """
+        import numpy as np
+        import torch
+        from torch.utils.data import TensorDataset
+
+        y = np.searchsorted(self.classes, self.y) if self.classes else self.y.astype(np.float32)
+        return TensorDataset(torch.from_numpy(self.X), torch.from_numpy(y))
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """One data set of a project. Made by `load_dataset`."""
+
+    paths: Paths
+    spec: DatasetSpec
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the tasks, in the order of dataset.yaml."""
+        return tuple(self.spec.tasks)
+
+    def features(self) -> xr.Dataset:
+        """As `load_features`."""
+        return load_features(self.spec.name, self.paths.root)
+
+    def recordings(self) -> xr.Dataset:
+        """As `load_recordings`."""
+        return load_recordings(self.spec.name, self.paths.root)
+
+    def all(self, task: str | None = None) -> Part:
+        """Every recording that has the target of `task` (default: the first task)."""
+        return _part(*self._rows(task or next(iter(self.spec.tasks), "")))
+
+    def to_torch(self, task: str | None = None) -> TensorDataset:
+        """Every recording of `all`, as pairs for a torch DataLoader; see `Part.to_torch`."""
+        return self.all(task).to_torch()
+
+    def withheld(self, task: str) -> Part:
+        """The recordings whose value no fold trains on; each fold's model may be tested on them."""
+        rows, classes = self._rows(task)
+        return _part(self._apart(task, rows)[1], classes)
+
+    def split(self, task: str, fold: int, seed: int = 0) -> tuple[Part, Part]:
+        """What to train on and what to test on in `fold` (from 0): as the evaluation does.
+
+        See `folds`. Raises DataError for a fold that there is not, too.
+        """
+        parts = self.folds(task, seed)
+        if not 0 <= fold < len(parts):
+            raise self._wrong(f"task {task} has no fold {fold}", f"0 to {len(parts) - 1} there are")
+        return parts[fold]
+
+    def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
+        """The folds of the evaluation, as pairs of what to train on and what to test on.
+
+        No two recordings of one group are on both sides. `seed` is the workflow's (0 unless it was
+        run with another). Values that the task withholds are in neither part, see `withheld`.
+        Raises DataError for a task that there is not, and when its folds cannot be made.
+        """
+        from ajgdata.evaluate.splits import grouped_folds
+
+        rows, classes = self._rows(task)
+        known, _ = self._apart(task, rows)
+        declared = self.spec.tasks[task]
+        number = min(declared.folds, len(set(known.group.tolist())))
+        kind = self.spec.targets[declared.target].kind
+        try:
+            pairs = grouped_folds(known.value, known.group, kind, number, seed)
+        except ValueError as error:
+            raise self._wrong(f"task {task}: {error}", "record more, or lower folds") from None
+        return [(_part(known, classes, a), _part(known, classes, b)) for a, b in pairs]
+
+    def _rows(self, task: str) -> tuple[Rows, tuple[str, ...]]:
+        """The recordings that have the target of a task, and the target's classes."""
+        from ajgdata.pipeline.evaluate import rows_of
+        from ajgdata.store.features import read_store
+
+        if task not in self.spec.tasks:
+            known = ", ".join(self.spec.tasks) or "none"
+            raise self._wrong(f"there is no task {task!r}", f"declared are: {known}")
+        declared = self.spec.tasks[task]
+        kind = self.spec.targets[declared.target].kind
+        store = self.paths.features(self.spec.name)
+        try:
+            rows = rows_of(read_store(store), declared.target, kind, declared.groups)
+        except ValueError as error:
+            raise self._wrong(f"task {task}: {error}", "see its quarantine") from None
+        classes = sorted(set(rows.value.tolist())) if kind == "classification" else []
+        return rows, tuple(classes)
+
+    def _apart(self, task: str, rows: Rows) -> tuple[Rows, Rows]:
+        from ajgdata.pipeline.evaluate import apart
+
+        try:
+            return apart(rows, self.spec.tasks[task].withhold)
+        except ValueError as error:
+            raise self._wrong(f"task {task}: {error}", "correct withhold") from None
+
+    def _wrong(self, problem: str, fix: str) -> DataError:
+        from ajgdata.types import DataError
+
+        return DataError(self.paths.dataset(self.spec.name), problem, fix)
+
+
+def _part(rows: Rows, classes: tuple[str, ...], chosen: np.ndarray | slice = slice(None)) -> Part:
+    columns = (rows.feature, rows.value, rows.group, rows.name)
+    X, y, groups, names = (column[chosen] for column in columns)
+    return Part(X, y, groups, names, classes)

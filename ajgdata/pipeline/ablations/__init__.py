@@ -1,0 +1,55 @@
+"""Why simulation and paper differ: experiments, each of which could refute its hypothesis.
+
+An ablation changes one thing (a setting of the scene, the split, what is trained on) and compares
+errors on the same grasps before and after. Light: Snakemake imports it.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.studies import write_tables
+from ajgdata.store.provenance import code_digest
+
+
+class Ablation(NamedTuple):
+    """A module of this package: the data sets that it needs, in the order of its questions."""
+
+    datasets: tuple[str, ...]
+
+
+#: By module, in the order of the page.
+ABLATIONS: Mapping[str, Ablation] = {
+    "mirror": Ablation(("orientation",)),
+    "copies": Ablation(("ycb",)),
+    "repeatability": Ablation(("ycb", "size")),
+    "materials": Ablation(("sphere80", "plate")),
+    "noise": Ablation(("size", "size_60dba", "size_70dba", "size_80dba", "size_90dba")),
+}
+ABLATIONS_PAGE = "ablations"
+ABLATION_CODE = (
+    "gripper", "features", "models", "evaluate", "acquire", "pipeline/ablations",
+    "pipeline/evaluate",
+)  # fmt: skip
+
+
+def possible(simulated: Sequence[str]) -> list[str]:
+    """Ablations whose data sets are all among `simulated`."""
+    return [name for name, one in ABLATIONS.items() if set(one.datasets) <= set(simulated)]
+
+
+def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool = False) -> None:
+    """Run the ablation `name` on the stores of its data sets and write its tables to `out` (JSON).
+
+    Scenes that are simulated for it are kept as those of data sets are. `quick`: fewer grasps and
+    the fastest model. Raises DataError for a data set that lacks what it asks for.
+    """
+    from ajgdata.pipeline.ablations.bench import Bench
+
+    module = importlib.import_module(f"ajgdata.pipeline.ablations.{name}")
+    tables = module.tables(Bench(paths, seed=seed, quick=quick))
+    write_tables(name, tables, out, quick=quick, code=code_digest(*ABLATION_CODE))

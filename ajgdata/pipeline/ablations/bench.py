@@ -1,0 +1,161 @@
+"""Grasps as they stand in the stores, and the same grasps with a changed scene."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import JsonValue
+
+from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.solving import Alone
+from ajgdata.acquire.source import Grasp
+from ajgdata.acquire.virtual import VirtualGripper
+from ajgdata.evaluate.crossval import CrossValidation, Further, cross_validate
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import (
+    SAMPLE_RATE_HZ,
+    ImpulseResponse,
+    Scene,
+    SignalChain,
+    excitation_sweep,
+    record,
+)
+from ajgdata.gripper.scene import Nuisance
+from ajgdata.paths import Paths
+from ajgdata.pipeline.evaluate import Rows, apart, rows_of
+from ajgdata.store.features import read_store
+from ajgdata.store.responses import ResponseStore
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DatasetSpec, FeatureSettings, Kind, Recipe
+
+FOLDS = 5
+#: What is drawn anew for each grasp; the correlation lengths are no amounts.
+NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "temperature_k")
+QUIET = SignalChain(noise_db_spl=None)
+
+
+def nuisances(factor: float, only: Sequence[str] = NUISANCES) -> dict[str, JsonValue]:
+    """Scatter of grasps, `factor` times the default; nothing but `only` scatters."""
+    base = Nuisance()
+    return {name: factor * getattr(base, name) * (name in only) for name in NUISANCES}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A project's grasps, the same ones changed, and models on both."""
+
+    paths: Paths
+    seed: int = 0
+    quick: bool = False
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """What most trials are made with."""
+        return ("linear",) if self.quick else ("cnn", "linear")
+
+    def grasps(self, dataset: str, sessions: int = 1, each: int | None = None) -> list[Grasp]:
+        """The first grasps (`each` of an object, default all) of the first `sessions` of the
+        recipe, named as in the store, in order of their names."""
+        recipe = _recipe(read_dataset(self.paths, dataset))
+        several = None if each is None else each * len(recipe.objects)  # objects come in turn
+        planned = [
+            dataclasses.replace(grasp, grasp_id=f"{session}/{grasp.grasp_id}")
+            for session in session_names(recipe)[: 1 if self.quick else sessions]
+            for grasp in plan_session(recipe, dataset, session, "")[:several]
+        ]
+        return sorted(planned, key=lambda grasp: grasp.grasp_id)
+
+    def recorded(self, dataset: str, task: str, grasps: Sequence[Grasp]) -> Rows:
+        """The first recording of each of `grasps` as it stands in the store, in their order.
+
+        Raises ValueError for a grasp that is not there.
+        """
+        rows = self._stored(dataset, task)
+        names, first = np.unique(rows.group, return_index=True)  # rows are in order of names
+        place = dict(zip(names.tolist(), first.tolist(), strict=True))
+        if missing := [g.grasp_id for g in grasps if g.grasp_id not in place]:
+            raise ValueError(f"{dataset} has no recording of grasp {missing[0]}")
+        return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
+
+    def known(self, dataset: str, task: str, elsewhere: str | None = None) -> Rows:
+        """Every recording of a value that the task does not withhold; `elsewhere`: of another data
+        set, with the same target."""
+        withhold = read_dataset(self.paths, dataset).tasks[task].withhold
+        return apart(self._stored(dataset, task, elsewhere), withhold)[0]
+
+    def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> Rows:
+        asked = read_dataset(self.paths, dataset).evaluation(task)
+        store = read_store(self.paths.merged(elsewhere or dataset))
+        rows = rows_of(store, asked["target"], asked["kind"], "grasp_id")
+        return rows.where(np.argsort(rows.name))
+
+    def changed(
+        self,
+        dataset: str,
+        task: str,
+        grasps: Sequence[Grasp],
+        scene: Mapping[str, JsonValue],
+        pose: float = 1.0,
+    ) -> Rows:
+        """The same grasps simulated with `scene` over their setup, each recorded once.
+
+        What the recipe varies of the pose is multiplied by `pose`.
+        """
+        spec = read_dataset(self.paths, dataset)
+        recipe, target = _recipe(spec), spec.tasks[task].target
+        solver, feature, value = Alone(self.paths.responses), [], []
+        for grasp in grasps:
+            setup = _over(grasp.setup, scene)
+            setup["grasp"] |= {key: pose * setup["grasp"][key] for key in recipe.vary}
+            source = VirtualGripper(setup, solver, recipe.signal)
+            take = source.take(dataclasses.replace(grasp, setup=setup), 0)
+            feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
+            value.append(grasp.object if target == "object" else grasp.targets[target])
+        names = np.array([grasp.grasp_id for grasp in grasps])
+        return Rows(np.array(feature), np.array(value), names, names)
+
+    def response(self, setup: Mapping[str, Any]) -> ImpulseResponse:
+        """The kept response of a scene, or a new one."""
+        return ResponseStore(self.paths.responses).solve(Scene.model_validate(setup))
+
+    def heard(self, setup: Mapping[str, Any], grasp: Mapping[str, Any]) -> np.ndarray:
+        """Feature (1025,) of a scene, recorded without noise; `grasp` is all of its grasp."""
+        take = record(self.response({**setup, "grasp": grasp}), excitation_sweep(), QUIET)
+        return spectrum(take.samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(float)
+
+    def validated(
+        self,
+        rows: Rows,
+        kind: Kind,
+        model: str,
+        *,
+        period: float | None = None,
+        random: bool = False,
+        further: Mapping[str, Rows] | None = None,
+    ) -> CrossValidation:
+        """Cross-validation, by grasps unless `random`, and tests on `further` rows."""
+        tests = {n: Further(r.feature, r.value, r.group) for n, r in (further or {}).items()}
+        return cross_validate(
+            rows.feature, rows.value, None if random else rows.group,
+            kind=kind, model=model, folds=FOLDS, seed=self.seed, period=period, further=tests,
+        )  # fmt: skip
+
+
+def _recipe(spec: DatasetSpec) -> Recipe:
+    if spec.recipe is None:
+        raise ValueError(f"{spec.name} has no recipe: only simulated grasps can be changed")
+    return spec.recipe
+
+
+def _over(setup: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """`setup` with `changes`, key by key; a part that is given by name is replaced."""
+    parts = {
+        key: _over(setup[key], value)
+        for key, value in changes.items()
+        if key in setup and isinstance(value, dict) and isinstance(setup[key], dict)
+    }
+    return {**setup, **changes, **parts}

@@ -1,0 +1,231 @@
+"""Orientation: can a gripper tell an angle from its mirror image?
+
+Speaker s and microphone m on a round roof have a mirror plane at the angle a of least misfit: the
+mirror maps s to s and m to m, or s to m and m to s, which by reciprocity sounds the same. A bar at
+θ then sounds like one at 2a - θ: cos 2(θ - a) can be read, sin 2(θ - a) cannot.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from pydantic import JsonValue
+
+from ajgdata.acquire.source import Grasp
+from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.pipeline.ablations.bench import Bench, nuisances
+from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.pipeline.evaluate import Rows
+from ajgdata.studies.table import Column, Table, Value
+
+Wave = Callable[[np.ndarray], np.ndarray]
+DATASET, PERIOD_DEG = "orientation", 180.0
+KNOWN, UNSEEN = "orientation-known", "orientation"
+#: Transducers moved off every mirror plane, a little and more; the rest is the default gripper.
+LOPSIDED = {
+    "transducers moved by 11 mm": Gripper(
+        speaker_mm=(-35.0, 0.75), microphone_mm=(27.5, -5.0)
+    ),
+    "transducers moved by 22 mm": Gripper(
+        speaker_mm=(-35.0, 1.5), microphone_mm=(20.0, -10.0)
+    ),
+}  # fmt: skip
+
+
+def mirror_plane(gripper: Gripper) -> tuple[float, float]:
+    """Angle (degrees, 0 to 180) of the mirror plane of least misfit, and that misfit: root mean
+    square distance (mm) of the transducers from the places where the mirror puts them.
+
+    A mirror at angle a maps z to exp(2ia) z*. Of those that keep each transducer the best has
+    exp(2ia) along s² + m², of those that exchange them along s m.
+    """
+    s, m = complex(*gripper.speaker_mm), complex(*gripper.microphone_mm)
+    size = abs(s) ** 2 + abs(m) ** 2
+    kept = max(0.0, size - abs(s * s + m * m)), s * s + m * m
+    exchanged = max(0.0, size - 2 * abs(s * m)), s * m
+    squared, along = min(kept, exchanged, key=lambda one: one[0])
+    return math.degrees(cmath.phase(along)) / 2 % 180, math.sqrt(squared)
+
+
+def tables(bench: Bench) -> list[Table]:
+    """Trials, and what each gripper reads of the angle."""
+    grasps = bench.grasps(DATASET, each=3)
+    default = bench.recorded(DATASET, "direction", grasps)
+    grippers = {
+        "default": (GRIPPERS["default"], default),
+        "asymmetric": (
+            GRIPPERS["asymmetric"],
+            bench.changed(DATASET, "direction", grasps, {"gripper": "asymmetric"}),
+        ),
+    }
+    for name, gripper in LOPSIDED.items():
+        moved: dict[str, JsonValue] = {"gripper": gripper.model_dump(mode="json")}
+        grippers[name] = gripper, bench.changed(DATASET, "direction", grasps, moved)
+    still = bench.changed(DATASET, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
+    trials: list[Trial] = []
+    for name in ("default", "asymmetric"):
+        trials.append(_mirrored(bench, "linear", name, *grippers[name]))
+    for model in bench.models:
+        read = {name: _direction(bench, model, rows) for name, (_, rows) in grippers.items()}
+        for name in LOPSIDED:
+            trials.append(Trial(_moved(name), model, "rmse", "°", read["default"], read[name]))
+        alike = Trial(SCATTER, model, "rmse", "°", read["default"], _direction(bench, model, still))
+        trials.append(alike)
+        trials.append(_copies(bench, model))
+    title = "Orientation: an angle and its mirror image"
+    note = f"{len(grasps)} grasps of the bar at {len(set(default.value))} angles."
+    return [
+        trial_table("mirror", title, note, trials),
+        _readings(bench, grippers),
+        _distances(bench, grasps),
+    ]
+
+
+SCATTER = Hypothesis(
+    (KNOWN, UNSEEN),
+    "grasps of one angle differ too much",
+    "no scatter of grasps (default gripper)",
+)
+COPIES = Hypothesis(
+    (KNOWN,),
+    "a second recording of the same grasp on the other side of a split is a near copy, by which the"
+    " angle of seen grasps is known well",
+    "split that ignores grasps",
+)
+
+
+def _moved(name: str) -> Hypothesis:
+    return Hypothesis(
+        (KNOWN, UNSEEN),
+        "the gripper is its own mirror image, so that an angle and its mirror image sound alike",
+        f"{name}: no mirror plane is left",
+    )
+
+
+def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: Rows) -> Trial:
+    """Read what the mirror flips, and what it keeps."""
+    axis, _ = mirror_plane(gripper)
+    of = (KNOWN, UNSEEN) if name == "default" else ()
+    claim = Hypothesis(
+        of,
+        f"the mirror plane of the {name} gripper lies at {axis:.0f}°, as its transducers say:"
+        " the sine of twice the angle from it cannot be read, its cosine can",
+        "target: the cosine in place of the sine",
+    )
+    sine, cosine = (_part(bench, model, rows, axis, f) for f in (np.sin, np.cos))
+    return Trial(claim, model, "r2", "", sine, cosine)
+
+
+def _part(bench: Bench, model: str, rows: Rows, axis: float, wave: Wave) -> Folds:
+    turned = rows._replace(value=wave(np.deg2rad(2 * (rows.value.astype(float) - axis))))
+    return folds_of(bench.validated(turned, "regression", model), "r2")
+
+
+def _direction(bench: Bench, model: str, rows: Rows) -> Folds:
+    return folds_of(bench.validated(rows, "regression", model, period=PERIOD_DEG), "rmse")
+
+
+def _copies(bench: Bench, model: str) -> Trial:
+    """Of all recordings, so that each grasp has a second one."""
+    rows = bench.known(DATASET, "direction")
+    split = [
+        folds_of(bench.validated(rows, "regression", model, period=PERIOD_DEG, random=r), "rmse")
+        for r in (False, True)
+    ]
+    return Trial(COPIES, model, "rmse", "°", split[0], split[1], paired=False)
+
+
+def _readings(bench: Bench, grippers: dict[str, tuple[Gripper, Rows]]) -> Table:
+    rows: list[dict[str, Value]] = []
+    for name, (gripper, recorded) in grippers.items():
+        axis, misfit = mirror_plane(gripper)
+        parts = [_part(bench, "linear", recorded, axis, wave) for wave in (np.cos, np.sin)]
+        direction = _direction(bench, "linear", recorded)
+        rows.append(
+            {
+                "gripper": name,
+                "speaker": "{:g}, {:g}".format(*gripper.speaker_mm),
+                "microphone": "{:g}, {:g}".format(*gripper.microphone_mm),
+                "axis": axis,
+                "misfit": misfit,
+                "cosine": float(np.mean(parts[0].values)),
+                "sine": float(np.mean(parts[1].values)),
+                "rmse": float(np.mean(direction.values)),
+                "sd": float(np.std(direction.values, ddof=1)),
+                "seconds": direction.seconds,
+            }
+        )
+    return Table(
+        "mirror_grippers",
+        "Orientation: how asymmetric a gripper must be",
+        "Misfit: how far the best mirror plane puts the transducers from where they are (0: the"
+        " gripper is its own mirror image, or that with speaker and microphone exchanged). R² of"
+        " what the mirror keeps (cosine) and flips (sine), and the error of the direction learned"
+        " as (sin, cos) of twice the angle; ridge, mean over folds.",
+        (
+            Column("gripper", "Gripper"),
+            Column("speaker", "Speaker", "mm"),
+            Column("microphone", "Microphone", "mm"),
+            Column("axis", "Mirror plane", "°"),
+            Column("misfit", "Misfit", "mm"),
+            Column("cosine", "R² kept"),
+            Column("sine", "R² flipped"),
+            Column("rmse", "RMSE", "°"),
+            Column("sd", "sd", "°"),
+            Column("seconds", "Training", "s"),
+        ),
+        tuple(rows),
+    )
+
+
+def _distances(bench: Bench, grasps: Sequence[Grasp]) -> Table:
+    """The mirror without any model: how far sounds of mirrored angles lie apart."""
+    angles = np.array([20.0, 45.0, 70.0])
+    rows: list[dict[str, Value]] = []
+    for name, gripper in {"default": GRIPPERS["default"], **LOPSIDED}.items():
+        axis, _ = mirror_plane(gripper)
+        setup = {**grasps[0].setup, "gripper": gripper.model_dump(mode="json")}
+        heard = partial(_heard, bench, setup)
+        true = heard(axis + angles)
+        again = [heard(axis + angles, scatter=1.0, seed=seed) for seed in (1, 2)]
+        rows.append(
+            {
+                "gripper": name,
+                "mirrored": _apart(true, heard(axis - angles)),
+                "turned": _apart(true, heard(axis + angles + 90)),
+                "scatter": _apart(again[0], again[1]),
+            }
+        )
+    return Table(
+        "mirror_distances",
+        "Orientation: the mirror without a model",
+        "Relative L2 distance of the feature, without noise, root mean square over three"
+        " angles: from the bar's mirror image and from the bar turned by 90° (no scatter of"
+        " grasps), and between two grasps of the same angle.",
+        (
+            Column("gripper", "Gripper"),
+            Column("mirrored", "Mirror image"),
+            Column("turned", "Turned by 90°"),
+            Column("scatter", "Another grasp"),
+        ),
+        tuple(rows),
+    )
+
+
+def _heard(
+    bench: Bench, setup: Mapping[str, Any], angles: np.ndarray, scatter: float = 0.0, seed: int = 0
+) -> np.ndarray:
+    """Features (n, 1025) of the bar at `angles` (n,), centred."""
+    grasp = {"nuisance": nuisances(scatter), "seed": seed}
+    return np.array([bench.heard(setup, {**grasp, "angle_deg": angle}) for angle in angles])
+
+
+def _apart(one: np.ndarray, other: np.ndarray) -> float:
+    """Root mean square over rows (n, f) of the relative distance."""
+    change = np.linalg.norm(one - other, axis=1) / np.linalg.norm(other, axis=1)
+    return float(np.sqrt(np.mean(np.square(change))))

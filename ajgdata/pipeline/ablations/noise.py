@@ -1,0 +1,150 @@
+"""Noise from outside: is what the microphone hears lost in it, or has the model never met it?"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from ajgdata.evaluate.crossval import CrossValidation
+from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep, record
+from ajgdata.gripper.outside import transmission
+from ajgdata.models import MODELS
+from ajgdata.pipeline.ablations.bench import QUIET, Bench
+from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
+from ajgdata.pipeline.evaluate import Rows
+from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types import FeatureSettings
+
+QUIET_DBA = 45
+LOUD_DBA = (60, 70, 80, 90)
+#: The paper's loudest.
+TOLD_DBA = 80
+#: Edges in Hz; the last but one band is the one that a model is confined to.
+EDGES_HZ = (20, 300, 1_000, 3_000, 8_000, 20_000)
+BAND_HZ = (3_000, 8_000)
+ABSOLUTE = FeatureSettings(quantity="power", normalisation="none")
+
+UNHEARD = Hypothesis(
+    ("noise",), "a model that never heard noise mistakes it", "trained at all five levels"
+)
+SWAMPED = Hypothesis(
+    ("noise",),
+    "noise swamps one part of the band and leaves another clear",
+    f"only {BAND_HZ[0] / 1000:g}–{BAND_HZ[1] / 1000:g} kHz, trained at {QUIET_DBA} dB(A)",
+)
+LOST = Hypothesis(
+    (),
+    f"what tells sizes apart is lost at {TOLD_DBA} dB(A), for a model that knows the noise, too",
+    f"from {TOLD_DBA} to {QUIET_DBA} dB(A), trained at all five levels",
+)
+
+
+def tables(bench: Bench) -> list[Table]:
+    """Trials, errors at all levels, and where in the band the noise is."""
+    stores = {QUIET_DBA: "size", **{level: f"size_{level}dba" for level in LOUD_DBA}}
+    levels = {level: bench.known("size", "size", name) for level, name in stores.items()}
+    together = Rows(*(np.concatenate(columns) for columns in zip(*levels.values(), strict=True)))
+    band = {level: _confined(rows) for level, rows in levels.items()}
+    trials, rows = [], []
+    for model in bench.models:
+        found = {
+            f"at {QUIET_DBA} dB(A)": _tested(bench, model, levels[QUIET_DBA], levels),
+            "at all levels": _tested(bench, model, together, levels),
+            f"at {QUIET_DBA} dB(A), {BAND_HZ[0]}–{BAND_HZ[1]} Hz only": _tested(
+                bench, model, band[QUIET_DBA], band
+            ),
+        }
+        plain, heard, confined = found.values()
+        told, quiet = str(TOLD_DBA), str(QUIET_DBA)
+        for hypothesis, first, second in (
+            (UNHEARD, folds_of(plain, "rmse", told), folds_of(heard, "rmse", told)),
+            (SWAMPED, folds_of(plain, "rmse", told), folds_of(confined, "rmse", told)),
+            (LOST, folds_of(heard, "rmse", told), folds_of(heard, "rmse", quiet)),
+        ):
+            trials.append(Trial(hypothesis, model, "rmse", "mm", first, second))
+        rows += [_row(model, name, one) for name, one in found.items()]
+    note = f"Edge length of cubes, tested at {TOLD_DBA} dB(A) of white noise outside."
+    return [
+        trial_table("noise", "Noise: lost, or never met", note, trials),
+        _level_table(rows),
+        _band_table(bench),
+    ]
+
+
+def _tested(bench: Bench, model: str, rows: Rows, levels: dict[int, Rows]) -> CrossValidation:
+    """Trained on `rows`, tested on grasps held out at each level."""
+    further = {str(level): tested for level, tested in levels.items()}
+    return bench.validated(rows, "regression", model, further=further)
+
+
+def _confined(rows: Rows) -> Rows:
+    """The same within BAND_HZ, normalised again."""
+    frequency = frequencies_hz(SAMPLE_RATE_HZ, FeatureSettings())
+    inside = rows.feature[:, (frequency >= BAND_HZ[0]) & (frequency < BAND_HZ[1])]
+    return rows._replace(feature=inside / inside.sum(axis=1, keepdims=True))
+
+
+def _row(model: str, trained: str, found: CrossValidation) -> dict[str, Value]:
+    errors = {
+        f"rmse_{level}": float(np.mean(folds_of(found, "rmse", level).values))
+        for level in found.further
+    }
+    name = MODELS[model].regression
+    return {"model": name, "trained": trained, **errors, "seconds": found.cost.train_cpu_s}
+
+
+def _level_table(rows: list[dict[str, Value]]) -> Table:
+    levels = [
+        Column(f"rmse_{level}", f"RMSE at {level} dB(A)", "mm") for level in (QUIET_DBA, *LOUD_DBA)
+    ]
+    return Table(
+        "noise_levels",
+        "Noise: what a model has met",
+        "Error of the edge length on grasps held out, mean over folds, by the level of white noise"
+        " outside and by what the model was trained on.",
+        (
+            Column("model", "Model"),
+            Column("trained", "Trained"),
+            *levels,
+            Column("seconds", "Training", "s"),
+        ),
+        tuple(rows),
+    )
+
+
+def _band_table(bench: Bench) -> Table:
+    """Of one grasp: the sweep's sound and the noise's, each recorded without the other."""
+    setup = bench.grasps("size")[0].setup
+    response, sweep = bench.response(setup), excitation_sweep()
+    frequency = frequencies_hz(SAMPLE_RATE_HZ, ABSOLUTE)
+    outside = QUIET.model_copy(update={"external_noise_dba": float(TOLD_DBA)})
+    signal, noise = (
+        spectrum(record(response, played, chain).samples, SAMPLE_RATE_HZ, ABSOLUTE)
+        for played, chain in ((sweep, QUIET), (np.zeros_like(sweep), outside))
+    )
+    share = transmission(frequency, response.membrane_kg_m2)
+    rows: list[dict[str, Value]] = []
+    for low, high in pairwise(EDGES_HZ):
+        inside = (frequency >= low) & (frequency < high)
+        rows.append(
+            {
+                "band": f"{low}–{high}",
+                "held_back": float(-10 * np.log10(share[inside].mean())),
+                "ratio": float(10 * np.log10(signal[inside].sum() / noise[inside].sum())),
+            }
+        )
+    return Table(
+        "noise_bands",
+        "Noise: where in the band it is",
+        f"The smallest cube, {TOLD_DBA} dB(A) of white noise outside. The membrane's mass law holds"
+        " sound from outside back, the more the higher it is; what is left is set against the"
+        " sweep's own sound (power over the whole recording, neither with the other).",
+        (
+            Column("band", "Band", "Hz"),
+            Column("held_back", "Held back by the membrane", "dB"),
+            Column("ratio", "Sweep over noise", "dB"),
+        ),
+        tuple(rows),
+    )

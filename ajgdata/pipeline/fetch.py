@@ -1,0 +1,258 @@
+"""A published data set from a folder or the web -> a data set of this project.
+
+Nothing of it is believed: hashes, names, links and sizes are checked before anything is written
+into the project, and nothing of it is run. It is registered whole or not at all.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from zipfile import ZipFile
+
+from pydantic import ValidationError
+
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.files import replacing_folder, sha256_of, write_bytes
+from ajgdata.store.publishing import archive
+from ajgdata.store.publishing.download import Download, cache_of, is_web
+from ajgdata.store.publishing.sums import read_sums
+from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
+from ajgdata.store.sessions import (
+    list_datasets,
+    read_declaration,
+    read_session,
+    write_dataset,
+    write_session,
+)
+from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
+
+DISTRUST = "do not use this data set"
+#: What is read as YAML or CSV is not larger than this.
+MAX_TEXT_BYTES = 2**28
+#: What the licence asks to be passed on, kept beside the recordings.
+KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
+
+Each = Callable[[list[str]], Iterable[str]]
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """What was registered. `dropped` are data sets that its tasks are tested on and that this
+    project does not have."""
+
+    name: str
+    sums_sha256: str
+    recordings: int
+    sessions: int
+    dropped: tuple[str, ...]
+
+
+def fetch(
+    paths: Paths,
+    source: str,
+    *,
+    name: str = "",
+    sha256: str = "",
+    each: Each = iter,
+    retries: int = 2,
+) -> Fetched:
+    """Register the published data set at `source`, a folder or a web address, as `name` (default:
+    its own). `sha256` is the hash of its SHA256SUMS, if the reader was told it: without, the files
+    are checked against each other only. `each` goes through the files that are fetched.
+
+    Interrupted, it goes on there. Raises DataError, and changes nothing in the project, for
+    anything that is wrong, and for a name that is taken.
+    """
+    tree, hashes, cache = _brought(paths, source, sha256, each, retries)
+    spec, dropped = _declared(paths, tree, name)
+    rows = _rows(tree, hashes)
+    _check_free(paths, spec.name, tree)
+    sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
+    for file, session, recording in rows:
+        sessions[session].append((file, recording))
+    with (
+        archive.reading(tree / tree.ARCHIVE) as packed,
+        replacing_folder(paths.sessions(spec.name).parent) as folder,
+    ):
+        _check_archive(tree, packed)
+        for session, members in sorted(sessions.items()):
+            _write_session(tree, hashes, packed, folder / "sessions" / session, members)
+        for kept in KEPT:
+            write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
+    if not name:
+        write_bytes(paths.features(spec.name), (tree / tree.FEATURES).read_bytes())
+    write_dataset(paths, spec)
+    if cache:
+        shutil.rmtree(cache, ignore_errors=True)
+    digest = file_sha256(folder_sums(paths, spec.name))
+    return Fetched(spec.name, digest, len(rows), len(sessions), dropped)
+
+
+def folder_sums(paths: Paths, dataset: str) -> Path:
+    """SHA256SUMS of a data set that was fetched."""
+    return paths.sessions(dataset).parent / "published" / Tree.SUMS
+
+
+def _brought(
+    paths: Paths, source: str, sha256: str, each: Each, retries: int
+) -> tuple[Tree, dict[str, str], Path | None]:
+    """The tree with everything that is needed of it, its hashes right; their folder if it is a
+    cache."""
+    if is_web(source):
+        cache = cache_of(paths.fetched, source)
+        download = Download(source, cache, retries)
+        hashes = read_sums(download.sums(sha256))
+        needed = _needed(cache / Tree.SUMS, hashes)
+        download.files(hashes, needed, each)
+        tree = Tree(cache)
+    else:
+        tree, cache = Tree(Path(source)), None
+        if not (tree / tree.SUMS).is_file():
+            problem = f"has no {tree.SUMS}: not a published data set"
+            raise DataError(source, problem, "name the folder or the web address of one")
+        if sha256 and file_sha256(tree / tree.SUMS) != sha256:
+            raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
+        hashes = read_sums(tree / tree.SUMS)
+        needed = _needed(tree / tree.SUMS, hashes)
+        for file in each(needed):
+            _check_file(tree, file, hashes[file])
+    for file in needed:
+        is_text = file not in (tree.ARCHIVE, tree.FEATURES)
+        if is_text and (tree / file).stat().st_size > MAX_TEXT_BYTES:
+            raise DataError(tree / file, "is absurdly large", DISTRUST)
+    return tree, hashes, cache
+
+
+def _needed(sums: Path, hashes: Mapping[str, str]) -> list[str]:
+    """Files that are brought; the recordings come in the archive."""
+    needed = {Tree.METADATA, Tree.FEATURES, Tree.ARCHIVE, Tree.DECLARATION, *KEPT} - {Tree.SUMS}
+    if missing := sorted(needed - set(hashes)):
+        raise DataError(sums, f"does not name {missing[0]}", "publish the data set again")
+    return sorted(needed | {name for name in hashes if name.startswith("sessions/")})
+
+
+def _check_file(tree: Tree, name: str, digest: str) -> None:
+    """A file of a local folder: no link on its way, and its hash right."""
+    steps = [tree / str(step) for step in (PurePosixPath(name), *PurePosixPath(name).parents)]
+    if any(step.is_symlink() for step in steps[:-1]):
+        raise DataError(tree / name, "is a link", DISTRUST)
+    if file_sha256(tree / name) != digest:
+        problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
+        raise DataError(tree / name, problem, "fetch or copy it again")
+
+
+def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[str, ...]]:
+    """The declaration as it is registered: without recipe, since the recordings are what was
+    published, and tested only on data sets that are here."""
+    spec = read_declaration(tree / tree.DECLARATION)
+    content = spec.model_dump(mode="json", exclude_defaults=True, exclude={"recipe"})
+    content["name"] = name or spec.name
+    here, dropped = set(list_datasets(paths)), set()
+    for task in content.get("tasks", {}).values():
+        absent = set(task.get("test_on", ())) - here
+        dropped |= absent
+        for key in ("test_on", "paper"):
+            if isinstance(value := task.get(key), list):
+                task[key] = [other for other in value if other not in absent]
+            elif isinstance(value, dict):
+                task[key] = {part: row for part, row in value.items() if part not in absent}
+    try:
+        return DatasetSpec.model_validate(content), tuple(sorted(dropped))
+    except ValidationError as error:
+        raise describe(error, "--name" if name else tree / tree.DECLARATION) from None
+
+
+def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recording]]:
+    """Name in the tree, session and recording of each row of metadata.csv."""
+    _, lines = read_table(tree)
+    found = []
+    for line, row in lines:
+        where, file = f"{tree / tree.METADATA}:{line}", row[FILE_NAME]
+        if problem := archive.bad_name(file):
+            raise DataError(where, f"{FILE_NAME} {file!r} {problem}", DISTRUST)
+        if not file.startswith(f"{AUDIO_FOLDER}/") or file not in hashes:
+            raise DataError(where, f"{file!r} is no recording of this data set", DISTRUST)
+        if row["sha256"] != hashes[file]:
+            raise DataError(where, f"sha256 is not that of {file}", "publish the data set again")
+        if not NAME.fullmatch(row["session_id"]):
+            raise DataError(where, f"no session can be named {row['session_id']!r}", DISTRUST)
+        try:
+            ((session, recording),) = recordings_of([row])
+        except ValidationError as error:
+            raise describe(error, where) from None
+        except ValueError as error:
+            raise DataError(where, str(error), "publish the data set again") from None
+        found.append((file, session, recording))
+    for what, names in (
+        ("recording", [f"{session}/{one.recording_id}" for _, session, one in found]),
+        ("file", [file.lower() for file, _, _ in found]),
+        ("file", [f"{session}/{PurePosixPath(file).name.lower()}" for file, session, _ in found]),
+    ):
+        if doubled := [name for name, count in Counter(names).items() if count > 1]:
+            problem = f"{what} {doubled[0]!r} stands in two rows"
+            raise DataError(tree / tree.METADATA, problem, "publish the data set again")
+    return found
+
+
+def _check_free(paths: Paths, name: str, tree: Tree) -> None:
+    """Nothing that is there is replaced, except what an interrupted `fetch` of the same left."""
+    if paths.dataset(name).exists():
+        raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
+    held, sums = paths.sessions(name).parent, folder_sums(paths, name)
+    same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
+    if held.exists() and not same:
+        raise DataError(held, "there are recordings of this name", "give --name")
+
+
+def _check_archive(tree: Tree, packed: ZipFile) -> None:
+    for name, problem in archive.problems(packed, AUDIO_FOLDER):
+        raise DataError(tree / tree.ARCHIVE, f"{name!r} {problem}", DISTRUST)
+
+
+def _write_session(
+    tree: Tree,
+    hashes: Mapping[str, str],
+    packed: ZipFile,
+    folder: Path,
+    members: Sequence[tuple[str, Recording]],
+) -> None:
+    said = Tree.session(folder.name)
+    if said not in hashes:
+        raise DataError(tree / tree.SUMS, f"does not name {said}", "publish the data set again")
+    session = read_session((tree / said).parent)
+    if session.audio_root is not None:
+        raise DataError(tree / said, "audio_root leaves the folder", DISTRUST)
+    if played := session.excitation:
+        file = f"sessions/{folder.name}/{played.file}"
+        if archive.bad_name(file) or hashes.get(file) != played.sha256:
+            raise DataError(tree / said, f"{played.file!r} is not its excitation", DISTRUST)
+        suffix = PurePosixPath(played.file).suffix
+        target = str(PurePosixPath(EXCITATION_FILE).with_suffix(suffix))
+        write_bytes(folder / target, (tree / file).read_bytes())
+        session = session.model_copy(
+            update={"excitation": played.model_copy(update={"file": target})}
+        )
+    recordings = []
+    for file, recording in members:
+        content = _unpacked(tree, packed, file)
+        if sha256_of(content) != hashes[file]:
+            problem = f"its {file} is not the one of {tree.SUMS} (sha256 differs)"
+            raise DataError(tree / tree.ARCHIVE, problem, "publish the data set again")
+        own = f"{AUDIO_FOLDER}/{PurePosixPath(file).name}"
+        (folder / own).parent.mkdir(parents=True, exist_ok=True)
+        (folder / own).write_bytes(content)
+        recordings.append(recording.model_copy(update={"file": own}))
+    write_session(folder, session, sorted(recordings, key=lambda r: r.recording_id))
+
+
+def _unpacked(tree: Tree, packed: ZipFile, file: str) -> bytes:
+    try:
+        return packed.read(file)
+    except KeyError:
+        problem = f"lacks {file}"
+        raise DataError(tree / tree.ARCHIVE, problem, "publish the data set again") from None

@@ -1,0 +1,95 @@
+"""What of the results is current, what is not and why, and what people should see to."""
+
+from __future__ import annotations
+
+import csv
+import io
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.merge import read_findings
+from ajgdata.pipeline.plan import recorded_sessions
+from ajgdata.pipeline.recipes import recipe_sessions
+from ajgdata.store.provenance import PACKAGE
+from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_recordings
+from ajgdata.types import DataError
+
+#: Snakemake's words for a file that is old only because something before it is.
+FOLLOWS = ("ok", "no update")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Results of one rule that would be made again for the same reason."""
+
+    rule: str
+    reason: str
+    files: tuple[str, ...]
+
+
+def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[Group]]:
+    """How many results are current, and those that are not, in the order of the work.
+
+    Asks Snakemake (`snakemake --summary`, with the arguments `more`), which runs nothing. Raises
+    DataError with what Snakemake complains of.
+    """
+    snakefile = paths.snakefile if paths.snakefile.is_file() else PACKAGE.parent / "Snakefile"
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile), "--directory"]
+    done = subprocess.run(
+        [*command, str(paths.root), "--summary", *more], check=False, capture_output=True, text=True
+    )
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if line.strip()]
+        problem = said[-1].strip() if said else "snakemake stopped without a word"
+        raise DataError(paths.root, problem, "`snakemake --dry-run` says more")
+    return summarised(done.stdout)
+
+
+def summarised(table: str) -> tuple[int, list[Group]]:
+    """Snakemake's table of output files -> number of current ones, and the others in groups."""
+    current, grouped = 0, defaultdict(list)
+    for row in csv.DictReader(io.StringIO(table), delimiter="\t"):
+        if row["plan"] == "no update":
+            current += 1
+        else:
+            reason = "what it is made from" if row["status"] in FOLLOWS else row["status"]
+            grouped[row["rule"], reason].append(row["output_file"])
+    groups = [Group(rule, reason, tuple(files)) for (rule, reason), files in grouped.items()]
+    return current, groups[::-1]  # Snakemake begins at the end
+
+
+def data_status(paths: Paths) -> list[str]:
+    """A line for everything that no run of the workflow mends."""
+    lines = []
+    for name in list_datasets(paths):
+        spec = read_dataset(paths, name)
+        ready = recorded_sessions(paths, spec)
+        if spec.recipe:
+            left = [one for one in recipe_sessions(paths, name) if one not in ready]
+            if left:
+                lines.append(f"{name}: {len(left)} sessions to be recorded by the virtual gripper")
+        elif not list_sessions(paths, name):
+            lines.append(
+                f"{name}: declared, no recordings; `ajgdata import FOLDER --dataset {name}`"
+            )
+        lines += [line for one in ready for line in _session(paths.session(name, one), name)]
+        if paths.quarantine(name).is_file():
+            out = [f for f in read_findings(paths.quarantine(name)) if f.leaves_out]
+            if out:
+                lines.append(f"{name}: {len(out)} recordings left out; {paths.quarantine(name)}")
+    return lines
+
+
+def _session(folder: Path, dataset: str) -> list[str]:
+    try:
+        recordings, _ = read_recordings(folder)
+    except DataError as error:
+        return [f"{dataset}/{folder.name}: {error.problem}; {error.fix}"]
+    unsealed = sum(not one.sha256 for one in recordings)
+    fix = f"`ajgdata seal {dataset}` writes their hashes"
+    return [f"{dataset}/{folder.name}: {unsealed} recordings not sealed; {fix}"] if unsealed else []

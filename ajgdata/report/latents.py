@@ -1,0 +1,175 @@
+"""The two-dimensional latent -> a figure: points, and an ellipse for each object."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse as EllipsePatch
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from ajgdata.report.canvas import COLOURS, GREY, new_figure, styled
+from ajgdata.report.content import Source
+from ajgdata.report.ellipses import Ellipse, points_ellipse
+from ajgdata.report.wording import Caption, number, words
+
+#: The paper's categories, in its order; further ones take the colours that are left.
+CATEGORY_COLOURS = {"spherical": COLOURS[0], "cylindrical": COLOURS[1], "other": COLOURS[2]}
+SIGMAS = 2.0
+#: Wider than other figures: many names are drawn into it.
+SIZE_IN = (10.4, 5.6)
+#: Share of a Gaussian within two standard deviations in the plane: 1 - exp(-2).
+EXPECTED_WITHIN = -math.expm1(-(SIGMAS**2) / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """Latents of one encoder: `points` (n, 2), `object` and `category` (n,) text, `training` (n,).
+
+    `category` may be empty text. Raises ValueError for lengths that differ.
+    """
+
+    points: NDArray[np.floating]
+    object: NDArray[np.str_]
+    category: NDArray[np.str_]
+    training: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        shapes = {len(self.points), len(self.object), len(self.category), len(self.training)}
+        if self.points.shape[1:] != (2,) or len(shapes) != 1:
+            raise ValueError(f"points {self.points.shape} and their labels {shapes} do not match")
+
+    def objects(self) -> dict[str, str]:
+        """Objects with their categories: category by category, as the paper lists them."""
+        pairs = sorted(set(zip(self.object.tolist(), self.category.tolist(), strict=True)))
+        order = list(category_colours(self.category))
+        return dict(sorted(pairs, key=lambda pair: order.index(pair[1])))
+
+    def ellipses(self, rows: NDArray[np.bool_]) -> dict[str, Ellipse]:
+        """Ellipse of each object that has points among `rows` (n,)."""
+        found = {}
+        for name in self.objects():
+            own = self.points[rows & (self.object == name)]
+            if len(own):
+                found[name] = points_ellipse(own, SIGMAS)
+        return found
+
+    def within(self) -> float:
+        """Share of the validation points within the training ellipse of their object, or NaN."""
+        held_out = ~self.training
+        if not held_out.any():
+            return math.nan
+        ellipses = self.ellipses(self.training)
+        inside = np.zeros(len(self.points), bool)
+        for name, ellipse in ellipses.items():
+            own = held_out & (self.object == name)
+            inside[own] = ellipse.inside(self.points[own])
+        return float(inside[held_out].mean())
+
+
+def category_colours(categories: Sequence[str] | NDArray[np.str_]) -> dict[str, str]:
+    """A colour for each category that occurs: the paper's own first, in its order."""
+    present = set(map(str, categories))
+    listed = [name for name in CATEGORY_COLOURS if name in present]
+    others = sorted(present - set(listed))
+    free = [colour for colour in COLOURS if colour not in CATEGORY_COLOURS.values()]
+    named = {name: free[i % len(free)] for i, name in enumerate(others)}
+    return {name: CATEGORY_COLOURS[name] for name in listed} | named
+
+
+@styled
+def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
+    """Training points on the left, validation points on the right, on the same axes."""
+    figure = new_figure(SIZE_IN, title, "trained without class labels", [source])
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    colours = category_colours(plane.category)
+    exponent = _exponent(plane.points)
+    for axes, rows, part in zip(
+        panels, (plane.training, ~plane.training), ("training", "validation"), strict=True
+    ):
+        _panel(axes, plane, rows, colours, exponent)
+        axes.set_title(f"{part} points ({np.count_nonzero(rows)})")
+        axes.set_xlabel(_axis_label(1, exponent))
+    panels[0].set_ylabel(_axis_label(2, exponent))
+    handles = [
+        Line2D([], [], ls="", marker="o", color=colour, label=words(name) or "no category")
+        for name, colour in colours.items()
+    ]
+    handles.append(Line2D([], [], color=GREY, label=f"{SIGMAS:g}σ of one object"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    return figure
+
+
+def _panel(
+    axes: Axes, plane: Plane, rows: NDArray[np.bool_], colours: Mapping[str, str], exponent: int
+) -> None:
+    """Points, ellipses and names of the objects that have points among `rows`."""
+    categories, ellipses = plane.objects(), plane.ellipses(rows)
+    for name, ellipse in ellipses.items():
+        colour = colours[categories[name]]
+        points = _shifted(plane.points[rows & (plane.object == name)], exponent)
+        axes.plot(*points.T, "o", color=colour, ms=2.4, mew=0, alpha=0.6)
+        axes.add_patch(_patch(ellipse, colour, exponent))
+    for name, ellipse in ellipses.items():  # above all points
+        axes.annotate(
+            words(name),
+            tuple(_shifted(np.asarray(ellipse.centre), exponent).tolist()),
+            ha="center",
+            va="center",
+            fontsize=6,
+            color=colours[categories[name]],
+            path_effects=[withStroke(linewidth=2, foreground="white")],
+        )
+    axes.set_aspect("equal", adjustable="box")
+    axes.autoscale_view()
+
+
+def _patch(ellipse: Ellipse, colour: str, exponent: int) -> EllipsePatch:
+    """A line where the short axis is 0, nothing where both are: the points are there."""
+    long, short = _shifted(np.asarray(ellipse.half_axes), exponent)
+    centre = _shifted(np.asarray(ellipse.centre), exponent)
+    style: dict[str, Any] = {"fill": False, "ec": colour, "lw": 1.1}
+    return EllipsePatch(tuple(centre), 2 * long, 2 * short, angle=ellipse.angle_deg, **style)
+
+
+def _exponent(points: NDArray[np.floating]) -> int:
+    """Power of ten that the axes leave out, so that any scale of a latent can be drawn."""
+    largest = float(np.abs(points).max(initial=0.0))
+    power = math.floor(math.log10(largest)) if largest > 0 else 0
+    return power if not -3 <= power <= 3 else 0
+
+
+def _shifted(values: NDArray[np.floating], exponent: int) -> NDArray[np.floating]:
+    """`values` / 10^exponent in two steps: 10^-320 has no float64 inverse."""
+    half = exponent // 2
+    return values / 10.0**half / 10.0 ** (exponent - half)
+
+
+def _axis_label(axis: int, exponent: int) -> str:
+    return f"latent {axis}" + (f" (× 1e{exponent})" if exponent else "")
+
+
+def plane_caption(plane: Plane) -> Caption:
+    """Caption of `plane_figure`."""
+    within = plane.within()
+    share = (
+        ""
+        if math.isnan(within)
+        else f" {number(100 * within)} % of the validation points lie within the ellipse of their "
+        f"object's training points ({number(100 * EXPECTED_WITHIN)} % of a Gaussian would)."
+    )
+    names = ", ".join(map(words, plane.objects()))
+    return Caption(
+        f"Left: training points of one fold. Right: the validation points of the same "
+        f"encoder, which never saw them. Ellipses: mean and {SIGMAS:g} standard deviations of the "
+        f"points of one object in the same panel.{share}",
+        f"Two scatter plots of the two-dimensional latent with one ellipse for each of {names}."
+        f"{share}",
+    )

@@ -1,0 +1,123 @@
+"""Recordings as one lazy array: a file is opened when samples of it are asked for, not before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from ajgdata.store.audio import (
+    AudioError,
+    AudioInfo,
+    check_layout,
+    file_sha256,
+    inspect_audio,
+    read_audio,
+)
+from ajgdata.store.features import Column
+from ajgdata.store.riff import parse_wave
+from ajgdata.types import AudioSettings
+
+HEAD_BYTES = 4096  # in which the header of a plain WAV ends
+
+
+@dataclass(frozen=True)
+class Take:
+    """One recording on disk. `frames` is its length at the declared rate; `sha256` may be empty."""
+
+    path: Path
+    sha256: str
+    frames: int
+
+
+def look(path: Path, sha256: str, audio: AudioSettings) -> Take:
+    """How long a recording is, from its header alone if it is a plain WAV.
+
+    Raises AudioError, as `read_audio` does, as far as the header tells.
+    """
+    info = _header(path)
+    check_layout(path, info, audio)
+    return Take(path, sha256, math.ceil(info.frames * audio.sample_rate_hz / info.sample_rate_hz))
+
+
+def _header(path: Path) -> AudioInfo:
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(HEAD_BYTES)
+        size = path.stat().st_size
+    except OSError:
+        return inspect_audio(path)  # which says what is wrong
+    is_wave = head[:4] == b"RIFF" and head[8:12] == b"WAVE"
+    wave = parse_wave(head, size) if is_wave else None
+    if wave is None or not wave.subtype or wave.is_cut or not wave.frames:
+        return inspect_audio(path)
+    rate, frames = wave.sample_rate_hz, wave.frames
+    return AudioInfo("WAV", wave.subtype, rate, wave.channels, frames, frames)
+
+
+class Waveforms(BackendArray):
+    """Samples (recording, time), float32, full scale ±1; NaN after the end of a shorter one."""
+
+    def __init__(self, takes: Sequence[Take], audio: AudioSettings) -> None:
+        self.takes, self.audio = tuple(takes), audio
+        self.shape = (len(self.takes), max((take.frames for take in self.takes), default=0))
+        self.dtype = np.dtype(np.float32)
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        """The samples that `key` picks."""
+        outer = indexing.IndexingSupport.OUTER
+        return indexing.explicit_indexing_adapter(key, self.shape, outer, self._read)
+
+    def _read(self, key: tuple[Any, Any]) -> np.ndarray:
+        rows, times = (np.arange(n)[one] for n, one in zip(self.shape, key, strict=True))
+        read = np.full((rows.size, times.size), np.nan, np.float32)
+        for out, row in zip(read, np.atleast_1d(rows), strict=True):
+            samples = self._samples(self.takes[row])
+            there = np.atleast_1d(times) < len(samples)
+            out[there] = samples[np.atleast_1d(times)[there]]
+        return read.reshape(rows.shape + times.shape)
+
+    def _samples(self, take: Take) -> np.ndarray:
+        """All samples (n,) of one file, which must be the one that was recorded."""
+        if take.sha256 and file_sha256(take.path) != take.sha256:
+            problem = "its bytes are not those that were recorded (sha256 differs)"
+            fix = "restore the file, or accept it with `ajgdata seal`"
+            raise AudioError(take.path, "changed", problem, fix)
+        return read_audio(take.path, self.audio).samples
+
+
+def waveforms(
+    takes: Sequence[Take], columns: dict[str, Column], audio: AudioSettings, attrs: dict[str, str]
+) -> xr.Dataset:
+    """The lazy array of `takes` with its time axis in seconds, and `columns` (n,) as coordinates.
+
+    `frames` says how many samples each recording has. A label that has the name of something here
+    gets `label_` before it.
+    """
+    lazy = Waveforms(takes, audio)
+    time = np.arange(lazy.shape[1]) / audio.sample_rate_hz
+    frames = np.asarray([take.frames for take in takes], np.int64)
+    files = np.asarray([str(take.path) for take in takes], np.str_)
+    coordinates: dict[str, Any] = {
+        "time": ("time", time, {"units": "s", "long_name": "time since the recording began"}),
+        "frames": ("recording", frames, {"units": "1", "long_name": "samples of the recording"}),
+        "file": ("recording", files, {"long_name": "file"}),
+    }
+    taken = {*coordinates, "waveform"}
+    for name, column in columns.items():
+        values = ("recording", column.values, dict(column.attrs))
+        coordinates[f"label_{name}" if name in taken else name] = values
+    rate = {"sample_rate_hz": audio.sample_rate_hz}
+    variable = xr.Variable(
+        ("recording", "time"),
+        indexing.LazilyIndexedArray(lazy),
+        {"long_name": "sound pressure, full scale ±1", "units": "1"},
+    )
+    return xr.Dataset({"waveform": variable}, coordinates, {**attrs, **rate})

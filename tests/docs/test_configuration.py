@@ -1,0 +1,85 @@
+"""The configuration reference is current, every key says what it means, and something reads it."""
+
+import ast
+import importlib.util
+from pathlib import Path
+
+import pytest
+import yaml
+
+from ajgdata.types.embedding import Embedding
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def made_by(tool: str):
+    spec = importlib.util.spec_from_file_location(tool, ROOT / f"tools/{tool}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+configuration = made_by("configuration")
+DECLARED = [model for _, model in configuration.nested(configuration.FILES)]
+SCENES = [model for _, model in configuration.nested(configuration.SCENES)]
+KEYS = [(model, key) for model in DECLARED for key in model.model_fields]
+SETTINGS = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())["properties"]
+
+
+def names_read(folder: Path) -> set[str]:
+    """Attributes that are looked at, and names of the arguments that settings are handed on as."""
+    found = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Attribute):
+                found.add(node.attr)
+            elif isinstance(node, ast.arg):
+                found.add(node.arg)
+    return found
+
+
+READ = names_read(ROOT / "ajgdata")
+
+
+def test_the_page_is_what_its_maker_writes():
+    assert configuration.page() == (ROOT / "docs/configuration.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("model", "key"), KEYS, ids=lambda one: getattr(one, "__name__", one))
+def test_every_key_of_a_declaration_says_what_it_means(model, key):
+    assert len(model.model_fields[key].description or "") >= len("how")
+
+
+@pytest.mark.parametrize("model", [*DECLARED, *SCENES], ids=lambda model: model.__name__)
+def test_every_key_is_read(model):
+    if model is Embedding and not (ROOT / "ajgdata/pipeline/embed.py").is_file():
+        pytest.skip("no embedding is made yet")
+    assert set(model.model_fields) - READ == set()
+
+
+def test_every_key_of_the_workflow_is_said_and_read():
+    rules = "".join(p.read_text() for p in [ROOT / "Snakefile", *ROOT.glob("workflow/rules/*.smk")])
+    for key, schema in SETTINGS.items():
+        assert schema["description"]
+        assert f'config["{key}"]' in rules
+
+
+def test_nested_models_are_found_wherever_they_stand():
+    names = {model.__name__ for model in DECLARED}
+    assert {"DatasetSpec", "Task", "Curve", "RecipeObject", "Target", "Session"} <= names
+    assert {"Cube", "Placed", "Material", "Nuisance"} <= {model.__name__ for model in SCENES}
+
+
+def test_types_are_said_in_words():
+    fields = {f"{m.__name__}.{k}": m.model_fields[k] for m, k in KEYS}
+    said = {
+        "Task.withhold": "list of number",
+        "AudioSettings.channel": "`mono`, `mean` or whole number",
+        "FeatureSettings.band_hz": "list of 2: number, number or null",
+        "DatasetSpec.targets": "mapping of Target",
+    }
+    for key, text in said.items():
+        assert configuration.kind_of(fields[key]) == text
+    assert configuration.default_of(fields["FeatureSettings.window"]) == "`2048`"
+    assert configuration.default_of(fields["Target.kind"]) == "required"
+    assert "\\|X\\|" in (ROOT / "docs/configuration.md").read_text(encoding="utf-8")

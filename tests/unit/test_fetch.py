@@ -1,0 +1,353 @@
+"""Fetching: the same features and metrics elsewhere, or one line and nothing changed."""
+
+import http.server
+import shutil
+import threading
+import zipfile
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from published import (
+    TARGETS,
+    edit_rows,
+    flip,
+    make_project,
+    published,
+    recordings,
+    remake,
+    repack,
+    reseal,
+)
+from typer.testing import CliRunner
+from worlds import Project
+
+from ajgdata.cli import app
+from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.evaluate import evaluate_task
+from ajgdata.pipeline.fetch import fetch, folder_sums
+from ajgdata.pipeline.plan import plan
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.features import read_store
+from ajgdata.store.files import read_csv, read_json
+from ajgdata.store.publishing.download import CHUNK_BYTES
+from ajgdata.store.sessions import read_dataset, read_session
+from ajgdata.types import DataError
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    root = tmp_path_factory.mktemp("world")
+    project = make_project(root / "project")
+    published(project, root / "tree")
+    return project, Tree(root / "tree")
+
+
+@pytest.fixture
+def tree(world, tmp_path):
+    shutil.copytree(world[1].root, tmp_path / "tree")
+    return Tree(tmp_path / "tree")
+
+
+@pytest.fixture
+def elsewhere(tmp_path):
+    """Another project, in which there is no data set yet."""
+    (tmp_path / "elsewhere" / "datasets").mkdir(parents=True)
+    return Project(Paths(tmp_path / "elsewhere"))
+
+
+class Handler(http.server.SimpleHTTPRequestHandler):
+    """Serves a folder; can cut an answer short once, and can do ranges."""
+
+    def do_GET(self):
+        path = Path(self.translate_path(self.path))
+        name = path.relative_to(self.directory).as_posix()
+        self.server.asked.append((name, self.headers.get("Range", "")))
+        if not path.is_file():
+            self.send_error(404)
+            return
+        content = path.read_bytes()
+        start = 0
+        if self.server.ranges and (asked := self.headers.get("Range")):
+            start = int(asked.removeprefix("bytes=").removesuffix("-"))
+        self.send_response(206 if start else 200)
+        self.send_header("Content-Length", str(len(content) - start))
+        self.end_headers()
+        stop = self.server.cut.pop(name, len(content))
+        self.wfile.write(content[start:stop])
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture
+def server(tree):
+    handler = partial(Handler, directory=str(tree.root))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
+        made.asked, made.cut, made.ranges = [], {}, True
+        thread = threading.Thread(target=made.serve_forever, args=(0.02,))
+        thread.start()
+        yield made
+        made.shutdown()
+        thread.join()
+
+
+def address(server) -> str:
+    return f"http://127.0.0.1:{server.server_address[1]}"
+
+
+def metrics(project: Project, name: str = "d") -> dict:
+    """Metrics of the declared task, without who made them."""
+    paths = project.paths
+    spec = read_dataset(paths, name)
+    settings = {k: v for k, v in spec.evaluation("edge").items() if k != "test_on"}
+    outputs = {
+        what: getattr(paths, what)("d", "edge", "knn")
+        for what in ("metrics", "cost", "predictions")
+    }
+    evaluate_task(store=paths.features("d"), model="knn", seed=0, **settings, **outputs)
+    return read_json(paths.metrics("d", "edge", "knn"))
+
+
+def test_the_same_features_and_metrics_on_another_machine(world, server, elsewhere):
+    told = fetch(elsewhere.paths, address(server))
+    assert (told.name, told.recordings, told.sessions) == ("d", 12, 2)
+    original, _ = world
+    published_bytes = original.paths.features("d").read_bytes()
+    assert elsewhere.paths.features("d").read_bytes() == published_bytes
+    remake(elsewhere)  # from the recordings that were fetched
+    assert elsewhere.paths.features("d").read_bytes() == published_bytes
+    assert metrics(elsewhere) == metrics(original)
+
+
+def test_what_sessions_and_rows_say_comes_back(world, tree, elsewhere):
+    fetch(elsewhere.paths, str(tree.root))
+    for session in ("s1", "s2"):
+        here, there = elsewhere.folder(session), world[0].folder(session)
+        assert read_session(here) == read_session(there)
+        assert (here / "excitation.wav").read_bytes() == (there / "excitation.wav").read_bytes()
+        rows = {row["recording_id"]: row for row in read_csv(here / "recordings.csv")[1]}
+        for row in read_csv(there / "recordings.csv")[1]:
+            if row["recording_id"] not in rows:
+                continue
+            ours = rows.pop(row["recording_id"])
+            assert (here / ours["file"]).read_bytes() == (there / row["file"]).read_bytes()
+            same = ("grasp_id", "sample", "quality", "day")
+            assert [ours[c] for c in same] == [row[c] for c in same]
+            assert TARGETS["object"].missing == ("?",)
+            assert ours["object"] == row["object"].replace("?", "")
+            assert float(ours["edge_mm"] or "nan") == pytest.approx(
+                float(row["edge_mm"] or "nan"), abs=0, nan_ok=True
+            )
+        assert not rows
+    kept = folder_sums(elsewhere.paths, "d").parent
+    assert {p.name for p in kept.iterdir()} == {
+        "README.md", "LICENSE", "CITATION.cff", "SHA256SUMS",
+    }  # fmt: skip
+
+
+def test_another_name_and_tests_on_sets_that_are_not_here(tree, elsewhere):
+    content = yaml.safe_load((tree / tree.DECLARATION).read_text())
+    content["tasks"]["edge"]["test_on"] = ["absent"]
+    content["tasks"]["edge"]["paper"] = {"absent": "noise"}
+    (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
+    reseal(tree)
+    told = fetch(elsewhere.paths, str(tree.root), name="mine")
+    assert told.dropped == ("absent",)
+    spec = read_dataset(elsewhere.paths, "mine")
+    assert (spec.tasks["edge"].test_on, spec.tasks["edge"].papers) == ((), {})
+    assert list(plan(elsewhere.paths, refresh=True)) == ["mine"]
+
+
+@pytest.mark.parametrize("ranges", [True, False])
+def test_a_cut_download_goes_on_where_it_was(tree, server, elsewhere, ranges):
+    server.ranges = ranges
+    server.cut["audio.zip"] = half = (tree / tree.ARCHIVE).stat().st_size // 2
+    with pytest.raises(DataError, match=r"audio.zip: cannot be fetched .*what is complete is kept"):
+        fetch(elsewhere.paths, address(server), retries=0)
+    first = [name for name, _ in server.asked]
+    server.asked.clear()
+    fetch(elsewhere.paths, address(server), retries=0)
+    again = dict(server.asked)
+    assert again["audio.zip"] == f"bytes={half // CHUNK_BYTES * CHUNK_BYTES}-"
+    assert first.index("audio.zip") > 1  # what came before it was complete
+    assert not set(first[1 : first.index("audio.zip")]) & set(again)
+    assert elsewhere.paths.features("d").read_bytes() == (tree / tree.FEATURES).read_bytes()
+    assert list(elsewhere.paths.fetched.iterdir()) == []
+
+
+def test_a_damaged_file_on_the_way_is_never_registered(tree, server, elsewhere, snapshot):
+    flip(tree / tree.METADATA)
+    with pytest.raises(DataError, match=r"metadata.csv: cannot be fetched .*hash"):
+        fetch(elsewhere.paths, address(server), retries=0)
+    assert not list(elsewhere.root.glob("data/**/*.wav"))
+    assert list(elsewhere.paths.datasets.iterdir()) == []
+
+
+def test_the_hash_that_one_was_told_is_held_against_the_sums(tree, server, elsewhere):
+    with pytest.raises(DataError, match="SHA256SUMS: cannot be fetched"):
+        fetch(elsewhere.paths, address(server), sha256="0" * 64, retries=0)
+    with pytest.raises(DataError, match="is not the one with this --sha256"):
+        fetch(elsewhere.paths, str(tree.root), sha256="0" * 64)
+    right = file_sha256(tree / tree.SUMS)
+    assert fetch(elsewhere.paths, address(server), sha256=right, retries=0).sums_sha256 == right
+
+
+def test_nothing_there_is_replaced(tree, elsewhere, snapshot):
+    fetch(elsewhere.paths, str(tree.root))
+    before = snapshot(elsewhere.root)
+    with pytest.raises(DataError, match="there is a data set of this name; give --name"):
+        fetch(elsewhere.paths, str(tree.root))
+    assert snapshot(elsewhere.root) == before
+    elsewhere.paths.dataset("d").unlink()  # as if it had been killed before the last step
+    fetch(elsewhere.paths, str(tree.root))
+    elsewhere.paths.dataset("d").unlink()
+    (folder_sums(elsewhere.paths, "d")).write_text("of something else")
+    with pytest.raises(DataError, match="there are recordings of this name"):
+        fetch(elsewhere.paths, str(tree.root))
+
+
+def edit_text(name, old, new):
+    def change(tree):
+        text = (tree / name).read_text()
+        assert old in text
+        (tree / name).write_text(text.replace(old, new))
+
+    return change
+
+
+def add_entry(name, content=b"", mode=None, method=zipfile.ZIP_STORED):
+    def change(tree):
+        entry = zipfile.ZipInfo(name)
+        entry.compress_type = method
+        if mode:
+            entry.external_attr = mode << 16
+        with zipfile.ZipFile(tree / tree.ARCHIVE, "a") as archive:
+            archive.writestr(entry, content)
+
+    return change
+
+
+def same_name_twice(tree):
+    with zipfile.ZipFile(tree / tree.ARCHIVE) as archive:
+        name = archive.namelist()[0]
+    add_entry(name.upper().replace("AUDIO/", "audio/"))(tree)
+
+
+def named(**cells):
+    return lambda tree: edit_rows(tree, lambda rows: rows[0].update(cells))
+
+
+def link_session(tree):
+    path = tree / tree.session("s1")
+    path.rename(tree.root / "elsewhere.yaml")
+    path.symlink_to(tree.root / "elsewhere.yaml")
+
+
+#: What an attacker may try, hashes being right, and what is said.
+ATTACKS = {
+    "archive: parent": (add_entry("../evil.wav"), "audio.zip: '../evil.wav' leaves the folder"),
+    "archive: absolute": (add_entry("/tmp/evil.wav"), "'/tmp/evil.wav' leaves the folder"),
+    "archive: drive": (add_entry("C:evil.wav"), "'C:evil.wav' leaves the folder"),
+    "archive: elsewhere": (add_entry("evil.wav"), "'evil.wav' is no file in audio/"),
+    "archive: link": (
+        add_entry("audio/s1/l.wav", b"/etc/passwd", 0o120777), "is a link or device, not a file",
+    ),
+    "archive: twice": (same_name_twice, "stands in the archive twice"),
+    "archive: bomb": (
+        add_entry("audio/s1/b.wav", bytes(10**6), method=zipfile.ZIP_DEFLATED), "would grow",
+    ),
+    "archive: none": (lambda t: (t / t.ARCHIVE).write_bytes(b"PK"), "not a readable archive"),
+    "archive: lacks one": (lambda t: repack(t, lambda p: p.pop()), "audio.zip: lacks audio/s2"),
+    "archive: other audio": (
+        lambda t: repack(t, lambda p: p.__setitem__(0, (p[0][0], p[1][1]))),
+        "is not the one of SHA256SUMS",
+    ),
+    "table: parent": (named(file_name="../../evil.wav"), "metadata.csv:2: .* leaves the folder"),
+    "table: absolute": (named(file_name="/etc/passwd"), "'/etc/passwd' leaves the folder"),
+    "table: no audio": (named(file_name="README.md"), "'README.md' is no recording"),
+    "table: session": (
+        named(session_id="../s1", recording="../s1/x", grasp_id="../s1/0"),
+        "no session can be named '../s1'",
+    ),
+    "table: other session": (named(recording="s2/x"), "do not begin with s1/"),
+    "table: other hash": (named(sha256="0" * 64), "sha256 is not that of audio/s1"),
+    "table: twice": (
+        lambda t: edit_rows(t, lambda rows: rows.append(rows[0])), "stands in two rows",
+    ),
+    "table: no number": (named(sample="many"), "metadata.csv:2: .*many"),
+    "session: parent": (
+        edit_text("sessions/s1/session.yaml", "file: excitation.wav", "file: ../../README.md"),
+        "'../../README.md' is not its excitation",
+    ),
+    "session: audio elsewhere": (
+        edit_text("sessions/s1/session.yaml", "session_id: s1", "session_id: s1\naudio_root: /etc"),
+        "audio_root leaves the folder",
+    ),
+    "declaration: unknown key": (
+        edit_text("dataset.yaml", "title:", "evil: true\ntitle:"), "unknown key evil",
+    ),
+    "declaration: a tag": (
+        edit_text("dataset.yaml", "title:", "citation: !!python/object:os.system x\ntitle:"),
+        "not valid YAML",
+    ),
+    "a link": (link_session, "session.yaml: is a link"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_attacks_are_refused_in_one_line_and_nothing_is_changed(tree, elsewhere, snapshot, name):
+    change, said = ATTACKS[name]
+    change(tree)
+    reseal(tree)
+    before = snapshot(elsewhere.root)
+    with pytest.raises(DataError, match=said) as caught:
+        fetch(elsewhere.paths, str(tree.root))
+    assert "\n" not in str(caught.value)
+    assert snapshot(elsewhere.root) == before
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("{0}  ../evil", "'../evil' leaves the folder"),
+        ("{0}  /etc/passwd", "leaves the folder"),
+        ("{0}  a\\..\\b", "leaves the folder"),
+        ("{0}  audio/./x.wav", "is no plain name"),
+        ("nonsense", "is no `sha256  name`"),
+        ("{0}  readme.MD", "stands twice"),
+        ("{0}  README.md", "stands twice"),
+    ],
+)
+def test_sums_are_not_believed(tree, server, elsewhere, line, said):
+    with (tree / tree.SUMS).open("a") as sums:
+        sums.write(line.format("0" * 64) + "\n")
+    with pytest.raises(DataError, match=said.replace("\\", "\\\\")):
+        fetch(elsewhere.paths, address(server), retries=0)
+    assert {name for name, _ in server.asked} == {tree.SUMS}
+
+
+def test_more_bytes_than_anybody_publishes_are_refused(server, elsewhere, monkeypatch):
+    monkeypatch.setattr("ajgdata.store.publishing.download.MAX_BYTES", 5_000)
+    with pytest.raises(DataError, match="holds more than 0 GiB"):
+        fetch(elsewhere.paths, address(server), retries=0)
+    assert not list(elsewhere.paths.fetched.rglob("*.part"))
+
+
+def test_what_is_no_published_data_set_is_one_line(elsewhere, server, tmp_path):
+    with pytest.raises(DataError, match="has no SHA256SUMS: not a published data set"):
+        fetch(elsewhere.paths, str(tmp_path))
+    with pytest.raises(DataError, match=r"nowhere/SHA256SUMS: cannot be fetched \(404"):
+        fetch(elsewhere.paths, f"{address(server)}/nowhere", retries=0)
+
+
+def test_the_command_says_what_came(tree, elsewhere, monkeypatch):
+    monkeypatch.setenv("AJGDATA_ROOT", str(elsewhere.root))
+    done = CliRunner().invoke(app, ["fetch", str(tree.root), "--name", "mine"])
+    assert done.exit_code == 0
+    assert "12 recordings in 2 session(s) are data set mine" in done.output
+    assert file_sha256(tree / tree.SUMS) in done.output
+    assert len(recordings(tree)) == 12
+    assert np.isfinite(read_store(tree / tree.FEATURES).feature).all()

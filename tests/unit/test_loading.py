@@ -1,0 +1,267 @@
+"""What `import ajgdata` gives, against what is on disk and what the evaluation did."""
+
+import csv
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from worlds import RATE_HZ, tone, write_tone
+
+import ajgdata
+from ajgdata.pipeline.evaluate import evaluate_task
+from ajgdata.store.audio import AudioError, read_audio, resample, write_pcm24
+from ajgdata.types import AudioSettings, DataError, Recording
+
+#: One step of 24 bits: what writing a recording may change.
+STEP = 2.0**-23
+
+
+def load(project):
+    return ajgdata.load_recordings("d", project.root)
+
+
+def test_recordings_are_the_samples_with_time_in_seconds(project):
+    project.session("s1", {"a": 500.0, "b": 750.0})
+    project.session("s2", {"a": 1000.0})
+    loaded = load(project)
+    assert loaded.waveform.dims == ("recording", "time")
+    assert loaded.waveform.dtype == np.float32
+    assert loaded.recording.values.tolist() == ["s1/a", "s1/b", "s2/a"]
+    np.testing.assert_array_equal(loaded.time, np.arange(2000) / RATE_HZ)
+    assert (loaded.time.attrs["units"], loaded.waveform.attrs["units"]) == ("s", "1")
+    assert loaded.attrs == {"data_set": "d", "source": "recorded", "sample_rate_hz": RATE_HZ}
+    for name, hz in {"s1/a": 500, "s1/b": 750, "s2/a": 1000}.items():
+        one = loaded.waveform.sel(recording=name)
+        np.testing.assert_allclose(one, tone(hz), atol=STEP)
+    # the phase of a sine at a time in seconds does not depend on how samples are numbered
+    part = loaded.waveform.sel(recording="s2/a", time=slice(0.1, 0.11))
+    np.testing.assert_allclose(part, 0.5 * np.sin(2 * np.pi * 1000 * part.time), atol=STEP)
+
+
+def test_labels_are_those_of_the_features(project):
+    project.session("s1")
+    project.session("s2", {"a": 1250.0}, gripper="soft")
+    for session in ("s1", "s2"):
+        project.shard(session)
+    project.merge("s1", "s2")
+    with ajgdata.load_features("d", project.root) as features:
+        loaded = load(project)
+        shared = set(features.coords) - {"frequency", "flags"}
+        assert {"edge_mm", "gripper", "grasp_id", "object", "sample", "sha256"} <= shared
+        for name in shared:
+            np.testing.assert_array_equal(loaded[name], features[name], err_msg=name)
+            assert loaded[name].attrs == features[name].attrs
+    assert loaded.edge_mm.attrs["units"] == "mm"
+
+
+def test_only_files_that_are_asked_for_are_opened(project):
+    project.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0})
+    loaded = load(project)
+    for gone in ("a", "c"):
+        (project.folder() / "audio" / f"{gone}.wav").unlink()
+    assert "waveform" in str(loaded)
+    np.testing.assert_allclose(loaded.waveform[1, 10:20], tone(750)[10:20], atol=STEP)
+    with pytest.raises(AudioError, match=r"c\.wav: there is no such file"):
+        loaded.waveform[1:, 5].load()
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        (1, 7), (slice(None), 7), (1, slice(None)), (slice(0, 3, 2), slice(5, None, 300)),
+        ([2, 0], [0, 9, 4]), (slice(None, None, -1), slice(1990, 5, -40)), ([], slice(0, 3)),
+        (-1, -1),
+    ],
+)  # fmt: skip
+def test_every_way_of_indexing(project, key):
+    tones = {"a": 500.0, "b": 750.0, "c": 1000.0}
+    project.session("s1", tones)
+    loaded = load(project).waveform
+    rows, times = key
+    whole = loaded.values
+    assert np.abs(whole - [tone(hz) for hz in tones.values()]).max() <= STEP
+    np.testing.assert_array_equal(loaded.isel(recording=rows, time=times), whole[rows][..., times])
+
+
+def test_shorter_recordings_end_in_nan_and_other_rates_are_resampled(project):
+    project.declare(audio={"sample_rate_hz": RATE_HZ, "other_rate": "resample"})
+    rows = project.session("s1", {"a": 500.0, "b": 500.0})
+    path = project.folder() / "audio" / "b.wav"
+    slow = 0.5 * np.sin(2 * np.pi * 500 * np.arange(901) / 6000)
+    write_pcm24(path, slow, 6000)
+    project.write([rows[0], rows[1].model_copy(update={"sha256": ""})])
+    loaded = load(project)
+    assert loaded.frames.values.tolist() == [2000, 1202]  # 901 * 8/6, rounded up
+    second = loaded.waveform.sel(recording="s1/b").values
+    assert np.isnan(second[1202:]).all()
+    expected = resample(read_audio(path, AudioSettings(sample_rate_hz=6000)).samples, 6000, RATE_HZ)
+    np.testing.assert_array_equal(second[:1202], expected)
+    middle = slice(200, 1000)  # away from the ends, where zeros are assumed
+    # resample_poly's Kaiser window (beta = 5) keeps ripple below 1 %
+    np.testing.assert_allclose(second[middle], tone(500)[middle], atol=0.005)
+
+
+def test_what_cannot_be_used_is_left_out_and_said(project):
+    rows = project.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0, "e": 600.0})
+    write_pcm24(project.folder() / "audio" / "b.wav", tone(500), 16_000)
+    bad = rows[2].model_copy(update={"labels": {"edge_mm": "large"}})
+    rejected = rows[3].model_copy(update={"quality": "reject"})
+    project.write([*rows[:2], bad, rejected])
+    with pytest.warns(
+        UserWarning, match=r"2 recordings of d are left out, the first is s1/b: samp"
+    ):
+        loaded = load(project)
+    assert loaded.recording.values.tolist() == ["s1/a"]
+
+
+def test_changed_bytes_are_refused_when_read(project):
+    project.session("s1", {"a": 500.0, "b": 750.0})
+    loaded = load(project)
+    write_tone(project.folder() / "audio" / "b.wav", 505)
+    np.testing.assert_allclose(loaded.waveform[0], tone(500), atol=STEP)
+    with pytest.raises(AudioError, match=r"b\.wav: its bytes are not those that were recorded"):
+        loaded.waveform.load()
+
+
+def test_a_label_may_have_any_name(project):
+    rows = project.session("s1", {"a": 500.0})
+    project.write([rows[0].model_copy(update={"labels": {"time": "noon", "frames": "3"}})])
+    loaded = load(project)
+    assert (loaded.label_time.item(), loaded.label_frames.item()) == ("noon", "3")
+
+
+def test_nothing_recorded_and_nothing_declared(project):
+    with pytest.raises(DataError, match=r"holds no recording.*; get some with `ajgdata import"):
+        load(project)
+    with pytest.raises(DataError, match="no such data set; declared here: d"):
+        ajgdata.load_recordings("e", project.root)
+    with pytest.raises(DataError, match="no such data set; declared here: d"):
+        ajgdata.load_dataset("e", project.root)
+
+
+TARGETS = {
+    "edge_mm": {"kind": "regression", "unit": "mm"},
+    "object": {"kind": "classification"},
+}
+TASKS = {
+    "size": {"target": "edge_mm", "folds": 3, "withhold": [700.0]},
+    "what": {"target": "object", "folds": 9, "groups": "session_id"},
+}
+
+
+@pytest.fixture
+def evaluated(project):
+    """Four sessions of six tones, two of a grasp; features merged, tasks declared."""
+    project.declare(targets=TARGETS, tasks=TASKS)
+    sessions = [f"s{n}" for n in range(4)]
+    for number, session in enumerate(sessions):
+        rows, folder = [], project.folder(session) / "audio"
+        for index in range(6):
+            name, hz = f"r{index}", 500.0 + 100 * (index // 2) + number
+            rows.append(
+                Recording(
+                    recording_id=name,
+                    file=f"audio/{name}.wav",
+                    sha256=write_tone(folder / f"{name}.wav", hz, 2000 + index),
+                    grasp_id=f"g{index // 2}",
+                    object="ab"[index // 2 % 2],
+                    labels={"edge_mm": str(500 + 100 * (index // 2))},
+                )
+            )  # fmt: skip
+        project.write(rows, session)
+        project.shard(session)
+    targets = ajgdata.load_dataset("d", project.root).spec.targets
+    project.merge(*sessions, targets=targets)
+    return project
+
+
+@pytest.mark.parametrize(("task", "seed"), [("size", 0), ("size", 5), ("what", 0)])
+def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
+    loaded = ajgdata.load_dataset("d", evaluated.root)
+    table = evaluated.root / "predictions.csv"
+    arguments = loaded.spec.evaluation(task)
+    arguments.pop("test_on")
+    evaluate_task(
+        evaluated.paths.features("d"),
+        **arguments,
+        model="knn",
+        seed=seed,
+        metrics=evaluated.root / "metrics.json",
+        cost=evaluated.root / "cost.json",
+        predictions=table,
+    )
+    with table.open(newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["split"] == "grouped"]
+    tested = [
+        {r["recording"] for r in rows if r["fold"] == f} for f in sorted({r["fold"] for r in rows})
+    ]
+    assert len(tested) == {"size": 3, "what": 4}[task]  # as many folds as groups at most
+    everything = set().union(*tested)
+    assert len(loaded.folds(task, seed)) == len(tested)
+    for fold, names in enumerate(tested):
+        train, test = loaded.split(task, fold, seed)
+        assert set(test.recordings) == names
+        assert set(train.recordings) == everything - names
+        assert not set(train.groups) & set(test.groups)
+        assert train.X.shape == (len(train), 129)
+    held = set(loaded.all(task).recordings) - everything
+    assert held == (set(loaded.withheld(task).recordings) if task == "size" else set())
+    assert len(held) == {"size": 8, "what": 0}[task]
+
+
+def test_to_torch_gives_features_and_labels(evaluated):
+    import torch
+    from torch.utils.data import DataLoader
+
+    loaded = ajgdata.load_dataset("d", evaluated.root)
+    part = loaded.all("what")
+    assert part.classes == ("a", "b")
+    features, labels = next(iter(DataLoader(loaded.to_torch("what"), batch_size=24)))
+    assert (features.dtype, labels.dtype) == (torch.float32, torch.int64)
+    np.testing.assert_array_equal(features, part.X)
+    assert [part.classes[label] for label in labels] == part.y.tolist()
+    _, edge = loaded.to_torch()[0]  # the first task
+    assert (edge.dtype, edge.item()) == (torch.float32, loaded.all("size").y[0])
+    # a part without one of the classes numbers them as all parts do
+    only_b = loaded.all("what")
+    chosen = only_b.y == "b"
+    numbers = type(part)(only_b.X[chosen], only_b.y[chosen], only_b.groups[chosen],
+                         only_b.recordings[chosen], only_b.classes).to_torch()[:][1]  # fmt: skip
+    assert numbers.unique().tolist() == [1]
+
+
+def test_what_there_is_not(evaluated):
+    loaded = ajgdata.load_dataset("d", evaluated.root)
+    assert loaded.tasks == ("size", "what")
+    with pytest.raises(DataError, match="there is no task 'shape'; declared are: size, what"):
+        loaded.split("shape", 0)
+    with pytest.raises(DataError, match="task size has no fold 3; 0 to 2 there are"):
+        loaded.split("size", 3)
+    with pytest.raises(DataError, match="no fold -1"):
+        loaded.split("size", -1)
+    evaluated.declare(targets=TARGETS, tasks={"size": {"target": "edge_mm", "withhold": [7.0]}})
+    with pytest.raises(DataError, match="no recording has the value 7"):
+        ajgdata.load_dataset("d", evaluated.root).split("size", 0)
+    evaluated.paths.features("d").unlink()
+    with pytest.raises(DataError, match="has not been made; run `snakemake` first"):
+        loaded.to_torch()
+
+
+def test_plain_xarray_finds_labels_and_units(evaluated):
+    with xr.open_dataset(evaluated.paths.features("d")) as plain:
+        assert plain.feature.dims == ("recording", "frequency")
+        assert set(plain.data_vars) == {"feature"}
+        known = {"recording", "session_id", "grasp_id", "sample", "object", "edge_mm", "sha256"}
+        assert known <= set(plain.coords)
+        units = {"frequency": "Hz", "edge_mm": "mm", "feature": "1", "sample": "1"}
+        assert {name: plain[name].attrs["units"] for name in units} == units
+        assert [n for n in known - {"object", "edge_mm"} if not plain[n].attrs["long_name"]] == []
+        assert plain.feature.sel(recording="s0/r0").idxmax().item() == 500  # a bin each 31.25 Hz
+        assert plain.attrs["Conventions"].startswith("CF-")
+
+
+def test_importing_is_light(run_python):
+    code = "import sys, ajgdata; print(*{name.split('.')[0] for name in sys.modules})"
+    assert not set(run_python(code).split()) & {"xarray", "h5py", "torch", "sklearn", "pydantic"}
+    assert "xarray" in sys.modules

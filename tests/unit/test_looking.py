@@ -1,0 +1,139 @@
+"""`ajgdata info`, `doctor` and `status`: what they say is so."""
+
+import os
+import re
+import sys
+
+import pytest
+from worlds import tone
+
+from ajgdata.cli import main
+from ajgdata.pipeline.doctor import doctor, missing
+from ajgdata.pipeline.info import dataset_facts
+from ajgdata.pipeline.status import data_status, summarised, workflow_status
+from ajgdata.types import DataError, Target
+
+HEADER = "output_file\tdate\trule\tlog-file(s)\tstatus\tplan\n"
+
+
+def test_info_counts_what_there_is(project):
+    project.declare(
+        targets={
+            "edge_mm": {"kind": "regression", "unit": "mm"},
+            "hue": {"kind": "classification"},
+        },
+        tasks={"size": {"target": "edge_mm", "models": ["knn"]}},
+        description="Boxes.",
+    )  # fmt: skip
+    rows = project.session("s1")
+    hues = [
+        r.model_copy(update={"labels": {**r.labels, "hue": h}})
+        for r, h in zip(rows, ["red", "red", ""], strict=True)
+    ]
+    rejected = project.session("s2", {"a": 1250.0})[0].model_copy(
+        update={"quality": "reject", "sha256": ""}
+    )
+    project.write(hues)
+    project.write([rejected], "s2")
+    facts = dataset_facts(project.paths, "d")
+    assert (
+        facts["recordings"] == "4 of 4 grasps of 1 objects in 2 sessions; 1 rejected; 1 not sealed"
+    )
+    assert facts["target edge_mm"] == "regression mm"
+    assert facts["features"].startswith("not made yet")
+    for session in ("s1", "s2"):
+        project.shard(session)
+    project.merge("s1", "s2", targets={
+        "edge_mm": Target(kind="regression", unit="mm"), "hue": Target(kind="classification")
+    })  # fmt: skip
+    facts = dataset_facts(project.paths, "d")
+    assert facts["source"] == "recorded"
+    assert facts["description"] == "Boxes."
+    assert facts["target edge_mm"] == "regression, 500 to 1000 mm, 3 distinct values"
+    assert facts["target hue"] == "classification, 1 classes: red 2; 1 missing"
+    assert facts["features"].startswith("3 rows of 129 values, 0 to 4000 Hz, ")
+    assert facts["quarantine"] == "1 rejected"
+    assert facts["task size"] == "edge_mm, 5 folds by grasp_id; knn"
+    audio = sum(f.stat().st_size for f in project.paths.sessions("d").rglob("*") if f.is_file())
+    assert facts["disk"].startswith(f"recordings {audio / 1e6:.1f} MB")
+    assert audio > 4 * 3 * len(tone(500))  # three bytes a sample
+
+
+def test_info_of_nothing(project):
+    assert dataset_facts(project.paths, "d")["source"].startswith("nothing recorded yet")
+    with pytest.raises(DataError, match="no such data set"):
+        dataset_facts(project.paths, "e")
+
+
+def test_doctor_says_versions_and_what_is_wrong(project):
+    facts, wrong = doctor(project.paths)
+    assert facts["python"].startswith(".".join(map(str, sys.version_info[:3])))
+    assert re.search(r"numpy \d+\.\d+", facts["packages"])
+    assert facts["cores"].startswith(f"{len(os.sched_getaffinity(0))} of ")
+    assert facts["project"] == str(project.root)
+    assert wrong == []
+    assert doctor(None)[0]["project"] == "none here or above"
+    assert re.fullmatch(
+        r"[\d.]+ GB free on disk; `make clean` removes .*", doctor(project.paths, 1e18)[1][0]
+    )
+    assert missing(["numpy>=1", "nowhere>=2", 'neither; extra == "docs"']) == ["nowhere"]
+
+
+def test_summary_is_grouped_by_rule_and_reason():
+    table = HEADER + "".join(
+        f"{file}\t-\t{rule}\t-\t{status}\t{plan}\n"
+        for file, rule, status, plan in [
+            ("report.html", "report", "ok", "update pending"),
+            ("a.json", "evaluate", "updated input files", "update pending"),
+            ("b.json", "evaluate", "updated input files", "update pending"),
+            ("c.json", "evaluate", "missing", "update pending"),
+            ("d.nc", "merge", "ok", "no update"),
+        ]
+    )
+    current, groups = summarised(table)
+    assert current == 1
+    assert [(g.rule, g.reason, g.files) for g in groups] == [
+        ("evaluate", "missing", ("c.json",)),
+        ("evaluate", "updated input files", ("a.json", "b.json")),
+        ("report", "what it is made from", ("report.html",)),
+    ]
+
+
+def test_data_status_says_what_no_run_mends(project):
+    assert data_status(project.paths) == [
+        "d: declared, no recordings; `ajgdata import FOLDER --dataset d`"
+    ]
+    rows = project.session("s1")
+    assert data_status(project.paths) == []
+    project.write([rows[0].model_copy(update={"sha256": ""}), *rows[1:]])
+    (project.folder() / "audio" / "b.wav").unlink()
+    project.shard()
+    project.merge("s1")
+    assert data_status(project.paths) == [
+        "d/s1: 1 recordings not sealed; `ajgdata seal d` writes their hashes",
+        f"d: 1 recordings left out; {project.paths.quarantine('d')}",
+    ]
+    recipe = {
+        "grasps_per_object": 1,
+        "sessions": 2,
+        "objects": [{"name": "c", "shape": {"kind": "cube", "edge_mm": 20}}],
+    }
+    project.declare(recipe=recipe)
+    assert "d: 2 sessions to be recorded by the virtual gripper" in data_status(project.paths)
+
+
+def test_status_asks_snakemake(project, monkeypatch, capsys):
+    project.session("s1")
+    monkeypatch.chdir(project.root)
+    monkeypatch.setattr(sys, "argv", ["ajgdata", "status", "--config", "pages=[]"])
+    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    lines = capsys.readouterr().out.splitlines()
+    assert not stopped.value.code
+    wanted = "features would run (missing): results/features/d/s1.nc and 1 more"
+    assert wanted in lines
+    assert re.fullmatch(r"0 results are current, \d+ are not; `snakemake`", lines[-1])
+    project.declare(colour="red")
+    with pytest.raises(DataError, match="unknown key colour"):
+        workflow_status(project.paths, ["--config", "pages=[]"])

@@ -1,0 +1,403 @@
+"""Publishing: the same bytes twice, everything said, and each defect found by its name."""
+
+import hashlib
+import re
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+from published import (
+    edit_json,
+    edit_rows,
+    flip,
+    make_project,
+    published,
+    recordings,
+    remake,
+    repack,
+    reseal,
+)
+from typer.testing import CliRunner
+
+from ajgdata.cli import app
+from ajgdata.paths import Tree
+from ajgdata.pipeline.publish import check, publish
+from ajgdata.store.features import read_store
+from ajgdata.store.files import read_csv
+from ajgdata.store.publishing import archive, views
+from ajgdata.store.publishing.checks import defects
+from ajgdata.store.publishing.table import file_names, table_of
+from ajgdata.types import DataError
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    """A project, its tree, and what publishing said."""
+    root = tmp_path_factory.mktemp("world")
+    project = make_project(root / "project")
+    return project, Tree(root / "tree"), published(project, root / "tree")
+
+
+@pytest.fixture
+def project(tmp_path):
+    return make_project(tmp_path / "project")
+
+
+@pytest.fixture
+def tree(world, tmp_path):
+    shutil.copytree(world[1].root, tmp_path / "copy")
+    return Tree(tmp_path / "copy")
+
+
+def contents(root: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(root)): p.read_bytes() for p in root.rglob("*") if p.is_file()}
+
+
+def test_the_same_inputs_give_the_same_bytes(world, tmp_path):
+    project, tree, _ = world
+    published(project, tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tree.root)
+
+
+def test_sums_are_what_sha256sum_reads(world):
+    done = subprocess.run(
+        ["sha256sum", "--check", "--strict", "--quiet", "SHA256SUMS"],
+        cwd=world[1].root,
+        check=False,
+    )
+    assert done.returncode == 0
+
+
+def test_recordings_are_the_originals_byte_for_byte(world):
+    project, tree, _ = world
+    _, rows = read_csv(tree / tree.METADATA)
+    assert len(rows) == 12
+    for row in rows:
+        number = int(row["recording"][-1]) if row["recording"][-1].isdigit() else None
+        content = (tree / row["file_name"]).read_bytes()
+        assert hashlib.sha256(content).hexdigest() == row["sha256"]
+        if number is not None:
+            assert (
+                content == (project.folder(row["session_id"]) / f"audio/{number}.wav").read_bytes()
+            )
+
+
+def test_a_missing_label_is_an_empty_cell_and_numbers_come_back_exactly(world):
+    project, tree, _ = world
+    store = read_store(project.paths.features("d"))
+    _, rows = read_csv(tree / tree.METADATA)
+    cells = np.array([float(row["edge_mm"] or "nan") for row in rows])
+    np.testing.assert_array_equal(cells, store.columns["edge_mm"].values)
+    assert np.isnan(cells).sum() == 2
+    assert [row["object"] for row in rows].count("") == 2
+
+
+def test_the_archive_holds_no_time_and_no_compression(world):
+    with zipfile.ZipFile(world[1] / "audio.zip") as held:
+        entries = held.infolist()
+    assert {e.date_time for e in entries} == {(1980, 1, 1, 0, 0, 0)}
+    assert all(e.compress_type == zipfile.ZIP_STORED for e in entries)
+    assert [e.filename for e in entries] == [
+        row["file_name"] for row in read_csv(world[1] / "metadata.csv")[1]
+    ]
+
+
+def test_the_card_says_what_was_left_out_and_is_no_html(world):
+    _, tree, done = world
+    card = (tree / tree.README).read_text()
+    assert (done.left_out, done.unsealed, done.recordings) == (2, 2, 12)
+    assert "2 recordings were left out" in card
+    assert "2 had no hash from the day they were recorded" in card
+    assert re.search(r"s1/take 0/6: .*cut short", card)
+    assert "**Recorded**." in card
+    body = card.split("---\n", 2)[2]
+    assert "<b>" not in body
+    assert "latex &lt;1&gt;" in body
+    assert "```python\nimport nothing" not in body
+    assert "unknown" not in yaml.safe_load(card.split("---\n")[1])["license"]
+
+
+def test_the_card_says_what_made_it(world):
+    card = (world[1] / "README.md").read_text()
+    store = read_store(world[0].paths.features("d"))
+    for known in ("git_commit", "inputs_sha256", "settings_digest"):
+        assert str(store.attrs[known]) in card
+
+
+def test_no_path_of_this_machine_is_published(world):
+    project, tree, _ = world
+    place = str(project.root).encode()
+    assert not [name for name, content in contents(tree.root).items() if place in content]
+
+
+def test_an_unlicensed_set_says_so(project, tmp_path):
+    project.declare(targets={}, tasks={})
+    done = published(project, tmp_path / "out")
+    tree = Tree(done.folder)
+    assert done.is_unlicensed
+    assert "No licence is stated" in (tree / tree.LICENCE).read_text()
+    assert "license: unknown" in (tree / tree.README).read_text()
+
+
+def test_a_changed_recording_is_not_published_and_the_old_tree_stays(project, tmp_path):
+    out = tmp_path / "out"
+    published(project, out)
+    before = contents(out)
+    flip(project.folder("s1") / "audio/0.wav")
+    with pytest.raises(DataError, match="bytes changed since its features were made"):
+        published(project, out)
+    assert contents(out) == before
+    assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == []
+
+
+def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
+    (tmp_path / "mine.txt").write_text("thesis")
+    with pytest.raises(DataError, match="holds something else"):
+        published(world[0], tmp_path)
+    assert (tmp_path / "mine.txt").read_text() == "thesis"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"), [({"version": "1"}, "--version"), ({"date": "now"}, "--date")]
+)
+def test_wrong_options_are_one_line(world, tmp_path, wrong, said):
+    with pytest.raises(DataError, match=said):
+        publish(world[0].paths, "d", tmp_path / "out", **wrong)
+
+
+def test_a_label_that_pandas_takes_for_missing_is_refused(project):
+    project.declare(targets={"object": {"kind": "classification"}})
+    rows = project.session("s1", {"a": 500.0})
+    project.write([rows[0].model_copy(update={"object": "NA"})], "s1")
+    remake(project)
+    store = read_store(project.paths.features("d"))
+    with pytest.raises(DataError, match="object = 'NA', which pandas reads as a missing value"):
+        table_of(store, [".wav"] * len(store.feature), "features.nc")
+
+
+def test_file_names_differ_on_every_file_system():
+    given = ["s/a b", "s/a_b", "s/A_B", "s/../x", "s/ü", "t/a b", "s/" + "y" * 300]
+    names = file_names(given, [".wav"] * len(given))
+    assert names[:5] == [
+        "audio/s/a_b.wav",
+        "audio/s/a_b-2.wav",
+        "audio/s/A_B-3.wav",
+        "audio/s/x.wav",
+        "audio/s/recording.wav",
+    ]
+    assert len({name.lower() for name in names}) == len(names)
+    assert not any(archive.bad_name(name) for name in names)
+    assert max(map(len, names)) < 130
+
+
+@pytest.mark.parametrize(
+    ("text", "seen", "agrees"),
+    [
+        ("", None, True),
+        ("", float("nan"), True),
+        ("a", None, False),
+        ("007", 7, True),
+        ("1.5", 1.5, True),
+        ("1.5", 1.25, False),
+        ("true", True, True),
+        ("true", False, False),
+        ("a", b"a", True),
+        ("a", "b", False),
+    ],
+)
+def test_what_readers_make_of_texts_is_told_from_what_they_get_wrong(text, seen, agrees):
+    assert views.same(text, seen) is agrees
+
+
+def swap_labels(rows):
+    rows[0]["edge_mm"], rows[2]["edge_mm"] = rows[2]["edge_mm"], rows[0]["edge_mm"]
+
+
+def rename_column(tree):
+    path = tree / tree.METADATA
+    path.write_text(path.read_text().replace("edge_mm", "edge", 1))
+
+
+def other_features(tree):
+    with h5py.File(tree / tree.FEATURES, "r+") as store:
+        store.attrs["data_set"] = "other"
+        store["sample"][0] += 1
+
+
+def link(tree):
+    path = recordings(tree)[0]
+    path.rename(path.with_suffix(".real"))
+    path.symlink_to(path.with_suffix(".real"))
+
+
+def bomb(pairs):
+    pairs[0] = (pairs[0][0], bytes(1_000_000))
+
+
+def wrong_type(document):
+    field = next(f for f in document["recordSet"][0]["field"] if f["name"] == "edge_mm")
+    field["dataType"] = "sc:Integer"
+
+
+def as_integer(document):
+    field = next(f for f in document["resources"][0]["schema"]["fields"] if f["name"] == "edge_mm")
+    field["type"] = "integer"
+
+
+def wrong_croissant_column(document):
+    document["recordSet"][0]["field"][2]["source"]["extract"]["column"] = "sesion_id"
+
+
+def replaced(name, old, new):
+    def change(tree):
+        text = (tree / name).read_text()
+        assert old in text
+        (tree / name).write_text(text.replace(old, new, 1))
+
+    return change
+
+
+#: Each: what somebody does, whether all hashes are then made right again, and what is said of it.
+BREAKS = {
+    "flipped byte in a WAV": (
+        lambda t: flip(recordings(t)[0]), False, r"audio/s1/.*\.wav: its bytes are not those",
+    ),
+    "missing WAV": (lambda t: recordings(t)[3].unlink(), False, r"audio/s1/.*: is missing"),
+    "missing session": (
+        lambda t: (t / t.session("s2")).unlink(), True, r"sessions/s2/session.yaml: there is no",
+    ),
+    "extra file": (
+        lambda t: (t / "audio/s1/more.wav").write_bytes(b"RIFF"), False,
+        r"audio/s1/more.wav: is not in SHA256SUMS",
+    ),
+    "unlisted extra WAV": (
+        lambda t: (t / "audio/s1/more.wav").write_bytes(b"RIFF"), True,
+        r"audio/s1/more.wav: has no row in metadata.csv",
+    ),
+    "link": (link, False, r"audio/s1/.*: is a link"),
+    "wrong column": (
+        rename_column, True,
+        r"metadata.csv: its columns are not those of features.nc: edge, edge_mm",
+    ),
+    "swapped label": (
+        lambda t: edit_rows(t, swap_labels), True,
+        r"metadata.csv:2: edge_mm = '.*', in features.nc it is '.*' \(1 more cells differ\)",
+    ),
+    "row removed": (lambda t: edit_rows(t, lambda r: r.pop()), True, r"has no row in metadata"),
+    "row doubled": (lambda t: edit_rows(t, lambda r: r.append(r[0])), True, r"in two rows"),
+    "table leaves the folder": (
+        lambda t: edit_rows(t, lambda r: r[0].update(file_name="../../secret.wav")), True,
+        r"metadata.csv:2: file_name '../../secret.wav' leaves the folder",
+    ),
+    "edited card": (
+        replaced("README.md", "Sines.", "Cosines."), False, r"README.md: its bytes are not those",
+    ),
+    "edited example": (
+        replaced("README.md", 'groupby("object")', 'groupby("edge_mm")'), True,
+        r"README.md: example 1 is not the one that was published",
+    ),
+    "broken front matter": (
+        replaced("README.md", "license: ", "licence: "), True, r"README.md: its front matter",
+    ),
+    "archive of other audio": (
+        lambda t: repack(t, lambda p: p.__setitem__(0, (p[0][0], p[1][1]))), True,
+        r"audio.zip: its audio/.* differs from the one in audio/",
+    ),
+    "archive lacks one": (
+        lambda t: repack(t, lambda p: p.pop()), True, r"audio.zip: lacks audio/",
+    ),
+    "archive leaves the folder": (
+        lambda t: repack(t, lambda p: p.append(("../evil.wav", b""))), True,
+        r"audio.zip: '../evil.wav' leaves the folder",
+    ),
+    "archive is a bomb": (lambda t: repack(t, bomb), True, r"audio.zip: .* would grow \d+-fold"),
+    "archive cut short": (
+        lambda t: (t / t.ARCHIVE).write_bytes((t / t.ARCHIVE).read_bytes()[:-100]), True,
+        r"audio.zip: not a readable archive",
+    ),
+    "wrong hash in croissant.json": (
+        lambda t: edit_json(
+            t / t.CROISSANT, lambda d: d["distribution"][0].update(sha256="0" * 64)
+        ), False, r"croissant.json: its sha256 of metadata.csv is wrong",
+    ),
+    "wrong column in croissant.json": (
+        lambda t: edit_json(t / t.CROISSANT, wrong_croissant_column), True,
+        r"croissant.json: its columns are not those of metadata.csv: sesion_id, session_id",
+    ),
+    "wrong type in croissant.json": (
+        lambda t: edit_json(t / t.CROISSANT, wrong_type), True,
+        r"croissant.json by mlcroissant: reads edge_mm = \d+ of s1",
+    ),
+    "croissant.json asks for the network": (
+        lambda t: edit_json(
+            t / t.CROISSANT,
+            lambda d: d["distribution"][0].update(contentUrl="http://[::1]:9/metadata.csv"),
+        ),
+        True,
+        r"croissant.json by mlcroissant: cannot be read .*asked for the network",
+    ),
+    "wrong type in datapackage.json": (
+        lambda t: edit_json(t / t.DATAPACKAGE, as_integer), True,
+        r"datapackage.json by frictionless: type-error",
+    ),
+    "features of another data set": (
+        other_features, True, r"features.nc: is of data set 'other', dataset.yaml of 'd'",
+    ),
+    "features cut short": (
+        lambda t: (t / t.FEATURES).write_bytes((t / t.FEATURES).read_bytes()[:5000]), True,
+        r"features.nc: not a readable feature store",
+    ),
+    "other feature settings": (
+        replaced("dataset.yaml", "hop: 128", "hop: 64"), True,
+        r"features.nc: was made with other settings",
+    ),
+    "other played sound": (
+        lambda t: flip(t / t.excitation("s1", ".wav")), True,
+        r"sessions/s1/excitation.wav: is not the sound",
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found(world, tmp_path_factory):
+    """Defects of every broken tree, and of one that is whole. What other readers must find is read
+    by one process for all; of the rest only our own checks are asked."""
+    root = tmp_path_factory.mktemp("broken")
+    trees = {name: Tree(root / name.replace(" ", "-")) for name in ("whole", *BREAKS)}
+    for broken in trees.values():
+        shutil.copytree(world[1].root, broken.root)
+    for name, (change, hidden, _) in BREAKS.items():
+        change(trees[name])
+        if hidden:
+            reseal(trees[name])
+    others = [name for name in trees if name == "whole" or " by " in BREAKS[name][2]]
+    seen = dict(zip(others, check([trees[name].root for name in others]), strict=True))
+    return {name: seen[name] if name in seen else defects(trees[name]) for name in trees}
+
+
+def test_a_whole_tree_has_no_defect_and_its_examples_run(found):
+    assert found["whole"] == []
+
+
+@pytest.mark.parametrize("name", BREAKS)
+def test_each_defect_is_found_by_name(found, name):
+    said = [str(defect) for defect in found[name]]
+    assert any(re.search(BREAKS[name][2], line) for line in said), said
+    assert all("\n" not in line for line in said)
+
+
+def test_the_command_says_each_defect_and_fails(tree):
+    link(tree)  # then no other reader is started
+    done = CliRunner().invoke(app, ["publish", "--check", str(tree.root)])
+    assert done.exit_code == 1
+    assert "is a link" in done.output
+
+
+def test_a_folder_that_is_no_tree_is_one_line(tmp_path):
+    with pytest.raises(DataError, match="has no SHA256SUMS: not a published data set"):
+        check([tmp_path])

@@ -1,0 +1,28 @@
+"""Data sets are published by the workflow, and the report leads to them."""
+
+import shutil
+
+import yaml
+
+from ajgdata.paths import Tree
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.publishing.checks import defects
+
+
+def test_every_data_set_is_published_and_linked(project):
+    settings = project.root / "settings.yaml"
+    given = yaml.safe_load(settings.read_text())
+    settings.write_text(yaml.safe_dump(given | {"publish": None}))
+    page = "results/report/index.html"
+    assert project.planned(page) == {"publish_dataset": 1, "report": 1}
+    project.snakemake(page)
+    tree = Tree(project.paths.published("tones"))
+    assert defects(tree) == []
+    features = project.paths.merged("tones").read_bytes()
+    assert (tree / tree.FEATURES).read_bytes() == features
+    assert 'href="../published/tones/README.md"' in project.paths.report.read_text()
+    digest = file_sha256(tree / tree.SUMS)
+    assert project.paths.receipt("tones").read_text() == f"{digest}  tones/SHA256SUMS\n"
+    assert project.planned(page, "publish") == {}
+    shutil.rmtree(tree.root)
+    assert project.planned("publish") == {"publish_dataset": 1, "publish": 1}

@@ -1,0 +1,160 @@
+"""Write docs/configuration.md from the schemas (`make docs` runs this)."""
+
+import builtins
+import json
+import typing
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import yaml
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from ajgdata import gripper
+from ajgdata.types import DatasetSpec, Recording, Session
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "configuration.md"
+Model = type[BaseModel]
+#: What people write, and where.
+FILES: dict[str, Model] = {
+    "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
+    "session.yaml": Session,
+    "recordings.csv": Recording,
+}
+#: Parts of `scene` and `signal` of a recipe, and of the files of `ajgdata gripper`.
+SCENES: dict[str, Model] = {"Scene": gripper.Scene, "Signal chain": gripper.SignalChain}
+UNITS = {
+    "mm": "mm", "deg": "degrees", "hz": "Hz", "pa": "Pa", "s": "s", "db": "dB", "dba": "dB(A)",
+    "m2": "m²", "m3": "m³", "c": "°C",
+}  # fmt: skip
+
+
+def models_in(annotation: object) -> list[Model]:
+    """Models that a type mentions, in order."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for part in typing.get_args(annotation) for m in models_in(part)]
+
+
+def nested(roots: Mapping[str, Model]) -> Iterator[tuple[str, Model]]:
+    """Each model once, with the title of its section: the roots, and what their keys hold."""
+    waiting, known = list(roots.items()), set()
+    while waiting:
+        title, model = waiting.pop(0)
+        if model in known:
+            continue
+        known.add(model)
+        yield title, model
+        inner = [
+            (f"{model.__name__}: `{key}`" if title not in roots else f"`{key}`", one)
+            for key, field in model.model_fields.items()
+            for one in models_in(field.annotation)
+        ]
+        waiting = [(f"{t} ({m.__name__})", m) for t, m in inner] + waiting
+
+
+def kind_of(field: FieldInfo) -> str:
+    """A type as people read it."""
+    if models := models_in(field.annotation):
+        several = "mapping of " if typing.get_origin(field.annotation) is dict else ""
+        return several + " or ".join(dict.fromkeys(m.__name__ for m in models))
+    return _said(field.annotation)
+
+
+PLAIN: dict[object, str] = {
+    str: "text",
+    int: "whole number",
+    float: "number",
+    bool: "true or false",
+    type(None): "null",
+}
+
+
+def _said(annotation: object) -> str:
+    parts = typing.get_args(annotation)
+    match typing.get_origin(annotation):
+        case typing.Literal:
+            said = ", ".join(f"`{one}`" for one in parts)
+        case typing.Annotated:
+            said = _said(parts[0])
+        case builtins.dict:
+            said = f"mapping to {_said(parts[1])}"
+        case builtins.tuple if parts[-1] is Ellipsis:
+            said = f"list of {_said(parts[0])}"
+        case builtins.tuple:
+            said = f"list of {len(parts)}: {', '.join(map(_said, parts))}"
+        case None:
+            said = PLAIN.get(annotation, "any")
+        case _:
+            said = " or ".join(dict.fromkeys(map(_said, parts)))
+    return said
+
+
+def default_of(field: FieldInfo) -> str:
+    """What holds when the key is not there."""
+    default = field.get_default(call_default_factory=True)
+    if default is PydanticUndefined:
+        return "required"
+    if isinstance(default, BaseModel):
+        return "its defaults"
+    return f"`{json.dumps(default, ensure_ascii=False)}`" if default not in ("", (), {}) else "none"
+
+
+def meaning_of(key: str, field: FieldInfo) -> str:
+    """The description; of a scene's key that has none, its name in words with its unit."""
+    if field.description:
+        return field.description
+    words = key.split("_")
+    last = words[-1]
+    if len(words) > 1 and last in UNITS:
+        return f"{' '.join(words[:-1])} in {UNITS[last]}"
+    return " ".join(words)
+
+
+def table(model: Model) -> list[str]:
+    """The keys of a model."""
+    rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
+    for key, field in model.model_fields.items():
+        cells = [f"`{key}`", kind_of(field), default_of(field), meaning_of(key, field)]
+        rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return rows
+
+
+def workflow_table() -> list[str]:
+    """The keys of the workflow's own settings."""
+    schema = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())
+    defaults = yaml.safe_load((ROOT / "workflow/config/default.yaml").read_text())
+    rows = ["| key | default | meaning |", "|---|---|---|"]
+    for key, one in schema["properties"].items():
+        default, meaning = json.dumps(defaults[key]), " ".join(one["description"].split())
+        rows.append(f"| `{key}` | `{default}` | {meaning} |")
+    return rows
+
+
+def page() -> str:
+    """The whole page."""
+    lines = [
+        "# Configuration",
+        "",
+        "Every key, made from the schemas by `tools/configuration.py`: do not edit. "
+        "A key that is not here is refused.",
+        "",
+        "## The workflow",
+        "",
+        "`workflow/config/default.yaml`; change one for a run with "
+        "`snakemake --config 'datasets=[size]' seed=1`.",
+        "",
+        *workflow_table(),
+    ]
+    for roots, level in ((FILES, 2), (SCENES, 2)):
+        for title, model in nested(roots):
+            heading = "#" * (level if title in roots else level + 1)
+            said = " ".join((model.__doc__ or "").split("\n\n")[0].split())
+            lines += ["", f"{heading} {title}", "", *([said, ""] if said else []), *table(model)]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

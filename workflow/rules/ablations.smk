@@ -1,0 +1,53 @@
+wildcard_constraints:
+    ablation="|".join(ABLATED) or "-",
+
+
+rule ablate:
+    input:
+        stores=lambda wildcards: [
+            PATHS.merged(name) for name in ABLATIONS[wildcards.ablation].datasets
+        ],
+    output:
+        tables=PATHS.ablation("{ablation}"),
+    log:
+        "results/logs/ablate/{ablation}.log",
+    benchmark:
+        "results/benchmarks/ablate/{ablation}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        recipes=lambda wildcards: [
+            settings_digest(PLANS[name].spec.recipe)
+            for name in ABLATIONS[wildcards.ablation].datasets
+        ],
+        seed=config["seed"],
+        quick=config["quick"],
+        code=code_digest(*ABLATION_CODE),
+    message:
+        "Why simulation and paper differ: {wildcards.ablation}"
+    script:
+        "../scripts/ablate.py"
+
+
+rule ablations_page:
+    input:
+        tables=[PATHS.ablation(name) for name in ABLATED],
+    output:
+        page=PATHS.page(ABLATIONS_PAGE),
+        figures=directory(PATHS.page_figures(ABLATIONS_PAGE)),
+    log:
+        "results/logs/ablations_page.log",
+    benchmark:
+        "results/benchmarks/ablations_page.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        ablations=ABLATED,
+        pages=PAGES,
+        code=code_digest("report", "pipeline/pages"),
+    message:
+        "Page on why simulation and paper differ"
+    script:
+        "../scripts/ablations_page.py"

@@ -1,0 +1,81 @@
+def of_pictures(path):
+    """All embeddings that have pictures, for one kind of file: those of one gripper."""
+    return [
+        path(dataset, name)
+        for dataset, name in EMBEDDINGS
+        if not PLANS[dataset].spec.embeddings[name].base
+    ]
+
+
+rule embed_projections:
+    input:
+        store=PATHS.merged("{dataset}"),
+        latents=rules.embed.output.latents,
+    output:
+        output=PATHS.projections("{dataset}", "{embedding}"),
+    log:
+        "results/logs/embed_projections/{dataset}.{embedding}.log",
+    benchmark:
+        "results/benchmarks/embed_projections/{dataset}.{embedding}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        settings=embedding_settings,
+        seed=config["seed"],
+        code=code_digest("embed", "pipeline/projections"),
+    message:
+        "Projecting {wildcards.embedding} of {wildcards.dataset}"
+    script:
+        "../scripts/embed.py"
+
+
+rule explorer:
+    input:
+        store=PATHS.merged("{dataset}"),
+        projections=rules.embed_projections.output.output,
+        manifests=of_sessions(PATHS.audio_manifest),
+    output:
+        page=PATHS.explorer("{dataset}", "{embedding}"),
+    log:
+        "results/logs/explorer/{dataset}.{embedding}.log",
+    benchmark:
+        "results/benchmarks/explorer/{dataset}.{embedding}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        code=code_digest(*EXPLORER_CODE),
+    message:
+        "Every recording of {wildcards.dataset}, seen and heard"
+    script:
+        "../scripts/embed_page.py"
+
+
+rule report_embedding:
+    input:
+        stores=[PATHS.merged(dataset) for dataset in dict(EMBEDDINGS)],
+        documents=[
+            PATHS.embedding_document(*one, document)
+            for one in EMBEDDINGS
+            for document in PLANS[one[0]].spec.embeddings[one[1]].documents
+        ],
+        projections=of_pictures(PATHS.projections),
+        explorers=of_pictures(PATHS.explorer),
+    output:
+        page=PATHS.page(EMBEDDING),
+        figures=directory(PATHS.page_figures(EMBEDDING)),
+    log:
+        "results/logs/report_embedding.log",
+    benchmark:
+        "results/benchmarks/report_embedding.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        embeddings=EMBEDDINGS,
+        pages=PAGES,
+        code=code_digest(*EMBEDDING_CODE),
+    message:
+        "Page on embeddings"
+    script:
+        "../scripts/embed_page.py"

@@ -1,0 +1,27 @@
+rule publish:
+    input:
+        [PATHS.receipt(name) for name in PUBLISHED],
+
+
+rule publish_dataset:
+    input:
+        store=PATHS.merged("{dataset}"),
+        quarantine=PATHS.quarantine("{dataset}"),
+        audio=of_sessions(PATHS.audio_manifest),
+    output:
+        receipt=PATHS.receipt("{dataset}"),
+    log:
+        "results/logs/publish/{dataset}.log",
+    benchmark:
+        "results/benchmarks/publish/{dataset}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        tree=lambda wildcards: str(PATHS.published(wildcards.dataset)),
+        declared=lambda wildcards: settings_digest(PLANS[wildcards.dataset].spec),
+        code=code_digest("report", "store/publishing", "pipeline/publish"),
+    message:
+        "Publishing {wildcards.dataset}"
+    script:
+        "../scripts/publish.py"
