@@ -52,7 +52,7 @@ def transfer_figure(transfers: Transfers) -> Figure:
         axes.set_title(title)
         axes.set_xlabel("calibration grasps of each class")
         axes.set_xticks(lines[0].grasps)
-        axes.set_ylim(bottom=0)
+    panels[0].set_ylim(bottom=0)  # of all panels, once all is drawn
     panels[0].set_ylabel(f"{METRIC_NAMES[transfers.metric]} ({transfers.unit})")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=4)
     return figure

@@ -177,7 +177,7 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
         TransferLine("k-NN", name, f"Gripper {name}", np.array([0, 4]), mean, 0.1 * mean, home, 9.0)
         for name, mean, home in (
             ("b", np.array([8.0, 2.0]), (1.0, 0.1)),
-            ("c", np.array([7.0, 3.0]), (np.nan, np.nan)),
+            ("c", np.array([17.0, 3.0]), (np.nan, np.nan)),
         )
     )
     transfers = Transfers(dataclasses.replace(ABOUT, task="on"), "rmse", "mm", 5, lines)
@@ -188,6 +188,7 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
     np.testing.assert_allclose(left.containers[0].lines[0].get_xydata(), [[0, 8], [4, 2]])
     levels = [[line.get_ydata()[0] for line in axes.lines if len(set(line.get_ydata())) == 1]
               for axes in (left, right)]  # fmt: skip
+    assert left.get_ylim() == right.get_ylim() and right.get_ylim()[1] > 17 * 1.1  # its bar, too
     assert levels == [[1, 9], [9]]  # at home, where it is known, and chance
     assert "simulated" in texts(figure)
     html = render_page(report, {name: b"<svg/>" for name in named})
