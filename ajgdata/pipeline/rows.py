@@ -146,7 +146,7 @@ def energy_task(
     _write(store, {**about, **chosen}, (), made, output)
 
 
-def transfer_task(
+def calibrate_task(
     store: Path,
     *,
     target: str,

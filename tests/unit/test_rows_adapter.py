@@ -7,11 +7,11 @@ import pytest
 
 from ajgdata.pipeline.rows import (
     RUNS,
+    calibrate_task,
     curve_task,
     energy_task,
     permute_task,
     sort_task,
-    transfer_task,
 )
 from ajgdata.store.features import Column, Shard, text_column, write_store
 
@@ -100,15 +100,15 @@ def test_sorting(store):
 
 def test_other_grippers(store):
     others = {"again": store}
-    document = run(transfer_task, store, model="linear", others=others, grasps=[0, 8])
+    document = run(calibrate_task, store, model="linear", others=others, grasps=[0, 8])
     assert document["metric"] == "accuracy"
     points = document["on"]["again"]
     assert [(p["fold"], p["grasps"]) for p in points] == [(f, n) for f in range(5) for n in (0, 8)]
     # the same recordings: what is tested at home and there is the same
     assert all(p["home"] == p["scores"] for p in points if not p["grasps"])
     assert "8 that are not tested" in run(
-        transfer_task, store, model="linear", others=others, grasps=[9]
+        calibrate_task, store, model="linear", others=others, grasps=[9]
     )["skipped"]  # fmt: skip
     number = {"target": "size", "kind": "regression", "unit": "mm", "withhold": [10.0]}
-    document = run(transfer_task, store, **number, model="knn", others=others, grasps=[1])
+    document = run(calibrate_task, store, **number, model="knn", others=others, grasps=[1])
     assert {p["recordings"] for p in document["on"]["again"]} == {4}  # two values, two samples

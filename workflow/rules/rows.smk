@@ -74,7 +74,7 @@ rule sort:
         "../scripts/rows.py"
 
 
-rule transfer:
+rule calibrate:
     input:
         store=PATHS.merged("{dataset}"),
         others=lambda wildcards: [
@@ -83,9 +83,9 @@ rule transfer:
     output:
         document=PATHS.transfer("{dataset}", "{task}", "{model}"),
     log:
-        "results/logs/transfer/{dataset}.{task}.{model}.log",
+        "results/logs/calibrate/{dataset}.{task}.{model}.log",
     benchmark:
-        "results/benchmarks/transfer/{dataset}.{task}.{model}.tsv"
+        "results/benchmarks/calibrate/{dataset}.{task}.{model}.tsv"
     conda:
         "../../environment.yml"
     params:
@@ -97,7 +97,7 @@ rule transfer:
     message:
         "{wildcards.model} of {wildcards.task} of {wildcards.dataset} on other grippers"
     script:
-        "../scripts/transfer.py"
+        "../scripts/calibrate.py"
 
 
 rule energy:

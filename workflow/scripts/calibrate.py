@@ -1,13 +1,13 @@
-"""Maps the names of rule `transfer` to a call."""
+"""Maps the names of rule `calibrate` to a call."""
 
 from pathlib import Path
 
 from ajgdata.pipeline.log import logged
-from ajgdata.pipeline.rows import transfer_task
+from ajgdata.pipeline.rows import calibrate_task
 
 params = snakemake.params
 with logged(snakemake.log[0]):
-    transfer_task(
+    calibrate_task(
         Path(snakemake.input.store),
         **params.task,
         model=snakemake.wildcards.model,
