@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce test lint format bench lock clean
+.PHONY: reproduce test lint format bench docs lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -15,18 +15,24 @@ lint: $(VENV)/.lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 
 format: $(VENV)/.lint
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow/rules
+	$(BIN)/snakefmt Snakefile workflow
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
+	$(BIN)/python benchmarks/loading.py
 	$(BIN)/python benchmarks/solver.py
 	$(BIN)/python benchmarks/solver.py --scheme second
+
+# The site, results/docs/index.html; it needs no network, to build or to read.
+docs: $(VENV)/.docs
+	$(BIN)/python tools/configuration.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

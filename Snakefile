@@ -5,11 +5,10 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
-from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.ablations import (
     ABLATION_CODE,
     ABLATIONS,
-    ABLATIONS_PAGE,
     possible,
 )
 from ajgdata.pipeline.experiments import (
@@ -34,7 +33,8 @@ from ajgdata.types import DataError
 
 min_version("9.10")
 
-HERE = Path(workflow.basedir)
+# Also where another Snakefile includes this one.
+HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 
 
 configfile: HERE / "workflow/config/default.yaml"

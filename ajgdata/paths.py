@@ -17,6 +17,8 @@ AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"
+#: Page on why simulation and paper differ.
+ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 
 
@@ -121,6 +123,14 @@ class Paths:
     def transfer(self, dataset: str, task: str, model: str) -> Path:
         """One model on other grippers, against calibration grasps."""
         return self.task(dataset, task, model) / "transfer.json"
+
+    def stft(self, dataset: str, task: str) -> Path:
+        """Errors of a task for several settings of the STFT."""
+        return self.results / "tasks" / dataset / task / "stft.json"
+
+    def stft_cost(self, dataset: str, task: str) -> Path:
+        """What these settings cost: measured, hence never the same twice."""
+        return self.results / "tasks" / dataset / task / "stft_cost.json"
 
     def energies(self, dataset: str, task: str) -> Path:
         """Energies by class."""

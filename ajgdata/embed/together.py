@@ -76,7 +76,7 @@ def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:
             groups=1 if first else count,
         )
         # four fifths of the time of the usual layout, which is why it has a dimension of length 1
-        made.weight.data = made.weight.contiguous(memory_format=torch.channels_last)
+        made.weight.data = made.weight.data.to(memory_format=torch.channels_last)
     else:
         raise TypeError(f"cannot join layers of type {type(like).__name__}")
     with torch.no_grad():

@@ -13,6 +13,7 @@ from scipy.stats import t as student
 #: Share of such intervals that hold the true difference, if folds are as they are assumed to be.
 CONFIDENCE = 0.95
 
+Expected = Literal["better", "worse"]
 Verdict = Literal["supported", "refuted", "not supported"]
 
 
@@ -25,13 +26,13 @@ class Contrast:
     low: float
     high: float
 
-    @property
-    def verdict(self) -> Verdict:
-        """On the hypothesis that the second is better: refuted where it is worse beyond the
-        interval, not supported where neither can be told."""
-        if self.low > 0:
-            return "supported"
-        return "refuted" if self.high < 0 else "not supported"
+    def verdict(self, expected: Expected = "better") -> Verdict:
+        """On the hypothesis that the second is better (or worse): refuted where it is the opposite
+        beyond the interval, not supported where neither can be told."""
+        better, worse = self.low > 0, self.high < 0
+        if not (better or worse):
+            return "not supported"
+        return "supported" if better == (expected == "better") else "refuted"
 
 
 def contrast(

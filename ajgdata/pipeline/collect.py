@@ -32,7 +32,8 @@ def collect(
 
     A row is a metric of a part of an evaluation (`grouped`, `random`, `withheld`, `overall`,
     `on:<data set>`, `cost`): `statistic` is `fold 0` and so on, or mean, sd, pooled or chance. Of a
-    learning curve the part is `curve:<groups per class>` and the statistic the draw.
+    learning curve the part is `curve:<groups per class>` and the statistic the draw; of settings of
+    the STFT it is `stft:<window>/<hop>`, with the band in Hz if there is one.
     """
     specs = {name: read_dataset(paths, name) for name in {dataset for dataset, _ in tasks}}
     evaluations = [
@@ -42,6 +43,8 @@ def collect(
     further: dict[str, list[dict[str, Any]]] = {kind: [] for kind in ROWS}
     for one in documents_of(paths, specs, tasks):
         found = {"dataset": one.dataset, "task": one.task, **read_json(one.path)}
+        if one.kind == "stft":
+            found["cost"] = read_json(paths.stft_cost(one.dataset, one.task))
         further[one.kind].append(found)
     content = {"software": software(), "evaluations": evaluations, **further}
     write_bytes(document, json_bytes(content))
@@ -105,6 +108,23 @@ def _test_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
     yield _row(one, "permutations", "p", f"of {len(one['null'])}", one["p"])
 
 
+def _stft_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    for point, cost in zip(one["points"], one["cost"], strict=True):
+        part = f"stft:{point['window']}/{point['hop']}"
+        if point["band_hz"]:
+            part += " {:g}-{:g} Hz".format(*point["band_hz"])
+        for model, scores in point["models"].items():
+            by_model = {**one, "model": model}
+            for metric, values in scores["per_fold"].items():
+                for fold, value in enumerate(values):
+                    yield _row(by_model, part, metric, f"fold {fold}", value)
+                for statistic in ("mean", "sd", "pooled", "chance"):
+                    yield _row(by_model, part, metric, statistic, scores[statistic][metric])
+            times = {"feature_s_per_recording": cost["feature_s_per_recording"]}
+            for name, value in (times | cost["models"][model]).items():
+                yield _row(by_model, f"cost of {part}", name, "measured", value)
+
+
 def _sorting_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
     for name in ("plain", "scaled"):
         part = one[name]
@@ -142,6 +162,7 @@ ROWS: dict[str, Callable[[Mapping[str, Any]], Iterator[dict[str, object]]]] = {
     "curves": _curve_rows,
     "permutations": _test_rows,
     "sorting": _sorting_rows,
+    "stft": _stft_rows,
     "energies": _energy_rows,
     "transfers": _transfer_rows,
 }

@@ -95,12 +95,12 @@ def _trained(
     wall, cpu = time.perf_counter(), time.process_time()
     folds, unseen_folds = validation_folds(logged, settings, seed), _unseen_folds(logged, settings)
     latent = _encoded(logged, folds, settings, settings.dimensions, seed)
-    unseen, unseen_fold = None, fold_of(unseen_folds)
+    unseen, unseen_fold = None, np.full(len(logged.feature), -1)
     if logged.separated:
         unseen, unseen_fold = latent[settings.shown], fold_of(folds)
     elif unseen_folds:
         only = _encoded(logged, unseen_folds, settings, (settings.shown,), seed)
-        unseen = only[settings.shown]
+        unseen, unseen_fold = only[settings.shown], fold_of(unseen_folds)
     trained = 0 if logged.separated else len(unseen_folds)
     spent |= {
         "networks": (len(folds) * len(settings.dimensions) + trained) * settings.inits,
@@ -170,7 +170,7 @@ def _unseen_folds(logged: Logged, settings: Embedding) -> Folds:
 
 
 def fold_of(folds: Folds) -> np.ndarray:
-    """The fold (n,) that tests each row; empty without folds."""
+    """The fold (n,) that tests each row."""
     number = np.empty(sum(len(test) for _, test in folds), np.int32)
     for fold, (_, test) in enumerate(folds):
         number[test] = fold

@@ -43,7 +43,6 @@ def embedded(
         parts |= {
             "chance": _number(made["knn"]["chance"]),
             "neighbours": tuple(_neighbours(row, seconds) for row in made["knn"]["rows"]),
-            "runs": max(len(row["per_run"]) for row in made["knn"]["rows"]),
         }
     if "distances" in made:
         spaces = made["distances"]["spaces"]

@@ -250,6 +250,9 @@ def _retrieval(logged: Logged, found: Latents, settings: Embedding) -> dict[str,
 
     if found.unseen is None:
         raise ValueError("retrieval_folds is 0: no network left things out")
+    at = [k for k in RETRIEVED if k <= _findable(logged)]
+    if not at:
+        raise ValueError("most things were grasped once: there is nothing to be found")
     rows = []
     for space, runs in _spaces(logged, found.unseen, found.unseen_fold):
         for gallery in ("unseen", "all"):
@@ -257,14 +260,24 @@ def _retrieval(logged: Logged, found: Latents, settings: Embedding) -> dict[str,
                 precision_at(
                     z, logged.instance, logged.grasp,
                     queries=test, gallery=test if gallery == "unseen" else np.arange(len(z)),
-                    at=RETRIEVED,
+                    at=at,
                 )
                 for z, _, test in runs
             ]  # fmt: skip
-            for number, k in enumerate(RETRIEVED):
+            for number, k in enumerate(at):
                 rows.append({
                     "space": space, "k": k, "gallery": gallery,
                     **summary([one.precision[number] for one in each]),
                     "chance": np.mean([one.chance for one in each]),
                 })  # fmt: skip
     return {"dimension": settings.shown, "rows": rows}
+
+
+def _findable(logged: Logged) -> float:
+    """How many recordings there are to find of a thing besides those of one grasp, in the middle of
+    all things."""
+    found = []
+    for one in np.unique(logged.instance):
+        counts = np.unique(logged.grasp[logged.instance == one], return_counts=True)[1]
+        found.append(counts.sum() - counts.max())
+    return float(np.median(found))

@@ -17,8 +17,9 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.files import replacing_folder, sha256_of, write_bytes
+from ajgdata.store.files import read_yaml, replacing_folder, sha256_of, write_bytes
 from ajgdata.store.publishing import archive
+from ajgdata.store.publishing.checks import feature_defects
 from ajgdata.store.publishing.download import Download, cache_of, is_web
 from ajgdata.store.publishing.sums import read_sums
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
@@ -32,8 +33,6 @@ from ajgdata.store.sessions import (
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
 DISTRUST = "do not use this data set"
-#: What is read as YAML or CSV is not larger than this.
-MAX_TEXT_BYTES = 2**28
 #: What the licence asks to be passed on, kept beside the recordings.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
 
@@ -71,6 +70,8 @@ def fetch(
     tree, hashes, cache = _brought(paths, source, sha256, each, retries)
     spec, dropped = _declared(paths, tree, name)
     rows = _rows(tree, hashes)
+    for defect in feature_defects(tree, hashes):
+        raise DataError(tree / defect.file, defect.problem, DISTRUST)
     _check_free(paths, spec.name, tree)
     sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
     for file, session, recording in rows:
@@ -123,7 +124,7 @@ def _brought(
             _check_file(tree, file, hashes[file])
     for file in needed:
         is_text = file not in (tree.ARCHIVE, tree.FEATURES)
-        if is_text and (tree / file).stat().st_size > MAX_TEXT_BYTES:
+        if is_text and (tree / file).stat().st_size > archive.MAX_TEXT_BYTES:
             raise DataError(tree / file, "is absurdly large", DISTRUST)
     return tree, hashes, cache
 
@@ -149,6 +150,8 @@ def _check_file(tree: Tree, name: str, digest: str) -> None:
 def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[str, ...]]:
     """The declaration as it is registered: without recipe, since the recordings are what was
     published, and tested only on data sets that are here."""
+    if "from" in read_yaml(tree / tree.DECLARATION):
+        raise DataError(tree / tree.DECLARATION, "is derived from another one", DISTRUST)
     spec = read_declaration(tree / tree.DECLARATION)
     content = spec.model_dump(mode="json", exclude_defaults=True, exclude={"recipe"})
     content["name"] = name or spec.name

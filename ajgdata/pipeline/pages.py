@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.paths import Paths
-from ajgdata.pipeline.ablations import ABLATIONS_PAGE
+from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.studies import GALLERY_CODE, read_study
 from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import code_digest, software

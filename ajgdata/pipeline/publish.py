@@ -226,6 +226,7 @@ def _describe(
         source=told.source,
         answers=card.answers(spec, told, list(sessions.values()), unsealed),
         task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
+        has_gripper=card.has_gripper(list(sessions.values())),
     )
     counts = [
         card.counts_of(name, target, store.columns[name].values)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.models import MODELS
-from ajgdata.paths import FIGURES, RUNS_FILE, Paths
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.pipeline.experiments import runs_of
 from ajgdata.pipeline.merge import read_findings
@@ -20,9 +20,11 @@ from ajgdata.pipeline.report_rows import (
     energies_of,
     left_out,
     sorting_of,
+    stfts_of,
     tests_of,
     transfers_of,
 )
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.content import (
     Cost,
     DatasetSummary,
@@ -39,6 +41,7 @@ from ajgdata.report.content import (
     ValueErrors,
 )
 from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
+from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
@@ -56,13 +59,14 @@ def build_report(
     tasks: Sequence[tuple[str, str]],
     page: Path,
     pages: Sequence[str] = (),
+    ablations: Sequence[str] = (),
     published: Sequence[str] = (),
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and task, as `page`, its
     figures and what it is about beside it.
 
-    `pages` are the pages on the virtual gripper that it is linked with; `published` the
-    data sets whose trees are there.
+    `pages` are the other pages that it is linked with, `ablations` those that say why simulation
+    and paper differ; `published` the data sets whose trees are there.
     """
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.illustrations import illustrations
@@ -90,6 +94,7 @@ def build_report(
             if "skipped" in document
         ),
     )
+    tables = [table for name in ablations for table in read_study(paths.ablation(name))[1]]
     listed = [(specs[dataset], task) for dataset, task in tasks]
     report = dataclasses.replace(
         report,
@@ -97,7 +102,10 @@ def build_report(
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
         transfers=tuple(t for one in listed for t in transfers_of(paths, *one, specs, paper)),
+        stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
+        paper=tuple(paper.values()),
+        reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
     svgs = {}

@@ -20,6 +20,8 @@ from ajgdata.report.further import (
     EnergyPart,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
     TransferLine,
     Transfers,
 )
@@ -32,6 +34,7 @@ WORDS = {
     "curves": "learning curve",
     "permutations": "test against chance",
     "sorting": "sorting",
+    "stft": "settings of the STFT",
     "energies": "energies",
     "transfers": "transfer to other grippers",
 }
@@ -188,6 +191,45 @@ def tests_of(paths: Paths, spec: DatasetSpec, task: str) -> list[ChanceTest]:
             p=document["p"],
         )
     ]
+
+
+def stfts_of(paths: Paths, spec: DatasetSpec, task: str) -> list[StftResult]:
+    """Settings of the STFT on a task, if it asks for them and they could be compared."""
+    if not spec.tasks[task].stft:
+        return []
+    document = read_json(paths.stft(spec.name, task))
+    if "skipped" in document:
+        return []
+    share = document["kind"] == "classification"
+    metric = "accuracy" if share else "rmse"
+    scale, offset = (-100, 100) if share else (1, 0)
+    points, models = document["points"], document["points"][0]["models"]
+    costs = read_json(paths.stft_cost(spec.name, task))
+    chance = next(iter(models.values()))["chance"][metric]
+    return [
+        StftResult(
+            about=_about(spec, task, document),
+            model_labels=tuple(_label({**document, "model": model}) for model in models),
+            metric=metric,
+            unit="%" if share else document["unit"],
+            chance=offset + scale * chance,
+            points=tuple(
+                _stft_point(point, 1e3 * cost["feature_s_per_recording"], metric, scale, offset)
+                for point, cost in zip(points, costs, strict=True)
+            ),
+        )
+    ]
+
+
+def _stft_point(
+    point: Mapping[str, Any], feature_ms: float, metric: str, scale: float, offset: float
+) -> StftPoint:
+    errors = tuple(
+        (offset + scale * one["mean"][metric], abs(scale) * one["sd"][metric])
+        for one in point["models"].values()
+    )
+    band = tuple(point["band_hz"]) if point["band_hz"] else None
+    return StftPoint(point["window"], point["hop"], band, point["bins"], feature_ms, errors)
 
 
 def sorting_of(

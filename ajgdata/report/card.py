@@ -95,8 +95,10 @@ def answers(
     flagged = len(summary.findings) - out
     return {
         "motivation": "To tell from the sound inside a jamming gripper what it holds."
-        + (f" Tasks: {tasks}." if tasks else ""),
-        "composition": f"{summary.n_recordings} recordings in {summary.n_sessions} sessions at "
+        if has_gripper(sessions)
+        else "For what its description says.",
+        "tasks": f"As declared: {tasks}." if tasks else "None is declared.",
+        "composition": f"{summary.n_recordings} recordings in {summary.n_sessions} session(s) at "
         f"{summary.sample_rate_hz} Hz, {made}; a spectrum of each; labels.",
         "labels": f"{labels or 'No targets are declared'}. "
         + ("They are the settings of the simulation." if summary.source == "simulated" else
@@ -111,9 +113,7 @@ def answers(
         f"{Tree.FEATURES}.",
         "uses": f"Training and comparing models of acoustic sensing. {_groups(spec)}",
         "limitations": _limitations(summary),
-        "biases": f"{len({s.gripper for s in sessions})} gripper(s), "
-        f"{len({s.medium for s in sessions})} filling(s); other grippers sound otherwise, and "
-        "models do not carry over.",
+        "biases": _biases(sessions),
         "personal": "No: nothing was recorded, it is a simulation."
         if summary.source == "simulated"
         else "Not known: recordings may hold voices from the room. Listen before you pass them on.",
@@ -121,6 +121,22 @@ def answers(
         "maintenance": f"{', '.join(spec.authors) or 'Nobody is named'}. Versions are separate "
         "folders; SHA256SUMS tells them apart.",
     }  # fmt: skip
+
+
+def has_gripper(sessions: Sequence[Session]) -> bool:
+    """Whether somebody said which gripper it was: else it may have been none."""
+    return any(session.gripper != "unknown" for session in sessions)
+
+
+def _biases(sessions: Sequence[Session]) -> str:
+    grippers = sorted({session.gripper for session in sessions} - {"unknown"})
+    if not grippers:
+        return "Not known: nobody said with what it was recorded."
+    media = sorted({session.medium for session in sessions})
+    return (
+        f"One kind of gripper or few ({', '.join(grippers)}; filled with {', '.join(media)}): "
+        "others sound otherwise, and models do not carry over."
+    )
 
 
 def _collection(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
@@ -144,7 +160,7 @@ def _groups(spec: DatasetSpec) -> str:
 
 def _limitations(summary: DatasetSummary) -> str:
     if summary.source == "recorded":
-        return "Other grippers, objects, rooms and fillings than these."
+        return "Other objects, rooms and set-ups than these."
     return (
         "It is simulated: rigid objects, one gripper, no noise but its floor unless it says so, "
         "frequencies right up to about 6 kHz. Accuracies on it are not those of a real gripper."
@@ -172,7 +188,7 @@ def render_card(
         topics={topic: question for topic, (question, _) in TOPICS.items()},
         examples=examples(table),
         left_out=[f for f in summary.findings if f.leaves_out],
-        flagged=[f for f in summary.findings if not f.leaves_out],
+        flagged=_by_code([f for f in summary.findings if not f.leaves_out]),
         max_findings=MAX_FINDINGS,
         tree=Tree,
     )  # fmt: skip
@@ -185,7 +201,7 @@ def front_matter(about: About, recordings: int) -> dict[str, Any]:
         "pretty_name": about.title,
         "license": about.spdx.lower() or ("unknown" if about.is_unlicensed else "other"),
         "language": ["en"],
-        "tags": ["acoustic-sensing", "robotics", "jamming-gripper", "croissant", about.source],
+        "tags": [word.replace(" ", "-") for word in about.keywords] + ["croissant"],
         "task_categories": sorted(kinds[kind] for kind in about.task_kinds),
         "size_categories": [next(name for top, name in _SIZES if recordings < top)],
         "annotations_creators": [
@@ -231,6 +247,14 @@ def licence_text(about: About) -> str:
         assert loader is not None
         return f"{head}\n{loader.get_source(_environment(), 'CC0-1.0.txt')[0]}"
     return head + (f"Its text: {about.licence_url}\n" if about.licence_url else "")
+
+
+def _by_code(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
+    """How many findings of each kind, and the first of them."""
+    kinds: dict[str, list[Finding]] = {}
+    for one in findings:
+        kinds.setdefault(one.code, []).append(one)
+    return [(len(found), found[0]) for found in kinds.values()]
 
 
 def finding_text(finding: Finding) -> str:

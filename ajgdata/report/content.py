@@ -20,9 +20,11 @@ from ajgdata.report.further import (
     Further,
     SortingResult,
     Source,
+    StftResult,
     Transfers,
 )
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
     HEADLINE,
     Cost,
@@ -120,6 +122,9 @@ class Report:
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
     transfers: tuple[Transfers, ...] = ()
+    stfts: tuple[StftResult, ...] = ()
+    paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
+    reasons: tuple[Reason, ...] = ()
 
     def __post_init__(self) -> None:
         sources = {d.name: d.source for d in self.datasets}
@@ -147,12 +152,19 @@ class Report:
             tuple(filter(of_task, self.sorting)),
             tuple(filter(of_task, self.energies)),
             tuple(filter(of_task, self.transfers)),
+            tuple(filter(of_task, self.stfts)),
         )
 
     def without_models(self, dataset: str) -> list[str]:
         """Tasks of a data set of which no model was evaluated, but something else made."""
-        made: tuple[Further, ...] = (*self.curves, *self.tests, *self.sorting)
-        made += (*self.energies, *self.transfers)
+        made: tuple[Further, ...] = (
+            *self.curves,
+            *self.tests,
+            *self.sorting,
+            *self.energies,
+            *self.transfers,
+            *self.stfts,
+        )
         tasks = dict.fromkeys(one.about.task for one in made if one.about.dataset == dataset)
         evaluated = {result.task for result in self.results if result.dataset == dataset}
         return [task for task in tasks if task not in evaluated]

@@ -174,7 +174,6 @@ class Embedded:
     settings: Mapping[str, object]
     made_by: str
     skipped: Mapping[str, str]
-    runs: int = 0
     chance: float = math.nan
     neighbours: tuple[Neighbours, ...] = ()
     distances: tuple[Distances, ...] = ()

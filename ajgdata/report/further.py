@@ -176,7 +176,46 @@ class Transfers:
         return f"transfer--{self.about.dataset}--{self.about.task}"
 
 
-Further = Curves | ChanceTest | SortingResult | Energies | Transfers
+class StftPoint(NamedTuple):
+    """One setting of the STFT: the feature's run time, and the error of each model (mean, sd)."""
+
+    window: int
+    hop: int
+    band_hz: tuple[float, float] | None
+    bins: int
+    feature_ms: float
+    errors: tuple[tuple[float, float], ...]
+
+    @property
+    def label(self) -> str:
+        """Window, hop and band in short."""
+        return f"{self.window}/{self.hop}" + (f", {self.band}" if self.band_hz else "")
+
+    @property
+    def band(self) -> str:
+        """The band in kHz."""
+        return "{:g}–{:g}".format(*(hz / 1000 for hz in self.band_hz)) if self.band_hz else "all"
+
+
+@dataclass(frozen=True)
+class StftResult:
+    """Settings of the STFT on a task; the first point is the data set's own. Errors of classes are
+    100 - accuracy in per cent, of numbers the RMSE in `unit`."""
+
+    about: About
+    model_labels: tuple[str, ...]
+    metric: str
+    unit: str
+    chance: float
+    points: tuple[StftPoint, ...]
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"stft--{self.about.dataset}--{self.about.task}"
+
+
+Further = Curves | ChanceTest | SortingResult | Energies | Transfers | StftResult
 
 
 class Experiments(NamedTuple):
@@ -187,3 +226,4 @@ class Experiments(NamedTuple):
     sorting: tuple[SortingResult, ...]
     energies: tuple[Energies, ...]
     transfers: tuple[Transfers, ...]
+    stfts: tuple[StftResult, ...]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -21,6 +21,7 @@ from ajgdata.report.experiments import (
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
+from ajgdata.report.stft import stft_caption, stft_figure
 from ajgdata.report.transfer_figures import transfer_caption, transfer_figure
 from ajgdata.report.wording import (
     Caption,
@@ -81,7 +82,7 @@ def illustrations(report: Report) -> dict[str, Illustration]:
     for r in report.results:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))
-    listed += [*_of_tasks(report), *_further(report)]
+    listed += _of_tasks(report)
     named = dict(listed)
     if len(named) != len(listed):
         raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
@@ -102,22 +103,14 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
         if task[0].silent:
             drawing = Illustration(silent_caption(task), partial(silent_figure, task))
             listed.append((silent_name(task), drawing))
-    return listed
-
-
-def _further(report: Report) -> list[tuple[str, Illustration]]:
-    """Figures of the further experiments on tasks."""
-    listed = []
-    for c in report.curves:
-        listed.append((c.name, Illustration(curve_caption(c), partial(curve_figure, c))))
-    for e in report.energies:
-        listed.append((e.name, Illustration(energy_caption(e), partial(energy_figure, e))))
-    for t in report.tests:
-        listed.append((t.name, Illustration(chance_caption(t), partial(chance_figure, t))))
-    for other in report.transfers:
-        drawing = Illustration(transfer_caption(other), partial(transfer_figure, other))
-        listed.append((other.name, drawing))
-    for one in report.sorting:
-        drawing = Illustration(sorting_caption(one), partial(sorting_figure, one))
-        listed.append((one.name, drawing))
+    kinds: tuple[tuple[Sequence[Any], Any, Any], ...] = (
+        (report.curves, curve_caption, curve_figure),
+        (report.energies, energy_caption, energy_figure),
+        (report.transfers, transfer_caption, transfer_figure),
+        (report.tests, chance_caption, chance_figure),
+        (report.stfts, stft_caption, stft_figure),
+        (report.sorting, sorting_caption, sorting_figure),
+    )
+    for results, caption, figure in kinds:
+        listed += [(r.name, Illustration(caption(r), partial(figure, r))) for r in results]
     return listed

@@ -31,7 +31,7 @@ SHORTEST = 1e-4
 @styled
 def neighbours_figure(one: Embedded, title: str, source: Source) -> Figure:
     """Accuracy of k-NN against the dimension, and against the time of one fold."""
-    subtitle = f"validation accuracy of k-NN, mean ± sd over {one.runs} runs"
+    subtitle = "validation accuracy of k-NN, mean ± sd over folds and initialisations"
     figure = new_figure((WIDTH_IN, 4.1), title, subtitle, [source])
     left, right = figure.subplots(1, 2, sharey=True)
     for space in ordered([row.space for row in one.neighbours]):

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
 from ajgdata.report import wording
+from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
@@ -27,7 +28,7 @@ class Link(NamedTuple):
 
     link: str
     title: str
-    about: str = "The virtual gripper"
+    about: str
 
 
 def render_page(
@@ -50,6 +51,8 @@ def render_page(
         .get_template("report.html.j2")
         .render(
             report=report,
+            rows=beside(report),
+            absent=absent(report),
             pages=pages,
             published=published,
             figures=drawn,
@@ -89,6 +92,7 @@ def _names() -> dict[str, Any]:
         "best": best,
         "close": close,
         "energy_rows": energy_rows,
+        "evidence": evidence,
         "chance": wording.chance,
         "silent_name": silent_name,
         "spread": spread,

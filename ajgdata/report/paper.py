@@ -22,6 +22,9 @@ class PaperFigure(Strict):
     unit: str
     text: Annotated[str, Field(min_length=1, description="the result in a few words")]
     where: str = Field(description="the experiment of the paper that it belongs to")
+    reached: float | None = Field(
+        None, description="where `value` counts what it takes: the score that it takes it for"
+    )
     source: str = Field("", description="citation; taken from the head of the file")
 
 

@@ -12,28 +12,31 @@ from ajgdata.studies.table import Table, Value
 
 
 class Lead(NamedTuple):
-    """What a page is about: its title, and the question that it answers."""
+    """What a page is about: its title, the question that it answers, and what it belongs to."""
 
     title: str
     text: str
+    about: str = "The virtual gripper"
 
 
 LEADS = {
-    "embedding": Lead(
-        "Embeddings",
-        "A network that was only told which recordings are of the same thing: does it put things "
-        "together whatever the grasp, and the gripper, and does it forget how they were held?",
-    ),
-    "gallery": Lead(
-        "Gallery",
-        "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
-        "through its axis, and the sound moving through one of them.",
-    ),
     "ablations": Lead(
         "Why simulation and paper differ",
         "Each hypothesis is put to an experiment that could refute it: one thing is changed, all"
         " else stays, and errors are compared on the same grasps. What is supported is a reason"
         " within the simulation; that it holds for the real gripper, too, is a guess.",
+        "Beside the paper",
+    ),
+    "embedding": Lead(
+        "Embeddings",
+        "A network that was only told which recordings are of the same thing: does it put things "
+        "together whatever the grasp, and the gripper, and does it forget how they were held?",
+        "What is learned",
+    ),
+    "gallery": Lead(
+        "Gallery",
+        "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
+        "through its axis, and the sound moving through one of them.",
     ),
     "verification": Lead(
         "Verification",
@@ -64,7 +67,7 @@ LEADS = {
 
 def page_links(names: Sequence[str]) -> list[Link]:
     """Links between the pages, in the order of the report."""
-    return [Link(f"{name}.html", LEADS[name].title) for name in LEADS if name in names]
+    return [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in names]
 
 
 def render_study(

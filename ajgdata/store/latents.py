@@ -36,7 +36,8 @@ class Latents:
 
     `latent`: by dimension d an array (fold, init, n, d), of which the rows with `validation_fold`
     (n,) k are new to fold k. `unseen` (fold, init, n, d) likewise with `unseen_fold` (n,): those
-    rows are of things that the fold never saw; None if nobody asked. `columns` are of length n.
+    rows are of things that the fold never saw; None, and folds of -1, if nobody asked. `columns`
+    are of length n.
     """
 
     latent: Mapping[int, np.ndarray]

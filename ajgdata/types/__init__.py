@@ -18,7 +18,7 @@ from ajgdata.types.session import (
     is_reserved,
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.tasks import Curve, Sorting, Task
+from ajgdata.types.tasks import Curve, FeatureChange, Sorting, Stft, Task
 
 __all__ = [
     "NAME",
@@ -31,6 +31,7 @@ __all__ = [
     "DatasetSpec",
     "Embedding",
     "Excitation",
+    "FeatureChange",
     "FeatureSettings",
     "Finding",
     "ImportSettings",
@@ -43,6 +44,7 @@ __all__ = [
     "Recording",
     "Session",
     "Sorting",
+    "Stft",
     "Strict",
     "Target",
     "Task",

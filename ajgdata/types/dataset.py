@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from ajgdata.types.base import Kind, Name, Strict
 from ajgdata.types.embedding import Embedding
@@ -117,6 +117,23 @@ class DatasetSpec(Strict):
                 if self.targets[column].kind != "classification":
                     raise ValueError(f"embedding {name}: {column!r} is a number, not a class")
         return self
+
+    @model_validator(mode="after")
+    def _feature_changes_fit(self) -> DatasetSpec:
+        for name in self.tasks:
+            try:
+                self.feature_variants(name)
+            except ValidationError as error:
+                message = error.errors()[0]["msg"].removeprefix("Value error, ")
+                raise ValueError(f"task {name}: stft.settings: {message}") from None
+        return self
+
+    def feature_variants(self, task: str) -> list[FeatureSettings]:
+        """The feature settings whose error and run time a task compares, its own first."""
+        asked = self.tasks[task].stft
+        own = self.features.model_dump()
+        changes = [one.model_dump(exclude_none=True) for one in asked.settings] if asked else []
+        return [FeatureSettings(**(own | change)) for change in ({}, *changes)]
 
     def evaluation(self, task: str) -> dict[str, Any]:
         """What an evaluation of `task` must know, by name."""

@@ -52,6 +52,25 @@ class Calibrate(Strict):
     models: tuple[ModelName, ...] = Field(("cnn", "linear", "knn"), min_length=1)
 
 
+class FeatureChange(Strict):
+    """What differs from the data set's own feature settings."""
+
+    window: int | None = Field(None, ge=16, description="STFT window in samples")
+    hop: int | None = Field(None, ge=1, description="samples between windows")
+    band_hz: tuple[float, float] | None = Field(None, description="keep bins from low to high")
+
+
+class Stft(Strict):
+    """Error against run time of the feature, for other settings of the STFT."""
+
+    settings: tuple[FeatureChange, ...] = Field(
+        min_length=1, description="what is tried beside the data set's own settings"
+    )
+    models: tuple[ModelName, ...] = Field(
+        ("ridge", "knn"), min_length=1, description="models that are evaluated with each"
+    )
+
+
 class Task(Strict):
     """Target + split: one row of the report for each model."""
 
@@ -88,6 +107,7 @@ class Task(Strict):
         0, ge=0, description="labels permuted so often for a test against chance; 0: no test"
     )
     sorting: Sorting | None = Field(None, description="sorting by this target's classes")
+    stft: Stft | None = Field(None, description="the feature's settings against its run time")
     energy: Energy | None = Field(
         None,
         description="how much sound comes back, by class; it needs features.quantity power and "

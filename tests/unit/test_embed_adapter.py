@@ -225,6 +225,19 @@ def test_folds_that_hold_out_things_train_nothing_twice(tmp_path):
     assert read(tmp_path, "cost")["networks"] == 3 * 2 * 2
 
 
+def test_unseen_things_are_an_extra(tmp_path):
+    settings = SETTINGS.model_copy(update={"retrieval_folds": 0, "epochs": 1})
+    found = train(tmp_path, shard(), settings)
+    assert found.unseen is None
+    assert (found.unseen_fold == -1).all()
+    outputs = {name: tmp_path / f"{name}.json" for name in ("distances", "probes", "retrieval")}
+    measure_task(
+        tmp_path / "store.nc", tmp_path / "latents.nc", settings=settings, kinds=KINDS, **outputs
+    )
+    assert "retrieval_folds is 0" in read(tmp_path, "retrieval")["skipped"]
+    assert {row["split"] for row in read(tmp_path, "probes")["rows"]} == {"grouped"}
+
+
 def test_what_cannot_be_trained_is_said(tmp_path):
     one = shard()
     rows = one.columns["object"].values == "t0"

@@ -293,6 +293,13 @@ ATTACKS = {
         edit_text("dataset.yaml", "title:", "citation: !!python/object:os.system x\ntitle:"),
         "not valid YAML",
     ),
+    "declaration: of a file elsewhere": (
+        edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another one",
+    ),
+    "features of other labels": (
+        lambda t: edit_rows(t, lambda rows: rows[0].update(edge_mm="1.0")),
+        "metadata.csv:2: edge_mm = '1.0', in features.nc it is",
+    ),
     "a link": (link_session, "session.yaml: is a link"),
 }  # fmt: skip
 
@@ -329,9 +336,12 @@ def test_sums_are_not_believed(tree, server, elsewhere, line, said):
     assert {name for name, _ in server.asked} == {tree.SUMS}
 
 
-def test_more_bytes_than_anybody_publishes_are_refused(server, elsewhere, monkeypatch):
-    monkeypatch.setattr("ajgdata.store.publishing.download.MAX_BYTES", 5_000)
-    with pytest.raises(DataError, match="holds more than 0 GiB"):
+@pytest.mark.parametrize(
+    ("limit", "file"), [("MAX_TEXT_BYTES", "SHA256SUMS"), ("MAX_BYTES", "LICENSE")]
+)
+def test_absurd_sizes_are_refused(server, elsewhere, monkeypatch, limit, file):
+    monkeypatch.setattr(f"ajgdata.store.publishing.download.{limit}", 500)
+    with pytest.raises(DataError, match=f"{file}: is absurdly large"):
         fetch(elsewhere.paths, address(server), retries=0)
     assert not list(elsewhere.paths.fetched.rglob("*.part"))
 

@@ -1,5 +1,6 @@
 """Publishing: the same bytes twice, everything said, and each defect found by its name."""
 
+import dataclasses
 import hashlib
 import re
 import shutil
@@ -11,6 +12,8 @@ import h5py
 import numpy as np
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from published import (
     edit_json,
     edit_rows,
@@ -27,11 +30,17 @@ from typer.testing import CliRunner
 from ajgdata.cli import app
 from ajgdata.paths import Tree
 from ajgdata.pipeline.publish import check, publish
-from ajgdata.store.features import read_store
+from ajgdata.store.features import Column, Shard, read_store, text_column
 from ajgdata.store.files import read_csv
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.checks import defects
-from ajgdata.store.publishing.table import file_names, table_of
+from ajgdata.store.publishing.table import (
+    READ_AS_MISSING,
+    file_names,
+    read_table,
+    recordings_of,
+    table_of,
+)
 from ajgdata.types import DataError
 
 
@@ -178,6 +187,53 @@ def test_a_label_that_pandas_takes_for_missing_is_refused(project):
     store = read_store(project.paths.features("d"))
     with pytest.raises(DataError, match="object = 'NA', which pandas reads as a missing value"):
         table_of(store, [".wav"] * len(store.feature), "features.nc")
+
+
+@pytest.mark.parametrize("name", ["audio", "file_name", "mask_file_name"])
+def test_a_label_that_hugging_face_takes_for_audio_is_refused(world, name):
+    store = read_store(world[0].paths.features("d"))
+    columns = {**store.columns, name: store.columns["day"]}
+    with pytest.raises(DataError, match=f"a label is named '{name}'"):
+        table_of(dataclasses.replace(store, columns=columns), [".wav"] * 12, "features.nc")
+
+
+#: As recordings.csv gives them: without white space around, not what pandas takes for missing.
+cell = st.text(st.characters(exclude_categories=["C"]), max_size=12).map(str.strip)
+label = cell.filter(lambda text: text not in READ_AS_MISSING)
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    st.lists(
+        st.tuples(label.filter(bool), label.filter(bool), label, st.floats(allow_infinity=False)),
+        min_size=1, max_size=5, unique_by=lambda row: row[0],
+    )
+)  # fmt: skip
+def test_rows_come_back_from_the_table(tmp_path_factory, rows):
+    names, grasps, days, edges = zip(*rows, strict=True)
+    texts = {
+        "recording": [f"s/{name}" for name in names],
+        "session_id": ["s"] * len(rows),
+        "grasp_id": [f"s/{grasp}" for grasp in grasps],
+        "day": list(days),
+        "sha256": ["0" * 64] * len(rows),
+    }
+    columns = {name: text_column(column) for name, column in texts.items()}
+    columns["sample"] = Column(np.arange(len(rows)))
+    columns["edge_mm"] = Column(np.asarray(edges), {"role": "target"})
+    store = Shard(np.zeros((len(rows), 1)), np.zeros(1), columns, {})
+    table = table_of(store, [".wav"] * len(rows), "features.nc")
+    tree = Tree(tmp_path_factory.mktemp("table"))
+    (tree / tree.METADATA).write_bytes(table.encoded())
+    header, read = read_table(tree)
+    assert header == table.names
+    back = [recording for _, recording in recordings_of([row for _, row in read])]
+    assert [one.recording_id for one in back] == list(names)
+    assert [one.grasp_id for one in back] == list(grasps)
+    assert [one.labels["day"] for one in back] == list(days)
+    again = [float(one.labels["edge_mm"] or "nan") for one in back]
+    np.testing.assert_array_equal(again, edges)
+    assert not any(archive.bad_name(one.file) for one in back)
 
 
 def test_file_names_differ_on_every_file_system():

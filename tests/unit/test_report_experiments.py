@@ -25,6 +25,8 @@ from ajgdata.report.further import (
     EnergyPart,
     SortingPart,
     SortingResult,
+    StftPoint,
+    StftResult,
     TransferLine,
     Transfers,
 )
@@ -32,6 +34,7 @@ from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.silent_figures import silent_name
+from ajgdata.report.stft import stft_caption, stft_figure
 
 ABOUT = About("size", "edge", "Cube size · edge", "simulated")
 LINE = CurveLine("k-NN", np.array([1, 4, 16]), np.array([20.0, 40, 50]), np.array([5.0, 3, 1]))
@@ -59,6 +62,12 @@ ENERGIES = Energies(
     PaperFigure(id="m", metric="x", value=80, unit="%", text="coffee loses & loses", where="w"),
 )
 SORTING = SortingResult(ABOUT, "cnn", "CNN", ("lock", "screw"), 0.6, 80, 0.85, PARTS)
+POINTS = (
+    StftPoint(2048, 512, None, 1025, 0.4, ((40.0, 3.0), (30.0, 2.0))),
+    StftPoint(2048, 1024, None, 1025, 0.2, ((45.0, 3.0), (28.0, 2.0))),
+    StftPoint(2048, 512, (100.0, 6000.0), 274, 0.4, ((50.0, 3.0), (33.0, 2.0))),
+)
+STFT = StftResult(ABOUT, ("k-NN", "ridge"), "accuracy", "%", 94.0, POINTS)
 
 
 def texts(figure):
@@ -103,13 +112,26 @@ def test_a_test_against_chance_in_words():
     assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in chance_text(error)
 
 
+def test_settings_of_the_stft_show_errors_and_the_front_of_each_model():
+    figure = stft_figure(STFT)
+    knn, ridge = figure.axes
+    front = next(line for line in knn.lines if line.get_label() == "front")
+    np.testing.assert_allclose(front.get_xydata(), [[0.2, 45], [0.4, 40]])
+    front = next(line for line in ridge.lines if line.get_label() == "front")
+    np.testing.assert_allclose(front.get_xydata(), [[0.2, 28]])  # faster and better than its own
+    assert "2048/1024" in texts(figure)
+    words = stft_caption(STFT).text
+    assert "k-NN: 40 % with its own settings, least with 2048/512: 40 %" in words
+    assert POINTS[2].label == "2048/512, 0.1–6"
+
+
 def test_spread():
     assert spread(np.arange(101)) == "50 (5 to 95)"
 
 
 def test_the_page_holds_them_with_their_task():
     report = dataclasses.replace(
-        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,)
+        sample_report(), curves=(CURVES,), tests=(TEST,), sorting=(SORTING,), stfts=(STFT,)
     )
     named = illustrations(report)
     more = {"curve--size--edge", "sorting--size--edge--cnn", "chance--size--edge"}
@@ -118,8 +140,9 @@ def test_the_page_holds_them_with_their_task():
     words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
     assert "p = 0.005" in words
     assert "as they are 0.2 75 % 90 % 50 (5 to 95) 25 (2 to 47)" in words
-    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), ())
-    assert report.experiments("size", "other") == ((), (), (), (), ())
+    assert "2048 1024 all 1,025 0.2 45 ± 3 28 ± 2" in words
+    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), (), (STFT,))
+    assert report.experiments("size", "other") == ((), (), (), (), (), ())
     assert report.without_models("size") == []
 
 

@@ -11,9 +11,9 @@ import yaml
 from matplotlib.text import Text
 from test_report_page import Page
 
-from ajgdata.paths import Paths
+from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_study_page
-from ajgdata.pipeline.studies import GALLERY, STUDIES, read_study, run_study
+from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, read_study, run_study
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.report.wording import DASH, value
@@ -282,4 +282,5 @@ def test_every_page_has_its_words_and_its_place():
 def test_the_settings_know_every_page():
     schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
     pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
-    assert pages["items"]["enum"] == [GALLERY, *STUDIES] == list(LEADS)
+    assert pages["items"]["enum"] == [ABLATIONS_PAGE, GALLERY, *STUDIES]
+    assert {*pages["items"]["enum"], EMBEDDING} == set(LEADS)

@@ -1,6 +1,7 @@
 """Data sets are published by the workflow, and the report leads to them."""
 
 import shutil
+from pathlib import Path
 
 import yaml
 
@@ -26,3 +27,9 @@ def test_every_data_set_is_published_and_linked(project):
     assert project.planned(page, "publish") == {}
     shutil.rmtree(tree.root)
     assert project.planned("publish") == {"publish_dataset": 1, "publish": 1}
+
+
+def test_the_workflow_passes_its_linter_where_the_catalogue_looks_for_it(project):
+    here = Path(__file__).resolve().parents[2] / "workflow/Snakefile"
+    assert "in a good condition" in project.snakemake("--lint", "--snakefile", str(here))
+    assert project.planned("results/report/index.html", "--snakefile", str(here)) == {}

@@ -15,6 +15,7 @@ TASK = {
     "curve": {"groups": [3, 5], "repeats": 3, "models": ["knn"]},
     "permutations": 5,
     "calibrate": {"test_on": ["copy"], "grasps": [0, 1], "models": ["knn"]},
+    "stft": {"settings": [{"hop": 2048}, {"window": 512}], "models": ["knn"]},
     "sorting": {"objects": ["high", "low"], "models": ["linear"]},
 }
 
@@ -31,7 +32,8 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         paths.dataset(name).parent.mkdir(exist_ok=True)
         paths.dataset(name).write_text(yaml.safe_dump(content))
     page = ("results/report/index.html", "results/metrics.json")
-    new = {"features": 2, "merge": 1, "curve": 1, "permute": 1, "sort": 1, "calibrate": 1}
+    new = {"features": 2, "merge": 1, "curve": 1, "permute": 1, "sort": 1, "stft": 1}
+    new["calibrate"] = 1
     assert project.planned(*page) == {**new, "evaluate": 1, "report": 1, "collect": 1}
     project.snakemake(*page)
     found = json.loads(paths.metrics("tones", "pitch", "knn").read_text())
@@ -44,8 +46,13 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     text = paths.report.read_text()
     assert "tested on Second microphone" in text
     assert "Permutation test" in text
-    figures = ("curve--tones--pitch", "chance--tones--pitch", "sorting--tones--pitch--linear")
-    for name in (*figures, "transfer--tones--pitch"):
+    for name in (
+        "transfer--tones--pitch",
+        "curve--tones--pitch",
+        "stft--tones--pitch",
+        "chance--tones--pitch",
+        "sorting--tones--pitch--linear",
+    ):
         assert f'id="{name}"' in text
     assert project.planned(*page) == {}
     with paths.metrics_table.open(newline="") as stream:
@@ -55,7 +62,9 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     for fold, accuracy in enumerate(found["on:copy"]["per_fold"]["accuracy"]):
         assert float(values["knn", "on:copy", "accuracy", f"fold {fold}"]) == accuracy
     assert float(values["knn", "curve:5", "accuracy", "draw 2"]) <= 1
-    assert float(values["knn", "permutations", "p", "of 5"]) >= 1 / 6
+    assert float(values["knn", "stft:2048/2048", "accuracy", "mean"]) <= 1
+    assert float(values["knn", "cost of stft:512/512", "train_s", "measured"]) > 0
+    assert float(values["ridge", "permutations", "p", "of 5"]) >= 1 / 6
     assert int(values["linear", "sorting, plain", "sorts_in_a_row", "run 0"]) >= 0
     assert float(values["knn", "transfer:copy:1", "accuracy", "fold 0"]) <= 1
     assert {r["source"] for r in rows} == {"recorded"}

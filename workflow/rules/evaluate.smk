@@ -23,3 +23,35 @@ rule evaluate:
         "Cross-validating {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
     script:
         "../scripts/evaluate.py"
+
+
+rule stft:
+    input:
+        store=PATHS.merged("{dataset}"),
+        manifests=of_sessions(PATHS.audio_manifest),
+    output:
+        document=PATHS.stft("{dataset}", "{task}"),
+        cost=PATHS.stft_cost("{dataset}", "{task}"),
+    log:
+        "results/logs/stft/{dataset}.{task}.log",
+    benchmark:
+        "results/benchmarks/stft/{dataset}.{task}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
+        audio=lambda wildcards: PLANS[wildcards.dataset].spec.audio.model_dump(
+            mode="json"
+        ),
+        settings=lambda wildcards: [
+            one.model_dump(mode="json")
+            for one in PLANS[wildcards.dataset].spec.feature_variants(wildcards.task)
+        ],
+        models=lambda wildcards: list(declared(wildcards).stft.models),
+        seed=config["seed"],
+        code=code_digest("models", "evaluate", "features", "pipeline/stft"),
+    message:
+        "Settings of the STFT on {wildcards.task} of {wildcards.dataset}"
+    script:
+        "../scripts/stft.py"

@@ -3,6 +3,10 @@ REPORT_CODE = code_digest(
 )
 
 
+# Ablations that the report draws on.
+REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
+
+
 rule report:
     input:
         stores=[PATHS.merged(name) for name in PLANS],
@@ -12,6 +16,7 @@ rule report:
         predictions=of_runs(PATHS.predictions, TASKS),
         documents=of_experiments(TASKS),
         pages=[PATHS.page(name) for name in PAGES],
+        ablations=[PATHS.ablation(name) for name in REASONS],
         trees=[PATHS.receipt(name) for name in PUBLISHED],
     output:
         page=PATHS.report,
@@ -28,6 +33,7 @@ rule report:
         datasets=list(PLANS),
         tasks=TASKS,
         pages=PAGES,
+        ablations=REASONS,
         published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=REPORT_CODE,
@@ -62,6 +68,8 @@ rule experiment:
         datasets=part(partial(datasets_of, SPECS)),
         tasks=part(list),
         pages=[],
+        ablations=[],
+        published=[],
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
         code=REPORT_CODE,
     message:

@@ -13,5 +13,6 @@ with logged(snakemake.log[0]):
         tasks=[tuple(task) for task in snakemake.params.tasks],
         page=Path(snakemake.output.page),
         pages=snakemake.params.pages,
+        ablations=snakemake.params.ablations,
         published=snakemake.params.published,
     )

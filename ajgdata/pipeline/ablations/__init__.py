@@ -30,7 +30,6 @@ ABLATIONS: Mapping[str, Ablation] = {
     "materials": Ablation(("sphere80", "plate")),
     "noise": Ablation(("size", "size_60dba", "size_70dba", "size_80dba", "size_90dba")),
 }
-ABLATIONS_PAGE = "ablations"
 ABLATION_CODE = (
     "gripper", "features", "models", "evaluate", "acquire", "pipeline/ablations",
     "pipeline/evaluate",

@@ -93,8 +93,7 @@ SCATTER = Hypothesis(
 )
 COPIES = Hypothesis(
     (KNOWN,),
-    "a second recording of the same grasp on the other side of a split is a near copy, by which the"
-    " angle of seen grasps is known well",
+    "a second recording of a grasp, on the other side of the split, gives its angle away",
     "split that ignores grasps",
 )
 
@@ -103,16 +102,15 @@ def _moved(name: str) -> Hypothesis:
     return Hypothesis(
         (KNOWN, UNSEEN),
         "the gripper is its own mirror image, so that an angle and its mirror image sound alike",
-        f"{name}: no mirror plane is left",
+        name,
     )
 
 
 def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: Rows) -> Trial:
     """Read what the mirror flips, and what it keeps."""
     axis, _ = mirror_plane(gripper)
-    of = (KNOWN, UNSEEN) if name == "default" else ()
     claim = Hypothesis(
-        of,
+        (),
         f"the mirror plane of the {name} gripper lies at {axis:.0f}°, as its transducers say:"
         " the sine of twice the angle from it cannot be read, its cosine can",
         "target: the cosine in place of the sine",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.evaluate.contrast import contrast
+from ajgdata.evaluate.contrast import Expected, contrast
 from ajgdata.evaluate.crossval import CrossValidation, Scores
 from ajgdata.models import MODELS
 from ajgdata.studies.table import Column, Table, Value
@@ -31,12 +31,13 @@ def folds_of(found: CrossValidation, metric: str, part: str | None = None) -> Fo
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A reason why simulation and paper might differ in rows `of` the paper: `claim` is the
-    hypothesis, `change` what should then help."""
+    """A reason why simulation and paper might differ in figures `of` the paper: if `claim` holds,
+    `change` makes the result better, or worse, as `expected`."""
 
     of: tuple[str, ...]
     claim: str
     change: str
+    expected: Expected = "better"
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,7 @@ class Trial:
         return {
             "hypothesis": self.hypothesis.claim,
             "change": self.hypothesis.change,
+            "expected": self.hypothesis.expected,
             "model": getattr(MODELS[self.model], kind),
             "metric": NAMES[self.metric] + (f" ({self.unit})" if self.unit else ""),
             "before": float(np.mean(before)),
@@ -69,7 +71,7 @@ class Trial:
             "gain": found.gain,
             "gain_low": found.low,
             "gain_high": found.high,
-            "verdict": found.verdict,
+            "verdict": found.verdict(self.hypothesis.expected),
             "seconds": self.before.seconds + self.after.seconds,
             "of": " ".join(self.hypothesis.of),
         }
@@ -82,11 +84,12 @@ def trial_table(name: str, title: str, note: str, trials: Sequence[Trial]) -> Ta
         title,
         f"{note} Mean and standard deviation over folds, whose grasps were never trained on unless"
         " the change is the split. Gain: improvement and its 95 % interval, corrected for folds"
-        " that share training grasps. Supported: the interval lies above 0; refuted: below it; not"
-        " supported: neither. Time: training of both.",
+        " that share training grasps. Supported: the interval lies on the expected side of 0;"
+        " refuted: on the other; not supported: on both. Time: training of both.",
         (
             Column("hypothesis", "Hypothesis"),
-            Column("change", "Change that should help, if so"),
+            Column("change", "What was changed"),
+            Column("expected", "Then it should be"),
             Column("model", "Model"),
             Column("metric", "Metric"),
             Column("before", "Before"),

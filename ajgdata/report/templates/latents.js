@@ -148,12 +148,16 @@
   }
 
   const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+  const STEPS = { PageUp: -1, PageDown: 1 };
   picture.addEventListener("keydown", (event) => {
     const visible = [...circles.keys()].filter((i) => !hidden(i));
     if (!visible.length) return;
     if (event.key === "Home" || (current < 0 && event.key in MOVES)) select(visible[0]);
     else if (event.key === "End") select(visible[visible.length - 1]);
-    else if (event.key in MOVES) select(neighbour(...MOVES[event.key]));
+    else if (event.key in STEPS) {
+      const at = visible.indexOf(current) + STEPS[event.key];
+      select(visible[Math.min(Math.max(at, 0), visible.length - 1)]);
+    } else if (event.key in MOVES) select(neighbour(...MOVES[event.key]));
     else if (event.key === "Enter" || event.key === " ") play(current);
     else if (event.key === "Escape") silence();
     else return;

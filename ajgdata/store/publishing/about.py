@@ -31,6 +31,7 @@ class About:
     source: Literal["simulated", "recorded"]
     answers: Mapping[str, str]
     task_kinds: frozenset[str] = frozenset()
+    has_gripper: bool = True
 
     @property
     def spdx(self) -> str:
@@ -51,7 +52,8 @@ class About:
     @property
     def keywords(self) -> list[str]:
         """Words that people look for."""
-        return ["acoustic sensing", "jamming gripper", "soft robotics", "tactile", self.source]
+        gripper = ["jamming gripper", "soft robotics", "tactile"] if self.has_gripper else []
+        return ["acoustic sensing", *gripper, self.source]
 
     @property
     def reference(self) -> str:
@@ -65,6 +67,7 @@ class About:
 #: question and, where there is one, its property of Croissant's vocabulary for responsible AI.
 TOPICS: dict[str, tuple[str, str]] = {
     "motivation": ("For what was it made?", ""),
+    "tasks": ("What is to be predicted?", ""),
     "composition": ("What does it consist of?", ""),
     "labels": ("What do the labels mean, and who gave them?", "dataAnnotationProtocol"),
     "missing": ("What is missing, and what was left out?", "dataCollectionMissingData"),

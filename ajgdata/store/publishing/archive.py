@@ -19,6 +19,8 @@ _NO_TIME = (1980, 1, 1, 0, 0, 0)
 MAX_RATIO = 200
 #: Largest sum of files that is unpacked or fetched without being asked for.
 MAX_BYTES = 50 * 2**30
+#: What is read as YAML, CSV or a list of hashes is not larger than this.
+MAX_TEXT_BYTES = 2**28
 
 
 @contextmanager

@@ -55,7 +55,7 @@ def defects(tree: Tree) -> list[Defect]:
         raise DataError(tree.root, problem, "name a folder that `ajgdata publish` made")
     hashes = read_sums(tree / tree.SUMS)
     found = list(_files(tree, hashes))
-    for check in (_table, _features, _archive, _documents, _card, _declaration):
+    for check in (_table, feature_defects, _archive, _documents, _card, _declaration):
         found += _told(check, tree, hashes)
     return sorted(set(found))
 
@@ -121,7 +121,7 @@ def published_table(tree: Tree) -> Table:
     return table_of(store, suffixes, tree / tree.FEATURES)
 
 
-def _features(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
+def feature_defects(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
     """Whether metadata.csv and features.nc say the same of the same recordings."""
     header, rows = read_table(tree)
     table = published_table(tree)

@@ -14,7 +14,7 @@ from typing import Any
 from urllib.parse import quote, urlsplit
 
 from ajgdata.paths import Tree
-from ajgdata.store.publishing.archive import MAX_BYTES
+from ajgdata.store.publishing.archive import MAX_BYTES, MAX_TEXT_BYTES
 from ajgdata.types import DataError
 
 AGAIN = "run it again: what is complete is kept"
@@ -45,7 +45,9 @@ class Download:
         """SHA256SUMS, always anew; `sha256` is its own hash, if it is known."""
         (self.cache / Tree.SUMS).unlink(missing_ok=True)
         known = f"sha256:{sha256}" if sha256 else None
+        self.left = MAX_TEXT_BYTES
         self._fetch({Tree.SUMS: known}, [Tree.SUMS], lambda names: names)
+        self.left = MAX_BYTES
         return self.cache / Tree.SUMS
 
     def files(
@@ -97,7 +99,6 @@ class Download:
                     self.left -= len(block)
                     if self.left < 0:
                         part.unlink()
-                        problem = f"holds more than {MAX_BYTES / 2**30:.0f} GiB"
-                        raise DataError(self.address, problem, "do not use this data set")
+                        raise DataError(url, "is absurdly large", "do not use this data set")
                     stream.write(block)
         part.replace(output)

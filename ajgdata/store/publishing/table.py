@@ -43,6 +43,7 @@ READ_AS_MISSING = frozenset(
     )
 )
 _LONGEST_NAME = 100
+_AUDIO_COLUMNS = ("file_name", "file_names")
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,12 @@ class Table:
 def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
     """The table of a store; `suffixes` (with the dot) are those of the recordings' files.
 
-    Raises DataError for a label that common readers would take for a missing value.
+    Raises DataError for a label that common readers would take for a missing value, and for a
+    column that Hugging Face would take for audio.
     """
+    if taken := [n for n in store.columns if n == "audio" or n.endswith(_AUDIO_COLUMNS)]:
+        problem = f"a label is named {min(taken)!r}, which Hugging Face takes for the audio"
+        raise DataError(where, problem, "rename it in recordings.csv and dataset.yaml")
     names = [n for n in FIRST if n in store.columns]
     targets = [n for n, c in sorted(store.columns.items()) if c.attrs.get("role") == "target"]
     names += [n for n in targets if n not in names]

@@ -205,14 +205,15 @@ def _croissant(tree: Tree, rows: Rows) -> Iterator[Defect]:
     yield from _compared(name, rows, seen)
     digests = {row[FILE_NAME]: row["sha256"] for row in rows}
     heard = {
-        record[f"{AUDIO}/{FILE_NAME}"].decode(): record[f"{AUDIO}/content"]
+        record[f"{AUDIO}/{FILE_NAME}"].decode(): hashlib.sha256(
+            record[f"{AUDIO}/content"]
+        ).hexdigest()
         for record in dataset.records(AUDIO)
     }
-    if set(heard) != set(digests):
-        odd = sorted(set(heard) ^ set(digests))[0]
-        yield Defect(name, f"its recordings are not those of {Tree.METADATA}: {odd}")
-    for file, content in heard.items():
-        if hashlib.sha256(content).hexdigest() != digests.get(file):
+    for file in sorted(set(heard) ^ set(digests)):
+        yield Defect(name, f"its recordings are not those of {Tree.METADATA}: {file}")
+    for file in sorted(set(heard) & set(digests)):
+        if heard[file] != digests[file]:
             yield Defect(name, f"reads other bytes of {file}")
 
 

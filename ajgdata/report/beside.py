@@ -1,0 +1,224 @@
+"""Each figure of the paper, and what stands beside it here: result, cost, whether they agree, why.
+
+Agreement is computed, never typed: a number agrees that lies within two standard deviations (over
+folds, or over draws) of the paper's, which gives no spread of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ajgdata.report.content import Report
+from ajgdata.report.experiments import PERCENTILES, spread
+from ajgdata.report.further import About, ChanceTest, Curves, Energies, SortingResult, Source
+from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Reason
+from ajgdata.report.results import Cost, Score, TaskResult
+from ajgdata.report.wording import headline, mean_sd, number, with_unit
+
+#: The paper's own model, where a task has it.
+PAPER_MODEL = "cnn"
+YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
+#: Standard deviations within which two numbers agree.
+REACH = 2.0
+#: The paper compares models on the task beside its figure `ycb`.
+BASELINE, BASELINES, BASELINES_ON = "knn", "baselines", "ycb"
+NEAR_CHANCE, LIMIT = "near chance", "limit"
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A figure of the paper and the result beside it; `dataset` is where the page tells more."""
+
+    paper: PaperFigure
+    dataset: str
+    source: Source
+    result: str
+    model: str
+    cost: Cost | None
+    agrees: str
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def why(self) -> list[Reason]:
+        """Reasons that are supported and move the result towards the paper's."""
+        return [reason for reason in self.reasons if reason.explains(self.agrees == LOWER)]
+
+    @property
+    def differs(self) -> bool:
+        """Whether a reason is asked for."""
+        return self.agrees.startswith("no:")
+
+
+def agreement(score: Score, paper: float, at_least: bool = False) -> str:
+    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd."""
+    reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
+    if score.mean < paper - reach:
+        return LOWER
+    return HIGHER if score.mean > paper + reach and not at_least else YES
+
+
+def evidence(reason: Reason) -> str:
+    """Each change with what it did: `trained at all levels (CNN 5.4 → 0.74, ridge 7 → 0.76)`."""
+    changes: dict[str, list[str]] = {}
+    for one in reason.tests:
+        said = f"{one.model} {number(one.before)} → {number(one.after)}"
+        doubt = "" if one.supported else ", within the spread of folds"
+        changes.setdefault(one.change, []).append(said + doubt)
+    return "; ".join(f"{change} ({', '.join(said)})" for change, said in changes.items())
+
+
+def beside(report: Report) -> list[Beside]:
+    """A row for each figure of the paper that the report has something to set beside, in the
+    paper's order."""
+    rows = list(_all(report))
+    order = dict.fromkeys(figure.id for figure in (*report.paper, *(row.paper for row in rows)))
+    first = {row.paper.id: row for row in reversed(rows)}
+    return [first[name] for name in order if name in first]
+
+
+def absent(report: Report) -> list[PaperFigure]:
+    """What the paper reports and this report does not."""
+    found = {row.paper.id for row in _all(report)}
+    return [figure for figure in report.paper if figure.id not in found]
+
+
+def _all(report: Report) -> Iterator[Beside]:
+    for task in report.tasks():
+        yield from _of_task(report, task)
+    for curves in report.curves:
+        yield from _of_curves(report, curves)
+    for test in report.tests:
+        yield from _of_test(report, test)
+    for sorting in report.sorting:
+        yield from _of_sorting(report, sorting)
+    for energies in report.energies:
+        yield from _of_energies(report, energies)
+
+
+def _row(
+    report: Report, paper: PaperFigure, result: TaskResult, score: Score, agrees: str
+) -> Beside:
+    return Beside(
+        paper, result.dataset, result.source, headline(result, score), result.model_label,
+        result.cost, agrees, _reasons(report, paper),
+    )  # fmt: skip
+
+
+def _reasons(report: Report, paper: PaperFigure) -> tuple[Reason, ...]:
+    return tuple(reason for reason in report.reasons if paper.id in reason.of)
+
+
+def _of_task(report: Report, task: tuple[TaskResult, ...]) -> Iterator[Beside]:
+    """Known, unknown and overall values, and other data sets, by the paper's model."""
+    first = next((r for r in task if r.model == PAPER_MODEL), task[0])
+    scale = 100 if first.kind == "classification" else 1
+    named = [(first.paper, first.score), *((p.paper, p.score) for p in first.parts)]
+    named += [(other.paper, other.score) for other in first.elsewhere]
+    for paper, score in named:
+        if paper is None:
+            continue
+        scaled = Score(scale * score.mean, scale * score.sd)
+        agrees = UNTOLD
+        if paper.value is not None:
+            agrees = agreement(scaled, paper.value)
+        elif paper.metric == LIMIT:  # a model is of no use there
+            worse = first.normalise(score).mean - first.error.mean
+            agrees = YES if worse > REACH * first.error.sd else "no: it works"
+        yield _row(report, paper, first, score, agrees)
+    baseline = [r for r in task if r.model == BASELINE]
+    paper = next((figure for figure in report.paper if figure.id == BASELINES), None)
+    if paper and paper.value and baseline and first.paper and first.paper.id == BASELINES_ON:
+        yield _baselines(report, paper, task, baseline[0])
+
+
+def _baselines(
+    report: Report, paper: PaperFigure, task: tuple[TaskResult, ...], baseline: TaskResult
+) -> Beside:
+    """k-NN beside the paper's, and which model is best of all."""
+    score = Score(100 * baseline.score.mean, 100 * baseline.score.sd)
+    best = min(task, key=lambda r: r.error.mean)
+    agrees = agreement(score, paper.value or 0.0)
+    row = _row(report, paper, baseline, baseline.score, agrees)
+    text = f"{row.result}; best of {len(task)}: {best.model_label}, {headline(best)}"
+    return Beside(**{**vars(row), "result": text})
+
+
+def _of_curves(report: Report, curves: Curves) -> Iterator[Beside]:
+    """How many groups reach the accuracy that the paper names."""
+    paper, line = curves.paper, curves.lines[0]
+    if paper is None or paper.value is None or paper.reached is None:
+        return
+    enough = np.flatnonzero(line.mean >= paper.reached)
+    most = f"{mean_sd(Score(line.mean[-1], line.sd[-1]), curves.unit)} with {line.groups[-1]}"
+    if len(enough):
+        needed = int(line.groups[enough[0]])
+        text, agrees = f"{needed} ({most})", YES if needed >= paper.value else LOWER
+    else:  # more than any that was tried
+        text = f"more than {line.groups[-1]} ({most})"
+        agrees = YES if line.groups[-1] >= paper.value else UNTOLD
+    cost = _cost(report, curves.about)
+    yield Beside(
+        paper, curves.about.dataset, curves.about.source, text, line.model_label, cost, agrees,
+        _reasons(report, paper),
+    )  # fmt: skip
+
+
+def _paper_model(report: Report, about: About) -> TaskResult | None:
+    """The paper's model on a task."""
+    place = about.dataset, about.task, PAPER_MODEL
+    return next((r for r in report.results if (r.dataset, r.task, r.model) == place), None)
+
+
+def _cost(report: Report, about: About) -> Cost | None:
+    """What training that on the whole task costs."""
+    model = _paper_model(report, about)
+    return model.cost if model else None
+
+
+def _of_test(report: Report, test: ChanceTest) -> Iterator[Beside]:
+    """A figure that the paper calls near chance: it agrees if ours cannot be told from it."""
+    model = _paper_model(report, test.about)
+    if model is None or model.paper is None or model.paper.text != NEAR_CHANCE:
+        return
+    agrees = HIGHER if test.differs else YES
+    row = _row(report, model.paper, model, model.score, agrees)
+    yield Beside(**{**vars(row), "result": f"{row.result}; p = {number(test.p, 2)}"})
+
+
+def _of_sorting(report: Report, sorting: SortingResult) -> Iterator[Beside]:
+    """Sorts in a row: the paper's run lies among ours, or beyond 90 % of them."""
+    if sorting.paper is None or sorting.paper.value is None:
+        return
+    sorts = sorting.parts[-1].sorts
+    low, _, high = np.percentile(sorts, PERCENTILES)
+    value = sorting.paper.value
+    agrees = LOWER if high < value else HIGHER if low > value else YES
+    cost = _cost(report, sorting.about)
+    yield Beside(
+        sorting.paper, sorting.about.dataset, sorting.about.source,
+        with_unit(spread(sorts), sorting.paper.unit), sorting.model_label, cost, agrees,
+        _reasons(report, sorting.paper),
+    )  # fmt: skip
+
+
+def _of_energies(report: Report, energies: Energies) -> Iterator[Beside]:
+    """What the class that loses most loses against the reference."""
+    paper = energies.paper
+    if paper is None or paper.value is None:
+        return
+    lost = [p for p in energies.parts if p.label != energies.reference]
+    least = min(lost, key=lambda part: part.mean)
+    score = Score(100 * (1 - least.mean), 100 * least.sd)
+    listed = ", ".join(
+        f"{p.label} {number(100 * (1 - p.mean))} %" for p in sorted(lost, key=lambda p: p.mean)
+    )
+    agrees = agreement(score, paper.value, at_least=True)
+    yield Beside(
+        paper, energies.about.dataset, energies.about.source, f"lost: {listed}", "", None, agrees,
+        _reasons(report, paper),
+    )  # fmt: skip

@@ -1,0 +1,80 @@
+"""A small project made by the virtual gripper, for the examples: few cubes, a coarse grid."""
+
+import yaml
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire import acquire_all
+from ajgdata.pipeline.merge import merge
+from ajgdata.pipeline.recipes import recipe_sessions
+from ajgdata.pipeline.shard import make_shard
+from ajgdata.store.sessions import read_dataset
+
+EDGES_MM = (12.0, 18.0, 24.0, 30.0)
+CUBES = [
+    {
+        "name": f"cube_{edge:g}",
+        "shape": {"kind": "cube", "edge_mm": edge},
+        "targets": {"edge_mm": edge},
+    }
+    for edge in EDGES_MM
+]
+SIZE = {
+    "name": "size",
+    "title": "Edge length of cubes",
+    "description": "Four cubes on a coarse grid, for tests.",
+    "licence": "CC0-1.0",
+    "targets": {"edge_mm": {"kind": "regression", "unit": "mm", "description": "edge length"}},
+    "tasks": {"size": {"target": "edge_mm", "folds": 4, "models": ["linear"]}},
+    "recipe": {
+        "seed": 1,
+        "grasps_per_object": 4,
+        "vary": {"angle_deg": [-10, 10], "offset_x_mm": [-2, 2]},
+        "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
+        "objects": CUBES,
+    },
+}
+OTHER = {
+    "name": "size_other_membrane",
+    "from": "size",
+    "title": "The same with a stiffer membrane",
+    "recipe": {"scene": {"gripper": {"membrane": {"stiffness_n_m3": 400000.0}}}},
+}
+
+
+def features_of(paths: Paths, name: str) -> None:
+    """What rules `features` and `merge` do, in this process."""
+    spec, sessions = read_dataset(paths, name), recipe_sessions(paths, name)
+    for session in sessions:
+        make_shard(
+            root=paths.root,
+            manifest=paths.audio_manifest(name, session),
+            audio=spec.audio,
+            features=spec.features,
+            code="",
+            shard=paths.shard(name, session),
+            findings=paths.shard_findings(name, session),
+            cache=paths.shard_cache(name, session),
+        )
+    merge(
+        dataset=name,
+        shards=[paths.shard(name, s) for s in sessions],
+        labels=[paths.label_manifest(name, s) for s in sessions],
+        findings=[paths.shard_findings(name, s) for s in sessions],
+        targets=spec.targets,
+        store=paths.merged(name),
+        published=paths.features(name),
+        quarantine=paths.quarantine(name),
+    )
+
+
+def make(paths: Paths) -> None:
+    """Both data sets: declared, recorded, features made."""
+    for declared in (SIZE, OTHER):
+        path = paths.dataset(declared["name"])
+        path.parent.mkdir(parents=True)
+        path.write_text(yaml.safe_dump(declared, sort_keys=False))
+    wanted = [(d["name"], s) for d in (SIZE, OTHER) for s in recipe_sessions(paths, d["name"])]
+    for _ in acquire_all(paths, wanted, cores=1):
+        pass
+    for declared in (SIZE, OTHER):
+        features_of(paths, declared["name"])

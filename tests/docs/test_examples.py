@@ -1,0 +1,85 @@
+"""Each example of the gallery runs, and gives the number that it is known to give."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from small_project import EDGES_MM, make
+
+import ajgdata
+from ajgdata.paths import Paths
+
+FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
+
+
+@pytest.fixture(scope="module")
+def example_project(tmp_path_factory) -> Paths:
+    paths = Paths(tmp_path_factory.mktemp("examples"))
+    make(paths)
+    return paths
+
+
+@pytest.fixture
+def in_project(example_project, monkeypatch) -> None:
+    """The examples' working directory."""
+    monkeypatch.chdir(example_project.root)
+    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
+
+
+def run(name: str) -> dict:
+    return runpy.run_path(str(FOLDER / f"{name}.py"))
+
+
+def test_spectrum(in_project):
+    found = run("spectrum")
+    assert found["mean"].edge_mm.values.tolist() == list(EDGES_MM)
+    assert found["loudest_hz"] == 349 * 44_100 / 2048  # a bin of the spectrum
+    with Image.open("spectrum.png") as image:
+        assert image.size == (700, 400)
+
+
+def test_own_model(in_project):
+    found = run("own_model")
+    # 600 steps in float32, whose sums differ between processors
+    assert found["rmse_mm"] == pytest.approx(0.775, rel=0.1)
+    assert found["chance_mm"] == pytest.approx(5.4, abs=0.05)
+    assert found["rmse_mm"] < found["chance_mm"] / 4
+
+
+def test_two_grippers(in_project):
+    found = run("two_grippers")
+    # a fit in float64 to float32 spectra
+    assert found["own_mm"] == pytest.approx(1.784, rel=0.01)
+    assert found["other_mm"] == pytest.approx(1.90, rel=0.01)
+    assert found["apart"] == pytest.approx(0.09, abs=0.005)
+
+
+def test_own_recordings(in_project):
+    found = run("own_recordings")
+    bin_hz = 48_000 / 2048
+    assert set(found["rings_hz"]) == {"wood", "metal"}
+    assert found["rings_hz"]["wood"] == 1500  # the 64th bin
+    assert found["rings_hz"]["metal"] == 6000
+    assert bin_hz * 64 == 1500
+    time, samples = found["first_tenth"].time.values, found["first_tenth"].values
+    assert samples.shape == (2, 4801)
+    ringing = 0.5 * np.exp(-5 * time) * np.sin(2 * np.pi * 6000 * time)
+    np.testing.assert_allclose(samples[1], ringing, atol=2.0**-23)
+
+
+def test_publishing(in_project):
+    found = run("publishing")
+    assert found["done"].recordings == 16
+    assert found["edges_mm"] == list(EDGES_MM)
+    with ajgdata.load_features("size") as features:
+        assert features.sizes["recording"] == 16
+
+
+def test_every_example_is_shown_and_tested():
+    shown = (FOLDER.parent / "examples.md").read_text(encoding="utf-8")
+    tested = Path(__file__).read_text() + Path(__file__).with_name("test_tutorial.py").read_text()
+    for path in FOLDER.glob("*.py"):
+        assert f'--8<-- "docs/examples/{path.name}"' in shown
+        assert f'run("{path.stem}")' in tested or f"docs/examples/{path.name}" in tested
