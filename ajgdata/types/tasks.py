@@ -49,7 +49,9 @@ class Calibrate(Strict):
     grasps: tuple[Annotated[int, Field(ge=0)], ...] = Field(
         (0, 1, 2, 4), min_length=1, description="calibration grasps of each class, or value"
     )
-    models: tuple[ModelName, ...] = Field(("cnn", "linear", "knn"), min_length=1)
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), min_length=1, description="models that are taken there"
+    )
 
 
 class FeatureChange(Strict):
