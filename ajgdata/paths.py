@@ -125,6 +125,10 @@ class Paths:
         """Test of a task against chance."""
         return self.results / "tasks" / dataset / task / "permutations.json"
 
+    def transfer(self, dataset: str, task: str, model: str) -> Path:
+        """One model on other grippers, against calibration grasps."""
+        return self.task(dataset, task, model) / "transfer.json"
+
     def stft(self, dataset: str, task: str) -> Path:
         """Errors of a task for several settings of the STFT."""
         return self.results / "tasks" / dataset / task / "stft.json"

@@ -22,6 +22,7 @@ from ajgdata.pipeline.report_rows import (
     sorting_of,
     stfts_of,
     tests_of,
+    transfers_of,
 )
 from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.pipeline.studies import read_study
@@ -134,6 +135,7 @@ def _assembled(
         curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        transfers=tuple(t for one in listed for t in transfers_of(paths, *one, specs, paper)),
         stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
         paper=tuple(paper.values()),

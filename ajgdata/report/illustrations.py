@@ -23,6 +23,7 @@ from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
 from ajgdata.report.stages_figure import stages_caption, stages_figure
 from ajgdata.report.stft import stft_caption, stft_figure
+from ajgdata.report.transfer_figures import transfer_caption, transfer_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
@@ -111,6 +112,7 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
     kinds: tuple[tuple[Sequence[Any], Any, Any], ...] = (
         (report.curves, curve_caption, curve_figure),
         (report.energies, energy_caption, energy_figure),
+        (report.transfers, transfer_caption, transfer_figure),
         (report.tests, chance_caption, chance_figure),
         (report.stfts, stft_caption, stft_figure),
         (report.sorting, sorting_caption, sorting_figure),
