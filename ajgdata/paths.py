@@ -48,6 +48,11 @@ class Paths:
         """What may be deleted at any time."""
         return self.root / ".ajgdata"
 
+    @property
+    def benchmarks(self) -> Path:
+        """What Snakemake measured of each job."""
+        return self.results / "benchmarks"
+
     def dataset(self, dataset: str) -> Path:
         """Declaration of one data set."""
         return self.datasets / dataset / DATASET_FILE

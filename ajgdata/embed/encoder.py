@@ -56,11 +56,13 @@ def train_encoders(
     dimensions: Sequence[int],
     training: Training,
     seed: int,
+    scaling: Pipeline | None = None,
 ) -> list[Encoder]:
     """An encoder for each of `dimensions`, trained together on the same batches.
 
     `features` (n, n_features) as stored; `instance` and `grasp` (n,) are what the acquisition log
     says of physical things and grasps, and all that the pair rule knows. Same seed, same weights.
+    `scaling` (default: `raw_scaling()`) is fitted to the features.
     Raises ValueError where there is nothing to learn (see `draw_batches`).
     """
     batches = draw_batches(
@@ -71,7 +73,7 @@ def train_encoders(
         epochs=training.epochs,
         generator=np.random.default_rng(seed),
     )
-    scaling = raw_scaling().fit(features)
+    scaling = (scaling or raw_scaling()).fit(features)
     inputs = torch.from_numpy(scaling.transform(features)).float()
     with reproducible(seed):
         networks = [new_network(features.shape[1], dimension) for dimension in dimensions]

@@ -17,6 +17,9 @@ from ajgdata.store.latents import Latents, write_latents
 from ajgdata.types import Embedding, Kind
 
 if TYPE_CHECKING:
+    from sklearn.pipeline import Pipeline
+
+    from ajgdata.embed.encoder import Encoder
     from ajgdata.evaluate.splits import Folds
 
 
@@ -130,7 +133,8 @@ def train_on(
     settings: Embedding,
     dimensions: Sequence[int],
     seeds: Sequence[int],
-) -> list[Any]:
+    scaling: Pipeline | None = None,
+) -> list[Encoder]:
     """Encoders of `dimensions`, trained on the rows `train`."""
     from ajgdata.embed.encoder import Training, train_encoders
 
@@ -147,6 +151,7 @@ def train_on(
         dimensions=dimensions,
         training=training,
         seed=int(np.random.SeedSequence(seeds).generate_state(1)[0]),
+        scaling=scaling,
     )
 
 

@@ -133,6 +133,10 @@ def _same_gripper(shard: Shard, base: Logged) -> str:
 
 def _spaces(both: _Both, settings: Embedding, seed: int) -> Iterator[tuple[str, list[np.ndarray]]]:
     """Points of all recordings in each space, once for each initialisation that it has."""
+    from sklearn.base import clone
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+
     from ajgdata.embed.encoder import raw_scaling
 
     logged, base = both.logged, both.on_base
@@ -144,16 +148,19 @@ def _spaces(both: _Both, settings: Embedding, seed: int) -> Iterator[tuple[str, 
     yield "standardised", [own]
     yield "referenced", [raw_scaling().fit(both.ratio[base]).transform(both.ratio)]
     all_seen = np.flatnonzero(~np.isin(both.session, settings.held_out))
-    divided = dataclasses.replace(logged, feature=both.ratio)
-    for name, recordings, rows in (
-        ("pose_latent", logged, base),
-        ("gripper_latent", logged, all_seen),
-        ("referenced_latent", divided, all_seen),
+    for name, feature, rows, scaling in (
+        ("pose_latent", logged.feature, base, raw_scaling()),
+        ("gripper_latent", logged.feature, all_seen, raw_scaling()),
+        ("standardised_latent", own, all_seen, make_pipeline(StandardScaler())),
+        ("referenced_latent", both.ratio, all_seen, raw_scaling()),
     ):
+        recordings = dataclasses.replace(logged, feature=feature)
         points = []
         for init in range(settings.inits):
-            (encoder,) = train_on(recordings, rows, settings, [settings.shown], (seed, init))
-            points.append(encoder.encode(recordings.feature))
+            (encoder,) = train_on(
+                recordings, rows, settings, [settings.shown], (seed, init), clone(scaling)
+            )
+            points.append(encoder.encode(feature))
         yield name, points
 
 

@@ -37,8 +37,8 @@ def plan(
     """Data sets by name: those of `only`, else every one that has sessions or a recipe.
 
     With `refresh` the manifests and the scenes of virtual sessions are brought up to date first.
-    Data sets that a task is tested on come with it. Raises DataError for a declaration that cannot
-    be used and when there is nothing to run.
+    Data sets that a task is tested on, or an embedding is based on, come with it. Raises DataError
+    for a declaration that cannot be used and when there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
@@ -61,7 +61,7 @@ def plan(
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
     for name, one in plans.items():
         for missing in sorted(_others(one.spec) - set(plans)):
-            problem = f"test_on: data set {missing!r} holds no sessions"
+            problem = f"needs the data set {missing!r}, which holds no sessions"
             raise DataError(paths.dataset(name), problem, _how_to_import(missing))
     if not plans:
         problem = "no data set here has recordings or a recipe"
@@ -114,7 +114,9 @@ def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]
 
 
 def _others(spec: DatasetSpec) -> set[str]:
-    return {other for task in spec.tasks.values() for other in task.test_on}
+    """Data sets that those of `spec` are tested on, or transferred from."""
+    tested = {other for task in spec.tasks.values() for other in task.test_on}
+    return tested | {one.base for one in spec.embeddings.values() if one.base}
 
 
 def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[str]:

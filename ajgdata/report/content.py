@@ -37,6 +37,7 @@ from ajgdata.report.results import (
     ValueErrors,
     pareto_front,
 )
+from ajgdata.report.stages import Stages
 from ajgdata.types import FeatureSettings, Finding
 
 __all__ = [
@@ -121,6 +122,7 @@ class Report:
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
     stfts: tuple[StftResult, ...] = ()
+    stages: Stages | None = None
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
     reasons: tuple[Reason, ...] = ()
 

@@ -28,6 +28,8 @@ SPACES = {
     "standardised": "standardised per gripper",
     "referenced": "referenced to empty gripper",
 }
+#: What the projections are called, in the order of panels.
+METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
 
 
 class Neighbours(NamedTuple):

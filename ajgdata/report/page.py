@@ -88,6 +88,7 @@ def _names() -> dict[str, Any]:
         "COST": figures.COST,
         "DASH": wording.DASH,
         "SPLITS": figures.SPLITS,
+        "STAGES": figures.STAGES,
         "best": best,
         "close": close,
         "energy_rows": energy_rows,

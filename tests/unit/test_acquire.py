@@ -12,8 +12,9 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
-from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.acquire.writer import acquire_session
 from ajgdata.store.audio import read_audio
@@ -298,6 +299,49 @@ def test_what_enters_a_grasp():
     assert not {g.digest for g in other} & {g.digest for g in made.values()}
     fixed = grasps(vary={"angle_deg": [5, 5]})
     assert {g.setup["grasp"]["angle_deg"] for g in fixed.values()} == {5}
+
+
+def test_what_was_drawn_is_a_label():
+    for one in grasps().values():
+        drawn = one.setup["grasp"]
+        assert one.targets == {key: drawn[key] for key in ("angle_deg", "offset_x_mm")}
+    said = [{"name": "a", "shape": "cube_10p0", "targets": {"angle_deg": 7.0}}]
+    assert {g.targets["angle_deg"] for g in grasps(objects=said).values()} == {7.0}
+
+
+def test_several_grippers_each_with_references():
+    setups = {"small": {"gripper": "small"}, "coffee": {"medium": {"kind": "coffee"}}}
+    recipe = Recipe.model_validate(BASE | {"setups": setups, "references": 2, "sessions": 1})
+    assert session_names(recipe) == ["virtual-small-01", "virtual-coffee-01"]
+    small = plan_session(recipe, "d", "virtual-small-01", "code")
+    assert [g.object for g in small] == ["", "", "a", "b", "a", "b"]
+    assert [g.grasp_id for g in small[:2]] == [
+        f"virtual-small-01_empty_{n:02d}" for n in (1, 2)
+    ]  # fmt: skip
+    for one in small[:2]:
+        assert one.setup["object"] is None
+        assert one.targets == {}
+        assert set(one.setup["grasp"]) == {"force_n", "seed"}
+    assert all(g.setup["gripper"] == "small" and "medium" not in g.setup for g in small)
+    coffee = plan_session(recipe, "d", "virtual-coffee-01", "code")
+    assert all(g.setup["medium"] == {"kind": "coffee"} for g in coffee)
+    seeds = [g.setup["grasp"]["seed"] for g in (*small, *coffee)]
+    assert len(set(seeds)) == len(seeds)
+
+
+def test_an_object_cannot_be_called_what_references_are():
+    objects = [{"name": "empty", "shape": "cube_10p0"}]
+    with pytest.raises(ValidationError, match="an object is called empty"):
+        Recipe.model_validate(BASE | {"references": 1, "objects": objects})
+
+
+def test_a_mistake_in_a_setup_is_found_there():
+    recipe = Recipe.model_validate(BASE | {"setups": {"x": {"gripper": "no such"}}})
+    assert yaml_place(recipe, "a", ("gripper",)) == ("recipe", "setups")
+    assert yaml_place(recipe, "", ("numerics", "dx_mm")) == ("recipe", "scene", "numerics", "dx_mm")
+    assert yaml_place(recipe, "b", ("object", "kind")) == (
+        "recipe", "objects", 1, "shape", "kind",
+    )  # fmt: skip
 
 
 @settings(max_examples=20)

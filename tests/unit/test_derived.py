@@ -94,5 +94,5 @@ def test_what_cannot_be_tested_on_is_said(paths):
     with pytest.raises(DataError, match="task size: test_on 'loud' has no target 'edge_mm' like"):
         plan(paths, ["base"])
     declare(paths, {"name": "loud", "targets": BASE["targets"]})
-    with pytest.raises(DataError, match="test_on: data set 'loud' holds no sessions"):
+    with pytest.raises(DataError, match="needs the data set 'loud', which holds no sessions"):
         plan(paths)

@@ -139,9 +139,16 @@ def test_the_share_of_validation_points_within_their_training_ellipse():
     shown = plane(points, names, np.arange(len(names)) < 6)
     assert shown.within() == 2 / 5  # a thing that was never trained on has no ellipse
     assert pytest.approx(1 - math.exp(-2)) == EXPECTED_WITHIN
-    assert "40 % of the validation points lie within" in plane_caption(shown).text
-    assert math.isnan(plane(points, names).within())
-    assert "validation points lie" not in plane_caption(plane(points, names)).text
+    # the four of ball and pen are nearest to their own means, which lie 10 apart
+    assert shown.nearest() == 4 / 5
+    told = plane_caption(shown).text
+    assert (
+        "80 % lie nearest to the mean of their own object's training points (chance 33.3 %)" in told
+    )
+    assert "and 40 % within 2σ of them" in told
+    alone = plane(points, names)
+    assert math.isnan(alone.within()) and math.isnan(alone.nearest())
+    assert "Of the validation points" not in plane_caption(alone).text
 
 
 def test_categories_keep_their_colours_and_others_get_further_ones():
