@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.paths import Paths
-from ajgdata.pipeline.ablations import ABLATIONS, possible
+from ajgdata.pipeline.ablations import ABLATIONS, possible, run_ablation
 from ajgdata.pipeline.ablations.bench import NUISANCES, Bench, nuisances
 from ajgdata.pipeline.ablations.mirror import LOPSIDED, mirror_plane
 from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, trial_table
+from ajgdata.pipeline.studies import read_study
 from ajgdata.report.reasons import reasons_of
 
 DECLARATION = {
@@ -126,6 +127,16 @@ def test_ablations_are_made_where_all_their_data_sets_are_simulated():
     assert possible([]) == []
     every = {name for one in ABLATIONS.values() for name in one.datasets}
     assert possible(sorted(every)) == list(ABLATIONS)
+
+
+def test_an_ablation_that_cannot_be_made_says_why(tmp_path):
+    paths = Paths(tmp_path)
+    paths.dataset("ycb").parent.mkdir(parents=True)
+    paths.dataset("ycb").write_text("name: ycb\n")
+    run_ablation(paths, "repeatability", paths.ablation("repeatability"), seed=0)
+    _, (table,) = read_study(paths.ablation("repeatability"))
+    assert "ycb has no recipe" in table.rows[0]["reason"]
+    assert reasons_of([table], "ablations") == []
 
 
 def trial(claim: str, after: float, model: str = "linear", expected: str = "better") -> Trial:
