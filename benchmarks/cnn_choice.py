@@ -90,7 +90,7 @@ class Candidate(CnnClassifier):
     def _module(self, n_features: int) -> SpectrumCnn:
         return Network(n_features, self._n_outputs(), self.settings)
 
-    def _descent(self, module: SpectrumCnn, steps: int) -> tuple[Any, Any]:
+    def descent(self, module: SpectrumCnn, steps: int) -> tuple[Any, Any]:
         rate, name = self.max_learning_rate, self.settings["optimiser"]
         weights, decay = module.parameters(), self.weight_decay
         optimiser: torch.optim.Optimizer

@@ -22,9 +22,9 @@ from torch.func import functional_call, stack_module_state, vmap
 
 from ajgdata.embed.batches import draw_batches
 from ajgdata.embed.contrastive import Pairs, contrastive_loss, pair_weights
-from ajgdata.embed.encoder import descent, new_network
+from ajgdata.embed.encoder import new_network
 from ajgdata.embed.together import Together
-from ajgdata.models.cnn import SpectrumCnn
+from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
 from ajgdata.types import Embedding
 
 BINS, THINGS, GRASPS, SAMPLES = 1025, 16, 16, 2  # the training rows of a fold of ycb
@@ -56,7 +56,7 @@ def trained_by(loss: torch.Tensor, optimiser: torch.optim.Optimizer, schedule: o
 
 def loop() -> Step:
     """What one would write first: each dimension by itself."""
-    each = [(network, *descent(network, 10**6)) for network in networks()]
+    each = [(network, *CnnClassifier().descent(network, 10**6)) for network in networks()]
 
     def step(x: torch.Tensor, pairs: Pairs) -> None:
         for network, optimiser, schedule in each:
@@ -68,7 +68,7 @@ def loop() -> Step:
 
 def together() -> Step:
     joined = Together(networks())
-    optimiser, schedule = descent(joined, 10**6)
+    optimiser, schedule = CnnClassifier().descent(joined, 10**6)
 
     def step(x: torch.Tensor, pairs: Pairs) -> None:
         losses = [contrastive_loss(z, pairs, SETTINGS.margin) for z in joined(x)]

@@ -78,7 +78,7 @@ def train_encoders(
     with reproducible(seed):
         networks = [new_network(features.shape[1], dimension) for dimension in dimensions]
         together = Together(networks)
-        optimiser, schedule = descent(together, len(batches))
+        optimiser, schedule = CnnClassifier().descent(together, len(batches))
         for rows in batches:
             pairs = pair_weights(instance[rows], grasp[rows])
             latents = together(inputs[rows])
@@ -96,17 +96,3 @@ def new_network(n_features: int, dimension: int) -> SpectrumCnn:
     distances that are trained."""
     like = CnnClassifier()
     return SpectrumCnn(n_features, dimension, like.channels, like.kernel, like.stride, 0.0)
-
-
-def descent(
-    module: torch.nn.Module, steps: int
-) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-    """Optimiser and schedule of the classifier."""
-    like = CnnClassifier()
-    optimiser = torch.optim.AdamW(
-        module.parameters(), like.max_learning_rate, weight_decay=like.weight_decay, fused=True
-    )
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimiser, like.max_learning_rate, total_steps=steps
-    )
-    return optimiser, schedule

@@ -1,7 +1,7 @@
 """Networks of one architecture as one network: same batches, one pass, one optimiser.
 
-A convolution per network becomes one grouped convolution, a normalisation of one group becomes one
-of as many groups. A step of nine small networks on 32 spectra is bound by the cost of starting
+A convolution per network becomes one grouped convolution, and channels are normalised as ever. A
+step of nine small networks on 32 spectra is bound by the cost of starting
 operations; together they start once. `benchmarks/embedding.py` measures it against a loop over the
 networks and against `torch.func.vmap`.
 """
@@ -46,9 +46,10 @@ class Together(nn.Module):
         count = len(self._networks)
         for number, network in enumerate(self._networks):
             for joined, own in zip(self.convolutions, network.convolutions, strict=True):
-                for name, parameter in own.named_parameters():
-                    part = joined.get_parameter(name).chunk(count)[number]
-                    parameter.copy_(part.reshape(parameter.shape))
+                of_all = joined.state_dict()
+                for name, value in own.state_dict().items():
+                    part = of_all[name].chunk(count)[number] if value.ndim else of_all[name]
+                    value.copy_(part.reshape(value.shape))
             network.dense.load_state_dict(self.heads[number].state_dict())
 
 
@@ -61,11 +62,11 @@ def _copied(dense: nn.Linear) -> nn.Linear:
 def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:
     """One layer that does what `parts` do, each on its channels; the first all on the same."""
     count, like = len(parts), parts[0]
-    made: nn.Conv2d | nn.GroupNorm
+    made: nn.Conv2d | nn.BatchNorm2d
     if isinstance(like, nn.ReLU):
         return nn.ReLU(inplace=True)
-    if isinstance(like, nn.GroupNorm):
-        made = nn.GroupNorm(count * like.num_groups, count * like.num_channels, like.eps)
+    if isinstance(like, nn.BatchNorm1d):
+        made = nn.BatchNorm2d(count * like.num_features, like.eps, like.momentum)
     elif isinstance(like, nn.Conv1d):
         made = nn.Conv2d(
             like.in_channels * (1 if first else count),
@@ -80,7 +81,8 @@ def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:
     else:
         raise TypeError(f"cannot join layers of type {type(like).__name__}")
     with torch.no_grad():
-        for name, parameter in made.named_parameters():
-            own = torch.cat([part.get_parameter(name) for part in parts])
-            parameter.copy_(own.reshape(parameter.shape))
+        own = [part.state_dict() for part in parts]
+        for name, value in made.state_dict().items():
+            if value.ndim:  # but the count of batches, which is one for all
+                value.copy_(torch.cat([one[name] for one in own]).reshape(value.shape))
     return made

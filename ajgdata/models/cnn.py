@@ -168,8 +168,8 @@ class _Cnn(BaseEstimator):
             self.dropout,
         )
 
-    def _descent(
-        self, module: SpectrumCnn, steps: int
+    def descent(
+        self, module: nn.Module, steps: int
     ) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
         """Optimiser, and the schedule of its learning rate."""
         optimiser = torch.optim.Adam(
@@ -183,7 +183,7 @@ class _Cnn(BaseEstimator):
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
         per_epoch = math.ceil(len(inputs) / self.batch_size)
         steps = max(self.epochs * per_epoch, self.min_steps)
-        optimiser, schedule = self._descent(module, steps)
+        optimiser, schedule = self.descent(module, steps)
         order = torch.empty(0, dtype=torch.long)
         for step in range(steps):
             if step % per_epoch == 0:

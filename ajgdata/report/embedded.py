@@ -27,6 +27,8 @@ SPACES = {
     "gripper_latent": "gripper-invariant latent",
     "standardised": "standardised per gripper",
     "referenced": "referenced to empty gripper",
+    "standardised_latent": "gripper-invariant latent of standardised",
+    "referenced_latent": "gripper-invariant latent of referenced",
 }
 #: What the projections are called, in the order of panels.
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}

@@ -22,6 +22,8 @@ LOOKS = {
     "gripper_latent": (COLOURS[1], "v"),
     "standardised": (COLOURS[5], "^"),
     "referenced": (COLOURS[2], "D"),
+    "standardised_latent": (COLOURS[3], "P"),
+    "referenced_latent": (COLOURS[4], "<"),
 }
 OTHER = (COLOURS[3], "X")
 # A time measured as zero has no place on a log axis.

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
+from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.acquire.writer import acquire_session
 from ajgdata.store.audio import read_audio
@@ -311,7 +311,9 @@ def test_what_was_drawn_is_a_label():
 
 def test_several_grippers_each_with_references():
     setups = {"small": {"gripper": "small"}, "coffee": {"medium": {"kind": "coffee"}}}
-    recipe = Recipe.model_validate(BASE | {"setups": setups, "references": 2, "sessions": 1})
+    recipe = Recipe.model_validate(
+        BASE | {"variants": setups, "references": 2, "sessions": 1, "same_grasps": False}
+    )
     assert session_names(recipe) == ["virtual-small-01", "virtual-coffee-01"]
     small = plan_session(recipe, "d", "virtual-small-01", "code")
     assert [g.object for g in small] == ["", "", "a", "b", "a", "b"]
@@ -333,15 +335,6 @@ def test_an_object_cannot_be_called_what_references_are():
     objects = [{"name": "empty", "shape": "cube_10p0"}]
     with pytest.raises(ValidationError, match="an object is called empty"):
         Recipe.model_validate(BASE | {"references": 1, "objects": objects})
-
-
-def test_a_mistake_in_a_setup_is_found_there():
-    recipe = Recipe.model_validate(BASE | {"setups": {"x": {"gripper": "no such"}}})
-    assert yaml_place(recipe, "a", ("gripper",)) == ("recipe", "setups")
-    assert yaml_place(recipe, "", ("numerics", "dx_mm")) == ("recipe", "scene", "numerics", "dx_mm")
-    assert yaml_place(recipe, "b", ("object", "kind")) == (
-        "recipe", "objects", 1, "shape", "kind",
-    )  # fmt: skip
 
 
 @settings(max_examples=20)
