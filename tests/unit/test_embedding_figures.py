@@ -361,6 +361,13 @@ def test_transfer_has_a_panel_for_each_gripper():
     assert "gripper-invariant latent on tall, 4 grasps: 80.0 ± 7.1 %" in (
         transfer_caption(found).alt
     )
+    three = dataclasses.replace(found, held_out_grippers=("tall", SCRIPT, "wide"))
+    moved = tuple(row._replace(gripper="wide") for row in found.rows if row.gripper == "tall")
+    figure = transfer_figure(dataclasses.replace(three, rows=found.rows + moved), "t", "simulated")
+    assert fits(figure)
+    assert [axes.get_title() for axes in figure.axes if axes.get_visible()] == [
+        "tall", SCRIPT, "wide",
+    ]  # fmt: skip
 
 
 def test_what_was_not_made_is_not_shown(one):
