@@ -48,6 +48,11 @@ class Paths:
         """What may be deleted at any time."""
         return self.root / ".ajgdata"
 
+    @property
+    def benchmarks(self) -> Path:
+        """What Snakemake measured of each job."""
+        return self.results / "benchmarks"
+
     def dataset(self, dataset: str) -> Path:
         """Declaration of one data set."""
         return self.datasets / dataset / DATASET_FILE
@@ -119,6 +124,10 @@ class Paths:
     def permutations(self, dataset: str, task: str) -> Path:
         """Test of a task against chance."""
         return self.results / "tasks" / dataset / task / "permutations.json"
+
+    def transfer(self, dataset: str, task: str, model: str) -> Path:
+        """One model on other grippers, against calibration grasps."""
+        return self.task(dataset, task, model) / "transfer.json"
 
     def stft(self, dataset: str, task: str) -> Path:
         """Errors of a task for several settings of the STFT."""

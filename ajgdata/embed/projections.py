@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.manifold import TSNE
+from threadpoolctl import threadpool_limits
 
 from ajgdata.embed.reducers import make_reducer
 
 Real = NDArray[np.floating]
 
-METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
+METHODS = ("pca", "umap", "tsne")
 #: UMAP looks at 15 neighbours of a point: with fewer distinct training points only PCA is done.
 FEWEST = 16
 #: t-SNE's default, less where there are fewer points.
@@ -38,10 +40,13 @@ def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[st
         raise ValueError("two training points are needed at least")
     if points.shape[1] < 2:  # a line is a plane whose second axis is empty
         points = np.pad(points, ((0, 0), (0, 2 - points.shape[1])))
-    made = {"pca": _pca(points, training)}
-    if len(np.unique(points[training], axis=0)) >= FEWEST:
-        made |= {"umap": _umap(points, training, seed), "tsne": _tsne(points, seed)}
-    return {name: np.asarray(plane, np.float32) for name, plane in made.items()}
+    # One thread: sums are then added up in one order, and t-SNE's many short parallel loops do
+    # not wait for cores that do something else (ten times its time on a busy machine).
+    with threadpool_limits(limits=1):
+        made = {"pca": _pca(points, training)}
+        if len(np.unique(points[training], axis=0)) >= FEWEST:
+            made |= {"tsne": _tsne(points, seed), "umap": _umap(points, training, seed)}
+    return {name: np.asarray(made[name], np.float32) for name in METHODS if name in made}
 
 
 def _pca(points: Real, training: NDArray[np.bool_]) -> Real:
@@ -62,8 +67,6 @@ def _umap(points: Real, training: NDArray[np.bool_], seed: int) -> Real:
 
 
 def _tsne(points: Real, seed: int) -> Real:
-    from sklearn.manifold import TSNE
-
     settings: dict[str, Any] = {"init": "pca", "random_state": seed, "n_jobs": 1}
     return TSNE(2, perplexity=min(PERPLEXITY, (len(points) - 1) / 3), **settings).fit_transform(
         points

@@ -53,7 +53,7 @@ class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
 
     Objects and poses multiply a spectrum, bin by bin: differences of logarithms are what matters.
     asinh is the logarithm (plus log 2) where x >> scale_, is defined at 0, and does not blow up
-    the noise of bins without signal. The CNN does the same inside.
+    the noise of bins without signal. The CNN does the same inside, with a scale of its own.
     """
 
     scale_: float

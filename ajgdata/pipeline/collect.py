@@ -147,6 +147,16 @@ def _energy_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
             yield _row(one, f"energy:{part['label']}", metric, f"mean of {name}", value)
 
 
+def _transfer_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    for other, points in one["on"].items():
+        for point in points:
+            part = f"transfer:{other}:{point['grasps']}"
+            for metric, value in point["scores"].items():
+                yield _row(one, part, metric, f"fold {point['fold']}", value)
+            for metric, value in point["home"].items():
+                yield _row(one, f"transfer:home:{other}", metric, f"fold {point['fold']}", value)
+
+
 #: Rows of each kind of further experiment, by its name in the document.
 ROWS: dict[str, Callable[[Mapping[str, Any]], Iterator[dict[str, object]]]] = {
     "curves": _curve_rows,
@@ -154,4 +164,5 @@ ROWS: dict[str, Callable[[Mapping[str, Any]], Iterator[dict[str, object]]]] = {
     "sorting": _sorting_rows,
     "stft": _stft_rows,
     "energies": _energy_rows,
+    "transfers": _transfer_rows,
 }

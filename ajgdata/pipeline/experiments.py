@@ -38,19 +38,22 @@ def documents_of(
     found = []
     for dataset, task in tasks:
         settings = specs[dataset].tasks[task]
-        place = dataset, task
-        if settings.curve:
-            for model in settings.curve.models:
-                found.append(Document("curves", *place, model, paths.curve(*place, model)))
-        if settings.permutations:
-            found.append(Document("permutations", *place, "", paths.permutations(*place)))
-        if settings.sorting:
-            for model in settings.sorting.models:
-                found.append(Document("sorting", *place, model, paths.sorting(*place, model)))
-        if settings.stft:
-            found.append(Document("stft", *place, "", paths.stft(*place)))
-        if settings.energy:
-            found.append(Document("energies", *place, "", paths.energies(*place)))
+        by_model = {
+            "curves": (settings.curve, paths.curve),
+            "sorting": (settings.sorting, paths.sorting),
+            "transfers": (settings.calibrate, paths.transfer),
+        }
+        by_task = {
+            "permutations": (settings.permutations, paths.permutations),
+            "stft": (settings.stft, paths.stft),
+            "energies": (settings.energy, paths.energies),
+        }
+        for kind, (asked, path) in by_model.items():
+            for model in asked.models if asked else ():
+                found.append(Document(kind, dataset, task, model, path(dataset, task, model)))
+        for kind, (wanted, path_of) in by_task.items():
+            if wanted:
+                found.append(Document(kind, dataset, task, "", path_of(dataset, task)))
     return found
 
 

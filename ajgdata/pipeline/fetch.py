@@ -242,7 +242,7 @@ def _write_session(
         )
     recordings = []
     for file, recording in members:
-        content = _unpacked(tree, packed, file)
+        content = archive.content_of(packed, file)
         if sha256_of(content) != hashes[file]:
             problem = f"its {file} is not the one of {tree.SUMS} (sha256 differs)"
             raise DataError(tree / tree.ARCHIVE, problem, "publish the data set again")
@@ -251,11 +251,3 @@ def _write_session(
         (folder / own).write_bytes(content)
         recordings.append(recording.model_copy(update={"file": own}))
     write_session(folder, session, sorted(recordings, key=lambda r: r.recording_id))
-
-
-def _unpacked(tree: Tree, packed: ZipFile, file: str) -> bytes:
-    try:
-        return packed.read(file)
-    except KeyError:
-        problem = f"lacks {file}"
-        raise DataError(tree / tree.ARCHIVE, problem, "publish the data set again") from None

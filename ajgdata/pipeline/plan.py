@@ -115,17 +115,18 @@ def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]
 
 def _others(spec: DatasetSpec) -> set[str]:
     """Data sets that those of `spec` are tested on, or transferred from."""
-    tested = {other for task in spec.tasks.values() for other in task.test_on}
+    tested = {other for task in spec.tasks.values() for other in task.others}
     return tested | {one.base for one in spec.embeddings.values() if one.base}
 
 
 def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[str]:
     """Further data sets that the tasks of `spec` need; DataError if one lacks a target."""
     for name, task in spec.tasks.items():
-        for other in task.test_on:
+        for other in task.others:
             targets = read_dataset(paths, other).targets
             if other == spec.name or targets.get(task.target) != spec.targets[task.target]:
-                problem = f"task {name}: test_on {other!r} has no target {task.target!r} like this"
+                lacks = f"which has no target {task.target!r} like this"
+                problem = f"task {name}: tested on {other!r}, {lacks}"
                 raise DataError(paths.dataset(spec.name), problem, "declare it there, or drop it")
     return sorted(_others(spec) - set(known))
 

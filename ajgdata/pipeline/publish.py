@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, write_bytes, yaml_bytes
@@ -109,8 +110,12 @@ def check(folders: Sequence[Path]) -> list[list[Defect]]:
     trees = [Tree(folder) for folder in folders]
     found = [defects(tree) for tree in trees]
     safe = [not any("leaves" in d.problem or "link" in d.problem for d in one) for one in found]
-    seen = iter(views.seen_defects([t for t, ok in zip(trees, safe, strict=True) if ok]))
-    return [sorted({*one, *next(seen)}) if ok else one for one, ok in zip(found, safe, strict=True)]
+    readable = [tree for tree, ok in zip(trees, safe, strict=True) if ok]
+    seen = dict(zip(readable, views.seen_defects(readable), strict=True))
+    return [
+        sorted({*one, *seen[tree], *spectrum_defects(tree)}) if tree in seen else one
+        for tree, one in zip(trees, found, strict=True)
+    ]
 
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:

@@ -22,7 +22,9 @@ from ajgdata.pipeline.report_rows import (
     sorting_of,
     stfts_of,
     tests_of,
+    transfers_of,
 )
+from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.pipeline.studies import read_study
 from ajgdata.report.content import (
     Cost,
@@ -67,11 +69,44 @@ def build_report(
     `pages` are the other pages that it is linked with, `ablations` those that say why simulation
     and paper differ; `published` the data sets whose trees are there.
     """
-    from ajgdata.report.canvas import save_figure
-    from ajgdata.report.illustrations import illustrations
     from ajgdata.report.page import render_page
     from ajgdata.report.study_page import page_links
 
+    watch = Stopwatch()
+    folder = page.parent / FIGURES
+    report = _assembled(paths, datasets, tasks, ablations)
+    svgs = _drawn(report, folder, {})
+    whole = bool(pages or published)
+    stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
+    report = dataclasses.replace(report, stages=stages)
+    svgs = _drawn(report, folder, svgs)
+    write_bytes(page, render_page(report, svgs, page_links(pages), published).encode())
+    runs = runs_of({name: read_dataset(paths, name) for name in datasets}, tasks)
+    content = {"datasets": list(datasets), "runs": runs, "pages": list(pages)}
+    content["published"] = list(published)
+    write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
+
+
+def _drawn(report: Report, folder: Path, known: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The SVG files of all figures; those that are not `known` are drawn and written."""
+    from ajgdata.report.canvas import save_figure
+    from ajgdata.report.illustrations import illustrations
+
+    svgs = dict(known)
+    for name, illustration in illustrations(report).items():
+        if name not in known:
+            saved = save_figure(illustration.draw(), folder / name)
+            svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
+    return svgs
+
+
+def _assembled(
+    paths: Paths,
+    datasets: Sequence[str],
+    tasks: Sequence[tuple[str, str]],
+    ablations: Sequence[str],
+) -> Report:
+    """All that the report says, but for the time that it took."""
     paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
     specs = {name: read_dataset(paths, name) for name in datasets}
     stores = {name: read_store(paths.merged(name)) for name in datasets}
@@ -95,25 +130,18 @@ def build_report(
     )
     tables = [table for name in ablations for table in read_study(paths.ablation(name))[1]]
     listed = [(specs[dataset], task) for dataset, task in tasks]
-    report = dataclasses.replace(
+    return dataclasses.replace(
         report,
         curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
         tests=tuple(t for one in listed for t in tests_of(paths, *one)),
         sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
+        transfers=tuple(t for one in listed for t in transfers_of(paths, *one, specs, paper)),
         stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
         paper=tuple(paper.values()),
         reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
-    svgs = {}
-    for name, illustration in illustrations(report).items():
-        saved = save_figure(illustration.draw(), page.parent / FIGURES / name)
-        svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
-    write_bytes(page, render_page(report, svgs, page_links(pages), published).encode())
-    content = {"datasets": list(datasets), "runs": runs, "pages": list(pages)}
-    content["published"] = list(published)
-    write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
 
 
 def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:

@@ -22,6 +22,8 @@ from ajgdata.report.further import (
     SortingResult,
     StftPoint,
     StftResult,
+    TransferLine,
+    Transfers,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.files import read_json
@@ -34,6 +36,7 @@ WORDS = {
     "sorting": "sorting",
     "stft": "settings of the STFT",
     "energies": "energies",
+    "transfers": "transfer to other grippers",
 }
 
 
@@ -78,6 +81,56 @@ def energies_of(
             paper=_paper(settings, "energies", paper),
         )
     ]
+
+
+def transfers_of(
+    paths: Paths,
+    spec: DatasetSpec,
+    task: str,
+    specs: Mapping[str, DatasetSpec],
+    paper: Mapping[str, PaperFigure],
+) -> list[Transfers]:
+    """A task's models on other grippers in one figure; none where none could be made."""
+    settings = spec.tasks[task].calibrate
+    models = settings.models if settings else ()
+    documents = [read_json(paths.transfer(spec.name, task, model)) for model in models]
+    made = [document for document in documents if "skipped" not in document]
+    if not made:
+        return []
+    share = made[0]["metric"] == "accuracy"
+    return [
+        Transfers(
+            about=_about(spec, task, made[0]),
+            metric=made[0]["metric"],
+            unit="%" if share else made[0]["unit"],
+            folds=made[0]["folds"],
+            lines=tuple(
+                _transfer(document, name, specs[name].title or name, 100 if share else 1)
+                for name in made[0]["on"]
+                for document in made
+            ),
+            paper=_paper(spec.tasks[task], "transfers", paper),
+        )
+    ]
+
+
+def _transfer(document: Mapping[str, Any], name: str, title: str, scale: float) -> TransferLine:
+    points, metric = document["on"][name], document["metric"]
+    sizes = sorted({point["grasps"] for point in points})
+    score = scale * np.array(
+        [[p["scores"][metric] for p in points if p["grasps"] == n] for n in sizes]
+    )
+    home = scale * np.array([p["home"][metric] for p in points if p["home"]])
+    return TransferLine(
+        model_label=_label(document),
+        dataset=name,
+        title=title,
+        grasps=np.array(sizes),
+        mean=score.mean(axis=1),
+        sd=score.std(axis=1, ddof=1),
+        home=(home.mean(), home.std(ddof=1)) if len(home) > 1 else (np.nan, np.nan),
+        chance=scale * float(np.mean([point["chance"][metric] for point in points])),
+    )
 
 
 def _energy(part: Mapping[str, Any]) -> EnergyPart:

@@ -7,7 +7,7 @@ such with the reason, as evaluations are.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +144,42 @@ def energy_task(
     about = {"target": target, "kind": kind, "unit": unit, "groups": groups, "model": ""}
     chosen = {"reference": reference, "band_hz": list(band_hz), "seed": None}
     _write(store, {**about, **chosen}, (), made, output)
+
+
+def calibrate_task(
+    store: Path,
+    *,
+    target: str,
+    kind: Kind,
+    unit: str,
+    groups: str,
+    folds: int,
+    period_deg: float | None,
+    withhold: Sequence[float],
+    model: str,
+    others: Mapping[str, Path],
+    grasps: Sequence[int],
+    seed: int,
+    output: Path,
+) -> None:
+    """Errors of `model` on `others`, stores by data set, for each number of calibration grasps."""
+    from ajgdata.evaluate.crossval import Further
+    from ajgdata.evaluate.metrics import METRICS
+    from ajgdata.evaluate.other_gripper import transfer
+
+    def made(rows: Rows) -> dict[str, Any]:
+        own, on = Further(rows.feature, rows.value, rows.group), {}
+        for name, path in others.items():
+            theirs = apart(rows_of(read_store(path), target, kind, groups), withhold)[0]
+            points = transfer(
+                own, Further(theirs.feature, theirs.value, theirs.group),
+                kind=kind, model=model, sizes=grasps, folds=folds, seed=seed, period=period_deg,
+            )  # fmt: skip
+            on[name] = [dataclasses.asdict(point) for point in points]
+        return {"metric": METRICS[kind][0], "on": on}
+
+    about = {"target": target, "kind": kind, "unit": unit, "groups": groups, "model": model}
+    _write(store, {**about, "seed": seed, "folds": folds}, withhold, made, output)
 
 
 def _sorted_by(rows: Rows, model: str, threshold: float, folds: int, seed: int) -> dict[str, Any]:

@@ -25,9 +25,10 @@ PAPER_MODEL = "cnn"
 YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
 #: Standard deviations within which two numbers agree.
 REACH = 2.0
-#: The paper compares models on the task beside its figure `ycb`.
-BASELINE, BASELINES, BASELINES_ON = "knn", "baselines", "ycb"
-NEAR_CHANCE, LIMIT = "near chance", "limit"
+#: The model whose figure the paper gives among its baselines.
+BASELINE, BASELINES = "knn", "baselines"
+#: Figures without a number: what is near chance, and what a model that works at home fails at.
+NEAR_CHANCE, FAILS = "near chance", ("limit", "lesson")
 
 
 @dataclass(frozen=True)
@@ -120,20 +121,20 @@ def _of_task(report: Report, task: tuple[TaskResult, ...]) -> Iterator[Beside]:
     named = [(first.paper, first.score), *((p.paper, p.score) for p in first.parts)]
     named += [(other.paper, other.score) for other in first.elsewhere]
     for paper, score in named:
-        if paper is None:
+        if paper is None or paper.text == NEAR_CHANCE:  # which a test decides
+            continue
+        baseline = next((r for r in task if r.model == BASELINE), None)
+        if paper.id == BASELINES and baseline:
+            yield _baselines(report, paper, task, baseline)
             continue
         scaled = Score(scale * score.mean, scale * score.sd)
         agrees = UNTOLD
         if paper.value is not None:
             agrees = agreement(scaled, paper.value)
-        elif paper.metric == LIMIT:  # a model is of no use there
+        elif paper.metric in FAILS:
             worse = first.normalise(score).mean - first.error.mean
             agrees = YES if worse > REACH * first.error.sd else "no: it works"
         yield _row(report, paper, first, score, agrees)
-    baseline = [r for r in task if r.model == BASELINE]
-    paper = next((figure for figure in report.paper if figure.id == BASELINES), None)
-    if paper and paper.value and baseline and first.paper and first.paper.id == BASELINES_ON:
-        yield _baselines(report, paper, task, baseline[0])
 
 
 def _baselines(
@@ -169,13 +170,13 @@ def _of_curves(report: Report, curves: Curves) -> Iterator[Beside]:
 
 
 def _paper_model(report: Report, about: About) -> TaskResult | None:
-    """The paper's model on a task."""
-    place = about.dataset, about.task, PAPER_MODEL
-    return next((r for r in report.results if (r.dataset, r.task, r.model) == place), None)
+    """The paper's model on a task, or else on another of its data set."""
+    there = [r for r in report.results if (r.dataset, r.model) == (about.dataset, PAPER_MODEL)]
+    return min(there, key=lambda r: r.task != about.task, default=None)
 
 
 def _cost(report: Report, about: About) -> Cost | None:
-    """What training that on the whole task costs."""
+    """What training that on the whole data set costs."""
     model = _paper_model(report, about)
     return model.cost if model else None
 

@@ -21,6 +21,7 @@ from ajgdata.report.further import (
     SortingResult,
     Source,
     StftResult,
+    Transfers,
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
@@ -37,6 +38,7 @@ from ajgdata.report.results import (
     ValueErrors,
     pareto_front,
 )
+from ajgdata.report.stages import Stages
 from ajgdata.types import FeatureSettings, Finding
 
 __all__ = [
@@ -120,7 +122,9 @@ class Report:
     tests: tuple[ChanceTest, ...] = ()
     sorting: tuple[SortingResult, ...] = ()
     energies: tuple[Energies, ...] = ()
+    transfers: tuple[Transfers, ...] = ()
     stfts: tuple[StftResult, ...] = ()
+    stages: Stages | None = None
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
     reasons: tuple[Reason, ...] = ()
 
@@ -149,6 +153,7 @@ class Report:
             tuple(filter(of_task, self.tests)),
             tuple(filter(of_task, self.sorting)),
             tuple(filter(of_task, self.energies)),
+            tuple(filter(of_task, self.transfers)),
             tuple(filter(of_task, self.stfts)),
         )
 
@@ -159,6 +164,7 @@ class Report:
             *self.tests,
             *self.sorting,
             *self.energies,
+            *self.transfers,
             *self.stfts,
         )
         tasks = dict.fromkeys(one.about.task for one in made if one.about.dataset == dataset)

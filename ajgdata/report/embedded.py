@@ -30,6 +30,8 @@ SPACES = {
     "standardised_latent": "gripper-invariant latent of standardised",
     "referenced_latent": "gripper-invariant latent of referenced",
 }
+#: What the projections are called, in the order of panels.
+METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
 
 
 class Neighbours(NamedTuple):

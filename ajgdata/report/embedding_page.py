@@ -12,6 +12,7 @@ from ajgdata.report.distances import apart_text
 from ajgdata.report.embedded import SPACES, Embedded, ordered
 from ajgdata.report.embedding_blocks import blocks, flat
 from ajgdata.report.illustrations import Illustration
+from ajgdata.report.latents import clusters_text
 from ajgdata.report.neighbours import gain_text
 from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.report.paper import PaperFigure
@@ -93,10 +94,8 @@ def _apart(one: Embedded) -> str:
 
 def _clusters(one: Embedded) -> str:
     plane = flat(one)
-    if plane is None:
-        return ""
-    share = number(100 * plane.within())
-    return f"{share} % of validation points lie within 2σ of their own object's training points"
+    told = clusters_text(plane) if plane else ""
+    return f"in two dimensions, of the validation points {told}" if told else ""
 
 
 def _transferred(one: Embedded) -> str:

@@ -144,6 +144,38 @@ class Energies:
         return f"energies--{self.about.dataset}--{self.about.task}"
 
 
+@dataclass(frozen=True, eq=False)
+class TransferLine:
+    """One model on one other gripper: calibration grasps of each class (n,), mean and sd (n,) of
+    the metric over folds; `home` (mean, sd) on the gripper that it was trained on, or NaN."""
+
+    model_label: str
+    dataset: str
+    title: str
+    grasps: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+    home: tuple[float, float]
+    chance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Transfers:
+    """Models of a task on other grippers; shares are in per cent."""
+
+    about: About
+    metric: str
+    unit: str
+    folds: int
+    lines: tuple[TransferLine, ...]
+    paper: PaperFigure | None = None
+
+    @property
+    def name(self) -> str:
+        """File name of the figure, without suffix."""
+        return f"transfer--{self.about.dataset}--{self.about.task}"
+
+
 class StftPoint(NamedTuple):
     """One setting of the STFT: the feature's run time, and the error of each model (mean, sd)."""
 
@@ -183,7 +215,7 @@ class StftResult:
         return f"stft--{self.about.dataset}--{self.about.task}"
 
 
-Further = Curves | ChanceTest | SortingResult | Energies | StftResult
+Further = Curves | ChanceTest | SortingResult | Energies | Transfers | StftResult
 
 
 class Experiments(NamedTuple):
@@ -193,4 +225,5 @@ class Experiments(NamedTuple):
     tests: tuple[ChanceTest, ...]
     sorting: tuple[SortingResult, ...]
     energies: tuple[Energies, ...]
+    transfers: tuple[Transfers, ...]
     stfts: tuple[StftResult, ...]

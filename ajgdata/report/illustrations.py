@@ -21,7 +21,9 @@ from ajgdata.report.experiments import (
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
+from ajgdata.report.stages_figure import stages_caption, stages_figure
 from ajgdata.report.stft import stft_caption, stft_figure
+from ajgdata.report.transfer_figures import transfer_caption, transfer_figure
 from ajgdata.report.wording import (
     Caption,
     cost_caption,
@@ -35,6 +37,7 @@ from ajgdata.report.wording import (
 #: Fewer models of a task can be told apart in the figure of all tasks.
 MANY_MODELS = 4
 COST, SPLITS = "error-against-run-time", "random-against-grouped"
+STAGES = "time-of-stages"
 
 
 class Illustration(NamedTuple):
@@ -82,6 +85,10 @@ def illustrations(report: Report) -> dict[str, Illustration]:
         drawing = Illustration(prediction_caption(r), partial(prediction_figure, r))
         listed.append((prediction_name(r), drawing))
     listed += _of_tasks(report)
+    if report.stages:
+        sources = tuple(d.source for d in report.datasets)
+        draw = partial(stages_figure, report.stages, sources)
+        listed.append((STAGES, Illustration(stages_caption(report.stages), draw)))
     named = dict(listed)
     if len(named) != len(listed):
         raise ValueError("two figures would share a file name: rename a task ('--' in a name?)")
@@ -105,6 +112,7 @@ def _of_tasks(report: Report) -> list[tuple[str, Illustration]]:
     kinds: tuple[tuple[Sequence[Any], Any, Any], ...] = (
         (report.curves, curve_caption, curve_figure),
         (report.energies, energy_caption, energy_figure),
+        (report.transfers, transfer_caption, transfer_figure),
         (report.tests, chance_caption, chance_figure),
         (report.stfts, stft_caption, stft_figure),
         (report.sorting, sorting_caption, sorting_figure),

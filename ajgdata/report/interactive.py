@@ -18,8 +18,7 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from ajgdata.embed.projections import METHODS
-from ajgdata.report.embedded import SPACES, Embedded, Picture, Pictured
+from ajgdata.report.embedded import METHODS, SPACES, Embedded, Picture, Pictured
 from ajgdata.report.page import environment
 from ajgdata.report.projected import MISSING, NUMBERS, shown_columns, text_colours
 from ajgdata.report.wording import value, words

@@ -73,6 +73,17 @@ class Plane:
             inside[own] = ellipse.inside(self.points[own])
         return float(inside[held_out].mean())
 
+    def nearest(self) -> float:
+        """Share of the validation points that are nearest to the mean of their own object's
+        training points, or NaN."""
+        held_out = ~self.training
+        names = [name for name in self.objects() if np.any(self.training & (self.object == name))]
+        if not (held_out.any() and names):
+            return math.nan
+        means = [self.points[self.training & (self.object == n)].mean(axis=0) for n in names]
+        away = np.hypot(*(self.points[held_out][:, None] - np.array(means)).transpose(2, 0, 1))
+        return float(np.mean(np.array(names)[away.argmin(axis=1)] == self.object[held_out]))
+
 
 def category_colours(categories: Sequence[str] | NDArray[np.str_]) -> dict[str, str]:
     """A colour for each category that occurs: the paper's own first, in its order."""
@@ -121,8 +132,10 @@ def _panel(
         axes.annotate(
             words(name),
             tuple(_shifted(np.asarray(ellipse.centre), exponent).tolist()),
+            (0, 4),
+            textcoords="offset points",
             ha="center",
-            va="center",
+            va="bottom",
             fontsize=6,
             color=colours[categories[name]],
             path_effects=[withStroke(linewidth=2, foreground="white")],
@@ -156,15 +169,22 @@ def _axis_label(axis: int, exponent: int) -> str:
     return f"latent {axis}" + (f" (× 1e{exponent})" if exponent else "")
 
 
+def clusters_text(plane: Plane) -> str:
+    """Where the validation points lie, or nothing if there are none."""
+    nearest, within = plane.nearest(), plane.within()
+    if math.isnan(nearest):
+        return ""
+    return (
+        f"{number(100 * nearest)} % lie nearest to the mean of their own object's training points "
+        f"(chance {number(100 / len(plane.objects()))} %), and {number(100 * within)} % within "
+        f"{SIGMAS:g}σ of them (a Gaussian that does not change: {number(100 * EXPECTED_WITHIN)} %)"
+    )
+
+
 def plane_caption(plane: Plane) -> Caption:
     """Caption of `plane_figure`."""
-    within = plane.within()
-    share = (
-        ""
-        if math.isnan(within)
-        else f" {number(100 * within)} % of the validation points lie within the ellipse of their "
-        f"object's training points ({number(100 * EXPECTED_WITHIN)} % of a Gaussian would)."
-    )
+    said = clusters_text(plane)
+    share = f" Of the validation points, {said}." if said else ""
     names = ", ".join(map(words, plane.objects()))
     return Caption(
         f"Left: training points of one fold. Right: the validation points of the same "

@@ -17,6 +17,7 @@ from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
 from ajgdata.report.silent_figures import silent_name
+from ajgdata.report.transfer_figures import transfer_rows
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -88,6 +89,7 @@ def _names() -> dict[str, Any]:
         "COST": figures.COST,
         "DASH": wording.DASH,
         "SPLITS": figures.SPLITS,
+        "STAGES": figures.STAGES,
         "best": best,
         "close": close,
         "energy_rows": energy_rows,
@@ -95,6 +97,7 @@ def _names() -> dict[str, Any]:
         "chance": wording.chance,
         "silent_name": silent_name,
         "spread": spread,
+        "transfer_rows": transfer_rows,
         "figure_link": figure_link,
         "headline": wording.headline,
         "metric_name": wording.metric_name,

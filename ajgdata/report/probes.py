@@ -145,18 +145,24 @@ def retrieval_caption(rows: Sequence[Retrieval]) -> Caption:
 def transfer_figure(transfer: Transfer, title: str, source: Source) -> Figure:
     """Accuracy against calibration grasps, a panel for each unseen gripper."""
     grippers = transfer.held_out_grippers
+    rows = math.ceil(len(grippers) / 2)
     figure = new_figure(
-        (WIDTH_IN, 3.9),
+        (WIDTH_IN, 1.3 + 2.6 * rows),
         title,
         "k-NN trained on the default gripper and some calibration grasps, mean ± sd over runs",
         [source],
     )
-    panels = figure.subplots(1, len(grippers), sharey=True, squeeze=False)[0]
-    for axes, gripper in zip(panels, grippers, strict=True):
+    grid = figure.subplots(rows, min(len(grippers), 2), sharex=True, sharey=True, squeeze=False)
+    panels = grid.ravel().tolist()
+    for axes, gripper in zip(panels, grippers, strict=False):
         _transfer_panel(axes, transfer, gripper)
         axes.set_title(words(gripper))
+    for axes in panels[len(grippers) :]:
+        axes.set_visible(False)
+    for axes in grid[-1]:
         axes.set_xlabel("calibration grasps of each thing")
-    panels[0].set_ylabel("accuracy (%)")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("accuracy (%)")
     panels[0].set_ylim(0, None)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)

@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from ajgdata.embed.projections import METHODS
 from ajgdata.report.canvas import WIDTH_IN, new_figure, styled
 from ajgdata.report.content import Source
-from ajgdata.report.embedded import SPACES, Pictured, ordered
+from ajgdata.report.embedded import METHODS, SPACES, Pictured, ordered
 from ajgdata.report.figures import MAX_VECTOR_POINTS
 from ajgdata.report.latents import category_colours
 from ajgdata.report.wording import Caption, words

@@ -11,7 +11,7 @@ SUPPORTED = "supported"
 
 
 @dataclass(frozen=True)
-class Test:
+class Change:
     """One change with one model: the metric before and after it."""
 
     change: str
@@ -28,7 +28,7 @@ class Reason:
     of: tuple[str, ...]
     claim: str
     link: str
-    tests: tuple[Test, ...]
+    tests: tuple[Change, ...]
 
     def explains(self, low: bool) -> bool:
         """Whether a supported change raised the metric (where ours is `low`), or lowered it."""
@@ -37,12 +37,12 @@ class Reason:
 
 def reasons_of(tables: Sequence[Table], page: str) -> list[Reason]:
     """The hypotheses of the tables that hold verdicts, each with all its tests."""
-    found: dict[tuple[str, str, str], list[Test]] = {}
+    found: dict[tuple[str, str, str], list[Change]] = {}
     for table in tables:
         for row in table.rows if "verdict" in {c.key for c in table.columns} else ():
             before, after = float(row["before"] or 0), float(row["after"] or 0)
             supported = row["verdict"] == SUPPORTED
-            one = Test(str(row["change"]), str(row["model"]), before, after, supported)
+            one = Change(str(row["change"]), str(row["model"]), before, after, supported)
             found.setdefault((table.name, str(row["hypothesis"]), str(row["of"])), []).append(one)
     return [
         Reason(tuple(of.split()), claim, f"{page}.html#{table}", tuple(tests))

@@ -56,7 +56,8 @@ def _errors(axes: Axes, task: tuple[TaskResult, ...]) -> None:
     first = task[0]
     scale = 100 if first.kind == "classification" else 1
     unit = "%" if scale == 100 else first.unit
-    titles = [f"held out of {first.dataset_title}", *(o.title for o in _sounding(first))]
+    elsewhere = (f"on {other.title}" for other in _sounding(first))
+    titles = [f"held out of {first.dataset_title}", *elsewhere]
     width = 0.8 / len(titles)
     for i, title in enumerate(titles):
         scores = [r.score if i == 0 else _sounding(r)[i - 1].score for r in task]
@@ -73,10 +74,10 @@ def _errors(axes: Axes, task: tuple[TaskResult, ...]) -> None:
 
 
 def _silence(axes: Axes, task: tuple[TaskResult, ...]) -> None:
-    """A bar for each model, red if it is flagged, with chance as a line across it."""
+    """A bar for each model, in another colour if it is flagged, with chance as a line across it."""
     tests = [(r, test) for r in task for test in r.silent]
     value = np.array([test.value for _, test in tests])
-    colours = [COLOURS[1] if test.flagged else COLOURS[2] for _, test in tests]
+    colours = [COLOURS[3] if test.flagged else COLOURS[2] for _, test in tests]
     axes.bar(range(len(tests)), value, 0.6, color=colours)
     null = [test.null for _, test in tests]
     axes.hlines(null, np.arange(len(tests)) - 0.4, np.arange(len(tests)) + 0.4, color=GREY, ls=":")

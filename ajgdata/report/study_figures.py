@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from ajgdata.report.ablation_figures import grippers_figure, levels_figure, scatter_figure
 from ajgdata.report.accuracy_figures import bands_figure, pareto_figure
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.illustrations import Illustration
@@ -184,6 +185,32 @@ FIGURES: dict[tuple[str, str, str], tuple[Caption, Draw]] = {
             "Measured against expected change of the feature by leaving parts out, logarithmic.",
         ),
         omissions_figure,
+    ),
+    ("ablations", "mirror_grippers", "mirror"): (
+        Caption(
+            "Left: error of the bar's direction against how far each gripper is from being its own"
+            " mirror image. Right: how well the part of the angle is read that the mirror keeps,"
+            " and the one that it flips; 0: no better than the mean.",
+            "Error of the direction, and R² of its two parts, against the misfit of the mirror"
+            " plane.",
+        ),
+        grippers_figure,
+    ),
+    ("ablations", "materials_scatter", "materials"): (
+        Caption(
+            "As less of the scatter of grasps is left. Left: distance of two grasps of one material"
+            " (filled) and of the materials' means (hollow). Right: accuracy.",
+            "Distances within and between materials, and accuracy, against the share of scatter.",
+        ),
+        scatter_figure,
+    ),
+    ("ablations", "noise_levels", "noise"): (
+        Caption(
+            "Error of the edge length against the level of noise outside, by what a model was"
+            " trained on.",
+            "Error against noise level, logarithmic, one line a model and training set.",
+        ),
+        levels_figure,
     ),
     ("materials", "material_distances", "distances"): (
         Caption(

@@ -42,6 +42,18 @@ class Energy(Strict):
         return self
 
 
+class Calibrate(Strict):
+    """The task on other grippers, with a few of their grasps added to the training."""
+
+    test_on: tuple[Name, ...] = Field(min_length=1, description="data sets of the other grippers")
+    grasps: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+        (0, 1, 2, 4), min_length=1, description="calibration grasps of each class, or value"
+    )
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), min_length=1, description="models that are taken there"
+    )
+
+
 class FeatureChange(Strict):
     """What differs from the data set's own feature settings."""
 
@@ -103,6 +115,9 @@ class Task(Strict):
         description="how much sound comes back, by class; it needs features.quantity power and "
         "features.normalisation none",
     )
+    calibrate: Calibrate | None = Field(
+        None, description="error on other grippers against the number of calibration grasps"
+    )
     experiments: tuple[Name, ...] = Field(
         (), description="`snakemake report_NAME` reports on the tasks of NAME; default: data set"
     )
@@ -110,13 +125,13 @@ class Task(Strict):
         "",
         description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
         "unknown, overall, a data set of test_on, or a further experiment: curves, permutations, "
-        "sorting, energies): {known: size-known, size_80dba: noise}",
+        "sorting, energies, transfers): {known: size-known, size_80dba: noise}",
     )
 
     @property
     def others(self) -> tuple[str, ...]:
         """Data sets that this task needs beside its own."""
-        return self.test_on
+        return (*self.test_on, *(self.calibrate.test_on if self.calibrate else ()))
 
     @property
     def further(self) -> tuple[str, ...]:
@@ -126,6 +141,7 @@ class Task(Strict):
             "permutations": self.permutations,
             "sorting": self.sorting,
             "energies": self.energy,
+            "transfers": self.calibrate,
         }
         return tuple(kind for kind, settings in asked.items() if settings)
 

@@ -142,7 +142,8 @@ def test_each_page_needs_no_network_and_what_it_links_to_is_there(path):
     links = re.findall(r"href=\"(?!https?:|#)([^\"]+)\"", page)
     assert links
     for link in links:
-        assert (path.parent / link).is_file(), link
+        there = path.parent / link
+        assert there.is_dir() if link.endswith("/") else there.is_file(), link
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
@@ -152,3 +153,57 @@ def test_what_the_studies_claim_holds(path):
     for table in tables:
         assert table.rows
         assert [row for row in table.rows if holds(row) is False] == []
+
+
+@pytest.mark.skipif(not PATHS.metrics_table.is_file(), reason="no table was asked for")
+def test_all_results_are_within_bounds():
+    shares = ("accuracy", "balanced_accuracy", "macro_f1", "p", "share", "calibration_error")
+    for row in rows_of(PATHS.metrics_table):
+        where = tuple(row.values())
+        if not row["value"]:
+            # undefined, not left out: one value has no deviation, nothing accepted no accuracy
+            assert row["metric"] in ("r2", "accuracy") or row["statistic"] == "sd", where
+            continue
+        value = float(row["value"])
+        assert np.isfinite(value), where
+        if row["statistic"] != "sd" and row["metric"] in shares:
+            assert 0 <= value <= 1, where
+        if row["metric"] == "r2" and row["statistic"] not in ("sd",):
+            assert value <= 1, where
+        if row["metric"] in ("rmse", "mae") or row["part"].startswith("cost"):
+            assert value >= 0, where
+
+
+def test_every_figure_is_on_the_page_and_every_model_in_it():
+    """Figures of what was run, each under its name, with the files that it links to."""
+    page = PATHS.report.read_text(encoding="utf-8")
+    shown = set(re.findall(r'<figure id="([^"]+)"', page))
+    runs = [
+        run for run in RUNS["runs"] if "skipped" not in json.loads(PATHS.metrics(*run).read_text())
+    ]
+    assert {"predictions--" + "--".join(run) for run in runs} <= shown
+    folder = PATHS.report.parent / "figures"
+    for suffix in ("svg", "png", "pdf"):
+        assert {path.stem for path in folder.glob(f"*.{suffix}")} == shown
+    table = page[page.index('<h2 id="results">') :]
+    rows = re.findall(r"<tr>(.*?)</tr>", table[: table.index("</section>")], flags=re.S)
+    models = [row for row in rows if re.search(r"<td>(RMSE|accuracy)</td>", row)]
+    assert len(models) == len(runs)
+    for row in models:
+        cells = re.findall(r'<td class="number">(.*?)</td>', row, flags=re.S)
+        assert len(cells) == 5
+        assert all(re.search(r"\d", cell) for cell in cells), row
+
+
+def test_the_page_says_what_each_stage_took():
+    page = PATHS.report.read_text(encoding="utf-8")
+    section = page[page.index('<h2 id="stages">') :]
+    rows = re.findall(r'<tr><th scope="row">([^<]+)</th>(.*?)</tr>', section, flags=re.S)
+    seconds = {
+        name: float(re.findall(r'<td class="number">([\d,.]+|—)</td>', row)[1].replace(",", ""))
+        for name, row in rows[: [name for name, _ in rows].index("all") + 1]
+    }
+    total = seconds.pop("all")
+    # three significant digits each
+    assert total == pytest.approx(sum(seconds.values()), rel=0.005)
+    assert {"features", "report"} <= set(seconds)

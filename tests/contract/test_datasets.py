@@ -7,6 +7,7 @@ import pytest
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import datasets_of, experiments_of
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import SESSION_COLUMNS
@@ -56,7 +57,7 @@ def test_tasks_have_more_groups_than_folds_in_every_class(name, task):
 @pytest.mark.parametrize(("name", "task"), TASKS)
 def test_what_a_task_is_tested_on_has_its_target_and_features(name, task):
     settings = SPECS[name].tasks[task]
-    for other in settings.test_on:
+    for other in settings.others:
         assert SPECS[other].features == SPECS[name].features
         assert SPECS[other].targets[settings.target] == SPECS[name].targets[settings.target]
         assert _drawn_for(other) == _drawn_for(name)
@@ -73,3 +74,29 @@ def test_noise_needs_no_new_simulation():
         for name in ("size", "size_60dba", "size_90dba")
     }
     assert scenes["size"] == scenes["size_60dba"] == scenes["size_90dba"]
+
+
+#: What each experiment needs, and nothing else is recorded for it.
+NEEDS = {
+    "media": {"media"},
+    "size": {"size"},
+    "noise": {"size", "size_60dba", "size_70dba", "size_80dba", "size_90dba"},
+    "orientation": {"orientation"},
+    "materials": {"sphere80", "plate", "sphere30"},
+    "ycb": {"ycb"},
+    "datasize": {"ycb"},
+    "baselines": {"ycb"},
+    "sorting": {"ycb"},
+    "shortcut": {
+        "orientation", "orientation_gripper", "orientation_gripper_silent", "orientation_silent",
+    },
+    "transfer": {
+        "size", "size_other_membrane", "size_asymmetric",
+        "ycb", "ycb_other_membrane", "ycb_asymmetric",
+    },
+}  # fmt: skip
+
+
+def test_every_experiment_of_the_paper_can_be_asked_for_and_needs_no_more_than_its_share():
+    tasks = experiments_of(SPECS)
+    assert {name: set(datasets_of(SPECS, tasks[name])) for name in NEEDS} == NEEDS

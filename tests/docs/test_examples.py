@@ -1,5 +1,6 @@
 """Each example of the gallery runs, and gives the number that it is known to give."""
 
+import re
 import runpy
 from pathlib import Path
 
@@ -75,6 +76,15 @@ def test_publishing(in_project):
     assert found["edges_mm"] == list(EDGES_MM)
     with ajgdata.load_features("size") as features:
         assert features.sizes["recording"] == 16
+
+
+def test_what_the_page_on_python_shows(in_project):
+    text = (FOLDER.parent / "python.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"^```python\n(.*?)^```", text, flags=re.M | re.S)
+    found = {}
+    exec(compile(shown, "python.md", "exec"), found)
+    assert found["first"].shape == (4411,)
+    assert (len(found["train"]), len(found["test"])) == (12, 4)
 
 
 def test_every_example_is_shown_and_tested():

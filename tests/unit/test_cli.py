@@ -83,6 +83,7 @@ def test_names_are_shown_as_they_are(ajgdata, tmp_path):
         (["validate", "nope"], "no such data set; declared here: d"),
         (["seal", "nope"], "no such data set; declared here: d"),
         (["acquire", "nope"], "no such data set; declared here: d"),
+        (["info", "nope"], "no such data set; declared here: d"),
         (["acquire", "d"], "has no recipe; add one, or import recordings instead"),
         (["import", "nowhere", "--dataset", "d"], "nowhere: is not a folder"),
         (["import", "datasets", "--dataset", "d"], "holds no audio files"),
@@ -104,7 +105,9 @@ def test_mistakes_are_one_line(ajgdata, project, arguments, said):
     assert not (project.root / "data").exists()
 
 
-@pytest.mark.parametrize("command", [["validate"], ["seal", "d"], ["acquire", "d"]])
+@pytest.mark.parametrize(
+    "command", [["validate"], ["seal", "d"], ["acquire", "d"], ["info", "d"], ["status"]]
+)
 def test_outside_a_project(ajgdata, monkeypatch, tmp_path, command):
     monkeypatch.chdir("/")
     code, _, err = ajgdata(*command)
@@ -184,6 +187,9 @@ OPTIONS = {
     "validate": ["--notes"],
     "seal": [],
     "acquire": ["--source", "--recipe", "--session", "--cores"],
+    "info": [],
+    "doctor": [],
+    "status": [],
 }  # fmt: skip
 
 

@@ -91,7 +91,9 @@ def test_what_a_task_is_tested_on_comes_with_it(paths):
 
 def test_what_cannot_be_tested_on_is_said(paths):
     declare(paths, LOUD | {"targets": {"edge_mm": {"unit": "cm"}}})
-    with pytest.raises(DataError, match="task size: test_on 'loud' has no target 'edge_mm' like"):
+    with pytest.raises(
+        DataError, match="task size: tested on 'loud', which has no target 'edge_mm' like"
+    ):
         plan(paths, ["base"])
     declare(paths, {"name": "loud", "targets": BASE["targets"]})
     with pytest.raises(DataError, match="needs the data set 'loud', which holds no sessions"):

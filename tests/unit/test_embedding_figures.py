@@ -139,9 +139,16 @@ def test_the_share_of_validation_points_within_their_training_ellipse():
     shown = plane(points, names, np.arange(len(names)) < 6)
     assert shown.within() == 2 / 5  # a thing that was never trained on has no ellipse
     assert pytest.approx(1 - math.exp(-2)) == EXPECTED_WITHIN
-    assert "40 % of the validation points lie within" in plane_caption(shown).text
-    assert math.isnan(plane(points, names).within())
-    assert "validation points lie" not in plane_caption(plane(points, names)).text
+    # the four of ball and pen are nearest to their own means, which lie 10 apart
+    assert shown.nearest() == 4 / 5
+    told = plane_caption(shown).text
+    assert (
+        "80 % lie nearest to the mean of their own object's training points (chance 33.3 %)" in told
+    )
+    assert "and 40 % within 2σ of them" in told
+    alone = plane(points, names)
+    assert math.isnan(alone.within()) and math.isnan(alone.nearest())
+    assert "Of the validation points" not in plane_caption(alone).text
 
 
 def test_categories_keep_their_colours_and_others_get_further_ones():
@@ -354,6 +361,13 @@ def test_transfer_has_a_panel_for_each_gripper():
     assert "gripper-invariant latent on tall, 4 grasps: 80.0 ± 7.1 %" in (
         transfer_caption(found).alt
     )
+    three = dataclasses.replace(found, held_out_grippers=("tall", SCRIPT, "wide"))
+    moved = tuple(row._replace(gripper="wide") for row in found.rows if row.gripper == "tall")
+    figure = transfer_figure(dataclasses.replace(three, rows=found.rows + moved), "t", "simulated")
+    assert fits(figure)
+    assert [axes.get_title() for axes in figure.axes if axes.get_visible()] == [
+        "tall", SCRIPT, "wide",
+    ]  # fmt: skip
 
 
 def test_what_was_not_made_is_not_shown(one):

@@ -15,6 +15,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from published import (
+    TARGETS,
     edit_json,
     edit_rows,
     flip,
@@ -30,6 +31,7 @@ from typer.testing import CliRunner
 from ajgdata.cli import app
 from ajgdata.paths import Tree
 from ajgdata.pipeline.publish import check, publish
+from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.features import Column, Shard, read_store, text_column
 from ajgdata.store.files import read_csv
 from ajgdata.store.publishing import archive, views
@@ -41,7 +43,7 @@ from ajgdata.store.publishing.table import (
     recordings_of,
     table_of,
 )
-from ajgdata.types import DataError
+from ajgdata.types import DataError, FeatureSettings
 
 
 @pytest.fixture(scope="module")
@@ -285,6 +287,11 @@ def other_features(tree):
         store["sample"][0] += 1
 
 
+def other_spectrum(tree):
+    with h5py.File(tree / tree.FEATURES, "r+") as store:
+        store["feature"][2] = store["feature"][3]
+
+
 def link(tree):
     path = recordings(tree)[0]
     path.rename(path.with_suffix(".real"))
@@ -404,6 +411,10 @@ BREAKS = {
     "features of another data set": (
         other_features, True, r"features.nc: is of data set 'other', dataset.yaml of 'd'",
     ),
+    "spectrum of another recording": (
+        other_spectrum, True,
+        r"features.nc: its spectrum of audio/s1/take_1_4.wav is not that of the file;",
+    ),
     "features cut short": (
         lambda t: (t / t.FEATURES).write_bytes((t / t.FEATURES).read_bytes()[:5000]), True,
         r"features.nc: not a readable feature store",
@@ -431,7 +442,8 @@ def found(world, tmp_path_factory):
         change(trees[name])
         if hidden:
             reseal(trees[name])
-    others = [name for name in trees if name == "whole" or " by " in BREAKS[name][2]]
+    ours = "spectrum of another recording"  # found on the way to other readers
+    others = [n for n in trees if n in ("whole", ours) or " by " in BREAKS[n][2]]
     seen = dict(zip(others, check([trees[name].root for name in others]), strict=True))
     return {name: seen[name] if name in seen else defects(trees[name]) for name in trees}
 
@@ -445,6 +457,20 @@ def test_each_defect_is_found_by_name(found, name):
     said = [str(defect) for defect in found[name]]
     assert any(re.search(BREAKS[name][2], line) for line in said), said
     assert all("\n" not in line for line in said)
+
+
+@pytest.mark.parametrize("align", [False, True])
+def test_spectra_are_made_again_as_they_were(project, tmp_path, align):
+    features = {"window": 256, "hop": 128, "align": align}
+    project.declare(targets={}, features=features)
+    for session in ("s1", "s2"):
+        project.shard(session, features=FeatureSettings(**features))
+    project.merge("s1", "s2", targets={"object": TARGETS["object"]})
+    tree = Tree(published(project, tmp_path / "tree").folder)
+    assert list(spectrum_defects(tree)) == []
+    other_spectrum(tree)
+    (defect,) = spectrum_defects(tree)
+    assert "audio/s1/take_1_4.wav" in str(defect)
 
 
 def test_the_command_says_each_defect_and_fails(tree):

@@ -27,6 +27,8 @@ from ajgdata.report.further import (
     SortingResult,
     StftPoint,
     StftResult,
+    TransferLine,
+    Transfers,
 )
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
@@ -139,8 +141,8 @@ def test_the_page_holds_them_with_their_task():
     assert "p = 0.005" in words
     assert "as they are 0.2 75 % 90 % 50 (5 to 95) 25 (2 to 47)" in words
     assert "2048 1024 all 1,025 0.2 45 ± 3 28 ± 2" in words
-    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), (STFT,))
-    assert report.experiments("size", "other") == ((), (), (), (), ())
+    assert report.experiments("size", "edge") == ((CURVES,), (TEST,), (SORTING,), (), (), (STFT,))
+    assert report.experiments("size", "other") == ((), (), (), (), (), ())
     assert report.without_models("size") == []
 
 
@@ -191,3 +193,29 @@ def test_a_model_that_knows_the_answer_in_silence_is_flagged():
     assert "cnn on Silence: rank correlation with the truth 0.8" in text
     assert "p = 0.001: flagged: it has learned" in text and "p = 0.7: not flagged." in text
     assert silent_name(task) not in illustrations(sample_report())
+
+
+def test_a_model_on_another_gripper_against_calibration_grasps():
+    lines = tuple(
+        TransferLine("k-NN", name, f"Gripper {name}", np.array([0, 4]), mean, 0.1 * mean, home, 9.0)
+        for name, mean, home in (
+            ("b", np.array([8.0, 2.0]), (1.0, 0.1)),
+            ("c", np.array([17.0, 3.0]), (np.nan, np.nan)),
+        )
+    )
+    transfers = Transfers(dataclasses.replace(ABOUT, task="on"), "rmse", "mm", 5, lines)
+    report = dataclasses.replace(sample_report(), transfers=(transfers,))
+    named = illustrations(report)
+    figure = named["transfer--size--on"].draw()
+    left, right = figure.axes
+    np.testing.assert_allclose(left.containers[0].lines[0].get_xydata(), [[0, 8], [4, 2]])
+    levels = [[line.get_ydata()[0] for line in axes.lines if len(set(line.get_ydata())) == 1]
+              for axes in (left, right)]  # fmt: skip
+    assert left.get_ylim() == right.get_ylim() and right.get_ylim()[1] > 17 * 1.1  # its bar, too
+    assert levels == [[1, 9], [9]]  # at home, where it is known, and chance
+    assert "simulated" in texts(figure)
+    html = render_page(report, {name: b"<svg/>" for name in named})
+    words = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", html))
+    assert "RMSE on Gripper b, 0 calibration grasps 8.00 ± 0.80 mm" in words
+    assert "RMSE on Gripper c, 4 calibration grasps 3.00 ± 0.30 mm" in words
+    assert "k-NN on Gripper b: 8.00 ± 0.80 mm with 0, 2.00 ± 0.20 mm with 4; at home" in html

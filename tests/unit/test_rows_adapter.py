@@ -5,7 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from ajgdata.pipeline.rows import RUNS, curve_task, energy_task, permute_task, sort_task
+from ajgdata.pipeline.rows import (
+    RUNS,
+    calibrate_task,
+    curve_task,
+    energy_task,
+    permute_task,
+    sort_task,
+)
 from ajgdata.store.features import Column, Shard, text_column, write_store
 
 OBJECTS = ("ball", "box", "rod")
@@ -89,3 +96,19 @@ def test_sorting(store):
         "no probabilities"
         in run(sort_task, store, model="svm", objects=["ball", "rod"], threshold=0.6)["skipped"]
     )
+
+
+def test_other_grippers(store):
+    others = {"again": store}
+    document = run(calibrate_task, store, model="linear", others=others, grasps=[0, 8])
+    assert document["metric"] == "accuracy"
+    points = document["on"]["again"]
+    assert [(p["fold"], p["grasps"]) for p in points] == [(f, n) for f in range(5) for n in (0, 8)]
+    # the same recordings: what is tested at home and there is the same
+    assert all(p["home"] == p["scores"] for p in points if not p["grasps"])
+    assert "8 that are not tested" in run(
+        calibrate_task, store, model="linear", others=others, grasps=[9]
+    )["skipped"]  # fmt: skip
+    number = {"target": "size", "kind": "regression", "unit": "mm", "withhold": [10.0]}
+    document = run(calibrate_task, store, **number, model="knn", others=others, grasps=[1])
+    assert {p["recordings"] for p in document["on"]["again"]} == {4}  # two values, two samples

@@ -45,3 +45,12 @@ def declared_embedding(wildcards):
 def embedding_settings(wildcards):
     """The same as plain values, defaults included."""
     return declared_embedding(wildcards).model_dump(mode="json")
+
+
+def of_pictures(path):
+    """All embeddings that have pictures, for one kind of file: those of one gripper."""
+    return [
+        path(dataset, name)
+        for dataset, name in EMBEDDINGS
+        if not PLANS[dataset].spec.embeddings[name].base
+    ]

@@ -1,12 +1,3 @@
-def of_pictures(path):
-    """All embeddings that have pictures, for one kind of file: those of one gripper."""
-    return [
-        path(dataset, name)
-        for dataset, name in EMBEDDINGS
-        if not PLANS[dataset].spec.embeddings[name].base
-    ]
-
-
 rule embed_projections:
     input:
         store=PATHS.merged("{dataset}"),

@@ -1,5 +1,10 @@
 REPORT_CODE = code_digest(
-    "report", "pipeline/report", "pipeline/report_rows", "pipeline/experiments"
+    "report",
+    "pipeline/report",
+    "pipeline/report_rows",
+    "pipeline/experiments",
+    "pipeline/stages",
+    "store/benchmarks",
 )
 
 

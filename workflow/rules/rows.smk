@@ -74,6 +74,32 @@ rule sort:
         "../scripts/rows.py"
 
 
+rule calibrate:
+    input:
+        store=PATHS.merged("{dataset}"),
+        others=lambda wildcards: [
+            PATHS.merged(other) for other in declared(wildcards).calibrate.test_on
+        ],
+    output:
+        document=PATHS.transfer("{dataset}", "{task}", "{model}"),
+    log:
+        "results/logs/calibrate/{dataset}.{task}.{model}.log",
+    benchmark:
+        "results/benchmarks/calibrate/{dataset}.{task}.{model}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
+        on=lambda wildcards: declared(wildcards).calibrate.test_on,
+        grasps=lambda wildcards: declared(wildcards).calibrate.grasps,
+        seed=config["seed"],
+        code=ROWS_CODE,
+    message:
+        "{wildcards.model} of {wildcards.task} of {wildcards.dataset} on other grippers"
+    script:
+        "../scripts/calibrate.py"
+
+
 rule energy:
     input:
         store=PATHS.merged("{dataset}"),

@@ -45,10 +45,15 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     """Run the ablation `name` on the stores of its data sets and write its tables to `out` (JSON).
 
     Scenes that are simulated for it are kept as those of data sets are. `quick`: fewer grasps and
-    the fastest model. Raises DataError for a data set that lacks what it asks for.
+    the fastest model. Where data sets lack what it asks for, the reason is written instead.
     """
     from ajgdata.pipeline.ablations.bench import Bench
+    from ajgdata.studies.table import Column, Table, Value
 
     module = importlib.import_module(f"ajgdata.pipeline.ablations.{name}")
-    tables = module.tables(Bench(paths, seed=seed, quick=quick))
+    try:
+        tables = module.tables(Bench(paths, seed=seed, quick=quick))
+    except ValueError as error:  # too few grasps, say: a result, and the run goes on
+        row: dict[str, Value] = {"reason": str(error)}
+        tables = [Table(name, f"Not made: {name}", "", (Column("reason", "Reason"),), (row,))]
     write_tables(name, tables, out, quick=quick, code=code_digest(*ABLATION_CODE))

@@ -110,7 +110,8 @@ class Bench:
         solver, feature, value = Alone(self.paths.responses), [], []
         for grasp in grasps:
             setup = _over(grasp.setup, scene)
-            setup["grasp"] |= {key: pose * setup["grasp"][key] for key in recipe.vary}
+            nearer = {key: pose * setup["grasp"][key] for key in recipe.vary}
+            setup["grasp"] = {**setup["grasp"], **nearer}
             source = VirtualGripper(setup, solver, recipe.signal)
             take = source.take(dataclasses.replace(grasp, setup=setup), 0)
             feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))

@@ -101,8 +101,8 @@ def _table(rows: list[dict[str, Value]]) -> Table:
         "Materials: how alike grasps must be",
         "Metal, wood and plastic of one shape, every part solved, on rubber. Share: of the scatter"
         " of grasps and of what the pose varies. Distances: relative L2 of the feature, between two"
-        " grasps of one material, and between the materials' means; the microphone's noise is in"
-        " both.",
+        " grasps of one material, and between the materials' means, which differ by their"
+        " grasps as well; the microphone's noise is in both.",
         (
             Column("dataset", "Data set"),
             Column("share", "Share of scatter"),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import stat
+import struct
 import zipfile
+import zlib
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +16,11 @@ from ajgdata.types import DataError
 
 #: The first day that a ZIP file can hold.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
+#: What zipfile raises for what is damaged, encrypted, or none of its kinds of archive.
+_DAMAGE = (
+    *(zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError, ValueError, LookupError),
+    *(RuntimeError, OverflowError),
+)
 #: Recordings do not compress this well (a pure tone 50-fold); what claims to is there to fill a
 #: disk. Ours are not compressed at all.
 MAX_RATIO = 200
@@ -40,12 +47,28 @@ def add(archive: ZipFile, name: str, content: bytes) -> None:
 
 @contextmanager
 def reading(path: Path) -> Iterator[ZipFile]:
-    """An archive. Raises DataError when it is none, or when a file is damaged while it is read."""
+    """An archive. Raises DataError when it is none."""
     try:
-        with ZipFile(path) as archive:
-            yield archive
-    except (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError) as error:
-        raise DataError(path, f"not a readable archive ({error})", "fetch it again") from None
+        archive = ZipFile(path)
+    except _DAMAGE as error:
+        raise _damaged(path, error) from None
+    with archive:
+        yield archive
+
+
+def content_of(archive: ZipFile, name: str) -> bytes:
+    """One file of an archive. Raises DataError when it is missing or damaged."""
+    where = archive.filename
+    if name not in archive.NameToInfo:
+        raise DataError(where, f"lacks {name}", "publish the data set again")
+    try:
+        return archive.read(name)
+    except _DAMAGE as error:
+        raise _damaged(where, error) from None
+
+
+def _damaged(where: object, error: Exception) -> DataError:
+    return DataError(where, f"not a readable archive ({error})", "fetch it again")
 
 
 def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:

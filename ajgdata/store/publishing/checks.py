@@ -160,7 +160,7 @@ def _archive(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
             where = "lacks" if name in wanted else "holds, beside the recordings,"
             yield Defect(tree.ARCHIVE, f"{where} {name}")
         for name in sorted(wanted & names):
-            if hashlib.sha256(held.read(name)).hexdigest() != hashes[name]:
+            if hashlib.sha256(archive.content_of(held, name)).hexdigest() != hashes[name]:
                 yield Defect(tree.ARCHIVE, f"its {name} differs from the one in {AUDIO_FOLDER}/")
 
 

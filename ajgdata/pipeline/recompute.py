@@ -1,0 +1,67 @@
+"""Whether published spectra are those of the published recordings: they are made once more."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+
+from ajgdata.features.align import shift
+from ajgdata.features.spectrum import spectrum
+from ajgdata.paths import SESSION_FILE, Tree
+from ajgdata.pipeline.recordings import examine
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.publishing.checks import Defect
+from ajgdata.store.publishing.table import FILE_NAME, read_table
+from ajgdata.store.sessions import inside, read_session
+from ajgdata.types import AudioSettings, DataError, FeatureSettings
+
+#: Of the largest value of a spectrum. Sums of some hundred float32 magnitudes by another FFT err
+#: by some 1e-5 (hundreds of roundings of 2**-24); other recordings differ by tenths.
+TOLERANCE = 1e-3
+
+
+def spectrum_defects(tree: Tree) -> Iterator[Defect]:
+    """A defect if a spectrum of features.nc is not that of its recording. Nothing is said of what
+    cannot be read: that is found elsewhere."""
+    try:
+        store = read_store(tree / tree.FEATURES)
+        files = {row["recording"]: row[FILE_NAME] for _, row in read_table(tree)[1]}
+        settings = json.loads(str(store.attrs["settings"]))
+        audio = AudioSettings(**settings["audio"])
+        features = FeatureSettings(**settings["features"])
+        played = _played(tree, store, audio) if features.align else {}
+    except (DataError, LookupError, TypeError, ValueError):
+        return
+    odd = []
+    names = [str(name) for name in store.columns["recording"].values]
+    for name, stored in zip(names, store.feature, strict=True):
+        if name not in files or not (tree / files[name]).is_file():
+            continue
+        excitation = played.get(name.partition("/")[0])
+        found = examine(tree / files[name], audio, features.window, excitation)
+        if found.samples is None:
+            odd.append(files[name])
+            continue
+        samples = found.samples if found.delay is None else shift(found.samples, found.delay)
+        expected = spectrum(samples, audio.sample_rate_hz, features)
+        same = expected.shape == stored.shape
+        if not same or np.abs(expected - stored).max() > TOLERANCE * np.abs(expected).max():
+            odd.append(files[name])
+    if odd:
+        more = f" (nor are {len(odd) - 1} others)" if odd[1:] else ""
+        yield Defect(tree.FEATURES, f"its spectrum of {odd[0]} is not that of the file{more}")
+
+
+def _played(tree: Tree, store: Shard, audio: AudioSettings) -> dict[str, np.ndarray]:
+    """The played sound of each session that has one."""
+    sounds = {}
+    for session in sorted({str(name) for name in store.columns["session_id"].values}):
+        folder = (tree / tree.session(session)).parent
+        if declared := read_session(folder).excitation:
+            sound = examine(inside(folder, declared.file), audio, window=1).samples
+            if sound is None:
+                raise DataError(folder / SESSION_FILE, "its sound cannot be read", "")
+            sounds[session] = sound
+    return sounds

@@ -1,0 +1,102 @@
+"""Benchmark files -> what each stage of a run took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from ajgdata.evaluate.cost import memory_mb
+from ajgdata.paths import Paths
+from ajgdata.report.stages import JobTime, Stages
+from ajgdata.store.benchmarks import Job, read_benchmarks
+from ajgdata.store.sessions import list_datasets
+
+#: Rules whose jobs are of a data set's task.
+OF_TASKS = ("evaluate", "curve", "permute", "sort", "stft", "energy", "train")
+#: What rules make; others are called by their names.
+STAGES = {
+    "acquire": "recording",
+    "features": "features",
+    "merge": "features",
+    "evaluate": "evaluation",
+    "curve": "learning curves",
+    "permute": "permutation tests",
+    "sort": "sorting",
+    "stft": "settings of the STFT",
+    "energy": "energies",
+    "train": "final models",
+    "study": "studies of the virtual gripper",
+    "study_page": "studies of the virtual gripper",
+    "gallery": "studies of the virtual gripper",
+    "ablate": "ablations",
+    "ablations_page": "ablations",
+    "publish": "publishing",
+    "collect": "table of results",
+}
+#: Of a report itself nothing is known before it is there.
+REPORTS = ("report", "experiment")
+
+
+class Stopwatch:
+    """What this process took since."""
+
+    def __init__(self) -> None:
+        self.wall_s, self.cpu_s = time.perf_counter(), time.process_time()
+
+    def so_far(self) -> JobTime:
+        """As the job of the report."""
+        wall, cpu = time.perf_counter() - self.wall_s, time.process_time() - self.cpu_s
+        return JobTime("report", (), wall, cpu, memory_mb("VmHWM"))
+
+
+def stages_of(
+    paths: Paths,
+    *,
+    datasets: Collection[str],
+    tasks: Collection[tuple[str, str]],
+    whole: bool,
+    report: JobTime,
+) -> Stages:
+    """Time of the jobs that a report rests on, each as it was when it last ran; `report` is what
+    the report itself took so far. With `whole` also jobs that are of no data set. Raises DataError
+    for a benchmark file that is none.
+    """
+    others = set(list_datasets(paths)) - set(datasets)
+    jobs = [
+        job
+        for job in read_benchmarks(paths.benchmarks)
+        if job.rule not in REPORTS and _belongs(job, datasets, tasks, others, whole)
+    ]
+    timed = (_timed(job, datasets) for job in jobs)
+    return Stages((*timed, report), busy_s(jobs) + report.wall_s)
+
+
+def _belongs(
+    job: Job,
+    datasets: Collection[str],
+    tasks: Collection[tuple[str, str]],
+    others: Collection[str],
+    whole: bool,
+) -> bool:
+    if job.parts and job.parts[0] in datasets:
+        return job.rule not in OF_TASKS or job.parts[:2] in tasks
+    return whole and not (job.parts and job.parts[0] in others)
+
+
+def _timed(job: Job, datasets: Collection[str]) -> JobTime:
+    stage = STAGES.get(job.rule, job.rule.replace("_", " "))
+    parts = job.parts if job.parts and job.parts[0] in datasets else ()
+    return JobTime(stage, parts, job.wall_s, job.cpu_s, job.peak_mb)
+
+
+def busy_s(jobs: Sequence[Job]) -> float:
+    """How long at least one job was running: the union of their times."""
+    if not jobs:
+        return 0.0
+    spans = sorted((job.ended_s - job.wall_s, job.ended_s) for job in jobs)
+    starts, ends = np.array(spans).T
+    reached = np.maximum.accumulate(ends)
+    begins = np.maximum(starts, np.concatenate([starts[:1], reached[:-1]]))
+    return float(np.maximum(ends - begins, 0).sum())

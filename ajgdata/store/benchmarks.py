@@ -1,0 +1,51 @@
+"""What Snakemake measured of each job: its benchmark files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from ajgdata.store.files import read_text
+from ajgdata.types import DataError
+
+MIB = 2**20 / 1e6  #: Snakemake's unit of memory, in 1e6 bytes
+
+
+@dataclass(frozen=True)
+class Job:
+    """One job: its rule, its wildcards, s of wall and processor time, MB (1e6 bytes), and when it
+    ended (s since 1970). What a short job did not live to tell is NaN."""
+
+    rule: str
+    parts: tuple[str, ...]
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+    ended_s: float
+
+
+def read_benchmarks(folder: Path) -> list[Job]:
+    """Jobs by the file names `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`, in their order.
+
+    Raises DataError for a file that is none of Snakemake's.
+    """
+    jobs = []
+    for path in sorted(folder.rglob("*.tsv")):
+        alone = path.parent == folder
+        rule, parts = (path.stem, "") if alone else (path.parent.name, path.stem)
+        for row in csv.DictReader(io.StringIO(read_text(path)), delimiter="\t"):
+            try:
+                wall, cpu, memory = (_number(row[k]) for k in ("s", "cpu_time", "max_rss"))
+            except (KeyError, ValueError, TypeError):
+                problem = "is no benchmark file of Snakemake's"
+                raise DataError(path, problem, "delete it and run again") from None
+            wildcards, ended = tuple(filter(None, parts.split("."))), path.stat().st_mtime
+            jobs.append(Job(rule, wildcards, wall, cpu, memory * MIB, ended))
+    return jobs
+
+
+def _number(text: str) -> float:
+    return math.nan if text in ("NA", "-") else float(text)

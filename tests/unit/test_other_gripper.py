@@ -1,0 +1,80 @@
+"""Two grippers that answer differently: what one learns is wrong on the other at first."""
+
+import numpy as np
+import pytest
+
+from ajgdata.evaluate.crossval import Further
+from ajgdata.evaluate.other_gripper import transfer
+
+CLASSES, GRASPS, SAMPLES = 4, 6, 2
+
+
+def gripper(shift: int, names: str = "g", seed: int = 0) -> Further:
+    """Six grasps of four classes, two samples each; the class's peak is moved by `shift` bins."""
+    generator = np.random.default_rng(seed)
+    y = np.repeat(np.arange(CLASSES), GRASPS * SAMPLES)
+    feature = generator.uniform(0.9, 1.1, (len(y), 40))
+    feature[np.arange(len(y)), 8 * y + shift] += 20
+    group = np.array([f"{names}{n // SAMPLES}" for n in range(len(y))])
+    return Further(feature, np.array(list("abcd"))[y], group)
+
+
+def made(own, other, **changes):
+    settings = {"kind": "classification", "model": "linear", "sizes": (0, 1, 5), "folds": 6}
+    return transfer(own, other, **settings | changes)
+
+
+def accuracy(points, grasps):
+    return [p.scores["accuracy"] for p in points if p.grasps == grasps]
+
+
+def test_the_same_gripper_needs_no_calibration_and_another_does():
+    """Peaks moved by 8 bins are those of the next class: without calibration all are mistaken."""
+    assert accuracy(made(gripper(0), gripper(0)), 0) == [1] * 6
+    points = made(gripper(0), gripper(8, seed=1), sizes=(0,))
+    assert accuracy(points, 0) == [0] * 6
+    assert [p.home["accuracy"] for p in points] == [1] * 6
+    moved = made(gripper(0), gripper(3, seed=1))
+    assert accuracy(moved, 5) == [1] * 6
+
+
+def test_points_say_what_was_added_and_where_it_was_tested():
+    points = made(gripper(0), gripper(3))
+    assert [(p.fold, p.grasps, p.recordings) for p in points] == [
+        (fold, n, n * CLASSES * SAMPLES) for fold in range(6) for n in (0, 1, 5)
+    ]
+    assert all(bool(p.home) == (p.grasps == 0) for p in points)
+    assert {p.chance["accuracy"] for p in points} == {1 / CLASSES}
+    assert not any(p.home for p in made(gripper(0), gripper(3, names="other")))
+    assert made(gripper(0), gripper(3)) == points
+
+
+def test_what_is_tested_is_trained_on_in_neither_gripper():
+    """Each recording has a bin of its own grasp, the only sign of its class: whoever was trained
+    without the grasp in either gripper cannot know."""
+    own = gripper(0)
+    alike = np.eye(CLASSES * GRASPS)[np.unique(own.groups, return_inverse=True)[1]]
+    told = Further(alike + 0.01, own.target, own.groups)
+    points = made(told, told, sizes=(0, 5))
+    assert max(accuracy(points, 0) + accuracy(points, 5)) < 0.6  # with the grasp it would be 1
+    leaky = Further(told.features, told.target, np.char.add("own-", told.groups.astype(str)))
+    assert accuracy(made(leaky, told, sizes=(0,)), 0) == [1] * 6
+
+
+def test_a_number_is_calibrated_value_by_value():
+    """A gripper tells a size by its first bin, the other by its second: to a model of the first all
+    of the other's recordings are those of one size, and neighbours among its own are right."""
+    size = np.repeat([1.0, 10.0, 100.0, 1000.0], GRASPS * SAMPLES)
+    group = gripper(0).groups
+    jitter = np.random.default_rng(0).uniform(1, 1.1, (2, len(size)))
+    own = Further(np.column_stack([size * jitter[0], jitter[1]]), size, group)
+    other = Further(np.column_stack([jitter[0], size * jitter[1]]), size, group)
+    points = made(own, other, kind="regression", model="knn")
+    error = {n: np.mean([p.scores["rmse"] for p in points if p.grasps == n]) for n in (0, 5)}
+    assert error[0] > 100
+    assert error[5] < 1e-9
+
+
+def test_too_few_grasps_are_said():
+    with pytest.raises(ValueError, match="6 calibration grasps: a class has 5 that are not tested"):
+        made(gripper(0), gripper(3), sizes=(0, 6))

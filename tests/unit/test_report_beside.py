@@ -1,0 +1,101 @@
+"""What stands beside the paper's figures: agreement, cost and reasons, all computed."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from report_samples import COST, PAPER, classes_result, regression_result, sample_report
+
+from ajgdata.report.beside import HIGHER, LOWER, YES, absent, agreement, beside, evidence
+from ajgdata.report.content import Score
+from ajgdata.report.further import About, ChanceTest, CurveLine, Curves
+from ajgdata.report.illustrations import illustrations
+from ajgdata.report.page import render_page
+from ajgdata.report.paper import PaperFigure
+from ajgdata.report.reasons import Change, Reason
+
+
+def figure(name: str, value: float | None, **more) -> PaperFigure:
+    given = {"metric": "rmse", "unit": "mm", "text": "as told", "where": f"experiment {name}"}
+    return PaperFigure(id=name, value=value, **{**given, **more})
+
+
+@pytest.mark.parametrize(
+    ("paper", "found"), [(1.0, YES), (1.19, YES), (0.81, YES), (1.21, LOWER), (0.79, HIGHER)]
+)
+def test_two_standard_deviations_decide(paper, found):
+    assert agreement(Score(1.0, 0.1), paper) == found
+
+
+def test_more_than_a_bound_agrees_and_one_fold_has_no_spread():
+    assert agreement(Score(90.0, 1.0), 80, at_least=True) == YES
+    assert agreement(Score(70.0, 1.0), 80, at_least=True) == LOWER
+    assert agreement(Score(1.0, float("nan")), 1.01) == LOWER
+
+
+def made(**changes):
+    """The small report, whose CNN errs by 2.2 ± 0.3 mm; the paper says 2.6."""
+    return dataclasses.replace(sample_report(), paper=(PAPER, figure("media", 80)), **changes)
+
+
+def reason(before: float, after: float, *, supported: bool = True) -> Reason:
+    test = Change("twice the scatter", "CNN", before, after, supported)
+    return Reason(("size",), "the scatter sets the error", "ablations.html#x", (test,))
+
+
+def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
+    (row,) = beside(made())
+    assert (row.paper, row.model, row.result, row.agrees) == (PAPER, "CNN", "2.20 ± 0.30 mm", YES)
+    assert row.cost == COST
+    assert [one.id for one in absent(made())] == ["media"]
+
+
+def test_reasons_are_asked_for_where_results_differ_and_must_point_to_the_paper():
+    far = regression_result(metrics={"rmse": Score(1.0, 0.1, (0.9, 1.1))})
+    up, down, vague = reason(1.0, 2.0), reason(1.0, 0.5), reason(1.0, 2.1, supported=False)
+    report = made(reasons=(up, down, vague))
+    report = dataclasses.replace(report, results=(far, *report.results[1:]))
+    (row,) = beside(report)
+    assert (row.agrees, row.differs) == (LOWER, True)
+    assert row.why == [up]
+    assert evidence(up) == "twice the scatter (CNN 1 → 2)"
+    assert evidence(vague).endswith("within the spread of folds)")
+    html = render_page(report, {name: b"<svg/>" for name in illustrations(report)})
+    assert '<a href="ablations.html#x">the scatter sets the error</a>: twice the scatter' in html
+    assert "experiment media" in html  # reported by the paper, and not here
+
+
+def test_a_figure_near_chance_agrees_if_a_test_tells_nothing():
+    paper = figure("small", None, text="near chance")
+    about = About("stones", "kind", "Stones", "recorded")
+    null = np.linspace(0.2, 0.8, 99)
+    for p, found in ((0.5, YES), (0.01, HIGHER)):
+        test = ChanceTest(about, "ridge", "accuracy", "", 0.7, null, p)
+        rows = beside(made(results=(classes_result(paper=paper),), tests=(test,)))
+        assert [(row.paper.id, row.agrees) for row in rows] == [("small", found)]
+
+
+def test_baselines_compare_the_baseline_and_name_the_best():
+    paper = figure("baselines", 47.5, unit="%")
+    knn = classes_result(
+        model="knn", model_label="k-NN", paper=paper,
+        metrics={"accuracy": Score(0.5, 0.02, (0.48, 0.52))},
+    )  # fmt: skip
+    (row,) = beside(made(results=(classes_result(paper=paper), knn)))
+    assert (row.model, row.agrees) == ("k-NN", YES)
+    assert row.result == "50.0 ± 2.0 %; best of 2: CNN, 70.0 ± 5.0 %"
+
+
+def test_poses_needed_are_those_that_reach_the_paper_s_accuracy():
+    paper = figure("data-size", 12, reached=80.0)
+    about = About("size", "edge", "Sizes", "simulated")
+    for mean, text, agrees in (
+        ((50.0, 85.0, 90.0), "8", LOWER),
+        ((50.0, 60.0, 81.0), "16", YES),
+        ((50.0, 60.0, 70.0), "more than 16", YES),
+    ):
+        line = CurveLine("CNN", np.array([1, 8, 16]), np.array(mean), np.ones(3))
+        curves = Curves(about, "accuracy", "%", 5, 6.0, (line,), paper)
+        row = next(r for r in beside(made(curves=(curves,))) if r.paper is paper)
+        assert row.result.startswith(f"{text} (")
+        assert (row.agrees, row.cost) == (agrees, COST)
