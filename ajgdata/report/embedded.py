@@ -24,11 +24,11 @@ SPACES = {
     "pca": "PCA",
     "umap": "UMAP",
     "pose_latent": "pose latent",
-    "gripper_latent": "gripper-invariant latent",
+    "gripper_latent": "latent across grippers",
     "standardised": "standardised per gripper",
     "referenced": "referenced to empty gripper",
-    "standardised_latent": "gripper-invariant latent of standardised",
-    "referenced_latent": "gripper-invariant latent of referenced",
+    "standardised_latent": "latent across grippers, standardised",
+    "referenced_latent": "latent across grippers, referenced",
 }
 #: What the projections are called, in the order of panels.
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}

@@ -180,7 +180,7 @@ def test_transfer_stands_alone_and_beside_the_paper():
     assert SCRIPT not in html
     page = Page(html)
     (told,) = (w for w in page.words if w.startswith("accuracy on unseen grippers with 0 → 4"))
-    assert told.endswith("raw features 10 → 50 %, gripper-invariant latent 40 → 80 % (chance 25 %)")
+    assert told.endswith("raw features 10 → 50 %, latent across grippers 40 → 80 % (chance 25 %)")
     assert len([t for t, _ in page.tags if t == "img"]) == 2  # probes and transfer
 
 
