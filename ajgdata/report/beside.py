@@ -188,14 +188,16 @@ def _of_test(report: Report, test: ChanceTest) -> Iterator[Beside]:
         return
     agrees = HIGHER if test.differs else YES
     row = _row(report, model.paper, model, model.score, agrees)
-    yield Beside(**{**vars(row), "result": f"{row.result}; p = {number(test.p, 2)}"})
+    told = f"{row.result}; {test.model_label} against chance: p = {number(test.p, 2)}"
+    yield Beside(**{**vars(row), "result": told})
 
 
 def _of_sorting(report: Report, sorting: SortingResult) -> Iterator[Beside]:
-    """Sorts in a row: the paper's run lies among ours, or beyond 90 % of them."""
+    """Sorts in a row: the paper's run lies among ours, or beyond 90 % of them. Ours are those with
+    probabilities as they are: the paper says nothing of scaling them."""
     if sorting.paper is None or sorting.paper.value is None:
         return
-    sorts = sorting.parts[-1].sorts
+    sorts = sorting.parts[0].sorts
     low, _, high = np.percentile(sorts, PERCENTILES)
     value = sorting.paper.value
     agrees = LOWER if high < value else HIGHER if low > value else YES

@@ -8,7 +8,14 @@ from report_samples import COST, PAPER, classes_result, regression_result, sampl
 
 from ajgdata.report.beside import HIGHER, LOWER, YES, absent, agreement, beside, evidence
 from ajgdata.report.content import Score
-from ajgdata.report.further import About, ChanceTest, CurveLine, Curves
+from ajgdata.report.further import (
+    About,
+    ChanceTest,
+    CurveLine,
+    Curves,
+    SortingPart,
+    SortingResult,
+)
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
@@ -73,6 +80,21 @@ def test_a_figure_near_chance_agrees_if_a_test_tells_nothing():
         test = ChanceTest(about, "ridge", "accuracy", "", 0.7, null, p)
         rows = beside(made(results=(classes_result(paper=paper),), tests=(test,)))
         assert [(row.paper.id, row.agrees) for row in rows] == [("small", found)]
+        assert rows[0].result.endswith(f"; ridge against chance: p = {p}")  # the CNN's is not known
+
+
+def test_sorting_is_compared_as_the_paper_did_it():
+    """The paper says nothing of scaled probabilities, with which runs here have no end."""
+    nothing = np.zeros(0)
+    plain, scaled = (
+        SortingPart(label, nothing, nothing, 0.1, 1.0, 1.0, sorts, sorts)
+        for label, sorts in (("as they are", np.arange(101)), ("scaled", np.full(101, 1000)))
+    )
+    paper = figure("sorting", 39, unit="sorts")
+    about = About("size", "edge", "Sizes", "simulated")
+    sorting = SortingResult(about, "cnn", "CNN", ("a", "b"), 0.6, 80, 1.0, (plain, scaled), paper)
+    row = next(r for r in beside(made(sorting=(sorting,))) if r.paper is paper)
+    assert (row.result, row.agrees) == ("50 (5 to 95) sorts", YES)
 
 
 def test_baselines_compare_the_baseline_and_name_the_best():
