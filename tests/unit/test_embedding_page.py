@@ -98,6 +98,7 @@ def test_pictures_are_of_one_run_and_know_their_recordings(made):
     document = projected(made.paths)
     assert document["recording"] == [f"s1/r{i:02d}" for i in range(COUNT - 1)]
     assert document["training"] == (FOLD != 0).tolist()
+    assert document["provenance"].items() >= PROVENANCE.items()
     shown = {(p["space"], p["method"]): np.array(p["points"]) for p in document["pictures"]}
     # too few recordings for neighbourhoods: PCA alone, beside the latent of two dimensions
     assert list(shown) == [("latent", "plane"), ("raw", "pca"), ("latent", "pca")]

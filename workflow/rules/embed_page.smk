@@ -13,7 +13,7 @@ rule embed_projections:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest("embed", "pipeline/projections"),
+        code=code_digest("embed", "models/baselines", "pipeline/projections"),
     message:
         "Projecting {wildcards.embedding} of {wildcards.dataset}"
     script:
