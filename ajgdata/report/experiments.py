@@ -108,8 +108,8 @@ def curve_caption(curves: Curves) -> Caption:
     return Caption(
         f"{curves.about.title}, {curves.about.source}: models trained on some grasps of each class "
         f"and tested on grasps that are always the same. Bars: one standard deviation over "
-        f"{curves.repeats} draws of the training grasps and seeds: where a draw takes all grasps, of "
-        f"seeds alone. Other validation grasps would differ by more.{paper}",
+        f"{curves.repeats} draws of training grasps and seeds (of seeds alone where a draw takes "
+        f"them all); other validation grasps would differ by more.{paper}",
         f"{METRIC_NAMES[curves.metric]} against training grasps per class. {listed}.",
     )
 
