@@ -77,7 +77,8 @@ def train_embedding(
     reason.
     """
     shard = read_store(store)
-    attrs = {**shard.attrs, "embedding": settings_text(settings.model_dump(mode="json"))}
+    told = settings_text(settings.model_dump(mode="json"))
+    attrs: Mapping[str, str | float | int] = {**shard.attrs, "embedding": told, "seed": seed}
     spent: dict[str, Any] = {}
     try:
         found = _trained(logged_of(shard, settings), settings, seed, attrs, spent)
