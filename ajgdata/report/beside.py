@@ -1,20 +1,34 @@
-"""Each figure of the paper, and what stands beside it here: result, cost, whether they agree, why.
-
-Agreement is computed, never typed: a number agrees that lies within two standard deviations (over
-folds, or over draws) of the paper's, which gives no spread of its own.
-"""
+"""Each figure of the paper and what stands beside it: result, cost, whether they agree, why."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from ajgdata.evaluate.sorting import LONGEST_RUN
+from ajgdata.report.agreement import (
+    HIGHER,
+    LOWER,
+    REACH,
+    UNTOLD,
+    YES,
+    Beside,
+    agreement,
+    holds,
+    together,
+)
+from ajgdata.report.beside_embeddings import of_embedding
 from ajgdata.report.content import Report
 from ajgdata.report.experiments import PERCENTILES, spread
-from ajgdata.report.further import About, ChanceTest, Curves, Energies, SortingResult, Source
+from ajgdata.report.further import (
+    About,
+    ChanceTest,
+    Curves,
+    Energies,
+    SortingResult,
+    Transfers,
+)
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
 from ajgdata.report.results import Cost, Score, TaskResult
@@ -22,45 +36,11 @@ from ajgdata.report.wording import headline, mean_sd, number, with_unit
 
 #: The paper's own model, where a task has it.
 PAPER_MODEL = "cnn"
-YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
-#: Standard deviations within which two numbers agree.
-REACH = 2.0
 #: The model whose figure the paper gives among its baselines.
 BASELINE, BASELINES = "knn", "baselines"
 #: Figures without a number: what is near chance, and what a model that works at home fails at.
 NEAR_CHANCE, FAILS = "near chance", ("limit", "lesson")
-
-
-@dataclass(frozen=True)
-class Beside:
-    """A figure of the paper and the result beside it; `dataset` is where the page tells more."""
-
-    paper: PaperFigure
-    dataset: str
-    source: Source
-    result: str
-    model: str
-    cost: Cost | None
-    agrees: str
-    reasons: tuple[Reason, ...] = ()
-
-    @property
-    def why(self) -> list[Reason]:
-        """Reasons that are supported and move the result towards the paper's."""
-        return [reason for reason in self.reasons if reason.explains(self.agrees == LOWER)]
-
-    @property
-    def differs(self) -> bool:
-        """Whether a reason is asked for."""
-        return self.agrees.startswith("no:")
-
-
-def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd."""
-    reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
-    if score.mean < paper - reach:
-        return LOWER
-    return HIGHER if score.mean > paper + reach and not at_least else YES
+WORKS = "no: it works"
 
 
 def evidence(reason: Reason) -> str:
@@ -74,12 +54,12 @@ def evidence(reason: Reason) -> str:
 
 
 def beside(report: Report) -> list[Beside]:
-    """A row for each figure of the paper that the report has something to set beside, in the
-    paper's order."""
+    """A row for each figure of the paper and each data set that the report can set beside it, in
+    the paper's order."""
     rows = list(_all(report))
-    order = dict.fromkeys(figure.id for figure in (*report.paper, *(row.paper for row in rows)))
-    first = {row.paper.id: row for row in reversed(rows)}
-    return [first[name] for name in order if name in first]
+    order = list(dict.fromkeys(one.id for one in (*report.paper, *(row.paper for row in rows))))
+    first = {(row.paper.id, row.dataset): row for row in reversed(rows)}
+    return sorted(reversed(first.values()), key=lambda row: order.index(row.paper.id))
 
 
 def absent(report: Report) -> list[PaperFigure]:
@@ -99,6 +79,12 @@ def _all(report: Report) -> Iterator[Beside]:
         yield from _of_sorting(report, sorting)
     for energies in report.energies:
         yield from _of_energies(report, energies)
+    for transfers in report.transfers:
+        yield from _of_transfers(report, transfers)
+    named = {result.dataset for result in report.results if result.paper}
+    for one in report.embeddings:
+        if named & {one.dataset, one.settings["base"]}:  # others are of other things
+            yield from of_embedding(report, one)
 
 
 def _row(
@@ -133,7 +119,7 @@ def _of_task(report: Report, task: tuple[TaskResult, ...]) -> Iterator[Beside]:
             agrees = agreement(scaled, paper.value)
         elif paper.metric in FAILS:
             worse = first.normalise(score).mean - first.error.mean
-            agrees = YES if worse > REACH * first.error.sd else "no: it works"
+            agrees = YES if worse > REACH * first.error.sd else WORKS
         yield _row(report, paper, first, score, agrees)
 
 
@@ -202,10 +188,12 @@ def _of_sorting(report: Report, sorting: SortingResult) -> Iterator[Beside]:
     value = sorting.paper.value
     agrees = LOWER if high < value else HIGHER if low > value else YES
     cost = _cost(report, sorting.about)
+    result = with_unit(spread(sorts), sorting.paper.unit)
+    if max(sorts) >= LONGEST_RUN:
+        result += f"; runs end at {number(LONGEST_RUN, 4)}"
     yield Beside(
-        sorting.paper, sorting.about.dataset, sorting.about.source,
-        with_unit(spread(sorts), sorting.paper.unit), sorting.model_label, cost, agrees,
-        _reasons(report, sorting.paper),
+        sorting.paper, sorting.about.dataset, sorting.about.source, result,
+        sorting.model_label, cost, agrees, _reasons(report, sorting.paper),
     )  # fmt: skip
 
 
@@ -224,4 +212,26 @@ def _of_energies(report: Report, energies: Energies) -> Iterator[Beside]:
     yield Beside(
         paper, energies.about.dataset, energies.about.source, f"lost: {listed}", "", None, agrees,
         _reasons(report, paper),
+    )  # fmt: skip
+
+
+def _of_transfers(report: Report, transfers: Transfers) -> Iterator[Beside]:
+    """The paper's model where it was trained, and on each other gripper without calibration."""
+    paper, model = transfers.paper, _paper_model(report, transfers.about)
+    lines = [t for t in transfers.lines if not model or t.model_label == model.model_label]
+    if paper is None or not lines:
+        return
+    sign = 1 if transfers.metric == "accuracy" else -1
+    verdicts = {
+        holds(Score(sign * (line.home[0] - line.mean[0]), line.home[1]), WORKS) for line in lines
+    }
+    told = [
+        f"{mean_sd(Score(line.mean[0], line.sd[0]), transfers.unit)} on {line.title}"
+        for line in lines
+    ]
+    home = mean_sd(Score(*lines[0].home), transfers.unit)
+    yield Beside(
+        paper, transfers.about.dataset, transfers.about.source,
+        f"{home} where it was trained, {', '.join(told)}", lines[0].model_label,
+        _cost(report, transfers.about), together(verdicts), _reasons(report, paper),
     )  # fmt: skip

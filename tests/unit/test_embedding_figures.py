@@ -238,7 +238,7 @@ def test_categories_are_compared_with_the_mean_of_the_others(one):
     with pytest.raises(ValueError, match="1 objects, but shape"):
         Distances(
             "raw", (), *[np.zeros((0, 0))] * 4, objects=("a",), object_category=("b",),
-            object_mean=np.zeros((2, 2)),
+            object_mean=np.zeros((2, 2)), per_run=np.zeros((1, 0, 0)),
         )  # fmt: skip
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from report_samples import COST, PAPER, classes_result, regression_result, sample_report
 
-from ajgdata.report.beside import HIGHER, LOWER, YES, absent, agreement, beside, evidence
+from ajgdata.report.agreement import HIGHER, LOWER, YES, agreement
+from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import Score
 from ajgdata.report.further import (
     About,

@@ -45,11 +45,7 @@ rule explorer:
 rule report_embedding:
     input:
         stores=[PATHS.merged(dataset) for dataset in dict(EMBEDDINGS)],
-        documents=[
-            PATHS.embedding_document(*one, document)
-            for one in EMBEDDINGS
-            for document in PLANS[one[0]].spec.embeddings[one[1]].documents
-        ],
+        documents=of_embeddings(EMBEDDINGS),
         projections=of_pictures(PATHS.projections),
         explorers=of_pictures(PATHS.explorer),
     output:
