@@ -1,7 +1,8 @@
 """One row beside the paper: a result, its cost, and whether they agree.
 
 Agreement is computed, never typed: a number agrees that lies within two standard deviations (over
-folds, or over draws) of the paper's, which gives no spread of its own.
+folds, or over draws) of the paper's, which gives no spread of its own. Where these are as much as
+the paper's number itself, none at all would agree as well: then it cannot be told.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from ajgdata.report.results import Cost, Score
 YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
 #: Of statements: it holds for some of what it is said of; it cannot be told from the spread.
 PARTLY, UNCLEAR = "partly", "cannot be told: within the spread"
-#: Standard deviations within which two numbers agree.
+#: The same of numbers: ours is lower, or higher.
+VAGUE = f"{UNCLEAR}, ours is lower", f"{UNCLEAR}, ours is higher"
+#: Standard deviations within which numbers agree.
 REACH = 2.0
 
 
@@ -46,20 +49,25 @@ class Beside:
     @property
     def why(self) -> list[Reason]:
         """Reasons that are supported and move the result towards the paper's."""
-        return [reason for reason in self.reasons if reason.explains(self.agrees == LOWER)]
+        low = self.agrees in (LOWER, VAGUE[False])
+        return [reason for reason in self.reasons if reason.explains(low)]
 
     @property
     def differs(self) -> bool:
         """Whether a reason is asked for."""
-        return "no:" in self.agrees
+        return "no:" in self.agrees or self.agrees in VAGUE
 
 
 def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd."""
+    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd; VAGUE
+    where these reach from it to 0."""
     reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
     if score.mean < paper - reach:
         return LOWER
-    return HIGHER if score.mean > paper + reach and not at_least else YES
+    if score.mean > paper + reach and not at_least:
+        return HIGHER
+    told = at_least or reach < abs(paper)
+    return YES if told else VAGUE[score.mean > paper]
 
 
 def holds(gap: Score, otherwise: str) -> str:

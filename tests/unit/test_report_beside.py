@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from report_samples import COST, PAPER, classes_result, regression_result, sample_report
 
-from ajgdata.report.agreement import HIGHER, LOWER, YES, agreement
+from ajgdata.report.agreement import HIGHER, LOWER, VAGUE, YES, agreement
 from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import Score
 from ajgdata.report.further import (
@@ -33,6 +33,26 @@ def figure(name: str, value: float | None, **more) -> PaperFigure:
 )
 def test_two_standard_deviations_decide(paper, found):
     assert agreement(Score(1.0, 0.1), paper) == found
+
+
+@pytest.mark.parametrize(
+    ("mean", "sd", "found"),
+    [
+        (6.9, 2.9, VAGUE[True]), (3.0, 1.8, VAGUE[False]), (3.0, 1.7, YES),
+        (0.1, 1.6, LOWER), (7.2, 1.8, HIGHER),
+    ],
+)  # fmt: skip
+def test_a_spread_that_agrees_with_anything_tells_nothing(mean, sd, found):
+    """The paper's 3.5 mm: two deviations must be less."""
+    assert agreement(Score(mean, sd), 3.5) == found
+
+
+def test_what_cannot_be_told_is_given_its_reasons_all_the_same():
+    wide = regression_result(metrics={"rmse": Score(3.9, 1.5, (2.4, 5.4))})  # the paper: 2.6
+    up, down = reason(1.0, 2.0), reason(5.0, 0.7)
+    report = made(reasons=(up, down))
+    (row,) = beside(dataclasses.replace(report, results=(wide, *report.results[1:])))
+    assert (row.agrees, row.differs, row.why) == (VAGUE[True], True, [down])
 
 
 def test_more_than_a_bound_agrees_and_one_fold_has_no_spread():

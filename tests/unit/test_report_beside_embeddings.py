@@ -156,9 +156,7 @@ def test_an_encoder_on_grippers_that_it_never_saw(brought, agrees):
     spec = embedding_samples.declared(base="size", held_out=["tall"])
     row = rows(embedded(spec, "poses", "simulated", told, None))["transfer"]
     assert row.agrees == agrees
-    best = (
-        "gripper-invariant latent, 40 %" if brought < 0.4 else f"pose latent, {100 * brought:g} %"
-    )
+    best = "latent across grippers, 40 %" if brought < 0.4 else f"pose latent, {100 * brought:g} %"
     assert row.result.endswith(best)
     assert row.cost.train_s == 30
 
