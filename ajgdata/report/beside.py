@@ -10,7 +10,6 @@ from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.report.agreement import (
     HIGHER,
     LOWER,
-    REACH,
     UNTOLD,
     YES,
     Beside,
@@ -113,14 +112,25 @@ def _of_task(report: Report, task: tuple[TaskResult, ...]) -> Iterator[Beside]:
         if paper.id == BASELINES and baseline:
             yield _baselines(report, paper, task, baseline)
             continue
+        if paper.metric in FAILS:
+            yield _failing(report, paper, first, score)
+            continue
         scaled = Score(scale * score.mean, scale * score.sd)
-        agrees = UNTOLD
-        if paper.value is not None:
-            agrees = agreement(scaled, paper.value)
-        elif paper.metric in FAILS:
-            worse = first.normalise(score).mean - first.error.mean
-            agrees = YES if worse > REACH * first.error.sd else WORKS
+        agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
         yield _row(report, paper, first, score, agrees)
+
+
+def _failing(report: Report, paper: PaperFigure, result: TaskResult, there: Score) -> Beside:
+    """A model where it was trained and where it fails, and what silence says of the reason."""
+    worse = result.normalise(there).mean - result.error.mean
+    verdicts = {holds(Score(worse, result.error.sd), WORKS)}
+    text = f"{headline(result)} where it was trained, {headline(result, there)} elsewhere"
+    if result.silent:
+        flagged = any(test.flagged for test in result.silent)
+        verdicts.add(YES if flagged else "no: not flagged")
+        text += f"; from silence {'flagged' if flagged else 'not flagged'}"
+    row = _row(report, paper, result, there, together(verdicts))
+    return Beside(**{**vars(row), "result": text})
 
 
 def _baselines(

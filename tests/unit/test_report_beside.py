@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from report_samples import COST, PAPER, classes_result, regression_result, sample_report
 
-from ajgdata.report.agreement import HIGHER, LOWER, VAGUE, YES, agreement
+from ajgdata.report.agreement import HIGHER, LOWER, PARTLY, UNCLEAR, VAGUE, YES, agreement
 from ajgdata.report.beside import absent, beside, evidence
-from ajgdata.report.content import Score
+from ajgdata.report.content import ElsewhereResult, Score, SilentResult
 from ajgdata.report.further import (
     About,
     ChanceTest,
@@ -116,6 +116,24 @@ def test_sorting_is_compared_as_the_paper_did_it():
     sorting = SortingResult(about, "cnn", "CNN", ("a", "b"), 0.6, 80, 1.0, (plain, scaled), paper)
     row = next(r for r in beside(made(sorting=(sorting,))) if r.paper is paper)
     assert (row.result, row.agrees) == ("50 (5 to 95) sorts", YES)
+
+
+@pytest.mark.parametrize(
+    ("there", "flagged", "agrees"),
+    [(20.0, True, YES), (20.0, False, PARTLY), (2.4, False, f"{UNCLEAR}; no: not flagged")],
+)
+def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, flagged, agrees):
+    """At home 2.2 ± 0.3 mm: 2.4 is no failure."""
+    paper = figure("lesson", None, metric="lesson")
+    result = regression_result(
+        paper=None,
+        elsewhere=(ElsewhereResult("bar", Score(there, 1.0), paper, title="Bar turned"),),
+        silent=(SilentResult("quiet", "Silence", "rank correlation", 0.8, 0.2, 9, 0.1, flagged),),
+    )
+    (row,) = beside(made(results=(result,)))
+    assert row.agrees == agrees
+    assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
+    assert row.result.endswith("from silence flagged" if flagged else "from silence not flagged")
 
 
 def test_baselines_compare_the_baseline_and_name_the_best():
