@@ -4,19 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from report_samples import COST, PAPER, classes_result, regression_result, sample_report
+from report_samples import CLASSES, COST, PAPER, classes_result, regression_result, sample_report
 
+from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.report.agreement import HIGHER, LOWER, PARTLY, UNCLEAR, VAGUE, YES, agreement
 from ajgdata.report.beside import absent, beside, evidence
-from ajgdata.report.content import ElsewhereResult, Score, SilentResult
-from ajgdata.report.further import (
-    About,
-    ChanceTest,
-    CurveLine,
-    Curves,
-    SortingPart,
-    SortingResult,
-)
+from ajgdata.report.content import ElsewhereResult, Predictions, Score, SilentResult
+from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, SortingPart, SortingResult
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
@@ -147,6 +141,17 @@ def test_baselines_compare_the_baseline_and_name_the_best():
     assert row.result == "50.0 ± 2.0 %; best of 2: CNN, 70.0 ± 5.0 %"
 
 
+def test_household_objects_are_counted_that_are_told_well():
+    """Of basalt 3 of 4 recordings are right, of granite all 6 below."""
+    paper = figure("ycb", 70.0, unit="%")
+    true = np.repeat(CLASSES, (4, 6))
+    predicted = np.array(CLASSES)[[0, 0, 0, 1, *[1] * 6]]
+    held_out = Predictions(true, predicted, np.zeros(10, int), CLASSES)
+    (row,) = beside(made(results=(classes_result(paper=paper, predictions=held_out),)))
+    assert row.result == "70.0 ± 5.0 %; 1 of 2 classes at 90 % or more"
+    assert row.agrees == YES
+
+
 def test_poses_needed_are_those_that_reach_the_paper_s_accuracy():
     paper = figure("data-size", 12, reached=80.0)
     about = About("size", "edge", "Sizes", "simulated")
@@ -160,3 +165,21 @@ def test_poses_needed_are_those_that_reach_the_paper_s_accuracy():
         row = next(r for r in beside(made(curves=(curves,))) if r.paper is paper)
         assert row.result.startswith(f"{text} (")
         assert (row.agrees, row.cost) == (agrees, COST)
+
+
+@pytest.mark.parametrize(
+    ("sorts", "result", "agrees"),
+    [
+        (range(20, 61), "40 (22 to 58) sorts", YES),
+        ([50] * 9, "50 (50 to 50) sorts", HIGHER),
+        ([3, 4, LONGEST_RUN], "4 (3.1 to 900) sorts; runs end at 1,000", YES),
+    ],
+)
+def test_sorts_in_a_row_are_told_with_the_end_that_runs_are_given(sorts, result, agrees):
+    paper = figure("sorting", 39, unit="sorts")
+    bins = np.array([0.5])
+    part = SortingPart("scaled", bins, bins, 0.1, 0.9, 0.8, np.array(sorts), np.array(sorts))
+    about = About("size", "edge", "Sizes", "simulated")
+    sorting = SortingResult(about, "cnn", "CNN", ("a", "b"), 0.6, 80, 0.8, (part,), paper)
+    row = next(r for r in beside(made(sorting=(sorting,))) if r.paper is paper)
+    assert (row.result, row.agrees) == (result, agrees)
