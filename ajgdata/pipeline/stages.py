@@ -16,7 +16,7 @@ from ajgdata.store.sessions import list_datasets
 #: Rules whose jobs every report on a data set rests on.
 OF_DATASETS = ("acquire", "features", "merge")
 #: Rules whose jobs are of a data set's task.
-OF_TASKS = ("evaluate", "curve", "permute", "sort", "stft", "energy", "calibrate", "train")
+OF_TASKS = ("evaluate", "curve", "permute", "sort", "stft", "energy", "calibrate")
 #: What rules make; others are called by their names.
 STAGES = {
     "acquire": "recording",
@@ -93,7 +93,7 @@ def _belongs(
     if job.parts and job.parts[0] in datasets:
         if job.rule in OF_TASKS:
             return job.parts[:2] in tasks
-        return whole or job.rule in OF_DATASETS
+        return whole or job.rule in OF_DATASETS  # final models are trained for no report
     return whole and not (job.parts and job.parts[0] in others)
 
 

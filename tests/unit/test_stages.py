@@ -27,6 +27,7 @@ def paths(tmp_path):
         ("evaluate/b.t.knn", 2, 113),
         ("evaluate/a.other.knn", 8, 113),
         ("calibrate/a.other.knn", 8, 113),
+        ("train/a.t.knn", 3, 80),
         ("embed_knn/a.grasps", 6, 90),
         ("collect", 1, 200),
         ("report", 99, 300),
@@ -92,8 +93,8 @@ def test_a_report_counts_the_jobs_that_it_rests_on(paths):
     assert [one.parts for one in part.of_tasks()] == [("a", "t", "knn")]
     whole = stages_of(paths, **ask, whole=True)
     more = {row.stage: row.wall_s for row in whole.table() if row.stage not in table}
-    assert more == {"table of results": 1, "embeddings": 6}
-    assert whole.busy_s == pytest.approx(part.busy_s + 1 + 6)
+    assert more == {"table of results": 1, "embeddings": 6, "final models": 3}
+    assert whole.busy_s == pytest.approx(part.busy_s + 1 + 6 + 3)
 
 
 def test_the_figure_stacks_what_the_table_lists(paths):
