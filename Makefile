@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce test lint format bench docs lock clean
+.PHONY: reproduce test lint format bench docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -33,6 +33,10 @@ bench: $(VENV)/.bench
 docs: $(VENV)/.docs
 	$(BIN)/python tools/configuration.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+# What the ablations of the last run found, into docs/ablations.md.
+findings: $(VENV)/.test
+	$(BIN)/python tools/findings.py
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

@@ -11,6 +11,7 @@ import numpy as np
 from ajgdata.acquire.source import Grasp, GraspError, Source
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
+from ajgdata.store.files import remove_abandoned
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, write_recordings, write_session
 from ajgdata.types import DataError, Excitation, Recording, Session
@@ -73,8 +74,7 @@ def acquire_session(
     write_session(folder, _session(folder, source, sound, notes, skipped), wanted)
     if source.kind == "virtual":
         _remove_others(folder, wanted)
-    for left in folder.rglob(".*.tmp"):  # of acquisitions that were killed
-        left.unlink()
+    remove_abandoned(folder)  # by acquisitions that were killed
     return Acquired(recorded, kept, skipped)
 
 

@@ -14,7 +14,8 @@ from ajgdata.embed.batches import draw_batches
 from ajgdata.embed.contrastive import contrastive_loss, pair_weights
 from ajgdata.embed.together import Together
 from ajgdata.models.baselines import Compress
-from ajgdata.models.cnn import CnnClassifier, SpectrumCnn, reproducible
+from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
+from ajgdata.models.reproducible import reproducible
 
 CHUNK = 256  # rows per forward pass: bounds memory
 

@@ -22,6 +22,7 @@ from ajgdata.types import Kind
 
 ProbeName = Literal["linear", "knn"]
 PROBES: tuple[ProbeName, ...] = ("linear", "knn")
+SCORES = ("accuracy", "chance", "r2", "rank_correlation")
 WITHIN_FOLDS = 5
 
 
@@ -44,14 +45,16 @@ def probe(
 ) -> dict[str, float]:
     """Scores of one probe, trained on the rows `train` and tested on `test`.
 
-    Classes: `accuracy`, and `chance`, which is to say the commonest class always. Numbers: `r2` =
-    1 - sum (y - read)^2 / sum (y - training mean)^2, so that chance is 0, with a period of
-    (sin, cos) 2 pi y / period; and `rank_correlation` (Spearman; NaN with a period). NaN where
-    nothing can be learned or tested: fewer than two values on either side.
+    Classes: `accuracy`, and `chance`, which is to say always the class that is commonest in both
+    parts together (that of the training part alone tends to be rare in the test part: fewer than
+    chance would be right). Numbers: `r2` = 1 - sum (y - read)^2 / sum (y - training mean)^2, so
+    that chance is 0, with a period of (sin, cos) 2 pi y / period; and `rank_correlation` (Spearman;
+    NaN with a period). NaN where nothing can be learned or tested: fewer than two values to learn,
+    or none to read.
     """
     known, asked = (rows[prop.present[rows]] for rows in (train, test))
     if not len(asked) or len(np.unique(prop.value[known])) < 2:
-        return dict.fromkeys(("accuracy", "chance", "r2", "rank_correlation"), float("nan"))
+        return dict.fromkeys(SCORES, float("nan"))
     return _scores(prop, *_read(space, prop, name, known, asked))
 
 
@@ -65,15 +68,20 @@ def probe_within(
 ) -> dict[str, float]:
     """The same for a property that means something else for each `part` (n,), as an angle does for
     each object: each part's probe learns from some of its groups among `rows` and reads the others
-    (5 folds by `group`, (n,)). The scores are of all parts together.
+    (5 folds by `group`, (n,)). The scores are of all parts together; a part of one group has no
+    say, and without any other the scores are NaN.
     """
     found = []
     rows = rows[prop.present[rows]]
     for one in np.unique(part[rows]):
         own = rows[part[rows] == one]
         folds = min(WITHIN_FOLDS, len(np.unique(group[own])))
+        if folds < 2:
+            continue
         for train, test in grouped_folds(np.zeros(len(own)), group[own], "regression", folds, 0):
             found.append(_read(space, prop, name, own[train], own[test]))
+    if not found:
+        return dict.fromkeys(SCORES, float("nan"))
     columns = (np.concatenate(column) for column in zip(*found, strict=True))
     return _scores(prop, *columns)
 
@@ -98,7 +106,7 @@ def _read(
     model = _model(name, prop.kind, space.shape[1], len(known)).fit(space[known], y[known])
     read = model.predict(space[asked])
     if prop.kind == "classification":
-        return y[asked], read, np.full(len(asked), _commonest(y[known]))
+        return y[asked], read, np.full(len(asked), _commonest(y[np.concatenate([known, asked])]))
     constant = np.broadcast_to(y[known].mean(axis=0), y[asked].shape)
     return y[asked], read.reshape(y[asked].shape), constant
 

@@ -27,8 +27,9 @@ def calibration_draws(
     """Disjoint choices of test grasps, the others being there to calibrate with.
 
     `thing`, `grasp` (n,) are labels, `rows` those of one gripper; of each thing `grasps` are for
-    calibration. Each of its further grasps is tested on in one draw or another; the order is drawn
-    from `seed`. Raises ValueError where a thing has no grasp left to test on.
+    calibration and as many as then are left of the rarest thing are tested on. There are as many
+    draws as fit without testing a grasp twice; the order is drawn from `seed`. Raises ValueError
+    where a thing has no grasp left to test on.
     """
     generator = np.random.default_rng(seed)
     orders = []

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any, Self
 
 import numpy as np
@@ -22,6 +21,8 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 from torch import Tensor, nn
 from torch.nn import functional
+
+from ajgdata.models.reproducible import reproducible
 
 CHUNK = 256  # rows per forward pass: bounds memory, and stays in cache
 
@@ -80,22 +81,6 @@ class SpectrumCnn(nn.Module):
         """Class scores, or the target in its own unit, of features as stored."""
         scores = self.trunk((self.compress(x) - self.mean) / self.std)
         return scores * self.target_std + self.target_mean
-
-
-@contextmanager
-def reproducible(seed: int) -> Iterator[None]:
-    """One thread and a private random state; the caller's are restored.
-
-    One thread: sums are then added up in one order, whatever the number of cores.
-    """
-    threads = torch.get_num_threads()
-    with torch.random.fork_rng(devices=[]):
-        torch.set_num_threads(1)
-        torch.default_generator.manual_seed(seed)
-        try:
-            yield
-        finally:
-            torch.set_num_threads(threads)
 
 
 def _chunks(X: np.ndarray) -> Iterator[Tensor]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.embed_rows import found_in
 from ajgdata.pipeline.experiments import documents_of, runs_of
 from ajgdata.store.files import csv_bytes, json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
@@ -24,18 +25,22 @@ def collect(
     paths: Paths,
     *,
     tasks: Sequence[tuple[str, str]],
+    embeddings: Sequence[tuple[str, str]],
     document: Path,
     table: Path,
 ) -> None:
-    """Write every result of `tasks`, pairs of data set and task, into `document` (JSON), and its
-    numbers, one a row, into `table` (CSV).
+    """Write every result of `tasks` and `embeddings`, pairs of data set and name, into `document`
+    (JSON), and its numbers, one a row, into `table` (CSV).
 
     A row is a metric of a part of an evaluation (`grouped`, `random`, `withheld`, `overall`,
     `on:<data set>`, `cost`): `statistic` is `fold 0` and so on, or mean, sd, pooled or chance. Of a
     learning curve the part is `curve:<groups per class>` and the statistic the draw; of settings of
-    the STFT it is `stft:<window>/<hop>`, with the band in Hz if there is one.
+    the STFT it is `stft:<window>/<hop>`, with the band in Hz if there is one. Of an embedding the
+    task is its name after `embedding:`, the model the space, and the statistic the run, mean, sd
+    or chance.
     """
-    specs = {name: read_dataset(paths, name) for name in {dataset for dataset, _ in tasks}}
+    named = {dataset for dataset, _ in (*tasks, *embeddings)}
+    specs = {name: read_dataset(paths, name) for name in named}
     evaluations = [
         {**_where(run), **read_json(paths.metrics(*run)), "cost": read_json(paths.cost(*run))}
         for run in runs_of(specs, tasks)
@@ -46,13 +51,43 @@ def collect(
         if one.kind == "stft":
             found["cost"] = read_json(paths.stft_cost(one.dataset, one.task))
         further[one.kind].append(found)
-    content = {"software": software(), "evaluations": evaluations, **further}
+    embedded = [
+        {
+            "dataset": dataset,
+            "embedding": name,
+            **{
+                part: read_json(paths.embedding_document(dataset, name, part))
+                for part in specs[dataset].embeddings[name].documents
+            },
+        }
+        for dataset, name in embeddings
+    ]
+    content = {
+        "software": software(), "evaluations": evaluations, **further, "embeddings": embedded
+    }  # fmt: skip
     write_bytes(document, json_bytes(content))
     rows = [row for one in evaluations for row in _evaluation_rows(one)]
     for kind, documents in further.items():
         made = (document for document in documents if "skipped" not in document)
         rows += [row for document in made for row in ROWS[kind](document)]
+    rows += [row for one in embedded for row in _embedding_rows(one)]
     write_bytes(table, csv_bytes(COLUMNS, rows))
+
+
+def _embedding_rows(one: Mapping[str, Any]) -> Iterator[dict[str, object]]:
+    """Documents of one run have one provenance; those on cost have none."""
+    documents = {name: part for name, part in one.items() if isinstance(part, dict)}
+    provenance = next(d["provenance"] for d in documents.values() if "provenance" in d)
+    about = {
+        "dataset": one["dataset"],
+        "task": f"embedding:{one['embedding']}",
+        "unit": "",
+        "seed": provenance["seed"],
+        "provenance": provenance,
+    }
+    for name, document in documents.items():
+        for found in found_in(name, document):
+            yield _row({**about, "model": found.space}, *found[1:])
 
 
 def _where(run: tuple[str, str, str]) -> dict[str, str]:

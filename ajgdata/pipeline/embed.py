@@ -77,7 +77,8 @@ def train_embedding(
     reason.
     """
     shard = read_store(store)
-    attrs = {**shard.attrs, "embedding": settings_text(settings.model_dump(mode="json"))}
+    told = settings_text(settings.model_dump(mode="json"))
+    attrs: Mapping[str, str | float | int] = {**shard.attrs, "embedding": told, "seed": seed}
     spent: dict[str, Any] = {}
     try:
         found = _trained(logged_of(shard, settings), settings, seed, attrs, spent)
@@ -97,33 +98,43 @@ def _trained(
 ) -> Latents:
     wall, cpu = time.perf_counter(), time.process_time()
     folds, unseen_folds = validation_folds(logged, settings, seed), _unseen_folds(logged, settings)
-    latent = _encoded(logged, folds, settings, settings.dimensions, seed)
+    encoding: list[float] = []
+    latent = _encoded(logged, folds, settings, settings.dimensions, seed, encoding)
     unseen, unseen_fold = None, np.full(len(logged.feature), -1)
     if logged.separated:
         unseen, unseen_fold = latent[settings.shown], fold_of(folds)
     elif unseen_folds:
-        only = _encoded(logged, unseen_folds, settings, (settings.shown,), seed)
+        only = _encoded(logged, unseen_folds, settings, (settings.shown,), seed, encoding)
         unseen, unseen_fold = only[settings.shown], fold_of(unseen_folds)
     trained = 0 if logged.separated else len(unseen_folds)
     spent |= {
         "networks": (len(folds) * len(settings.dimensions) + trained) * settings.inits,
         "wall_s": time.perf_counter() - wall,
-        "cpu_s": time.process_time() - cpu,
+        "cpu_s": time.process_time() - cpu - sum(encoding),
+        "encode_s_per_recording": float(np.median(encoding)) / len(logged.feature),
     }
     return Latents(latent, fold_of(folds), unseen, unseen_fold, logged.columns, attrs)
 
 
 def _encoded(
-    logged: Logged, folds: Folds, settings: Embedding, dimensions: Sequence[int], seed: int
+    logged: Logged,
+    folds: Folds,
+    settings: Embedding,
+    dimensions: Sequence[int],
+    seed: int,
+    encoding: list[float],
 ) -> dict[int, np.ndarray]:
-    """Latents (fold, init, n, d) of all recordings, by dimension."""
+    """Latents (fold, init, n, d) of all recordings, by dimension. The processor time in s that each
+    network took to encode them is added to `encoding`."""
     shape = (len(folds), settings.inits, len(logged.feature))
     latent = {d: np.empty((*shape, d), np.float32) for d in dimensions}
     for fold, (train, _) in enumerate(folds):
         for init in range(settings.inits):
             encoders = train_on(logged, train, settings, dimensions, (seed, fold, init))
             for dimension, encoder in zip(dimensions, encoders, strict=True):
+                began = time.process_time()
                 latent[dimension][fold, init] = encoder.encode(logged.feature)
+                encoding.append(time.process_time() - began)
     return latent
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.paths import Paths
 from ajgdata.report.content import Score
 from ajgdata.report.embedded import (
     Distances,
@@ -21,10 +22,29 @@ from ajgdata.report.embedded import (
     Silhouette,
     Transfer,
 )
-from ajgdata.store.features import Shard
+from ajgdata.store.features import Shard, read_store
+from ajgdata.store.files import read_json
+from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec, Embedding
 
 Document = Mapping[str, Any]
+
+
+def read_embedded(paths: Paths, dataset: str, name: str, *, measured: bool) -> Embedded:
+    """One embedding with its pictures, if it has any, and with what was `measured`."""
+    spec, store = read_dataset(paths, dataset), read_store(paths.merged(dataset))
+    settings = spec.embeddings[name]
+    documents, shown = {}, None
+    if measured:
+        for key in settings.documents:
+            documents[key] = read_json(paths.embedding_document(dataset, name, key))
+    if not settings.base:
+        projections = read_json(paths.projections(dataset, name))
+        if "skipped" in projections:
+            documents["projections"] = projections
+        else:
+            shown = pictured(projections, store, settings)
+    return embedded(spec, name, str(store.attrs["source"]), documents, shown)
 
 
 def embedded(
@@ -39,10 +59,10 @@ def embedded(
     made = {key: document for key, document in documents.items() if "skipped" not in document}
     parts: dict[str, Any] = {}
     if "knn" in made:
-        seconds = _seconds(made["knn_cost"]["rows"])
+        costs = {(row["space"], row["dimension"]): row for row in made["knn_cost"]["rows"]}
         parts |= {
             "chance": _number(made["knn"]["chance"]),
-            "neighbours": tuple(_neighbours(row, seconds) for row in made["knn"]["rows"]),
+            "neighbours": tuple(_neighbours(row, costs) for row in made["knn"]["rows"]),
         }
     if "distances" in made:
         spaces = made["distances"]["spaces"]
@@ -60,6 +80,7 @@ def embedded(
         )
     if "transfer" in made:
         parts["transfer"] = _transfer(made["transfer"])
+        parts["transfer_s"] = made["transfer_cost"]["cpu_s"]
     if "cost" in made:
         parts["networks"] = made["cost"]["networks"]
         parts["training_s"] = made["cost"]["cpu_s"]
@@ -121,18 +142,11 @@ def _score(row: Document) -> Score:
     return Score(_number(row["mean"]), _number(row["sd"]), runs)
 
 
-def _seconds(rows: Sequence[Document]) -> dict[tuple[str, int | None], float]:
-    """Seconds of one fold by space and dimension."""
-    parts = ("fit_s", "transform_s", "query_s")
-    return {
-        (row["space"], row["dimension"]): math.fsum(_number(row[part]) for part in parts)
-        for row in rows
-    }
-
-
-def _neighbours(row: Document, seconds: Mapping[tuple[str, int | None], float]) -> Neighbours:
+def _neighbours(row: Document, costs: Mapping[tuple[str, int | None], Document]) -> Neighbours:
     key = row["space"], row["dimension"]
-    return Neighbours(*key, _score(row), seconds[key])
+    cost = costs[key]
+    ask_s = cost["transform_s"] + cost["query_s"]
+    return Neighbours(*key, _score(row), cost["fit_s"], ask_s, cost["recordings"])
 
 
 def _matrix(rows: Sequence[Sequence[float | None]], size: int) -> np.ndarray:
@@ -152,6 +166,7 @@ def _distances(space: str, one: Document) -> Distances:
         objects=tuple(objects),
         object_category=tuple(one["object_category"]),
         object_mean=_matrix(one["object_mean"], len(objects)),
+        per_run=np.array([_matrix(run, count) for run in one["per_run"]]),
     )
 
 

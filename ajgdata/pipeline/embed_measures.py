@@ -53,7 +53,11 @@ def knn_task(
                 name: float(np.mean([getattr(one, name) for one in runs]))
                 for name in ("fit_s", "transform_s", "query_s")
             }
-            times.append(row | seconds | ({"fit_s": share} if space == "latent" else {}))
+            tested = len(logged.feature) / len({*found.validation_fold.tolist()})
+            if space == "latent":  # made by another job
+                encoded = {"transform_s": spent["encode_s_per_recording"] * tested}
+                seconds |= {"fit_s": share, **encoded}
+            times.append(row | seconds | {"recordings": tested})
         chance = np.unique(value[value != ""], return_counts=True)[1].max() / np.sum(value != "")
         return {"k": NEIGHBOURS, "target": settings.target, "chance": chance, "rows": rows}
 

@@ -8,14 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.embed_documents import embedded, pictured
+from ajgdata.pipeline.embed_documents import read_embedded
 from ajgdata.pipeline.studies import EMBEDDING_CODE
-from ajgdata.report.embedded import Embedded
 from ajgdata.report.paper import PAPER_FILE, parse_paper
 from ajgdata.store.audio import AudioError, read_audio
 from ajgdata.store.clips import BYTES_PER_SECOND, mp3_clip
-from ajgdata.store.features import read_store
-from ajgdata.store.files import read_json, read_yaml, write_bytes
+from ajgdata.store.files import read_yaml, write_bytes
 from ajgdata.store.manifest import read_manifest
 from ajgdata.store.provenance import PACKAGE, code_digest, software
 from ajgdata.store.sessions import read_dataset
@@ -35,7 +33,7 @@ def build_embedding_page(
     from ajgdata.report.embedding_page import PAGE, figures, render_embeddings
     from ajgdata.report.study_page import page_links
 
-    shown = [_embedded(paths, *one, measured=True) for one in embeddings]
+    shown = [read_embedded(paths, *one, measured=True) for one in embeddings]
     svgs = {}
     for name, illustration in figures(shown).items():
         svg, *_ = save_figure(illustration.draw(), paths.page_figure(PAGE, name))
@@ -61,29 +59,12 @@ def build_explorer(paths: Paths, dataset: str, embedding: str, manifests: Sequen
     """Write the page on which every recording is seen and heard."""
     from ajgdata.report.interactive import render_interactive
 
-    one = _embedded(paths, dataset, embedding, measured=False)
+    one = read_embedded(paths, dataset, embedding, measured=False)
     audio = read_dataset(paths, dataset).audio
     recordings = one.pictured.recording.tolist() if one.pictured else []
     clips, told = sounds(paths.root, manifests, audio, set(recordings))
     html = render_interactive(one, clips, told)
     write_bytes(paths.explorer(dataset, embedding), html.encode())
-
-
-def _embedded(paths: Paths, dataset: str, name: str, *, measured: bool) -> Embedded:
-    """One embedding with its pictures, if it has any, and with what was `measured`."""
-    spec, store = read_dataset(paths, dataset), read_store(paths.merged(dataset))
-    settings = spec.embeddings[name]
-    documents, shown = {}, None
-    if measured:
-        for key in settings.documents:
-            documents[key] = read_json(paths.embedding_document(dataset, name, key))
-    if not settings.base:
-        projections = read_json(paths.projections(dataset, name))
-        if "skipped" in projections:
-            documents["projections"] = projections
-        else:
-            shown = pictured(projections, store, settings)
-    return embedded(spec, name, str(store.attrs["source"]), documents, shown)
 
 
 def sounds(

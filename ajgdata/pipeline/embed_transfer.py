@@ -45,7 +45,7 @@ def transfer_task(
     except ValueError as error:
         content = {"skipped": str(error)}
     spent = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-    write_document(output, settings, shard.attrs, content)
+    write_document(output, settings, {**shard.attrs, "seed": seed}, content)
     write_bytes(cost, json_bytes(spent))
 
 

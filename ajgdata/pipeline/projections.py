@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.pipeline.embed import write_document
 from ajgdata.store.features import read_store
-from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.latents import read_latents
 from ajgdata.types import DataError, Embedding
 
@@ -28,7 +28,7 @@ def make_projections(
 
     found, features = read_latents(latents), read_store(store)
     if "skipped" in found.attrs:
-        write_bytes(output, json_bytes({"skipped": str(found.attrs["skipped"])}))
+        write_document(output, settings, found.attrs, {"skipped": str(found.attrs["skipped"])})
         return
     recordings = found.columns["recording"].values.tolist()
     place = {name: row for row, name in enumerate(features.columns["recording"].values.tolist())}
@@ -54,7 +54,7 @@ def make_projections(
         "training": training.tolist(),
         "pictures": pictures,
     }
-    write_bytes(output, json_bytes(content))
+    write_document(output, settings, found.attrs, content)
 
 
 def _picture(space: str, method: str, points: np.ndarray) -> dict[str, Any]:

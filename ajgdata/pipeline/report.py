@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.models import MODELS
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
-from ajgdata.pipeline.evaluate import WITHHELD
+from ajgdata.pipeline.embed_documents import read_embedded
 from ajgdata.pipeline.experiments import runs_of
 from ajgdata.pipeline.merge import read_findings
+from ajgdata.pipeline.report_results import left_out_of, task_result
 from ajgdata.pipeline.report_rows import (
     curves_of,
     energies_of,
@@ -27,27 +27,18 @@ from ajgdata.pipeline.report_rows import (
 from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.pipeline.studies import read_study
 from ajgdata.report.content import (
-    Cost,
     DatasetSummary,
-    ElsewhereResult,
-    PartResult,
-    Predictions,
     Provenance,
     Report,
-    Score,
-    SilentResult,
-    SkippedTask,
     Spectra,
-    TaskResult,
-    ValueErrors,
 )
-from ajgdata.report.paper import PAPER_FILE, PaperFigure, parse_paper
+from ajgdata.report.paper import PAPER_FILE, parse_paper
 from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, read_csv, read_json, read_yaml, write_bytes
+from ajgdata.store.files import json_bytes, read_json, read_yaml, write_bytes
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
 from ajgdata.store.sessions import read_dataset, read_session
-from ajgdata.types import DataError, DatasetSpec, FeatureSettings, Task
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 
 #: As many mean spectra as can be told apart in one figure.
 MAX_SPECTRA = 8
@@ -60,11 +51,12 @@ def build_report(
     tasks: Sequence[tuple[str, str]],
     page: Path,
     pages: Sequence[str] = (),
+    embeddings: Sequence[tuple[str, str]] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
 ) -> None:
-    """Write the report on `datasets` and on `tasks`, pairs of data set and task, as `page`, its
-    figures and what it is about beside it.
+    """Write the report on `datasets` and on `tasks` and `embeddings`, pairs of data set and name,
+    as `page`, its figures and what it is about beside it.
 
     `pages` are the other pages that it is linked with, `ablations` those that say why simulation
     and paper differ; `published` the data sets whose trees are there.
@@ -74,7 +66,7 @@ def build_report(
 
     watch = Stopwatch()
     folder = page.parent / FIGURES
-    report = _assembled(paths, datasets, tasks, ablations)
+    report = _assembled(paths, datasets, tasks, embeddings, ablations)
     svgs = _drawn(report, folder, {})
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
@@ -104,6 +96,7 @@ def _assembled(
     paths: Paths,
     datasets: Sequence[str],
     tasks: Sequence[tuple[str, str]],
+    embeddings: Sequence[tuple[str, str]],
     ablations: Sequence[str],
 ) -> Report:
     """All that the report says, but for the time that it took."""
@@ -123,7 +116,7 @@ def _assembled(
             if "skipped" not in document
         ),
         skipped=tuple(
-            SkippedTask(run[0], run[1], _label(run[2], document), document["skipped"])
+            left_out_of(run, document)
             for run, document in documents.items()
             if "skipped" in document
         ),
@@ -138,6 +131,7 @@ def _assembled(
         transfers=tuple(t for one in listed for t in transfers_of(paths, *one, specs, paper)),
         stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
         energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
+        embeddings=tuple(read_embedded(paths, *one, measured=True) for one in embeddings),
         paper=tuple(paper.values()),
         reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),
         skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
@@ -211,137 +205,3 @@ def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
         return None
     mean = np.asarray([store.feature[rows].mean(axis=0, dtype=np.float64) for _, rows in parts])
     return Spectra(store.frequency_hz, tuple(label for label, _ in parts), mean, name)
-
-
-def task_result(
-    paths: Paths,
-    specs: Mapping[str, DatasetSpec],
-    run: tuple[str, str, str],
-    document: Mapping[str, Any],
-    paper: Mapping[str, PaperFigure],
-) -> TaskResult:
-    """What the report says of one model on one task."""
-    dataset, task, model = run
-    spec = specs[dataset]
-    kind, scores = document["kind"], document["grouped"]
-    headline = "rmse" if kind == "regression" else "accuracy"
-    settings = spec.tasks[task]
-    random, known = document.get("random"), settings.papers.get("known")
-    period = document["period"]
-    held_out = _predictions(paths.predictions(*run), kind, scores["classes"], period)
-    if held_out is None:
-        raise DataError(paths.predictions(*run), "holds no predictions", "delete it and run again")
-    return TaskResult(
-        dataset=dataset,
-        dataset_title=spec.title or dataset,
-        task=task,
-        model=model,
-        model_label=_label(model, document),
-        kind=kind,
-        target=document["target"],
-        unit=document["unit"],
-        source=document["provenance"]["source"],
-        metrics=_scores(scores),
-        chance=scores["chance"][headline],
-        n_recordings=scores["recordings"],
-        n_groups=scores["groups"],
-        group_column=document["groups"],
-        folds=scores["folds"],
-        cost=_cost(read_json(paths.cost(*run))["grouped"]),
-        predictions=held_out,
-        random_split=_scores(random)[headline] if random else None,
-        paper=paper[known] if known else None,
-        parts=_parts(document, headline, {k: paper[v] for k, v in settings.papers.items()}),
-        elsewhere=_elsewhere(document, headline, settings, paper, specs),
-        level=spec.level,
-        silent=tuple(
-            SilentResult(dataset=name, title=specs[name].title or name, **test)
-            for name, test in document["silent"].items()
-        ),
-        unseen=_predictions(paths.predictions(*run), kind, (), period, WITHHELD),
-        period=period,
-        values=tuple(ValueErrors(**one) for one in document["by_value"]),
-    )
-
-
-def _parts(
-    document: Mapping[str, Any], headline: str, papers: Mapping[str, PaperFigure]
-) -> tuple[PartResult, ...]:
-    """What was evaluated beside recordings of values that were trained on."""
-    made = []
-    if WITHHELD in document:
-        chance = document[WITHHELD]["chance"][headline]
-        scores = _scores(document[WITHHELD])[headline]
-        made.append(PartResult("unknown", scores, papers.get("unknown"), chance))
-        scores = _scores(document["overall"])[headline]
-        made.append(PartResult("overall", scores, papers.get("overall")))
-    return tuple(made)
-
-
-def _elsewhere(
-    document: Mapping[str, Any],
-    headline: str,
-    task: Task,
-    paper: Mapping[str, PaperFigure],
-    specs: Mapping[str, DatasetSpec],
-) -> tuple[ElsewhereResult, ...]:
-    """The same folds' models, tested on other data sets."""
-    return tuple(
-        ElsewhereResult(
-            part=other,
-            score=_scores(document[f"on:{other}"])[headline],
-            paper=paper[task.papers[other]] if other in task.papers else None,
-            chance=document[f"on:{other}"]["chance"][headline],
-            title=specs[other].title or other,
-            level=specs[other].level,
-        )
-        for other in task.test_on
-    )
-
-
-def _label(model: str, document: Mapping[str, Any]) -> str:
-    return str(getattr(MODELS[model], document["kind"]))
-
-
-def _scores(scores: Mapping[str, Any]) -> dict[str, Score]:
-    return {
-        name: Score(
-            _number(mean),
-            _number(scores["sd"][name]),
-            tuple(map(_number, scores["per_fold"][name])),
-        )
-        for name, mean in scores["mean"].items()
-    }
-
-
-def _number(value: float | None) -> float:
-    """JSON has no NaN: null stands for it."""
-    return np.nan if value is None else value
-
-
-def _cost(cost: Mapping[str, Any]) -> Cost:
-    return Cost(
-        train_s=cost["train_s"],
-        inference_ms_per_recording=1e3 * cost["latency_s"],
-        peak_memory_mb=cost["peak_rss_mb"],
-    )
-
-
-def _predictions(
-    path: Path,
-    kind: str,
-    classes: Sequence[str],
-    period: float | None,
-    split: str = "grouped",
-) -> Predictions | None:
-    from ajgdata.evaluate.metrics import wrapped
-
-    rows = [row for row in read_csv(path)[1] if row["split"] == split]
-    if not rows:
-        return None
-    dtype = np.float64 if kind == "regression" else np.str_
-    y_true, y_pred = (np.asarray([r[c] for r in rows], dtype) for c in ("y_true", "y_pred"))
-    fold = np.asarray([int(row["fold"]) for row in rows])
-    if period:  # the repetition that is nearest to the truth: means and axes then make sense
-        y_pred = y_true.astype(float) + wrapped(y_pred.astype(float) - y_true.astype(float), period)
-    return Predictions(y_true, y_pred, fold, tuple(map(str, classes)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -259,9 +260,14 @@ def sorting_of(
 
 
 def _scaled(document: Mapping[str, Any]) -> SortingPart:
+    from ajgdata.evaluate.calibration import TEMPERATURES
+
     temperatures: Sequence[float] = document["temperatures"]
     middle = float(np.median(temperatures))
-    return _part(f"scaled, temperature {middle:.2g}", document["scaled"])
+    # where all grasps are told apart no temperature is too low
+    at_end = sum(any(math.isclose(t, e, rel_tol=1e-3) for e in TEMPERATURES) for t in temperatures)
+    told = f", in {at_end} of {len(temperatures)} folds at the end of the search" if at_end else ""
+    return _part(f"scaled, temperature {middle:.2g}{told}", document["scaled"])
 
 
 def _part(label: str, part: Mapping[str, Any]) -> SortingPart:

@@ -13,8 +13,10 @@ from ajgdata.report.stages import JobTime, Stages
 from ajgdata.store.benchmarks import Job, read_benchmarks
 from ajgdata.store.sessions import list_datasets
 
+#: Rules whose jobs every report on a data set rests on.
+OF_DATASETS = ("acquire", "features", "merge")
 #: Rules whose jobs are of a data set's task.
-OF_TASKS = ("evaluate", "curve", "permute", "sort", "stft", "energy", "train")
+OF_TASKS = ("evaluate", "curve", "permute", "sort", "stft", "energy", "calibrate")
 #: What rules make; others are called by their names.
 STAGES = {
     "acquire": "recording",
@@ -26,6 +28,14 @@ STAGES = {
     "sort": "sorting",
     "stft": "settings of the STFT",
     "energy": "energies",
+    "calibrate": "transfer to other grippers",
+    "embed": "embeddings",
+    "embed_knn": "embeddings",
+    "embed_measure": "embeddings",
+    "embed_projections": "embeddings",
+    "transfer": "embeddings",
+    "explorer": "embeddings",
+    "report_embedding": "embeddings",
     "train": "final models",
     "study": "studies of the virtual gripper",
     "study_page": "studies of the virtual gripper",
@@ -60,8 +70,8 @@ def stages_of(
     report: JobTime,
 ) -> Stages:
     """Time of the jobs that a report rests on, each as it was when it last ran; `report` is what
-    the report itself took so far. With `whole` also jobs that are of no data set. Raises DataError
-    for a benchmark file that is none.
+    the report itself took so far. With `whole` also jobs that are of no task: embeddings, what is
+    published, studies. Raises DataError for a benchmark file that is none.
     """
     others = set(list_datasets(paths)) - set(datasets)
     jobs = [
@@ -81,7 +91,9 @@ def _belongs(
     whole: bool,
 ) -> bool:
     if job.parts and job.parts[0] in datasets:
-        return job.rule not in OF_TASKS or job.parts[:2] in tasks
+        if job.rule in OF_TASKS:
+            return job.parts[:2] in tasks
+        return whole or job.rule in OF_DATASETS  # final models are trained for no report
     return whole and not (job.parts and job.parts[0] in others)
 
 

@@ -1,20 +1,34 @@
-"""Each figure of the paper, and what stands beside it here: result, cost, whether they agree, why.
-
-Agreement is computed, never typed: a number agrees that lies within two standard deviations (over
-folds, or over draws) of the paper's, which gives no spread of its own.
-"""
+"""Each figure of the paper and what stands beside it: result, cost, whether they agree, why."""
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from ajgdata.evaluate.sorting import LONGEST_RUN
+from ajgdata.report.agreement import (
+    HIGHER,
+    LOWER,
+    UNTOLD,
+    YES,
+    Beside,
+    agreement,
+    holds,
+    together,
+)
+from ajgdata.report.beside_embeddings import of_embedding
 from ajgdata.report.content import Report
 from ajgdata.report.experiments import PERCENTILES, spread
-from ajgdata.report.further import About, ChanceTest, Curves, Energies, SortingResult, Source
+from ajgdata.report.further import (
+    About,
+    ChanceTest,
+    Curves,
+    Energies,
+    SortingResult,
+    Transfers,
+)
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
 from ajgdata.report.results import Cost, Score, TaskResult
@@ -22,45 +36,13 @@ from ajgdata.report.wording import headline, mean_sd, number, with_unit
 
 #: The paper's own model, where a task has it.
 PAPER_MODEL = "cnn"
-YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
-#: Standard deviations within which two numbers agree.
-REACH = 2.0
 #: The model whose figure the paper gives among its baselines.
 BASELINE, BASELINES = "knn", "baselines"
 #: Figures without a number: what is near chance, and what a model that works at home fails at.
 NEAR_CHANCE, FAILS = "near chance", ("limit", "lesson")
-
-
-@dataclass(frozen=True)
-class Beside:
-    """A figure of the paper and the result beside it; `dataset` is where the page tells more."""
-
-    paper: PaperFigure
-    dataset: str
-    source: Source
-    result: str
-    model: str
-    cost: Cost | None
-    agrees: str
-    reasons: tuple[Reason, ...] = ()
-
-    @property
-    def why(self) -> list[Reason]:
-        """Reasons that are supported and move the result towards the paper's."""
-        return [reason for reason in self.reasons if reason.explains(self.agrees == LOWER)]
-
-    @property
-    def differs(self) -> bool:
-        """Whether a reason is asked for."""
-        return self.agrees.startswith("no:")
-
-
-def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd."""
-    reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
-    if score.mean < paper - reach:
-        return LOWER
-    return HIGHER if score.mean > paper + reach and not at_least else YES
+WORKS = "no: it works"
+#: Where the paper also counts the classes that are told this well.
+COUNTED, WELL = "ycb", 0.9
 
 
 def evidence(reason: Reason) -> str:
@@ -74,12 +56,12 @@ def evidence(reason: Reason) -> str:
 
 
 def beside(report: Report) -> list[Beside]:
-    """A row for each figure of the paper that the report has something to set beside, in the
-    paper's order."""
+    """A row for each figure of the paper and each data set that the report can set beside it, in
+    the paper's order."""
     rows = list(_all(report))
-    order = dict.fromkeys(figure.id for figure in (*report.paper, *(row.paper for row in rows)))
-    first = {row.paper.id: row for row in reversed(rows)}
-    return [first[name] for name in order if name in first]
+    order = list(dict.fromkeys(one.id for one in (*report.paper, *(row.paper for row in rows))))
+    first = {(row.paper.id, row.dataset): row for row in reversed(rows)}
+    return sorted(reversed(first.values()), key=lambda row: order.index(row.paper.id))
 
 
 def absent(report: Report) -> list[PaperFigure]:
@@ -99,6 +81,12 @@ def _all(report: Report) -> Iterator[Beside]:
         yield from _of_sorting(report, sorting)
     for energies in report.energies:
         yield from _of_energies(report, energies)
+    for transfers in report.transfers:
+        yield from _of_transfers(report, transfers)
+    named = {result.dataset for result in report.results if result.paper}
+    for one in report.embeddings:
+        if named & {one.dataset, one.settings["base"]}:  # others are of other things
+            yield from of_embedding(report, one)
 
 
 def _row(
@@ -127,14 +115,34 @@ def _of_task(report: Report, task: tuple[TaskResult, ...]) -> Iterator[Beside]:
         if paper.id == BASELINES and baseline:
             yield _baselines(report, paper, task, baseline)
             continue
+        if paper.metric in FAILS:
+            yield _failing(report, paper, first, score)
+            continue
         scaled = Score(scale * score.mean, scale * score.sd)
-        agrees = UNTOLD
-        if paper.value is not None:
-            agrees = agreement(scaled, paper.value)
-        elif paper.metric in FAILS:
-            worse = first.normalise(score).mean - first.error.mean
-            agrees = YES if worse > REACH * first.error.sd else "no: it works"
-        yield _row(report, paper, first, score, agrees)
+        agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
+        row = _row(report, paper, first, score, agrees)
+        counted = f"{row.result}; {_well_told(first)}" if paper.id == COUNTED else row.result
+        yield dataclasses.replace(row, result=counted)
+
+
+def _well_told(result: TaskResult) -> str:
+    """`7 of 16 classes at 90 % or more`, of the recordings held out in all folds."""
+    true, predicted = result.predictions.y_true, result.predictions.y_pred
+    shares = [np.mean(predicted[true == one] == one) for one in np.unique(true)]
+    return f"{sum(share >= WELL for share in shares)} of {len(shares)} classes at 90 % or more"
+
+
+def _failing(report: Report, paper: PaperFigure, result: TaskResult, there: Score) -> Beside:
+    """A model where it was trained and where it fails, and what silence says of the reason."""
+    worse = result.normalise(there).mean - result.error.mean
+    verdicts = {holds(Score(worse, result.error.sd), WORKS)}
+    text = f"{headline(result)} where it was trained, {headline(result, there)} elsewhere"
+    if result.silent:
+        flagged = any(test.flagged for test in result.silent)
+        verdicts.add(YES if flagged else "no: not flagged")
+        text += f"; from silence {'flagged' if flagged else 'not flagged'}"
+    row = _row(report, paper, result, there, together(verdicts))
+    return dataclasses.replace(row, result=text)
 
 
 def _baselines(
@@ -146,7 +154,7 @@ def _baselines(
     agrees = agreement(score, paper.value or 0.0)
     row = _row(report, paper, baseline, baseline.score, agrees)
     text = f"{row.result}; best of {len(task)}: {best.model_label}, {headline(best)}"
-    return Beside(**{**vars(row), "result": text})
+    return dataclasses.replace(row, result=text)
 
 
 def _of_curves(report: Report, curves: Curves) -> Iterator[Beside]:
@@ -188,22 +196,26 @@ def _of_test(report: Report, test: ChanceTest) -> Iterator[Beside]:
         return
     agrees = HIGHER if test.differs else YES
     row = _row(report, model.paper, model, model.score, agrees)
-    yield Beside(**{**vars(row), "result": f"{row.result}; p = {number(test.p, 2)}"})
+    told = f"{row.result}; {test.model_label} against chance: p = {number(test.p, 2)}"
+    yield dataclasses.replace(row, result=told)
 
 
 def _of_sorting(report: Report, sorting: SortingResult) -> Iterator[Beside]:
-    """Sorts in a row: the paper's run lies among ours, or beyond 90 % of them."""
+    """Sorts in a row: the paper's run lies among ours, or beyond 90 % of them. Ours are those with
+    probabilities as they are: the paper says nothing of scaling them."""
     if sorting.paper is None or sorting.paper.value is None:
         return
-    sorts = sorting.parts[-1].sorts
+    sorts = sorting.parts[0].sorts
     low, _, high = np.percentile(sorts, PERCENTILES)
     value = sorting.paper.value
     agrees = LOWER if high < value else HIGHER if low > value else YES
     cost = _cost(report, sorting.about)
+    result = with_unit(spread(sorts), sorting.paper.unit)
+    if max(sorts) >= LONGEST_RUN:
+        result += f"; runs end at {number(LONGEST_RUN, 4)}"
     yield Beside(
-        sorting.paper, sorting.about.dataset, sorting.about.source,
-        with_unit(spread(sorts), sorting.paper.unit), sorting.model_label, cost, agrees,
-        _reasons(report, sorting.paper),
+        sorting.paper, sorting.about.dataset, sorting.about.source, result,
+        sorting.model_label, cost, agrees, _reasons(report, sorting.paper),
     )  # fmt: skip
 
 
@@ -222,4 +234,26 @@ def _of_energies(report: Report, energies: Energies) -> Iterator[Beside]:
     yield Beside(
         paper, energies.about.dataset, energies.about.source, f"lost: {listed}", "", None, agrees,
         _reasons(report, paper),
+    )  # fmt: skip
+
+
+def _of_transfers(report: Report, transfers: Transfers) -> Iterator[Beside]:
+    """The paper's model where it was trained, and on each other gripper without calibration."""
+    paper, model = transfers.paper, _paper_model(report, transfers.about)
+    lines = [t for t in transfers.lines if not model or t.model_label == model.model_label]
+    if paper is None or not lines:
+        return
+    sign = 1 if transfers.metric == "accuracy" else -1
+    verdicts = {
+        holds(Score(sign * (line.home[0] - line.mean[0]), line.home[1]), WORKS) for line in lines
+    }
+    told = [
+        f"{mean_sd(Score(line.mean[0], line.sd[0]), transfers.unit)} on {line.title}"
+        for line in lines
+    ]
+    home = mean_sd(Score(*lines[0].home), transfers.unit)
+    yield Beside(
+        paper, transfers.about.dataset, transfers.about.source,
+        f"{home} where it was trained, {', '.join(told)}", lines[0].model_label,
+        _cost(report, transfers.about), together(verdicts), _reasons(report, paper),
     )  # fmt: skip

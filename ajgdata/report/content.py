@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.report.embedded import Embedded
 from ajgdata.report.further import (
     ChanceTest,
     Curves,
@@ -124,6 +125,7 @@ class Report:
     energies: tuple[Energies, ...] = ()
     transfers: tuple[Transfers, ...] = ()
     stfts: tuple[StftResult, ...] = ()
+    embeddings: tuple[Embedded, ...] = ()
     stages: Stages | None = None
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
     reasons: tuple[Reason, ...] = ()

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.report.content import Score, Source
+from ajgdata.report.further import Source
+from ajgdata.report.results import Score
 
 Real = NDArray[np.floating]
 
@@ -24,26 +25,31 @@ SPACES = {
     "pca": "PCA",
     "umap": "UMAP",
     "pose_latent": "pose latent",
-    "gripper_latent": "gripper-invariant latent",
+    "gripper_latent": "latent across grippers",
     "standardised": "standardised per gripper",
     "referenced": "referenced to empty gripper",
-    "standardised_latent": "gripper-invariant latent of standardised",
-    "referenced_latent": "gripper-invariant latent of referenced",
+    "standardised_latent": "latent across grippers, standardised",
+    "referenced_latent": "latent across grippers, referenced",
 }
 #: What the projections are called, in the order of panels.
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
 
 
 class Neighbours(NamedTuple):
-    """k-NN in one space: validation accuracy, and s for one fold.
-
-    `seconds` are of fitting the space, placing the validation points and asking k-NN.
-    """
+    """k-NN in one space: validation accuracy, s of fitting the space for one fold, and s of placing
+    its validation `recordings` there and asking k-NN."""
 
     space: str
     dimension: int | None
     score: Score
-    seconds: float
+    fit_s: float
+    ask_s: float
+    recordings: float
+
+    @property
+    def seconds(self) -> float:
+        """Of all of one fold."""
+        return self.fit_s + self.ask_s
 
 
 class Probe(NamedTuple):
@@ -80,8 +86,9 @@ class Retrieval(NamedTuple):
 class Distances:
     """Mean distances of validation pairs of different grasps in one space.
 
-    `mean`, `sd` (c, c) over runs between categories, `other` and `other_sd` the same with pairs of
-    different things only, `object_mean` (o, o) between objects. NaN: there are no such pairs.
+    `mean`, `sd` (c, c) over runs between categories, `per_run` (runs, c, c) their values, `other`
+    and `other_sd` the same with pairs of different things only, `object_mean` (o, o) between
+    objects. NaN: there are no such pairs.
     """
 
     space: str
@@ -93,6 +100,7 @@ class Distances:
     objects: tuple[str, ...]
     object_category: tuple[str, ...]
     object_mean: Real
+    per_run: Real
 
     def __post_init__(self) -> None:
         of_categories = {m.shape for m in (self.mean, self.sd, self.other, self.other_sd)}
@@ -111,6 +119,17 @@ class Distances:
         return {
             name: bool(self.mean[i, i] < self.between(i)) for i, name in enumerate(self.categories)
         }
+
+    def gaps(self) -> dict[str, Score]:
+        """By how much each category's members lie nearer to one another than to other categories':
+        mean and sd over runs. None of a category that stands alone."""
+        found = {}
+        for i, name in enumerate(self.categories):
+            within, others = self.per_run[:, i, i], np.delete(self.per_run[:, i], i, axis=1)
+            gap = others.mean(axis=1) - within if others.shape[1] else np.empty(0)
+            if len(gap := gap[np.isfinite(gap)]) > 1:
+                found[name] = Score(float(gap.mean()), float(gap.std(ddof=1)))
+        return found
 
 
 class Moved(NamedTuple):
@@ -187,6 +206,7 @@ class Embedded:
     transfer: Transfer | None = None
     networks: int = 0
     training_s: float = math.nan
+    transfer_s: float = math.nan
     pictured: Pictured | None = None
 
     @property

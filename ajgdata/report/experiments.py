@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
+from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.further import ChanceTest, Curves, SortingPart, SortingResult
 from ajgdata.report.wording import Caption, number, with_unit
@@ -107,7 +108,8 @@ def curve_caption(curves: Curves) -> Caption:
     return Caption(
         f"{curves.about.title}, {curves.about.source}: models trained on some grasps of each class "
         f"and tested on grasps that are always the same. Bars: one standard deviation over "
-        f"{curves.repeats} draws of the training grasps and seeds.{paper}",
+        f"{curves.repeats} draws of training grasps and seeds (of seeds alone where a draw takes "
+        f"them all); other validation grasps would differ by more.{paper}",
         f"{METRIC_NAMES[curves.metric]} against training grasps per class. {listed}.",
     )
 
@@ -153,11 +155,13 @@ def sorting_caption(result: SortingResult) -> Caption:
     )
     paper = f" The paper, live: {result.paper.text}." if result.paper else ""
     runs = len(result.parts[0].sorts)
+    ended = [int(np.sum(part.sorts >= LONGEST_RUN)) for part in result.parts]
     return Caption(
         f"{result.model_label} trained on {', '.join(result.objects)} alone "
         f"({result.about.source}). Left: are predictions right as often as they are sure? The "
         f"temperature is found on grasps held out of each fold's training part. Right: {runs} "
         f"simulated runs in which held-out grasps come in random order until none is "
-        f"{100 * result.threshold:g} % sure.{paper}",
+        f"{100 * result.threshold:g} % sure; a run of {LONGEST_RUN:,} is ended there "
+        f"({' and '.join(map(str, ended))} were).{paper}",
         f"Reliability diagram and lengths of runs. {listed}.",
     )

@@ -98,7 +98,8 @@ def category_colours(categories: Sequence[str] | NDArray[np.str_]) -> dict[str, 
 @styled
 def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
     """Training points on the left, validation points on the right, on the same axes."""
-    figure = new_figure(SIZE_IN, title, "trained without class labels", [source])
+    subtitle = f"every recording of one fold, and {SIGMAS:g}σ of each object"
+    figure = new_figure(SIZE_IN, title, subtitle, [source])
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     colours = category_colours(plane.category)
     exponent = _exponent(plane.points)

@@ -134,6 +134,8 @@ def neighbours_caption(one: Embedded) -> Caption:
         "that it is scored on, which flatters it a little; the figure shows all. Left: against the "
         "dimension of the space; dashed with its band: raw features. Right: against the time of "
         "one fold, some with their dimension; grey: what nothing else beats. PCA and UMAP "
-        "learn from training points alone. The times belong to the machine that made this page.",
+        "learn from training points alone, and nothing of what they are of; the latent was told "
+        "which of them are alike. The time of a latent is its share of a training of all "
+        "dimensions together. The times belong to the machine that made this page.",
         f"Accuracy of k-NN by space and dimension. {listed}.",
     )

@@ -185,12 +185,23 @@ def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def _setting(value: object) -> str:
-    """A setting as people write it."""
+def _setting(value: object, joint: str = "; ") -> str:
+    """A setting as people write it. Of two numbers `joint` says whether they are a range."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int | float):
         return wording.number(value, 6)
     if isinstance(value, tuple | list):
-        return " to ".join(_setting(part) for part in value)
-    return wording.DASH if value is None else str(value)
+        return joint.join(_setting(part) for part in value)
+    if isinstance(value, Mapping):
+        given = {name: part for name, part in value.items() if part not in (None, "")}
+        return joint.join(_named(wording.words(name), part) for name, part in given.items())
+    return wording.DASH if value in (None, "") else str(value)
+
+
+def _named(name: str, value: object) -> str:
+    """`pinned yes`, or `angle deg (within object; period deg 180)`."""
+    text = _setting(value)
+    return (
+        f"{name} ({text})".removesuffix(" ()") if isinstance(value, Mapping) else f"{name} {text}"
+    )

@@ -205,6 +205,8 @@ def transfer_caption(transfer: Transfer) -> Caption:
         "A classifier of things, trained on the default gripper, is asked on grippers "
         "that no encoder was trained on, after none to some calibration grasps of each thing. "
         "Hollow, at the right: trained on 4 grasps of each thing on that gripper and nothing else. "
+        "What is standardised per gripper knows all recordings of the new one, those asked about "
+        "included, but no labels; what is referenced knows its recordings of nothing. "
         "Dotted: chance.",
         f"Accuracy against calibration grasps. {'; '.join(map(line, transfer.rows))}.",
     )

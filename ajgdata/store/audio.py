@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import io
-import math
 import struct
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -20,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.store.files import write_bytes
+from ajgdata.store.resampling import resample
 from ajgdata.store.riff import Wave, decode, encode_pcm24, parse_wave
 from ajgdata.types import AudioSettings, DataError
 
@@ -262,24 +261,6 @@ def _take_channel(samples: Float32, channel: str | int) -> tuple[Float32, Remark
     done = f"averaged {count} channels" if channel == "mean" else f"took channel {channel}"
     fix = f"nothing to do: audio.channel is {channel}"
     return samples, Remark("note", "channel_converted", f"{done} of {count}", fix)
-
-
-@lru_cache(maxsize=8)
-def _lowpass(up: int, down: int) -> NDArray[np.float64]:
-    """`scipy.signal.resample_poly`'s default filter, kept: 44,101 Hz needs 882,021 taps."""
-    from scipy.signal import firwin
-
-    widest = max(up, down)
-    return firwin(20 * widest + 1, 1 / widest, window=("kaiser", 5.0))
-
-
-def resample(samples: Float32, from_hz: int, to_hz: int) -> Float32:
-    """Polyphase resampling of (n,) samples to ceil(n to/from); zeros are assumed outside."""
-    from scipy.signal import resample_poly
-
-    common = math.gcd(from_hz, to_hz)
-    up, down = to_hz // common, from_hz // common
-    return resample_poly(samples, up, down, window=_lowpass(up, down)).astype(np.float32)
 
 
 def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:

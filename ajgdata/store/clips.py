@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.store.audio import resample
+from ajgdata.store.resampling import resample
 
 #: Rates that MP3 has (Hz).
 RATES = (8000, 11025, 12000, 16000, 22050, 24000, 32000, 44100, 48000)

@@ -16,6 +16,8 @@ PATHS = Paths(Path(__file__).resolve().parents[2])
 SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
 MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
+WITHHOLDING = [(name, task) for name, task in TASKS if SPECS[name].tasks[task].withhold]
+EMBEDDINGS = [(name, one) for name in MADE for one in SPECS[name].embeddings]
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -32,11 +34,9 @@ def test_every_grasp_of_a_recipe_is_a_scene_and_has_its_labels(name):
         assert all(g.targets.get("object", g.object) == g.object for g in grasps)
 
 
-@pytest.mark.parametrize(("name", "task"), TASKS)
+@pytest.mark.parametrize(("name", "task"), WITHHOLDING)
 def test_withheld_values_are_spread_within_the_range(name, task):
     settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
-    if not settings.withhold:
-        return
     values = sorted({made.targets[settings.target] for made in recipe.objects})
     assert set(settings.withhold) <= set(values)
     assert len(settings.withhold) >= 4
@@ -66,6 +66,36 @@ def test_what_a_task_is_tested_on_has_its_target_and_features(name, task):
 def _drawn_for(name):
     """The data set whose grasps a recipe makes: a grasp of the same name is the same grasp."""
     return SPECS[name].recipe.grasps_of or name
+
+
+@pytest.mark.parametrize(("name", "embedding"), EMBEDDINGS)
+def test_an_embedding_knows_its_columns_and_its_grippers(name, embedding):
+    """What is probed is a label, what is held out is a session, and no grasp that is tested on was
+    drawn for the gripper that is trained on."""
+    spec, settings = SPECS[name], SPECS[name].embeddings[embedding]
+    drawn = set(spec.recipe.vary) if spec.recipe else set()
+    columns = {*spec.targets, *drawn, "object", "grasp_id", "session_id", *SESSION_COLUMNS}
+    assert {settings.instance, settings.groups, *settings.probes} <= columns
+    assert {how.within for how in settings.probes.values()} <= {"", *columns}
+    assert set(settings.held_out) <= set(session_names(spec.recipe))
+    if settings.base:
+        base = SPECS[settings.base]
+        assert base.features == spec.features
+        assert {o.name: o.shape for o in base.recipe.objects} == {
+            o.name: o.shape for o in spec.recipe.objects
+        }
+        assert {o.name: o.targets[settings.category] for o in base.recipe.objects} == {
+            o.name: o.targets[settings.category] for o in spec.recipe.objects
+        }
+        seeds = [
+            {g.setup["grasp"]["seed"] for one in planned_grasps(PATHS, of, sessions) for g in one}
+            for of, sessions in (
+                (spec, settings.held_out),
+                (spec, set(session_names(spec.recipe)) - set(settings.held_out)),
+                (base, session_names(base.recipe)),
+            )
+        ]
+        assert not seeds[0] & (seeds[1] | seeds[2])
 
 
 def test_noise_needs_no_new_simulation():

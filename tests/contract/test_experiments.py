@@ -16,7 +16,13 @@ import pytest
 from ajgdata.paths import Paths
 from ajgdata.pipeline.evaluate import evaluate_task
 from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
-from ajgdata.pipeline.rows import curve_task, energy_task, permute_task, sort_task
+from ajgdata.pipeline.rows import (
+    calibrate_task,
+    curve_task,
+    energy_task,
+    permute_task,
+    sort_task,
+)
 from ajgdata.store.features import Column, Shard, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
 
@@ -170,6 +176,10 @@ def further(name: str, task: str) -> list[tuple]:
     if settings.sorting:
         more = settings.sorting.model_dump(include={"objects", "threshold"}) | {"model": "linear"}
         made.append(("sorting", sort_task, seeded | more))
+    if settings.calibrate:
+        grasps = settings.calibrate.grasps[:: len(settings.calibrate.grasps) - 1]
+        on = {"others": settings.calibrate.test_on, "grasps": grasps, "model": MODEL}
+        made.append(("transfer", calibrate_task, seeded | on))
     if settings.energy:
         made.append(("energy", energy_task, spec.labelled(task) | settings.energy.model_dump()))
     return made
@@ -187,6 +197,8 @@ def test_each_further_experiment_is_made_within_bounds_and_twice_the_same(
     stores, tmp_path, name, kind, call, settings
 ):
     paths = tmp_path / "1.json", tmp_path / "2.json"
+    if "others" in settings:
+        settings = settings | {"others": {other: stores[other] for other in settings["others"]}}
     for path in paths:
         call(stores[name], **settings, output=path)
     assert paths[0].read_bytes() == paths[1].read_bytes()
@@ -203,6 +215,16 @@ def test_each_further_experiment_is_made_within_bounds_and_twice_the_same(
         for part in (document["plain"], document["scaled"]):
             assert 0 <= part["accuracy"] <= 1
             assert 0 <= part["accepted"]["share"] <= 1
+    elif kind == "transfer":
+        assert set(document["on"]) == set(settings["others"])
+        for points in document["on"].values():
+            assert [p["grasps"] for p in points] == [*settings["grasps"]] * settings["folds"]
+            # of each class as many recordings as grasps: the other grippers are recorded once
+            classes = {p["recordings"] / p["grasps"] for p in points if p["grasps"]}
+            assert len(classes) == 1
+            score = [p["scores"][document["metric"]] for p in points]
+            assert all(s >= 0 and (document["kind"] == "regression" or s <= 1) for s in score)
+            assert all(bool(p["home"]) == (p["grasps"] == 0) for p in points)
     else:
         energies = {part["label"]: part["mean"] for part in document["parts"]}
         assert energies[settings["reference"]] == pytest.approx(1)
@@ -219,7 +241,7 @@ def test_settings_of_the_stft_can_be_made_of_what_a_recipe_records():
 
 def test_every_experiment_is_looked_at_here():
     kinds = {kind for _, _, kind, *_ in FURTHER}
-    assert kinds == {"curve", "permutations", "sorting", "energy"}
-    assert {d for d, _ in TASKS} | {o for d, t in TASKS for o in SPECS[d].tasks[t].test_on} <= set(
+    assert kinds == {"curve", "permutations", "sorting", "transfer", "energy"}
+    assert {d for d, _ in TASKS} | {o for d, t in TASKS for o in SPECS[d].tasks[t].others} <= set(
         MADE
     )

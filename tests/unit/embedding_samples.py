@@ -68,6 +68,7 @@ def knn_cost() -> dict:
                 "fit_s": fits[row["space"]] * (row["dimension"] or 0),
                 "transform_s": 0.02,
                 "query_s": 0.01,
+                "recordings": 20,
             }
             for row in knn()["rows"]
         ],

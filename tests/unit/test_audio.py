@@ -12,9 +12,9 @@ from ajgdata.store.audio import (
     file_sha256,
     inspect_audio,
     read_audio,
-    resample,
     write_pcm24,
 )
+from ajgdata.store.resampling import resample
 from ajgdata.types import AudioSettings, DataError
 
 AS_IS = AudioSettings()

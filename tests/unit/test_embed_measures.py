@@ -26,8 +26,22 @@ def test_a_class_that_a_line_parts_is_read(plane, name):
     train, test = np.arange(0, len(points), 2), np.arange(1, len(points), 2)
     found = probe(points, Property(value, "classification"), name, train, test)
     assert found["accuracy"] == 1.0
-    commonest = "right" if np.mean(value[train] == "right") > 0.5 else "left"
+    commonest = "right" if np.mean(value == "right") > 0.5 else "left"
     assert found["chance"] == np.mean(value[test] == commonest)
+
+
+def test_folds_of_equal_classes_have_their_chance(plane):
+    """Each part holds 25 of one class and 15 of the other, and the other part has them the other
+    way round: the commonest class of the training part would be right in 15 of 40, in both."""
+    value = np.tile(["a", "b"], 40)
+    swapped = np.r_[np.arange(0, 50, 2), np.arange(51, 80, 2)]  # 25 a, 15 b
+    others = np.setdiff1d(np.arange(80), swapped)
+    prop = Property(value, "classification")
+    chances = [
+        probe(plane, prop, "knn", *parts)["chance"]
+        for parts in ((swapped, others), (others, swapped))
+    ]
+    assert np.mean(chances) == 0.5
 
 
 @pytest.mark.parametrize("name", ["linear", "knn"])
@@ -83,6 +97,12 @@ def test_what_means_something_else_for_each_part_is_read_part_by_part():
     together = probe(x[:, None], prop, "linear", EVEN, ODD)
     assert apart["r2"] > 0.98
     assert together["r2"] < 0.2
+    once = np.append(part, "c")  # one grasp of a third: it cannot be held out and learned from
+    longer = Property(np.append(value, 0.5), "regression"), "linear", once, np.append(group, 99)
+    more = probe_within(np.append(x, 0.0)[:, None], *longer, np.arange(81))
+    assert more == apart
+    alone = probe_within(np.append(x, 0.0)[:, None], *longer, np.array([80]))
+    assert np.isnan(alone["r2"])
 
 
 def test_precision_by_hand():

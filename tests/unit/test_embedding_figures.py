@@ -238,7 +238,7 @@ def test_categories_are_compared_with_the_mean_of_the_others(one):
     with pytest.raises(ValueError, match="1 objects, but shape"):
         Distances(
             "raw", (), *[np.zeros((0, 0))] * 4, objects=("a",), object_category=("b",),
-            object_mean=np.zeros((2, 2)),
+            object_mean=np.zeros((2, 2)), per_run=np.zeros((1, 0, 0)),
         )  # fmt: skip
 
 
@@ -357,10 +357,8 @@ def test_transfer_has_a_panel_for_each_gripper():
     assert [axes.get_title() for axes in figure.axes] == ["tall", SCRIPT]
     bars = {c.get_label(): c.lines[0].get_ydata().astype(float) for c in figure.axes[0].containers}
     np.testing.assert_allclose(bars["raw features"], [10, 50])
-    np.testing.assert_allclose(bars["gripper-invariant latent"], [40, 80])
-    assert "gripper-invariant latent on tall, 4 grasps: 80.0 ± 7.1 %" in (
-        transfer_caption(found).alt
-    )
+    np.testing.assert_allclose(bars["latent across grippers"], [40, 80])
+    assert "latent across grippers on tall, 4 grasps: 80.0 ± 7.1 %" in (transfer_caption(found).alt)
     three = dataclasses.replace(found, held_out_grippers=("tall", SCRIPT, "wide"))
     moved = tuple(row._replace(gripper="wide") for row in found.rows if row.gripper == "tall")
     figure = transfer_figure(dataclasses.replace(three, rows=found.rows + moved), "t", "simulated")

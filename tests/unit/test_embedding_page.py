@@ -98,6 +98,7 @@ def test_pictures_are_of_one_run_and_know_their_recordings(made):
     document = projected(made.paths)
     assert document["recording"] == [f"s1/r{i:02d}" for i in range(COUNT - 1)]
     assert document["training"] == (FOLD != 0).tolist()
+    assert document["provenance"].items() >= PROVENANCE.items()
     shown = {(p["space"], p["method"]): np.array(p["points"]) for p in document["pictures"]}
     # too few recordings for neighbourhoods: PCA alone, beside the latent of two dimensions
     assert list(shown) == [("latent", "plane"), ("raw", "pca"), ("latent", "pca")]
@@ -180,7 +181,7 @@ def test_transfer_stands_alone_and_beside_the_paper():
     assert SCRIPT not in html
     page = Page(html)
     (told,) = (w for w in page.words if w.startswith("accuracy on unseen grippers with 0 → 4"))
-    assert told.endswith("raw features 10 → 50 %, gripper-invariant latent 40 → 80 % (chance 25 %)")
+    assert told.endswith("raw features 10 → 50 %, latent across grippers 40 → 80 % (chance 25 %)")
     assert len([t for t, _ in page.tags if t == "img"]) == 2  # probes and transfer
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -20,6 +21,7 @@ from ajgdata.store.files import (
     read_json,
     read_text,
     read_yaml,
+    remove_abandoned,
     replacing,
     write_bytes,
     write_if_changed,
@@ -86,6 +88,39 @@ def test_the_temporary_of_a_killed_process_with_the_same_number_is_no_obstacle(t
         os.link(source, temporary)
     assert target.read_bytes() == b"linked"
     assert not stale.exists()
+
+
+HOLDER = """
+import sys
+from pathlib import Path
+from ajgdata.store.files import replacing
+with replacing(Path(sys.argv[1])) as temporary:
+    temporary.write_bytes(b"whole")
+    print(temporary, flush=True)
+    sys.stdin.readline()
+"""
+
+
+def test_only_temporaries_of_dead_processes_are_removed(tmp_path):
+    """Another process is in the midst of writing while this one cleans up, then is killed."""
+    folder = tmp_path / "audio"
+    for killed in (False, True):
+        process = subprocess.Popen(
+            [sys.executable, "-c", HOLDER, folder / "take.wav"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )  # fmt: skip
+        temporary = Path(process.stdout.readline().decode().strip())
+        remove_abandoned(tmp_path)
+        assert temporary.is_file()
+        if killed:
+            process.kill()
+        process.communicate(b"go on\n" if not killed else None)
+    assert (folder / "take.wav").read_bytes() == b"whole"
+    assert temporary.is_file()
+    for stranger in (".x.tmp", f".x.{2**40}.tmp"):  # no number, and one that none can have
+        (folder / stranger).write_bytes(b"")
+    remove_abandoned(tmp_path)
+    assert [path.name for path in folder.iterdir()] == ["take.wav"]
 
 
 def test_a_name_as_long_as_the_file_system_allows(tmp_path):

@@ -101,6 +101,22 @@ def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_
     assert [*yaml.safe_load(first), more[1]] == more
 
 
+def test_what_an_embedding_is_based_on_comes_with_it(tmp_path):
+    paths = Paths(tmp_path)
+    embedding = {"supervision": "x", "target": "object", "base": "one", "held_out": ["s"]}
+    targets = {"object": {"kind": "classification"}}
+    declare(paths, "many", targets=targets, embeddings={"e": embedding}, recipe=RECIPE)
+    with pytest.raises(DataError, match="no such data set; declared here: many"):
+        plan(paths, ["many"])
+    declare(paths, "one")
+    with pytest.raises(DataError, match="one/sessions: holds no sessions; get some with"):
+        plan(paths, ["many"])
+    with pytest.raises(DataError, match="needs the data set 'one', which holds no sessions"):
+        plan(paths)  # where nobody asked for `one`
+    hold(paths, "one", "day1")
+    assert list(plan(paths, ["many"])) == ["many", "one"]
+
+
 def test_nothing_to_run_is_said(tmp_path):
     paths = Paths(tmp_path)
     with pytest.raises(DataError, match="no data set here has recordings or a recipe"):

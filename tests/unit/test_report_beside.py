@@ -4,11 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from report_samples import COST, PAPER, classes_result, regression_result, sample_report
+from report_samples import CLASSES, COST, PAPER, classes_result, regression_result, sample_report
 
-from ajgdata.report.beside import HIGHER, LOWER, YES, absent, agreement, beside, evidence
-from ajgdata.report.content import Score
-from ajgdata.report.further import About, ChanceTest, CurveLine, Curves
+from ajgdata.evaluate.sorting import LONGEST_RUN
+from ajgdata.report.agreement import HIGHER, LOWER, PARTLY, UNCLEAR, VAGUE, YES, agreement
+from ajgdata.report.beside import absent, beside, evidence
+from ajgdata.report.content import ElsewhereResult, Predictions, Score, SilentResult
+from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, SortingPart, SortingResult
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
@@ -25,6 +27,26 @@ def figure(name: str, value: float | None, **more) -> PaperFigure:
 )
 def test_two_standard_deviations_decide(paper, found):
     assert agreement(Score(1.0, 0.1), paper) == found
+
+
+@pytest.mark.parametrize(
+    ("mean", "sd", "found"),
+    [
+        (6.9, 2.9, VAGUE[True]), (3.0, 1.8, VAGUE[False]), (3.0, 1.7, YES),
+        (0.1, 1.6, LOWER), (7.2, 1.8, HIGHER),
+    ],
+)  # fmt: skip
+def test_a_spread_that_agrees_with_anything_tells_nothing(mean, sd, found):
+    """The paper's 3.5 mm: two deviations must be less."""
+    assert agreement(Score(mean, sd), 3.5) == found
+
+
+def test_what_cannot_be_told_is_given_its_reasons_all_the_same():
+    wide = regression_result(metrics={"rmse": Score(3.9, 1.5, (2.4, 5.4))})  # the paper: 2.6
+    up, down = reason(1.0, 2.0), reason(5.0, 0.7)
+    report = made(reasons=(up, down))
+    (row,) = beside(dataclasses.replace(report, results=(wide, *report.results[1:])))
+    assert (row.agrees, row.differs, row.why) == (VAGUE[True], True, [down])
 
 
 def test_more_than_a_bound_agrees_and_one_fold_has_no_spread():
@@ -73,6 +95,39 @@ def test_a_figure_near_chance_agrees_if_a_test_tells_nothing():
         test = ChanceTest(about, "ridge", "accuracy", "", 0.7, null, p)
         rows = beside(made(results=(classes_result(paper=paper),), tests=(test,)))
         assert [(row.paper.id, row.agrees) for row in rows] == [("small", found)]
+        assert rows[0].result.endswith(f"; ridge against chance: p = {p}")  # the CNN's is not known
+
+
+def test_sorting_is_compared_as_the_paper_did_it():
+    """The paper says nothing of scaled probabilities, with which runs here have no end."""
+    nothing = np.zeros(0)
+    plain, scaled = (
+        SortingPart(label, nothing, nothing, 0.1, 1.0, 1.0, sorts, sorts)
+        for label, sorts in (("as they are", np.arange(101)), ("scaled", np.full(101, 1000)))
+    )
+    paper = figure("sorting", 39, unit="sorts")
+    about = About("size", "edge", "Sizes", "simulated")
+    sorting = SortingResult(about, "cnn", "CNN", ("a", "b"), 0.6, 80, 1.0, (plain, scaled), paper)
+    row = next(r for r in beside(made(sorting=(sorting,))) if r.paper is paper)
+    assert (row.result, row.agrees) == ("50 (5 to 95) sorts", YES)
+
+
+@pytest.mark.parametrize(
+    ("there", "flagged", "agrees"),
+    [(20.0, True, YES), (20.0, False, PARTLY), (2.4, False, f"{UNCLEAR}; no: not flagged")],
+)
+def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, flagged, agrees):
+    """At home 2.2 ± 0.3 mm: 2.4 is no failure."""
+    paper = figure("lesson", None, metric="lesson")
+    result = regression_result(
+        paper=None,
+        elsewhere=(ElsewhereResult("bar", Score(there, 1.0), paper, title="Bar turned"),),
+        silent=(SilentResult("quiet", "Silence", "rank correlation", 0.8, 0.2, 9, 0.1, flagged),),
+    )
+    (row,) = beside(made(results=(result,)))
+    assert row.agrees == agrees
+    assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
+    assert row.result.endswith("from silence flagged" if flagged else "from silence not flagged")
 
 
 def test_baselines_compare_the_baseline_and_name_the_best():
@@ -84,6 +139,17 @@ def test_baselines_compare_the_baseline_and_name_the_best():
     (row,) = beside(made(results=(classes_result(paper=paper), knn)))
     assert (row.model, row.agrees) == ("k-NN", YES)
     assert row.result == "50.0 ± 2.0 %; best of 2: CNN, 70.0 ± 5.0 %"
+
+
+def test_household_objects_are_counted_that_are_told_well():
+    """Of basalt 3 of 4 recordings are right, of granite all 6 below."""
+    paper = figure("ycb", 70.0, unit="%")
+    true = np.repeat(CLASSES, (4, 6))
+    predicted = np.array(CLASSES)[[0, 0, 0, 1, *[1] * 6]]
+    held_out = Predictions(true, predicted, np.zeros(10, int), CLASSES)
+    (row,) = beside(made(results=(classes_result(paper=paper, predictions=held_out),)))
+    assert row.result == "70.0 ± 5.0 %; 1 of 2 classes at 90 % or more"
+    assert row.agrees == YES
 
 
 def test_poses_needed_are_those_that_reach_the_paper_s_accuracy():
@@ -99,3 +165,21 @@ def test_poses_needed_are_those_that_reach_the_paper_s_accuracy():
         row = next(r for r in beside(made(curves=(curves,))) if r.paper is paper)
         assert row.result.startswith(f"{text} (")
         assert (row.agrees, row.cost) == (agrees, COST)
+
+
+@pytest.mark.parametrize(
+    ("sorts", "result", "agrees"),
+    [
+        (range(20, 61), "40 (22 to 58) sorts", YES),
+        ([50] * 9, "50 (50 to 50) sorts", HIGHER),
+        ([3, 4, LONGEST_RUN], "4 (3.1 to 900) sorts; runs end at 1,000", YES),
+    ],
+)
+def test_sorts_in_a_row_are_told_with_the_end_that_runs_are_given(sorts, result, agrees):
+    paper = figure("sorting", 39, unit="sorts")
+    bins = np.array([0.5])
+    part = SortingPart("scaled", bins, bins, 0.1, 0.9, 0.8, np.array(sorts), np.array(sorts))
+    about = About("size", "edge", "Sizes", "simulated")
+    sorting = SortingResult(about, "cnn", "CNN", ("a", "b"), 0.6, 80, 0.8, (part,), paper)
+    row = next(r for r in beside(made(sorting=(sorting,))) if r.paper is paper)
+    assert (row.result, row.agrees) == (result, agrees)

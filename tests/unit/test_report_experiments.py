@@ -7,12 +7,15 @@ import numpy as np
 from matplotlib.text import Text
 from report_samples import regression_result, sample_report
 
+from ajgdata.evaluate.sorting import LONGEST_RUN
+from ajgdata.pipeline.report_rows import _scaled
 from ajgdata.report.content import ElsewhereResult, Score, SilentResult
 from ajgdata.report.energy_figures import energy_figure, energy_rows
 from ajgdata.report.experiments import (
     chance_figure,
     chance_text,
     curve_figure,
+    sorting_caption,
     sorting_figure,
     spread,
 )
@@ -102,6 +105,23 @@ def test_a_sorting_figure_shows_reliability_and_the_share_of_runs_as_long():
     assert share[100] == 1 - 100 / 101
     assert not any("$" in text for text in texts(figure))  # ticks of a log axis are formulas
     assert "simulated" in texts(figure)
+
+
+def test_a_caption_says_which_runs_did_not_end_by_themselves():
+    capped = dataclasses.replace(PARTS[1], sorts=np.array([3, LONGEST_RUN, LONGEST_RUN]))
+    words = sorting_caption(dataclasses.replace(SORTING, parts=(PARTS[0], capped))).text
+    assert "a run of 1,000 is ended there (0 and 2 were)" in words
+
+
+def test_a_temperature_at_the_end_of_the_search_is_told():
+    part = {
+        "bins": [], "calibration_error": 0.0, "sorts": [1], "before_mistake": [1],
+        "accepted": {"share": 1.0, "accuracy": None},
+    }  # fmt: skip
+    found = [0.05000002, 0.436, 19.9999]
+    label = _scaled({"temperatures": found, "scaled": part}).label
+    assert label == "scaled, temperature 0.44, in 2 of 3 folds at the end of the search"
+    assert _scaled({"temperatures": [0.9], "scaled": part}).label == "scaled, temperature 0.9"
 
 
 def test_a_test_against_chance_in_words():

@@ -26,7 +26,15 @@ from ajgdata.report.content import (
 )
 from ajgdata.report.figures import regression_figure
 from ajgdata.report.illustrations import illustrations
-from ajgdata.report.page import MAX_FINDINGS, figure_link, paper_cells, quarantine_link, render_page
+from ajgdata.report.page import (
+    MAX_FINDINGS,
+    _setting,
+    figure_link,
+    paper_cells,
+    quarantine_link,
+    render_page,
+)
+from ajgdata.report.wording import DASH
 from ajgdata.types import Finding
 
 VOID = {"meta", "img", "br", "link", "input"}
@@ -182,6 +190,19 @@ def test_headings_tables_and_images_are_accessible(html):
     assert len(page.all("img")) == len(illustrations(sample_report()))
     assert page.all("html") == [{"lang": "en"}]
     assert html.startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (True, "yes"), (None, DASH), ("", DASH), (44100, "44,100"), ("plastic", "plastic"),
+        ([-35.0, 0.0], "-35; 0"), ((2, 3, 64), "2; 3; 64"),
+        ({"mass_kg_m2": 0.3, "pinned": True}, "mass kg m2 0.3; pinned yes"),
+        ({"a": {"within": "b_c", "n": None}, "d": {"n": None}}, "a (within b_c); d"),
+    ],
+)  # fmt: skip
+def test_a_setting_is_written_as_people_do_and_a_place_is_no_range(value, said):
+    assert _setting(value) == said
 
 
 def test_settings_and_provenance_are_shown(html):

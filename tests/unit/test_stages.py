@@ -18,13 +18,17 @@ HEAD = "s\th:m:s\tmax_rss\tmax_vms\tmax_uss\tmax_pss\tio_in\tio_out\tmean_load\t
 
 @pytest.fixture
 def paths(tmp_path):
-    """Two data sets; jobs of 10, 4, 2, 1 s that end at 110, 112, 113, 200 s, and a short one."""
+    """Two data sets; jobs of 10, 4, 2, 1 s that end at 110, 112, 113, 200 s, and a short one; some
+    of a task and an embedding that a report on task t does not rest on."""
     made = Paths(tmp_path)
     for name, wall, ended in (
         ("acquire/a.s1", 10, 110),
         ("evaluate/a.t.knn", 4, 112),
         ("evaluate/b.t.knn", 2, 113),
         ("evaluate/a.other.knn", 8, 113),
+        ("calibrate/a.other.knn", 8, 113),
+        ("train/a.t.knn", 3, 80),
+        ("embed_knn/a.grasps", 6, 90),
         ("collect", 1, 200),
         ("report", 99, 300),
     ):
@@ -88,8 +92,9 @@ def test_a_report_counts_the_jobs_that_it_rests_on(paths):
     assert math.isnan(table["features"].peak_mb)
     assert [one.parts for one in part.of_tasks()] == [("a", "t", "knn")]
     whole = stages_of(paths, **ask, whole=True)
-    assert {row.stage for row in whole.table()} - set(table) == {"table of results"}
-    assert whole.busy_s == pytest.approx(part.busy_s + 1)
+    more = {row.stage: row.wall_s for row in whole.table() if row.stage not in table}
+    assert more == {"table of results": 1, "embeddings": 6, "final models": 3}
+    assert whole.busy_s == pytest.approx(part.busy_s + 1 + 6 + 3)
 
 
 def test_the_figure_stacks_what_the_table_lists(paths):

@@ -37,6 +37,11 @@ def test_the_page_takes_the_embedding_alone_and_the_report_takes_the_page(embedd
     assert embedded.planned(END) == {**MADE, "report_embedding": 1, "report": 1}
 
 
+def test_all_results_are_collected_with_those_of_embeddings(embedded):
+    measured = {name: 1 for name in MADE if name not in ("embed_projections", "explorer")}
+    assert embedded.planned("results/metrics.json") == {**measured, "collect": 1}
+
+
 def test_looking_at_a_latent_needs_no_measurement_of_it(embedded):
     explorer = str(embedded.paths.explorer("tones", "tones").relative_to(embedded.root))
     assert embedded.planned(explorer) == {"embed": 1, "embed_projections": 1, "explorer": 1}

@@ -47,6 +47,15 @@ def embedding_settings(wildcards):
     return declared_embedding(wildcards).model_dump(mode="json")
 
 
+def of_embeddings(embeddings):
+    """What is measured of some embeddings."""
+    return [
+        PATHS.embedding_document(dataset, name, document)
+        for dataset, name in embeddings
+        for document in SPECS[dataset].embeddings[name].documents
+    ]
+
+
 def of_pictures(path):
     """All embeddings that have pictures, for one kind of file: those of one gripper."""
     return [

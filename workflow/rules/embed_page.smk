@@ -13,7 +13,7 @@ rule embed_projections:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest("embed", "pipeline/projections"),
+        code=code_digest("embed", "models/baselines", "pipeline/projections"),
     message:
         "Projecting {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -45,11 +45,7 @@ rule explorer:
 rule report_embedding:
     input:
         stores=[PATHS.merged(dataset) for dataset in dict(EMBEDDINGS)],
-        documents=[
-            PATHS.embedding_document(*one, document)
-            for one in EMBEDDINGS
-            for document in PLANS[one[0]].spec.embeddings[one[1]].documents
-        ],
+        documents=of_embeddings(EMBEDDINGS),
         projections=of_pictures(PATHS.projections),
         explorers=of_pictures(PATHS.explorer),
     output:

@@ -50,7 +50,9 @@ rule stft:
         ],
         models=lambda wildcards: list(declared(wildcards).stft.models),
         seed=config["seed"],
-        code=code_digest("models", "evaluate", "features", "pipeline/stft"),
+        code=code_digest(
+            "models", "evaluate", "features", "pipeline/evaluate", "pipeline/stft"
+        ),
     message:
         "Settings of the STFT on {wildcards.task} of {wildcards.dataset}"
     script:

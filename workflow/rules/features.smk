@@ -1,6 +1,7 @@
 FEATURE_CODE = code_digest(
     "features",
     "store/audio",
+    "store/resampling",
     "store/riff",
     "store/features",
     "pipeline/recordings",

@@ -126,6 +126,7 @@ rule collect:
         metrics=of_runs(PATHS.metrics, TASKS),
         costs=of_runs(PATHS.cost, TASKS),
         documents=of_experiments(TASKS),
+        embeddings=of_embeddings(EMBEDDINGS),
     output:
         document=PATHS.all_metrics,
         table=PATHS.metrics_table,
@@ -138,7 +139,10 @@ rule collect:
     params:
         root=str(PATHS.root),
         tasks=TASKS,
-        code=code_digest("pipeline/collect", "pipeline/experiments"),
+        embeddings=EMBEDDINGS,
+        code=code_digest(
+            "pipeline/collect", "pipeline/embed_rows", "pipeline/experiments"
+        ),
     message:
         "All results in one table"
     script:

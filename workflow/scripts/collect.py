@@ -10,6 +10,7 @@ with logged(snakemake.log[0]):
     collect(
         Paths(Path(snakemake.params.root)),
         tasks=[tuple(task) for task in snakemake.params.tasks],
+        embeddings=[tuple(one) for one in snakemake.params.embeddings],
         document=Path(snakemake.output.document),
         table=Path(snakemake.output.table),
     )

@@ -12,6 +12,7 @@ with logged(snakemake.log[0]):
         datasets=snakemake.params.datasets,
         tasks=[tuple(task) for task in snakemake.params.tasks],
         page=Path(snakemake.output.page),
+        embeddings=[tuple(one) for one in snakemake.params.embeddings],
         pages=snakemake.params.pages,
         ablations=snakemake.params.ablations,
         published=snakemake.params.published,

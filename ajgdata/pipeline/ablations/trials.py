@@ -85,7 +85,8 @@ def trial_table(name: str, title: str, note: str, trials: Sequence[Trial]) -> Ta
         f"{note} Mean and standard deviation over folds, whose grasps were never trained on unless"
         " the change is the split. Gain: improvement and its 95 % interval, corrected for folds"
         " that share training grasps. Supported: the interval lies on the expected side of 0;"
-        " refuted: on the other; not supported: on both. Time: training of both.",
+        " refuted: on the other; not supported: on both. Each interval stands by itself: one in"
+        " twenty misses. Time: training of both.",
         (
             Column("hypothesis", "Hypothesis"),
             Column("change", "What was changed"),
