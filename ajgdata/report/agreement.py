@@ -55,11 +55,16 @@ class Beside:
 
 
 def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd."""
+    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd.
+
+    It cannot be told if that is as wide as the number itself, which then agrees with anything.
+    """
     reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
     if score.mean < paper - reach:
         return LOWER
-    return HIGHER if score.mean > paper + reach and not at_least else YES
+    if score.mean > paper + reach and not at_least:
+        return HIGHER
+    return YES if reach < abs(paper) else UNCLEAR
 
 
 def holds(gap: Score, otherwise: str) -> str:

@@ -7,7 +7,7 @@ import pytest
 from report_samples import CLASSES, COST, PAPER, classes_result, regression_result, sample_report
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
-from ajgdata.report.agreement import HIGHER, LOWER, YES, agreement
+from ajgdata.report.agreement import HIGHER, LOWER, UNCLEAR, YES, agreement
 from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import Predictions, Score
 from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, SortingPart, SortingResult
@@ -27,6 +27,11 @@ def figure(name: str, value: float | None, **more) -> PaperFigure:
 )
 def test_two_standard_deviations_decide(paper, found):
     assert agreement(Score(1.0, 0.1), paper) == found
+
+
+def test_a_spread_as_wide_as_the_number_tells_nothing():
+    assert agreement(Score(6.9, 2.9), 3.5) == UNCLEAR
+    assert agreement(Score(20.0, 2.9), 3.5) == HIGHER
 
 
 def test_more_than_a_bound_agrees_and_one_fold_has_no_spread():
