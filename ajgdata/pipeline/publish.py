@@ -109,7 +109,7 @@ def check(folders: Sequence[Path]) -> list[list[Defect]]:
     is none. What other readers think is asked only where the files themselves are safe to open."""
     trees = [Tree(folder) for folder in folders]
     found = [defects(tree) for tree in trees]
-    safe = [not any("leaves" in d.problem or "link" in d.problem for d in one) for one in found]
+    safe = [not any(defect.is_unsafe for defect in one) for one in found]
     readable = [tree for tree, ok in zip(trees, safe, strict=True) if ok]
     seen = dict(zip(readable, views.seen_defects(readable), strict=True))
     return [

@@ -28,6 +28,9 @@ _NO_CHUNKS = {"chunking_heuristic": "h5py"}
 #: HDF5 1.10 (2016) and later: its headers and indices carry checksums.
 FORMAT = ("v110", "v110")
 CONVENTIONS = "CF-1.11"
+#: A store may claim so many times the bytes of its file, plus `SMALL_BYTES`. Spectra are not
+#: compressed and are most of a store, so that real ones claim about twice their size.
+MAX_GROWTH, SMALL_BYTES = 100, 2**26
 #: What h5py raises for files that are damaged, or that are not ours.
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 
@@ -135,17 +138,34 @@ def read_store(path: Path) -> Shard:
     _check_made(path)
     try:
         with h5py.File(path, "r") as store:
-            feature = store["feature"][...]
-            frequency = store["frequency"][...]
+            variables = _variables(store, path.stat().st_size)
+            feature = variables["feature"][...]
+            frequency = variables["frequency"][...]
             attrs = {k: plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
             columns = {
                 name: read_column(variable)
-                for name, variable in store.items()
+                for name, variable in variables.items()
                 if name != "feature" and (name == "recording" or "recording" in axes_of(variable))
             }
     except DAMAGE:
         raise DataError(path, "not a readable feature store", "delete it and run again") from None
     return Shard(feature, frequency, columns, attrs)
+
+
+def _variables(store: h5py.File, size: int) -> dict[str, h5py.Dataset]:
+    """The arrays of a store whose file has `size` bytes. It may come from anywhere: raises
+    ValueError for what lies in another file, and for sizes that are only claimed."""
+    variables = {}
+    for name in store:
+        variable = store[name] if isinstance(store.get(name, getlink=True), h5py.HardLink) else None
+        if not isinstance(variable, h5py.Dataset) or variable.is_virtual or variable.external:
+            raise ValueError(f"{name} lies elsewhere")
+        if variable.dtype.kind not in "Sif":
+            raise ValueError(f"{name} holds neither text nor numbers")
+        variables[name] = variable
+    if sum(v.size * v.dtype.itemsize for v in variables.values()) > MAX_GROWTH * size + SMALL_BYTES:
+        raise ValueError("claims to be larger than it can be")
+    return variables
 
 
 def _check_made(path: Path) -> None:

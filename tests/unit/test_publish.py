@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import zipfile
 from pathlib import Path
+from zipfile import ZIP_DEFLATED
 
 import h5py
 import numpy as np
@@ -16,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from published import (
     TARGETS,
+    claim,
     edit_json,
     edit_rows,
     flip,
@@ -378,7 +380,9 @@ BREAKS = {
         lambda t: repack(t, lambda p: p.append(("../evil.wav", b""))), True,
         r"audio.zip: '../evil.wav' leaves the folder",
     ),
-    "archive is a bomb": (lambda t: repack(t, bomb), True, r"audio.zip: .* would grow \d+-fold"),
+    "archive is a bomb": (
+        lambda t: repack(t, bomb, ZIP_DEFLATED), True, r"audio.zip: .* is compressed, \d+ to",
+    ),
     "archive cut short": (
         lambda t: (t / t.ARCHIVE).write_bytes((t / t.ARCHIVE).read_bytes()[:-100]), True,
         r"audio.zip: not a readable archive",
@@ -414,6 +418,14 @@ BREAKS = {
     "spectrum of another recording": (
         other_spectrum, True,
         r"features.nc: its spectrum of audio/s1/take_1_4.wav is not that of the file;",
+    ),
+    "features claim too much": (
+        lambda t: claim(t, 10**9), True, r"features.nc: not a readable feature store",
+    ),
+    "session repeats itself": (
+        replaced("sessions/s1/session.yaml", "session_id: s1", "session_id: &a s1\nnotes: *a"),
+        True,
+        r"sessions/s1/session.yaml: repeats itself by YAML aliases",
     ),
     "features cut short": (
         lambda t: (t / t.FEATURES).write_bytes((t / t.FEATURES).read_bytes()[:5000]), True,
@@ -457,6 +469,15 @@ def test_each_defect_is_found_by_name(found, name):
     said = [str(defect) for defect in found[name]]
     assert any(re.search(BREAKS[name][2], line) for line in said), said
     assert all("\n" not in line for line in said)
+
+
+def test_what_is_unsafe_is_not_handed_to_other_readers(found):
+    unsafe = {name for name, told in found.items() if any(one.is_unsafe for one in told)}
+    assert unsafe == {
+        *("link", "table leaves the folder", "archive leaves the folder", "archive is a bomb"),
+        *("archive cut short", "features cut short", "features claim too much"),
+        *("session repeats itself", "missing session"),
+    }
 
 
 @pytest.mark.parametrize("align", [False, True])
