@@ -19,10 +19,10 @@ from ajgdata.store.features import attrs_of, contents, reading
 
 
 class Spectra(BackendArray):
-    """The array of a file that is open, float32 (recording, frequency)."""
+    """The array of a file, float32 (recording, frequency); `opened` keeps the file open."""
 
-    def __init__(self, array: h5py.Dataset) -> None:
-        self.array, self.shape, self.dtype = array, array.shape, array.dtype
+    def __init__(self, array: h5py.Dataset, opened: ExitStack) -> None:
+        self.array, self.shape, self.dtype, self.opened = array, array.shape, array.dtype, opened
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         """The values that `key` picks."""
@@ -37,14 +37,14 @@ def open_store(path: Path) -> xr.Dataset:
     coordinates. Use it in a `with` block, or call `.load()` and `.close()`. Raises DataError.
     """
     with ExitStack() as stack:
-        spectra, frequency, columns, attrs = contents(stack.enter_context(reading(path)))
-        lazy = indexing.LazilyIndexedArray(Spectra(spectra))
-        feature = xr.Variable(("recording", "frequency"), lazy, attrs_of(spectra))
-        coordinates = {
-            name: ("recording", column.values, dict(column.attrs))
-            for name, column in columns.items()
-        }
-        axis = {"frequency": ("frequency", frequency.values, dict(frequency.attrs))}
-        dataset = xr.Dataset({"feature": feature}, axis | coordinates, attrs)
-        dataset.set_close(stack.pop_all().close)
+        array, frequency, columns, attrs = contents(stack.enter_context(reading(path)))
+        opened = stack.pop_all()
+    lazy = indexing.LazilyIndexedArray(Spectra(array, opened))
+    feature = xr.Variable(("recording", "frequency"), lazy, attrs_of(array))
+    coordinates = {
+        name: ("recording", column.values, dict(column.attrs)) for name, column in columns.items()
+    }
+    axis = {"frequency": ("frequency", frequency.values, dict(frequency.attrs))}
+    dataset = xr.Dataset({"feature": feature}, axis | coordinates, attrs)
+    dataset.set_close(opened.close)
     return dataset

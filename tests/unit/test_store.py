@@ -1,5 +1,6 @@
 """The feature store: equal values through every reader, equal bytes for equal content."""
 
+import gc
 import time
 from dataclasses import replace
 
@@ -117,6 +118,14 @@ def test_only_what_is_asked_for_and_in_every_way(tmp_path, key):
         assert not opened.variables["feature"]._in_memory
         chosen = opened.feature.isel(recording=rows, frequency=bins)
         np.testing.assert_array_equal(chosen.values, expected)
+
+
+def test_a_part_of_a_store_keeps_it_open(tmp_path):
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    part = open_store(path).feature[1:3]
+    gc.collect()
+    np.testing.assert_array_equal(part.values, sample().feature[1:3])
 
 
 def test_a_store_that_is_closed_gives_no_more(tmp_path):
