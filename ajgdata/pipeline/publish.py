@@ -279,5 +279,5 @@ def _provenance(
         "digest of the recordings": told.provenance.inputs_hash,
     }
     if told.source == "simulated":
-        facts["digest of the virtual gripper's code"] = code_digest("gripper")
+        facts["digest of the code of the virtual gripper"] = code_digest("gripper")
     return facts

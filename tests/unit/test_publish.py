@@ -128,6 +128,8 @@ def test_the_card_says_what_was_left_out_and_is_no_html(world):
     assert "2 had no hash from the day they were recorded" in card
     assert re.search(r"s1/take 0/6: .*cut short", card)
     assert "**Recorded**." in card
+    assert "| `day` | string |  | as whoever recorded it" in card
+    assert "| `object` (target) | string |  | what was held |" in card
     body = card.split("---\n", 2)[2]
     assert "<b>" not in body
     assert "latex &lt;1&gt;" in body
