@@ -186,7 +186,7 @@ FIGURES: dict[tuple[str, str, str], tuple[Caption, Draw]] = {
         ),
         omissions_figure,
     ),
-    ("ablations", "mirror_grippers", "mirror"): (
+    ("ablations", "mirror_grippers", "misfit"): (
         Caption(
             "Left: error of the bar's direction against how far each gripper is from being its own"
             " mirror image. Right: how well the part of the angle is read that the mirror keeps,"
@@ -196,7 +196,7 @@ FIGURES: dict[tuple[str, str, str], tuple[Caption, Draw]] = {
         ),
         grippers_figure,
     ),
-    ("ablations", "materials_scatter", "materials"): (
+    ("ablations", "materials_scatter", "share"): (
         Caption(
             "As less of the scatter of grasps is left. Left: distance of two grasps of one material"
             " (filled) and of the materials' means (hollow). Right: accuracy.",
@@ -204,7 +204,7 @@ FIGURES: dict[tuple[str, str, str], tuple[Caption, Draw]] = {
         ),
         scatter_figure,
     ),
-    ("ablations", "noise_levels", "noise"): (
+    ("ablations", "noise_levels", "levels"): (
         Caption(
             "Error of the edge length against the level of noise outside, by what a model was"
             " trained on.",

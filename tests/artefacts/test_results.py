@@ -142,8 +142,10 @@ def test_each_page_needs_no_network_and_what_it_links_to_is_there(path):
     links = re.findall(r"href=\"(?!https?:|#)([^\"]+)\"", page)
     assert links
     for link in links:
-        there = path.parent / link
-        assert there.is_dir() if link.endswith("/") else there.is_file(), link
+        name, _, anchor = link.partition("#")
+        there = path.parent / name
+        assert there.is_dir() if name.endswith("/") else there.is_file(), link
+        assert not anchor or f'id="{anchor}"' in there.read_text(encoding="utf-8"), link
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
