@@ -164,8 +164,8 @@ def _limitations(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
     grippers = len({session.gripper for session in sessions})
     return (
         f"It is simulated: rigid objects, {grippers} gripper{'s' * (grippers > 1)}, no noise but "
-        "its floor unless it says so; a grid of 4.2 mm is right up to about 6 kHz, a coarser one less "
-        "far. Accuracies on it are not those of a real gripper."
+        "its floor unless it says so; a grid of 4.2 mm is right up to about 6 kHz, a coarser one "
+        "less far. Accuracies on it are not those of a real gripper."
     )
 
 
