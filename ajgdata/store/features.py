@@ -27,7 +27,7 @@ _NO_CHUNKS = {"chunking_heuristic": "h5py"}
 FORMAT = ("v110", "v110")
 CONVENTIONS = "CF-1.11"
 #: A store may claim so many times the bytes of its file, plus `SMALL_BYTES`. Spectra are not
-#: compressed and are most of a store, so that real ones claim about twice their size.
+#: compressed and are most of a store, so that real ones claim about what they have.
 MAX_GROWTH, SMALL_BYTES = 100, 2**26
 #: What h5py raises for files that are damaged, or that are not ours.
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)

@@ -178,11 +178,26 @@ def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"), [({"version": "1"}, "--version"), ({"date": "now"}, "--date")]
+    ("wrong", "said"),
+    [
+        ({"version": "1"}, "--version: '1' is none"),
+        ({"date": "now"}, "--date: 'now' is none"),
+        ({"date": "2026-02-30"}, "--date: '2026-02-30' is none"),
+        ({"date": "20260131"}, "--date: '20260131' is none"),
+    ],
 )
 def test_wrong_options_are_one_line(world, tmp_path, wrong, said):
     with pytest.raises(DataError, match=said):
         publish(world[0].paths, "d", tmp_path / "out", **wrong)
+
+
+@pytest.mark.parametrize("what", ["features", "quarantine"])
+def test_what_was_not_made_is_not_published(project, tmp_path, what):
+    path = getattr(project.paths, what)("d")
+    path.unlink()
+    with pytest.raises(DataError, match=f"{path.name}: has not been made; run `snakemake` first"):
+        published(project, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_label_that_pandas_takes_for_missing_is_refused(project):
