@@ -24,8 +24,8 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    help="Acoustic sensing with jamming grippers: get recordings in and check them. "
-    "Everything after that (features, models, report) is done by the command [b]snakemake[/b].",
+    help="Acoustic sensing with jamming grippers: get recordings in, check them, hand sets on. "
+    "What lies between (features, models, report) is done by the command [b]snakemake[/b].",
 )
 app.add_typer(gripper, name="gripper")
 app.add_typer(publishing)

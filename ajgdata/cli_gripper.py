@@ -11,7 +11,7 @@ from rich.markup import escape
 
 gripper = typer.Typer(
     no_args_is_help=True,
-    help="The virtual gripper: look at a scene. A scene is a YAML or JSON file such as\n\n"
+    help="The virtual gripper: look at a scene.\n\nA scene is a YAML or JSON file such as\n\n"
     "object: {kind: cube, edge_mm: 20, material: wood}\n\n"
     "medium: {kind: coffee}\n\n"
     "What is not said takes its default. The keys are gripper, medium, object, support, grasp, "

@@ -26,8 +26,10 @@ def info(
 
 @looking.command()
 def doctor() -> None:
-    """Say what a bug report should: versions, backends, threads, disk and caches. Exit code 1 if
-    something is wrong."""
+    """Say what a bug report should: versions, backends, threads, disk and caches.
+
+    Exit code 1 if something is wrong.
+    """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.doctor import doctor as examine
 

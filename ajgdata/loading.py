@@ -21,7 +21,7 @@ Project = str | Path | None
 
 
 def load_features(name: str, project: Project = None) -> xr.Dataset:
-    """Features and labels of the data set `name`, lazily.
+    """Features of the data set `name`, lazily, and its labels.
 
     Returns an xarray.Dataset with `feature` (recording, frequency), float32, and every label as a
     coordinate along `recording` (numbers: NaN is missing; text: "" is missing). `recording` is
@@ -31,7 +31,7 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
 
     Raises DataError when the features have not been made, FileNotFoundError outside a project.
     """
-    from ajgdata.store.features import open_store
+    from ajgdata.store.opening import open_store
 
     return open_store(_paths(project).features(name))
 

@@ -1,9 +1,14 @@
 """Fixtures that several tests share."""
 
+import os
 import subprocess
 import sys
 
 import pytest
+
+# Tests compute little: on a busy machine threads that wait for each other take ten times as long.
+# Before anything imports numpy or torch; the processes that tests start inherit it.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session")

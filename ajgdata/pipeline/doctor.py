@@ -24,7 +24,7 @@ PACKAGES = (
 )  # fmt: skip
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 #: A run of everything that is declared here takes about this much.
-ROOM_BYTES = 2 * GB
+ROOM_BYTES = 3 * GB
 
 
 def doctor(paths: Paths | None, room_bytes: float = ROOM_BYTES) -> tuple[dict[str, str], list[str]]:

@@ -17,9 +17,16 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.files import read_yaml, replacing_folder, sha256_of, write_bytes
+from ajgdata.store.files import (
+    has_aliases,
+    read_text,
+    read_yaml,
+    replacing_folder,
+    sha256_of,
+    write_bytes,
+)
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.checks import feature_defects
+from ajgdata.store.publishing.checks import DISTRUST, feature_defects
 from ajgdata.store.publishing.download import Download, cache_of, is_web
 from ajgdata.store.publishing.sums import read_sums
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
@@ -32,7 +39,6 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
-DISTRUST = "do not use this data set"
 #: What the licence asks to be passed on, kept beside the recordings.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
 
@@ -116,6 +122,7 @@ def _brought(
         if not (tree / tree.SUMS).is_file():
             problem = f"has no {tree.SUMS}: not a published data set"
             raise DataError(source, problem, "name the folder or the web address of one")
+        _check_text(tree, tree.SUMS)
         if sha256 and file_sha256(tree / tree.SUMS) != sha256:
             raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
         hashes = read_sums(tree / tree.SUMS)
@@ -123,9 +130,8 @@ def _brought(
         for file in each(needed):
             _check_file(tree, file, hashes[file])
     for file in needed:
-        is_text = file not in (tree.ARCHIVE, tree.FEATURES)
-        if is_text and (tree / file).stat().st_size > archive.MAX_TEXT_BYTES:
-            raise DataError(tree / file, "is absurdly large", DISTRUST)
+        if file not in (tree.ARCHIVE, tree.FEATURES):
+            _check_text(tree, file)
     return tree, hashes, cache
 
 
@@ -137,11 +143,23 @@ def _needed(sums: Path, hashes: Mapping[str, str]) -> list[str]:
     return sorted(needed | {name for name in hashes if name.startswith("sessions/")})
 
 
+def _check_text(tree: Tree, name: str) -> None:
+    """A file that is read whole: no more than people write, and YAML means what it says."""
+    is_yaml = name.endswith(".yaml")
+    limit = archive.MAX_YAML_BYTES if is_yaml else archive.MAX_TEXT_BYTES
+    if (tree / name).stat().st_size > limit:
+        raise DataError(tree / name, "is absurdly large", DISTRUST)
+    if is_yaml and has_aliases(read_text(tree / name)):
+        raise DataError(tree / name, "repeats itself by YAML aliases", DISTRUST)
+
+
 def _check_file(tree: Tree, name: str, digest: str) -> None:
     """A file of a local folder: no link on its way, and its hash right."""
     steps = [tree / str(step) for step in (PurePosixPath(name), *PurePosixPath(name).parents)]
     if any(step.is_symlink() for step in steps[:-1]):
         raise DataError(tree / name, "is a link", DISTRUST)
+    if not (tree / name).is_file():
+        raise DataError(tree / name, "is missing, or no plain file", "fetch or copy it again")
     if file_sha256(tree / name) != digest:
         problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
         raise DataError(tree / name, problem, "fetch or copy it again")

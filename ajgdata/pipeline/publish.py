@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date as calendar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from ajgdata.report.content import DatasetSummary
 
 VERSION = re.compile(r"\d+\.\d+\.\d+")
-DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 #: Nobody of a recorded data set was named: the people who can be asked are whoever hands it on.
 UNNAMED = {"simulated": "The ajgdata developers", "recorded": "Authors not named"}
 
@@ -73,15 +73,13 @@ def publish(
     may show how far it is. Raises DataError, and leaves what was there, when the features are
     missing or not of the recordings as they are now.
     """
-    for name, given, pattern in (("version", version, VERSION), ("date", date, DATE)):
-        if given and not pattern.fullmatch(given):
-            fix = "write 1.0.0" if name == "version" else "write 2026-01-31"
-            raise DataError(f"--{name}", f"{given!r} is none", fix)
+    _check_options(version, date)
     _check_target(out)
     spec = read_dataset(paths, dataset)
     features = store or paths.features(dataset)
-    if not features.is_file():
-        raise DataError(features, "these features have not been made", "run `snakemake` first")
+    for needed in (features, paths.quarantine(dataset)):
+        if not needed.is_file():
+            raise DataError(needed, "has not been made", "run `snakemake` first")
     content = read_store(features)
     version = version or spec.version
     sessions = _sessions(paths, dataset, content)
@@ -109,7 +107,7 @@ def check(folders: Sequence[Path]) -> list[list[Defect]]:
     is none. What other readers think is asked only where the files themselves are safe to open."""
     trees = [Tree(folder) for folder in folders]
     found = [defects(tree) for tree in trees]
-    safe = [not any("leaves" in d.problem or "link" in d.problem for d in one) for one in found]
+    safe = [not any(defect.is_unsafe for defect in one) for one in found]
     readable = [tree for tree, ok in zip(trees, safe, strict=True) if ok]
     seen = dict(zip(readable, views.seen_defects(readable), strict=True))
     return [
@@ -121,6 +119,16 @@ def check(folders: Sequence[Path]) -> list[list[Defect]]:
 def declaration_bytes(spec: DatasetSpec) -> bytes:
     """dataset.yaml with everything that the declaration takes over from another one."""
     return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True))
+
+
+def _check_options(version: str, day: str) -> None:
+    if version and not VERSION.fullmatch(version):
+        raise DataError("--version", f"{version!r} is none", "write 1.0.0")
+    try:
+        if day and calendar.fromisoformat(day).isoformat() != day:
+            raise ValueError
+    except ValueError:
+        raise DataError("--date", f"{day!r} is none", "write 2026-01-31") from None
 
 
 def _check_target(out: Path) -> None:
@@ -279,5 +287,5 @@ def _provenance(
         "digest of the recordings": told.provenance.inputs_hash,
     }
     if told.source == "simulated":
-        facts["digest of the virtual gripper's code"] = code_digest("gripper")
+        facts["digest of the code of the virtual gripper"] = code_digest("gripper")
     return facts

@@ -112,7 +112,7 @@ def answers(
         "time Fourier transform, summed over time, normalised; settings in attribute `settings` of "
         f"{Tree.FEATURES}.",
         "uses": f"Training and comparing models of acoustic sensing. {_groups(spec)}",
-        "limitations": _limitations(summary),
+        "limitations": _limitations(summary, sessions),
         "biases": _biases(sessions),
         "personal": "No: nothing was recorded, it is a simulation."
         if summary.source == "simulated"
@@ -134,8 +134,8 @@ def _biases(sessions: Sequence[Session]) -> str:
         return "Not known: nobody said with what it was recorded."
     media = sorted({session.medium for session in sessions})
     return (
-        f"One kind of gripper or few ({', '.join(grippers)}; filled with {', '.join(media)}): "
-        "others sound otherwise, and models do not carry over."
+        f"It knows these grippers only: {', '.join(grippers)}; filled with {', '.join(media)}. "
+        "Others sound otherwise, and models need not carry over."
     )
 
 
@@ -158,12 +158,14 @@ def _groups(spec: DatasetSpec) -> str:
     )
 
 
-def _limitations(summary: DatasetSummary) -> str:
+def _limitations(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
     if summary.source == "recorded":
         return "Other objects, rooms and set-ups than these."
+    grippers = len({session.gripper for session in sessions})
     return (
-        "It is simulated: rigid objects, one gripper, no noise but its floor unless it says so, "
-        "frequencies right up to about 6 kHz. Accuracies on it are not those of a real gripper."
+        f"It is simulated: rigid objects, {grippers} gripper{'s' * (grippers > 1)}, no noise but "
+        "its floor unless it says so; a grid of 4.2 mm is right up to about 6 kHz, a coarser one "
+        "less far. Accuracies on it are not those of a real gripper."
     )
 
 

@@ -65,6 +65,8 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     new, old = (path.with_name(f".{path.name[:40]}.{what}") for what in ("new", "old"))
+    if old.exists() and not path.exists():  # killed between the two renames below
+        old.rename(path)
     for left_by_a_killed_process in (new, old):
         shutil.rmtree(left_by_a_killed_process, ignore_errors=True)
     new.mkdir()
@@ -148,7 +150,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
     try:
         loader = _Loader(read_text(path))
         content = loader.get_single_data()
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: a date such as 2024-13-45
+    # ValueError: a date such as 2024-13-45; RecursionError: a thousand brackets
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         reason = " ".join(str(getattr(error, "problem", None) or error).split())
         place = f"{path}:{mark.line + 1}" if mark else path
@@ -161,6 +164,14 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise DataError(path, "holds no keys", "write it as `key: value` lines")
     return content
+
+
+def has_aliases(text: str) -> bool:
+    """Whether YAML repeats parts of itself (`*name`): some lines can thus mean gigabytes."""
+    try:
+        return any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text))
+    except yaml.YAMLError:
+        return False  # it is none
 
 
 def line_of(path: Path, place: Iterable[int | str]) -> int:

@@ -7,6 +7,7 @@ import json
 import zipfile
 from pathlib import Path
 
+import h5py
 import numpy as np
 from worlds import Project, tone, write_tone
 
@@ -107,12 +108,12 @@ def edit_json(path: Path, change) -> None:
     path.write_text(json.dumps(document))
 
 
-def repack(tree: Tree, change) -> None:
-    """Change the (name, content) pairs of audio.zip in place; it is compressed then."""
+def repack(tree: Tree, change, method: int = zipfile.ZIP_STORED) -> None:
+    """Change the (name, content) pairs of audio.zip in place."""
     with zipfile.ZipFile(tree / tree.ARCHIVE) as old:
         pairs = [(name, old.read(name)) for name in old.namelist()]
     change(pairs)
-    with zipfile.ZipFile(tree / tree.ARCHIVE, "w", zipfile.ZIP_DEFLATED) as new:
+    with zipfile.ZipFile(tree / tree.ARCHIVE, "w", method) as new:
         for name, content in pairs:
             new.writestr(name, content)
 
@@ -120,6 +121,14 @@ def repack(tree: Tree, change) -> None:
 def recordings(tree: Tree) -> list[Path]:
     """Audio files of a tree."""
     return sorted((tree / "audio").rglob("*.wav"))
+
+
+def claim(tree: Tree, rows: int) -> None:
+    """Let features.nc claim so many spectra; HDF5 writes none of them."""
+    with h5py.File(tree / tree.FEATURES, "r+") as store:
+        bins = store["feature"].shape[1]
+        del store["feature"]
+        store.create_dataset("feature", (rows, bins), "f4", chunks=(128, bins))
 
 
 def flip(path: Path) -> None:

@@ -23,6 +23,7 @@ from ajgdata.store.files import (
     read_yaml,
     remove_abandoned,
     replacing,
+    replacing_folder,
     write_bytes,
     write_if_changed,
     yaml_bytes,
@@ -267,3 +268,14 @@ def test_the_line_of_a_place(tmp_path, place, line):
     path = tmp_path / "x.yaml"
     path.write_text(PLACES)
     assert line_of(path, place) == line
+
+
+def test_a_folder_survives_a_kill_between_its_two_renames(tmp_path):
+    target = tmp_path / "tree"
+    target.mkdir()
+    (target / "a").write_text("old")
+    target.rename(tmp_path / ".tree.old")
+    with pytest.raises(ValueError, match="disk full"), replacing_folder(target):
+        raise ValueError("disk full")
+    assert (target / "a").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["tree"]

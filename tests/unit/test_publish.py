@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import zipfile
 from pathlib import Path
+from zipfile import ZIP_DEFLATED
 
 import h5py
 import numpy as np
@@ -16,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from published import (
     TARGETS,
+    claim,
     edit_json,
     edit_rows,
     flip,
@@ -126,6 +128,8 @@ def test_the_card_says_what_was_left_out_and_is_no_html(world):
     assert "2 had no hash from the day they were recorded" in card
     assert re.search(r"s1/take 0/6: .*cut short", card)
     assert "**Recorded**." in card
+    assert "| `day` | string |  | as whoever recorded it" in card
+    assert "| `object` (target) | string |  | what was held |" in card
     body = card.split("---\n", 2)[2]
     assert "<b>" not in body
     assert "latex &lt;1&gt;" in body
@@ -174,11 +178,26 @@ def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"), [({"version": "1"}, "--version"), ({"date": "now"}, "--date")]
+    ("wrong", "said"),
+    [
+        ({"version": "1"}, "--version: '1' is none"),
+        ({"date": "now"}, "--date: 'now' is none"),
+        ({"date": "2026-02-30"}, "--date: '2026-02-30' is none"),
+        ({"date": "20260131"}, "--date: '20260131' is none"),
+    ],
 )
 def test_wrong_options_are_one_line(world, tmp_path, wrong, said):
     with pytest.raises(DataError, match=said):
         publish(world[0].paths, "d", tmp_path / "out", **wrong)
+
+
+@pytest.mark.parametrize("what", ["features", "quarantine"])
+def test_what_was_not_made_is_not_published(project, tmp_path, what):
+    path = getattr(project.paths, what)("d")
+    path.unlink()
+    with pytest.raises(DataError, match=f"{path.name}: has not been made; run `snakemake` first"):
+        published(project, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_label_that_pandas_takes_for_missing_is_refused(project):
@@ -378,7 +397,9 @@ BREAKS = {
         lambda t: repack(t, lambda p: p.append(("../evil.wav", b""))), True,
         r"audio.zip: '../evil.wav' leaves the folder",
     ),
-    "archive is a bomb": (lambda t: repack(t, bomb), True, r"audio.zip: .* would grow \d+-fold"),
+    "archive is a bomb": (
+        lambda t: repack(t, bomb, ZIP_DEFLATED), True, r"audio.zip: .* is compressed, \d+ to",
+    ),
     "archive cut short": (
         lambda t: (t / t.ARCHIVE).write_bytes((t / t.ARCHIVE).read_bytes()[:-100]), True,
         r"audio.zip: not a readable archive",
@@ -414,6 +435,14 @@ BREAKS = {
     "spectrum of another recording": (
         other_spectrum, True,
         r"features.nc: its spectrum of audio/s1/take_1_4.wav is not that of the file;",
+    ),
+    "features claim too much": (
+        lambda t: claim(t, 10**9), True, r"features.nc: not a readable feature store",
+    ),
+    "session repeats itself": (
+        replaced("sessions/s1/session.yaml", "session_id: s1", "session_id: &a s1\nnotes: *a"),
+        True,
+        r"sessions/s1/session.yaml: repeats itself by YAML aliases",
     ),
     "features cut short": (
         lambda t: (t / t.FEATURES).write_bytes((t / t.FEATURES).read_bytes()[:5000]), True,
@@ -457,6 +486,15 @@ def test_each_defect_is_found_by_name(found, name):
     said = [str(defect) for defect in found[name]]
     assert any(re.search(BREAKS[name][2], line) for line in said), said
     assert all("\n" not in line for line in said)
+
+
+def test_what_is_unsafe_is_not_handed_to_other_readers(found):
+    unsafe = {name for name, told in found.items() if any(one.is_unsafe for one in told)}
+    assert unsafe == {
+        *("link", "table leaves the folder", "archive leaves the folder", "archive is a bomb"),
+        *("archive cut short", "features cut short", "features claim too much"),
+        *("session repeats itself", "missing session"),
+    }
 
 
 @pytest.mark.parametrize("align", [False, True])

@@ -1,5 +1,6 @@
 """The feature store: equal values through every reader, equal bytes for equal content."""
 
+import gc
 import time
 from dataclasses import replace
 
@@ -7,6 +8,7 @@ import h5netcdf
 import h5py
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,11 +17,11 @@ from ajgdata.store.features import (
     Column,
     Shard,
     concatenate,
-    open_store,
     read_store,
     text_column,
     write_store,
 )
+from ajgdata.store.opening import open_store
 from ajgdata.types import DataError
 
 FEATURE_ATTRS = {"long_name": "spectrum", "units": "1"}
@@ -92,9 +94,48 @@ def test_xarray_reads_it(tmp_path):
     assert features["feature"].attrs["units"] == "1"
     assert set(features.data_vars) == {"feature"}
     assert features.attrs["source"] == "recorded"
+    with xr.open_dataset(path) as plain:  # which knows nothing of this library
+        xr.testing.assert_identical(features, plain.load())
     chosen = features["feature"].sel(recording="s1/003", frequency=slice(100, 300))
     np.testing.assert_array_equal(chosen, sample().feature[3, 4:10])
     assert not np.isnan(features.where(features["edge_mm"] > 2, drop=True)["feature"]).any()
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        (0, 3), (-1, slice(None)), (slice(None, None, -2), slice(10, 3, -3)), ([3, 0, 3], 2),
+        ([4, 1], [0, 16, 0]), (slice(2, 2), slice(None)), (np.arange(5) % 2 == 0, slice(1, 4)),
+        (slice(1, 4), [5, 5]),
+    ],
+)  # fmt: skip
+def test_only_what_is_asked_for_and_in_every_way(tmp_path, key):
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    rows, bins = key
+    expected = sample().feature[rows][..., bins]
+    with open_store(path) as opened:
+        assert not opened.variables["feature"]._in_memory
+        chosen = opened.feature.isel(recording=rows, frequency=bins)
+        np.testing.assert_array_equal(chosen.values, expected)
+
+
+def test_a_part_of_a_store_keeps_it_open(tmp_path):
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    part = open_store(path).feature[1:3]
+    gc.collect()
+    np.testing.assert_array_equal(part.values, sample().feature[1:3])
+
+
+def test_a_store_that_is_closed_gives_no_more(tmp_path):
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    with open_store(path) as opened:
+        first = opened.feature[0].load()
+    np.testing.assert_array_equal(first, sample().feature[0])
+    with pytest.raises(ValueError, match="the store is closed"):
+        opened.feature.load()
 
 
 def test_plain_hdf5_readers_read_it(tmp_path):
@@ -200,8 +241,9 @@ def test_what_is_no_store(tmp_path, content):
         read_store(path)
     with h5py.File(path, "w") as other:
         other["something"] = 1
-    with pytest.raises(DataError, match="not a readable feature store"):
-        read_store(path)
+    for read in (read_store, open_store):
+        with pytest.raises(DataError, match="not a readable feature store"):
+            read(path)
 
 
 def test_damage_is_noticed(tmp_path):

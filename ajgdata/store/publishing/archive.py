@@ -21,13 +21,11 @@ _DAMAGE = (
     *(zipfile.BadZipFile, zlib.error, struct.error, OSError, EOFError, ValueError, LookupError),
     *(RuntimeError, OverflowError),
 )
-#: Recordings do not compress this well (a pure tone 50-fold); what claims to is there to fill a
-#: disk. Ours are not compressed at all.
-MAX_RATIO = 200
 #: Largest sum of files that is unpacked or fetched without being asked for.
 MAX_BYTES = 50 * 2**30
 #: What is read as YAML, CSV or a list of hashes is not larger than this.
 MAX_TEXT_BYTES = 2**28
+MAX_YAML_BYTES = 2**22
 
 
 @contextmanager
@@ -73,7 +71,8 @@ def _damaged(where: object, error: Exception) -> DataError:
 
 def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
     """Name and problem of every entry that may not be unpacked: what leaves `folder`, links,
-    names that stand twice (also where case does not count), and what would fill the disk."""
+    names that stand twice (also where case does not count), and what would fill the disk: ours are
+    never compressed, so that nothing can grow."""
     entries = archive.infolist()
     counts = Counter(entry.filename.lower() for entry in entries)
     for entry in entries:
@@ -87,8 +86,8 @@ def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
             yield name, "is a link or device, not a file"
         elif counts[name.lower()] > 1:
             yield name, "stands in the archive twice"
-        elif entry.file_size > MAX_RATIO * max(entry.compress_size, 1):
-            yield name, f"would grow {entry.file_size // max(entry.compress_size, 1)}-fold"
+        elif entry.compress_type != zipfile.ZIP_STORED or entry.file_size != entry.compress_size:
+            yield name, f"is compressed, {entry.compress_size} to {entry.file_size} bytes"
     if (total := sum(entry.file_size for entry in entries)) > MAX_BYTES:
         yield "*", f"would be {total / 2**30:.0f} GiB"
 

@@ -16,7 +16,7 @@ import yaml
 from ajgdata.paths import AUDIO_FOLDER, SESSION_FILE, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
-from ajgdata.store.files import read_json, read_text
+from ajgdata.store.files import has_aliases, read_json, read_text
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.croissant import RECORDINGS
 from ajgdata.store.publishing.datapackage import LABELS
@@ -26,7 +26,7 @@ from ajgdata.store.publishing.table import FILE_NAME, Table, read_table, table_o
 from ajgdata.store.sessions import read_declaration, read_session
 from ajgdata.types import DataError
 
-AGAIN = "publish it again, or fetch it again"
+AGAIN, DISTRUST = "publish it again, or fetch it again", "do not use this data set"
 REQUIRED = (
     *(Tree.README, Tree.LICENCE, Tree.CITATION, Tree.CROISSANT, Tree.DATAPACKAGE, Tree.METADATA),
     *(Tree.FEATURES, Tree.ARCHIVE, Tree.DECLARATION),
@@ -35,11 +35,13 @@ REQUIRED = (
 
 @dataclass(frozen=True, order=True)
 class Defect:
-    """One thing wrong with one file of a published data set."""
+    """One thing wrong with one file of a published data set. `is_unsafe`: other readers are not
+    asked."""
 
     file: str
     problem: str
     fix: str = AGAIN
+    is_unsafe: bool = False
 
     def __str__(self) -> str:
         return f"{self.file}: {self.problem}; {self.fix}"
@@ -55,6 +57,8 @@ def defects(tree: Tree) -> list[Defect]:
         raise DataError(tree.root, problem, "name a folder that `ajgdata publish` made")
     hashes = read_sums(tree / tree.SUMS)
     found = list(_files(tree, hashes))
+    if any(defect.is_unsafe for defect in found):
+        return found
     for check in (_table, feature_defects, _archive, _documents, _card, _declaration):
         found += _told(check, tree, hashes)
     return sorted(set(found))
@@ -65,13 +69,15 @@ def _told(
     tree: Tree,
     hashes: Mapping[str, str],
 ) -> list[Defect]:
-    """What a check finds; a file that cannot be read at all is a defect as well."""
+    """What a check finds; a file that cannot be read at all is a defect as well, and what we cannot
+    read is not handed to other readers."""
     found = []
     try:
         for defect in check(tree, hashes):
             found.append(defect)
     except DataError as error:
-        found.append(Defect(error.where.removeprefix(f"{tree.root}/"), error.problem, error.fix))
+        where = error.where.removeprefix(f"{tree.root}/")
+        found.append(Defect(where, error.problem, error.fix, is_unsafe=True))
     return found
 
 
@@ -84,8 +90,11 @@ def _files(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
         yield Defect(name, f"is not in {tree.SUMS}", "remove it, or publish again")
     for name in there:
         path = tree / name
-        if path.is_symlink() or any(p.is_symlink() for p in path.relative_to(tree.root).parents):
-            yield Defect(name, "is a link, not a file", "remove it; then " + AGAIN)
+        if path.is_symlink() or not path.is_file():
+            what = "a link, not a file" if path.is_symlink() else "no plain file"
+            yield Defect(name, f"is {what}", f"remove it; then {AGAIN}", is_unsafe=True)
+        elif name.endswith(".yaml") and has_aliases(read_text(path)):
+            yield Defect(name, "repeats itself by YAML aliases", DISTRUST, is_unsafe=True)
         elif name in hashes and file_sha256(path) != hashes[name]:
             yield Defect(name, f"its bytes are not those of {tree.SUMS} (sha256 differs)")
 
@@ -98,7 +107,7 @@ def _table(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
     for line, row in rows:
         where, name = f"{tree.METADATA}:{line}", row[FILE_NAME]
         if problem := archive.bad_name(name):
-            yield Defect(where, f"{FILE_NAME} {name!r} {problem}", "do not use this data set")
+            yield Defect(where, f"{FILE_NAME} {name!r} {problem}", DISTRUST, is_unsafe=True)
         elif not name.startswith(f"{AUDIO_FOLDER}/") or name not in hashes:
             yield Defect(where, f"{name!r} is no recording of this data set")
         elif row["sha256"] != hashes[name]:
@@ -152,7 +161,7 @@ def _archive(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
     with archive.reading(tree / tree.ARCHIVE) as held:
         unsafe = dict(archive.problems(held, AUDIO_FOLDER))
         for name, problem in unsafe.items():
-            yield Defect(tree.ARCHIVE, f"{name!r} {problem}", "do not unpack it")
+            yield Defect(tree.ARCHIVE, f"{name!r} {problem}", "do not unpack it", is_unsafe=True)
         if unsafe:
             return
         names = set(held.namelist())

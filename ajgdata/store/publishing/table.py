@@ -35,6 +35,7 @@ MEANING = {
     "setup_sha256": "digest of the scene and of the settings it was simulated with",
     "sha256": "SHA-256 of the file",
 }
+UNDECLARED = "as whoever recorded it wrote it down: dataset.yaml says nothing of it"
 #: Texts that pandas, and whatever reads tables with it, takes for a missing value.
 READ_AS_MISSING = frozenset(
     (
@@ -105,15 +106,16 @@ def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
 def _column(name: str, store: Shard) -> PublishedColumn:
     column = store.columns[name]
     kinds = {"U": "string", "i": "integer", "f": "number"}
-    meaning = MEANING.get(name, "")
-    if column.attrs.get("role") == "target":
+    is_target = column.attrs.get("role") == "target"
+    meaning = MEANING.get(name, "" if is_target else UNDECLARED)
+    if is_target:
         meaning = column.attrs.get("long_name", meaning)
     return PublishedColumn(
         name,
         kinds[column.values.dtype.kind],  # type: ignore[arg-type]  # the values above
         column.attrs.get("units", "").removeprefix("1"),
         meaning,
-        column.attrs.get("role") == "target",
+        is_target,
     )
 
 
