@@ -10,12 +10,14 @@ from ajgdata.store.files import write_bytes
 from ajgdata.types import DataError
 
 
-def verify(tests: Path, summary: Path) -> None:
-    """Run the tests of the built results and the slow tier; write pytest's closing line.
+def verify(tests: Path, summary: Path, *, quick: bool) -> None:
+    """Run the tests of the built results and, unless `quick`, the slow tier; write pytest's closing
+    line.
 
     Raises DataError when one fails; pytest's output is in the log.
     """
-    command = [sys.executable, "-m", "pytest", "-m", "artefact or slow", "-p", "no:cacheprovider"]
+    chosen = ["-m", "artefact", "-n", "0"] if quick else ["-m", "artefact or slow"]
+    command = [sys.executable, "-m", "pytest", *chosen, "-p", "no:cacheprovider"]
     done = subprocess.run(
         [*command, "--rootdir", str(tests.parent), str(tests)],
         check=False,

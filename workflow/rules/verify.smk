@@ -9,6 +9,7 @@ rule verify:
     conda:
         "../../environment.yml"
     params:
+        quick=config["quick"],
         code=code_digest("gripper"),
     message:
         "Checking the results, and the solver on runs too long for the test suite"

@@ -6,4 +6,8 @@ from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.verify import verify
 
 with logged(snakemake.log[0]):
-    verify(Path(snakemake.input.tests).parents[1], Path(snakemake.output.summary))
+    verify(
+        Path(snakemake.input.tests).parents[1],
+        Path(snakemake.output.summary),
+        quick=snakemake.params.quick,
+    )
