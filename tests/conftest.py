@@ -5,10 +5,15 @@ import subprocess
 import sys
 
 import pytest
+from hypothesis import settings
 
 # Tests compute little: on a busy machine threads that wait for each other take ten times as long.
 # Before anything imports numpy or torch; the processes that tests start inherit it.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+# Nothing here is timed: a slow machine is no defect.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session")
