@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_every_key_of_the_configuration_is_explained_with_its_default():
     schema = yaml.safe_load((ROOT / "workflow/schemas/config.schema.yaml").read_text())
     defaults = yaml.safe_load((ROOT / "workflow/config/default.yaml").read_text())
-    rows = re.findall(r"^\| `(\w+)` \| `(\w+)` \|", (ROOT / "config/README.md").read_text(), re.M)
+    explained = (ROOT / "workflow/config/README.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| `(\w+)` \|", explained, re.M)
     assert {key: yaml.safe_load(given) for key, given in rows} == defaults
     assert set(defaults) == set(schema["properties"]) == set(schema["required"])
 
@@ -20,4 +21,5 @@ def test_the_catalogue_is_told_how_to_use_it():
     usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
     assert {"mandatory-flags", "software-stack-deployment", "report"} == set(usage)
     assert all((ROOT / name).is_file() for name in ("README.md", "LICENSE", "CITATION.cff"))
+    assert (ROOT / "config/README.md").samefile(ROOT / "workflow/config/README.md")
     assert all(path.suffix == ".smk" for path in (ROOT / "workflow/rules").iterdir())

@@ -21,9 +21,6 @@ RANKS = {
     "report": 7,
     "pipeline": 8,
     "loading": 9,
-    "cli_gripper": 9,
-    "cli_project": 9,
-    "cli_publish": 9,
     "cli": 10,
 }
 #: Packages that use nothing of ours but what is named.

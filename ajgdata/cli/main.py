@@ -15,9 +15,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ajgdata.cli_gripper import gripper
-from ajgdata.cli_project import looking
-from ajgdata.cli_publish import publishing
+from ajgdata.cli.gripper import gripper
+from ajgdata.cli.project import looking
+from ajgdata.cli.publish import publishing
 from ajgdata.types import DataError, Finding, ImportSettings
 
 app = typer.Typer(
