@@ -31,7 +31,7 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
 
     Raises DataError when the features have not been made, FileNotFoundError outside a project.
     """
-    from ajgdata.store.opening import open_store
+    from ajgdata.store.open_xarray import open_store
 
     return open_store(_paths(project).features(name))
 

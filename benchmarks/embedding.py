@@ -23,7 +23,7 @@ from torch.func import functional_call, stack_module_state, vmap
 from ajgdata.embed.batches import draw_batches
 from ajgdata.embed.contrastive import Pairs, contrastive_loss, pair_weights
 from ajgdata.embed.encoder import new_network
-from ajgdata.embed.together import Together
+from ajgdata.embed.stacked_encoders import StackedEncoders
 from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
 from ajgdata.types import Embedding
 
@@ -67,7 +67,7 @@ def loop() -> Step:
 
 
 def together() -> Step:
-    joined = Together(networks())
+    joined = StackedEncoders(networks())
     optimiser, schedule = CnnClassifier().descent(joined, 10**6)
 
     def step(x: torch.Tensor, pairs: Pairs) -> None:

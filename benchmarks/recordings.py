@@ -19,9 +19,9 @@ from rich.table import Table
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.paths import Paths
 from ajgdata.pipeline.evaluate import rows_of
+from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.merge import merge
-from ajgdata.pipeline.shard import make_shard
 from ajgdata.store import manifest
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.sessions import read_dataset, write_dataset
@@ -42,7 +42,7 @@ def features_of(project: Paths, name: str, folder: Path) -> Shard:
     import_folder(project, name, folder, settings=None, copy=False)
     sessions = manifest.refresh(project, name)
     for session in sessions:
-        make_shard(
+        extract_features(
             root=project.root,
             manifest=project.audio_manifest(name, session),
             audio=spec.audio,

@@ -41,7 +41,7 @@ class Solver(Protocol):
         ...
 
 
-class Alone:
+class SerialSolver:
     """Solves each scene when it is asked for, in this process."""
 
     def __init__(self, folder: Path) -> None:
@@ -60,7 +60,7 @@ class Alone:
         return self._store.solve(scene)
 
 
-class Workers:
+class PoolSolver:
     """Solves the scenes that are expected in processes, a few ahead of who asks.
 
     The order in which they finish changes nothing: each scene has one response.
@@ -121,12 +121,12 @@ def solving(folder: Path, cores: int) -> Iterator[Solver]:
     The processes end with this one, whatever becomes of it.
     """
     if cores == 1:
-        yield Alone(folder)
+        yield SerialSolver(folder)
         return
     context = multiprocessing.get_context("spawn")  # forking would copy threads in any state
     pool = ProcessPoolExecutor(cores, mp_context=context, initializer=_begin)
     try:
-        yield Workers(folder, pool, cores)
+        yield PoolSolver(folder, pool, cores)
     finally:
         pool.shutdown(cancel_futures=True)
 

@@ -12,7 +12,7 @@ from sklearn.preprocessing import StandardScaler
 
 from ajgdata.embed.batches import draw_batches
 from ajgdata.embed.contrastive import contrastive_loss, pair_weights
-from ajgdata.embed.together import Together
+from ajgdata.embed.stacked_encoders import StackedEncoders
 from ajgdata.models.baselines import Compress
 from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
 from ajgdata.models.reproducible import reproducible
@@ -78,7 +78,7 @@ def train_encoders(
     inputs = torch.from_numpy(scaling.transform(features)).float()
     with reproducible(seed):
         networks = [new_network(features.shape[1], dimension) for dimension in dimensions]
-        together = Together(networks)
+        together = StackedEncoders(networks)
         optimiser, schedule = CnnClassifier().descent(together, len(batches))
         for rows in batches:
             pairs = pair_weights(instance[rows], grasp[rows])

@@ -23,7 +23,7 @@ from ajgdata.types import Kind
 
 
 @dataclass(frozen=True, eq=False)
-class Further:
+class ExtraTestSet:
     """Rows that are predicted and never trained on: features (n, f), target (n,), groups (n,).
 
     A fold's model predicts those whose group has no row among its training rows. So a second
@@ -45,12 +45,12 @@ class Scores:
     folds of a model that ignores its input. `confusion` (rows true, columns predicted, in order
     of `classes`) is over all out-of-fold predictions; both are empty for regression.
 
-    Of further rows, `folds` counts those that could predict some of them, and a row that several
+    Of extra rows, `folds` counts those that could predict some of them, and a row that several
     folds predicted counts as often in `pooled` and `confusion`.
     """
 
     kind: Kind
-    split: str  #: "grouped" or "random", or the name of the further rows
+    split: str  #: "grouped" or "random", or the name of the extra rows
     folds: int
     seed: int
     recordings: int
@@ -68,7 +68,7 @@ class Scores:
 class Predictions:
     """Predictions, each by a model that never saw its group; arrays (n,).
 
-    Out-of-fold predictions are in the order of the input, one for each row. Those of further rows
+    Out-of-fold predictions are in the order of the input, one for each row. Those of extra rows
     are in the order of the folds.
     """
 
@@ -94,7 +94,7 @@ class CrossValidation:
     scores: Scores
     predictions: Predictions
     cost: Cost
-    further: dict[str, Tested]
+    extra_tests: dict[str, Tested]
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,10 @@ def cross_validate(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
-    further: Mapping[str, Further] | None = None,
+    extra_tests: Mapping[str, ExtraTestSet] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> CrossValidation:
-    """Train on all folds but one, predict that one and what is `further`; so for each fold.
+    """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
 
     `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
     never straddle folds, or None for a random split, which flatters and is there to compare.
@@ -131,24 +131,24 @@ def cross_validate(
     not depend on the number of cores, and jobs side by side do not fight.
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
-    differ, for folds that cannot be made (see `splits`), and for further rows without `groups`.
+    differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
     """
     features, target = _validated(features, target, kind)
-    further = {name: _checked(one, kind) for name, one in (further or {}).items()}
-    for other, one in further.items():
+    extra_tests = {name: _checked(one, kind) for name, one in (extra_tests or {}).items()}
+    for other, one in extra_tests.items():
         if one.features.shape[1] != features.shape[1]:
             widths = f"{one.features.shape[1]} features, not {features.shape[1]}"
             raise ValueError(f"{other} has {widths}: give both data sets the same feature settings")
     if groups is None:
-        if further:
-            raise ValueError("further rows need groups, or a grasp could be trained and tested on")
+        if extra_tests:
+            raise ValueError("extra rows need groups, or a grasp could be trained and tested on")
         group, parts = np.arange(len(target)), random_folds(target, kind, folds, seed)
     else:
         group = np.asarray(groups)
         parts = grouped_folds(target, group, kind, folds, seed)
     estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
-    sets: dict[str | None, Further] = {None: Further(features, target, group)}
-    sets.update(further)
+    sets: dict[str | None, ExtraTestSet] = {None: ExtraTestSet(features, target, group)}
+    sets.update(extra_tests)
     done: dict[str | None, list[_Part]] = {name: [] for name in sets}
     costs, rss_mb = [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
@@ -198,11 +198,11 @@ def _validated(
     return features, target
 
 
-def _checked(further: Further, kind: Kind) -> Further:
-    features, target = _validated(further.features, further.target, kind)
-    if len(further.groups) != len(target) or not len(target):
-        raise ValueError(f"{len(target)} further rows with {len(further.groups)} groups")
-    return Further(features, target, np.asarray(further.groups))
+def _checked(extra: ExtraTestSet, kind: Kind) -> ExtraTestSet:
+    features, target = _validated(extra.features, extra.target, kind)
+    if len(extra.groups) != len(target) or not len(target):
+        raise ValueError(f"{len(target)} extra rows with {len(extra.groups)} groups")
+    return ExtraTestSet(features, target, np.asarray(extra.groups))
 
 
 def _fitted(
@@ -232,7 +232,7 @@ def _predict(
     return _Part(fold, rows, y_train, y_pred, probability)
 
 
-def _predictions(one: Further, parts: Sequence[_Part], in_order: bool) -> Predictions:
+def _predictions(one: ExtraTestSet, parts: Sequence[_Part], in_order: bool) -> Predictions:
     """The folds' predictions together; `in_order`: put back into the order of the rows."""
     row = np.concatenate([part.row for part in parts])
     fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
@@ -249,7 +249,12 @@ def _predictions(one: Further, parts: Sequence[_Part], in_order: bool) -> Predic
 
 
 def _scores(
-    one: Further, parts: Sequence[_Part], kind: Kind, period: float | None, seed: int, split: str
+    one: ExtraTestSet,
+    parts: Sequence[_Part],
+    kind: Kind,
+    period: float | None,
+    seed: int,
+    split: str,
 ) -> Scores:
     if not parts:
         raise ValueError(f"{split}: every one of its groups is trained on in every fold")

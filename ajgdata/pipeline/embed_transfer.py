@@ -168,7 +168,7 @@ def _accuracies(
     both: _Both, spaces: Mapping[str, list[np.ndarray]], settings: Embedding, seed: int
 ) -> dict[str, Any]:
     """Of each held-out gripper: what a classifier brings along, and one of its own is worth."""
-    from ajgdata.evaluate.transfer import calibration_draws, transfer_accuracy
+    from ajgdata.evaluate.latent_transfer import calibration_draws, transfer_accuracy
 
     thing, nothing = both.logged.instance, np.zeros(0, int)
     rows, within = [], []

@@ -53,7 +53,7 @@ def evaluate_task(
     were. A task that cannot be evaluated, for instance with a single group, is written as such with
     the reason: the rest of the run goes on.
     """
-    from ajgdata.evaluate.crossval import Further, cross_validate
+    from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
 
     shard = read_store(store)
     task: dict[str, Any] = {
@@ -76,13 +76,13 @@ def evaluate_task(
         for name, path in (others or {}).items():
             other = rows_of(read_store(path), target, kind, groups)
             tested[f"on:{name}"] = other.where(~_among(other.value, withhold))
-        further = {n: Further(r.feature, r.value, r.group) for n, r in tested.items()}
+        extra = {n: ExtraTestSet(r.feature, r.value, r.group) for n, r in tested.items()}
         for split in ("grouped", "random") if compare_random else ("grouped",):
             with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
                 results[split] = cross_validate(
                     known.feature, known.value, known.group if split == "grouped" else None,
                     kind=kind, model=model, folds=folds, seed=seed, period=period_deg,
-                    further=further if split == "grouped" else None,
+                    extra_tests=extra if split == "grouped" else None,
                 )  # fmt: skip
             if not _computable(results[split].scores):
                 problem = f"errors of {target!r} are too large or too small to compute with"
@@ -94,7 +94,7 @@ def evaluate_task(
     for split, result in results.items():
         document[split] = plain(dataclasses.asdict(result.scores))
         lines += _lines(known.name, split, result.predictions)
-        for name, found in result.further.items():
+        for name, found in result.extra_tests.items():
             document[name] = plain(dataclasses.asdict(found.scores))
             lines += _lines(tested[name].name, name, found.predictions)
     document["by_value"] = []
@@ -118,7 +118,7 @@ def _by_value(found: CrossValidation, period: float | None) -> dict[str, Any]:
     from ajgdata.evaluate.withheld import by_value, overall
 
     made: dict[str, Any] = {}
-    held = found.further[WITHHELD].predictions if WITHHELD in found.further else None
+    held = found.extra_tests[WITHHELD].predictions if WITHHELD in found.extra_tests else None
     if len(np.unique(found.predictions.y_true)) <= MAX_VALUES:
         values = by_value(found.predictions, held, period)
         made["by_value"] = [dataclasses.asdict(one) for one in values]
@@ -143,11 +143,11 @@ def _heard(
     seed: int,
 ) -> dict[str, Any]:
     """What predictions from silent recordings know of the target."""
-    from ajgdata.evaluate.silent import silent_test
+    from ajgdata.evaluate.shortcut_test import shortcut_test
 
-    p = found.further[name].predictions
+    p = found.extra_tests[name].predictions
     group = tested[name].group[p.row]
-    test = silent_test(p.y_true, p.y_pred, p.fold, group, kind=kind, period=period, seed=seed)
+    test = shortcut_test(p.y_true, p.y_pred, p.fold, group, kind=kind, period=period, seed=seed)
     return dataclasses.asdict(test)
 
 

@@ -27,8 +27,8 @@ from ajgdata.store.files import (
 )
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.checks import DISTRUST, feature_defects
+from ajgdata.store.publishing.checksums import read_checksums
 from ajgdata.store.publishing.download import Download, cache_of, is_web
-from ajgdata.store.publishing.sums import read_sums
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
 from ajgdata.store.sessions import (
     list_datasets,
@@ -113,7 +113,7 @@ def _brought(
     if is_web(source):
         cache = cache_of(paths.fetched, source)
         download = Download(source, cache, retries)
-        hashes = read_sums(download.sums(sha256))
+        hashes = read_checksums(download.sums(sha256))
         needed = _needed(cache / Tree.SUMS, hashes)
         download.files(hashes, needed, each)
         tree = Tree(cache)
@@ -125,7 +125,7 @@ def _brought(
         _check_text(tree, tree.SUMS)
         if sha256 and file_sha256(tree / tree.SUMS) != sha256:
             raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
-        hashes = read_sums(tree / tree.SUMS)
+        hashes = read_checksums(tree / tree.SUMS)
         needed = _needed(tree / tree.SUMS, hashes)
         for file in each(needed):
             _check_file(tree, file, hashes[file])

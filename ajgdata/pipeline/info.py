@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.merge import read_findings
 from ajgdata.pipeline.plan import recorded_sessions
 from ajgdata.store.features import Column, read_store
 from ajgdata.store.files import bytes_below
+from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import DatasetSpec, Recording, Session
 

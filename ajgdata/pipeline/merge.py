@@ -3,27 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ajgdata.store.features import Shard, concatenate, read_store, write_store
-from ajgdata.store.files import csv_bytes, link_or_copy, read_csv, sha256_of, write_bytes
+from ajgdata.store.files import link_or_copy, read_csv, sha256_of
+from ajgdata.store.findings import read_findings, without_rejected, write_findings
 from ajgdata.store.labels import labelled, rejected, select, with_columns, without_copies
 from ajgdata.store.provenance import software
 from ajgdata.types import Finding, Target
-
-FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
-
-
-def read_findings(path: Path) -> list[Finding]:
-    """A table of findings."""
-    rows = read_csv(path, required=FINDING_COLUMNS)[1]
-    return [Finding(*(row[column] for column in FINDING_COLUMNS)) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
-
-
-def write_findings(path: Path, findings: Sequence[Finding]) -> None:
-    """Write a table of findings, sorted."""
-    write_bytes(path, csv_bytes(FINDING_COLUMNS, [vars(f) for f in sorted(findings)]))
 
 
 def merge(
@@ -61,12 +49,6 @@ def merge(
     write_store(store, with_attributes(merged, dataset), {"long_name": "spectrum", "units": "1"})
     write_findings(quarantine, found)
     link_or_copy(store, published)
-
-
-def without_rejected(findings: Iterable[Finding], notes: Sequence[Finding]) -> list[Finding]:
-    """The findings, with those of rejected recordings replaced by their `notes`."""
-    names = {(note.session_id, note.recording_id) for note in notes}
-    return [*notes, *(f for f in findings if (f.session_id, f.recording_id) not in names)]
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

@@ -18,9 +18,9 @@ from ajgdata.store.provenance import code_digest, commit_date, settings_digest, 
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.checks import Defect, defects
+from ajgdata.store.publishing.checksums import checksums_bytes
 from ajgdata.store.publishing.croissant import croissant
 from ajgdata.store.publishing.datapackage import datapackage
-from ajgdata.store.publishing.sums import sums_bytes
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
 from ajgdata.store.sessions import audio_path, inside, read_dataset, read_recordings, read_session
 from ajgdata.types import DataError, DatasetSpec, Session
@@ -94,7 +94,7 @@ def publish(
         _write_sessions(tree, paths, dataset, sessions)
         unsealed = sum(not source.is_sealed for source in sources)
         made = _describe(tree, paths, spec, content, table, sessions, unsealed, version, date)
-        (tree / tree.SUMS).write_bytes(sums_bytes(folder))
+        (tree / tree.SUMS).write_bytes(checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
     if receipt:
         line = f"{file_sha256(out / Tree.SUMS)}  {out.name}/{Tree.SUMS}\n"

@@ -13,7 +13,6 @@ import numpy as np
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.embed_documents import read_embedded
 from ajgdata.pipeline.experiments import runs_of
-from ajgdata.pipeline.merge import read_findings
 from ajgdata.pipeline.report_results import left_out_of, task_result
 from ajgdata.pipeline.report_rows import (
     curves_of,
@@ -36,6 +35,7 @@ from ajgdata.report.paper import PAPER_FILE, parse_paper
 from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, read_json, read_yaml, write_bytes
+from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import PACKAGE, settings_digest, software
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError, DatasetSpec, FeatureSettings

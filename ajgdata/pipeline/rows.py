@@ -163,16 +163,16 @@ def calibrate_task(
     output: Path,
 ) -> None:
     """Errors of `model` on `others`, stores by data set, for each number of calibration grasps."""
-    from ajgdata.evaluate.crossval import Further
+    from ajgdata.evaluate.cross_gripper import cross_gripper
+    from ajgdata.evaluate.crossval import ExtraTestSet
     from ajgdata.evaluate.metrics import METRICS
-    from ajgdata.evaluate.other_gripper import transfer
 
     def made(rows: Rows) -> dict[str, Any]:
-        own, on = Further(rows.feature, rows.value, rows.group), {}
+        own, on = ExtraTestSet(rows.feature, rows.value, rows.group), {}
         for name, path in others.items():
             theirs = apart(rows_of(read_store(path), target, kind, groups), withhold)[0]
-            points = transfer(
-                own, Further(theirs.feature, theirs.value, theirs.group),
+            points = cross_gripper(
+                own, ExtraTestSet(theirs.feature, theirs.value, theirs.group),
                 kind=kind, model=model, sizes=grasps, folds=folds, seed=seed, period=period_deg,
             )  # fmt: skip
             on[name] = [dataclasses.asdict(point) for point in points]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.merge import read_findings
 from ajgdata.pipeline.plan import recorded_sessions
 from ajgdata.pipeline.recipes import recipe_sessions
+from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_recordings
 from ajgdata.types import DataError

@@ -9,7 +9,6 @@ from typing import Any
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio
-from ajgdata.pipeline.merge import without_rejected
 from ajgdata.pipeline.recordings import (
     examine,
     finding,
@@ -18,6 +17,7 @@ from ajgdata.pipeline.recordings import (
     read_excitation,
 )
 from ajgdata.store.audio import Remark, file_sha256
+from ajgdata.store.findings import without_rejected
 from ajgdata.store.labels import bad_label, copies, label_problem, rejected
 from ajgdata.store.manifest import HashCache, survey
 from ajgdata.store.scan import audio_files

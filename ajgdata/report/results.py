@@ -83,7 +83,7 @@ class ElsewhereResult(PartResult):
 
 @dataclass(frozen=True)
 class SilentResult:
-    """What a model makes of recordings with the speaker silent, see `evaluate.silent`."""
+    """What a model makes of recordings with the speaker silent, see `evaluate.shortcut_test`."""
 
     dataset: str
     title: str

@@ -4,9 +4,9 @@ import yaml
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire import acquire_all
+from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.recipes import recipe_sessions
-from ajgdata.pipeline.shard import make_shard
 from ajgdata.store.sessions import read_dataset
 
 EDGES_MM = (12.0, 18.0, 24.0, 30.0)
@@ -45,7 +45,7 @@ def features_of(paths: Paths, name: str) -> None:
     """What rules `features` and `merge` do, in this process."""
     spec, sessions = read_dataset(paths, name), recipe_sessions(paths, name)
     for session in sessions:
-        make_shard(
+        extract_features(
             root=paths.root,
             manifest=paths.audio_manifest(name, session),
             audio=spec.audio,

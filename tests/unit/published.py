@@ -14,7 +14,7 @@ from worlds import Project, tone, write_tone
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.publish import Published, publish
 from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
-from ajgdata.store.publishing.sums import sums_bytes
+from ajgdata.store.publishing.checksums import checksums_bytes
 from ajgdata.types import Recording, Target
 
 TARGETS = {
@@ -91,7 +91,7 @@ def reseal(tree: Tree) -> None:
                 if "bytes" in one:
                     one["bytes"] = (tree / path).stat().st_size
         (tree / name).write_text(json.dumps(document))
-    write_bytes(tree / tree.SUMS, sums_bytes(tree.root))
+    write_bytes(tree / tree.SUMS, checksums_bytes(tree.root))
 
 
 def edit_rows(tree: Tree, change) -> None:

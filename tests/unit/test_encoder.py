@@ -7,7 +7,7 @@ import torch
 from ajgdata.embed.batches import draw_batches
 from ajgdata.embed.contrastive import contrastive_loss, pair_weights
 from ajgdata.embed.encoder import Training, new_network, train_encoders
-from ajgdata.embed.together import Together
+from ajgdata.embed.stacked_encoders import StackedEncoders
 from ajgdata.models.cnn import CnnClassifier
 
 TRAINING = Training(margin=1.0, epochs=4, batch_instances=3, batch_recordings=3)
@@ -69,7 +69,7 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
         networks = [new_network(BINS, d) for d in (1, 3, 8)]
     z = torch.from_numpy(spectra[0][:12])
     pairs = pair_weights(spectra[1][:12] % 2, spectra[2][:12])
-    together = Together(networks)
+    together = StackedEncoders(networks)
     for alone, beside in zip(networks, together(z), strict=True):
         torch.testing.assert_close(beside, alone.trunk(z), rtol=1e-5, atol=1e-5)
     optimiser, _ = CnnClassifier().descent(together, 1)
@@ -92,7 +92,7 @@ def test_layers_that_cannot_be_joined_are_refused():
     network = new_network(64, 2)
     network.convolutions.append(torch.nn.Tanh())
     with pytest.raises(TypeError, match="Tanh"):
-        Together([network, network])
+        StackedEncoders([network, network])
 
 
 def test_batches_hold_things_in_different_grasps(spectra):

@@ -21,7 +21,7 @@ from ajgdata.store.features import (
     text_column,
     write_store,
 )
-from ajgdata.store.opening import open_store
+from ajgdata.store.open_xarray import open_store
 from ajgdata.types import DataError
 
 FEATURE_ATTRS = {"long_name": "spectrum", "units": "1"}

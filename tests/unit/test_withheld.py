@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.dummy import DummyRegressor
 
-from ajgdata.evaluate.crossval import Further, Predictions, cross_validate
+from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.withheld import by_value, overall
 
@@ -16,11 +16,11 @@ def rows(n: int = 24) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_rows_of_new_groups_are_predicted_by_every_fold():
     x, y, groups = rows()
-    new = Further(np.zeros((4, 3)), np.array([5.0, 5, 6, 6]), np.array([100, 100, 101, 101]))
+    new = ExtraTestSet(np.zeros((4, 3)), np.array([5.0, 5, 6, 6]), np.array([100, 100, 101, 101]))
     found = cross_validate(
-        x, y, groups, kind="regression", model=DummyRegressor(), folds=4, further={"new": new}
+        x, y, groups, kind="regression", model=DummyRegressor(), folds=4, extra_tests={"new": new}
     )
-    told = found.further["new"]
+    told = found.extra_tests["new"]
     assert (told.scores.split, told.scores.folds, told.scores.recordings) == ("new", 4, 4)
     np.testing.assert_array_equal(told.predictions.row, [0, 1, 2, 3] * 4)
     for fold, (train, _) in enumerate(grouped_folds(y, groups, "regression", 4, 0)):
@@ -33,25 +33,25 @@ def test_rows_of_new_groups_are_predicted_by_every_fold():
 
 def test_a_second_recording_of_a_grasp_is_predicted_only_where_the_grasp_is_held_out():
     x, y, groups = rows()
-    copy = Further(x, y, groups)
+    copy = ExtraTestSet(x, y, groups)
     found = cross_validate(
-        x, y, groups, kind="regression", model=DummyRegressor(), folds=4, further={"copy": copy}
+        x, y, groups, kind="regression", model=DummyRegressor(), folds=4, extra_tests={"copy": copy}
     )
-    told = found.further["copy"].predictions
+    told = found.extra_tests["copy"].predictions
     back = np.argsort(told.row)
     np.testing.assert_array_equal(told.row[back], np.arange(24))
     np.testing.assert_array_equal(told.fold[back], found.predictions.fold)
     np.testing.assert_array_equal(told.y_pred[back], found.predictions.y_pred)
-    assert found.further["copy"].scores.per_fold == found.scores.per_fold
+    assert found.extra_tests["copy"].scores.per_fold == found.scores.per_fold
 
 
-def test_further_rows_need_groups_and_rows():
+def test_extra_rows_need_groups_and_rows():
     x, y, groups = rows()
     ask = {"kind": "regression", "model": DummyRegressor(), "folds": 4}
-    with pytest.raises(ValueError, match="further rows need groups"):
-        cross_validate(x, y, None, further={"copy": Further(x, y, groups)}, **ask)
-    with pytest.raises(ValueError, match="24 further rows with 23 groups"):
-        cross_validate(x, y, groups, further={"copy": Further(x, y, groups[1:])}, **ask)
+    with pytest.raises(ValueError, match="extra rows need groups"):
+        cross_validate(x, y, None, extra_tests={"copy": ExtraTestSet(x, y, groups)}, **ask)
+    with pytest.raises(ValueError, match="24 extra rows with 23 groups"):
+        cross_validate(x, y, groups, extra_tests={"copy": ExtraTestSet(x, y, groups[1:])}, **ask)
 
 
 def predictions(fold, true, predicted, row=None) -> Predictions:

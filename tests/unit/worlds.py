@@ -10,11 +10,12 @@ import numpy as np
 import yaml
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.merge import merge, read_findings
-from ajgdata.pipeline.shard import make_shard
+from ajgdata.pipeline.extract_features import extract_features
+from ajgdata.pipeline.merge import merge
 from ajgdata.store import manifest
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import Shard, read_store
+from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import write_session
 from ajgdata.types import (
     AudioSettings,
@@ -111,7 +112,7 @@ class Project:
     ) -> tuple[int, int]:
         """Manifest and shard of one session; returns (computed, reused)."""
         self.refresh()
-        return make_shard(
+        return extract_features(
             root=self.root,
             manifest=self.paths.audio_manifest("d", session),
             audio=audio,

@@ -4,8 +4,9 @@ FEATURE_CODE = code_digest(
     "store/resampling",
     "store/riff",
     "store/features",
+    "store/findings",
     "pipeline/recordings",
-    "pipeline/shard",
+    "pipeline/extract_features",
 )
 
 
@@ -57,7 +58,9 @@ rule merge:
             name: target.model_dump(mode="json")
             for name, target in PLANS[wildcards.dataset].spec.targets.items()
         },
-        code=code_digest("store/labels", "store/features", "pipeline/merge"),
+        code=code_digest(
+            "store/labels", "store/features", "store/findings", "pipeline/merge"
+        ),
     message:
         "Features and labels of {wildcards.dataset}"
     script:

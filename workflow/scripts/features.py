@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.log import logged
-from ajgdata.pipeline.shard import make_shard
 from ajgdata.types import AudioSettings, FeatureSettings
 
 with logged(snakemake.log[0]):
-    make_shard(
+    extract_features(
         root=Path(snakemake.params.root),
         manifest=Path(snakemake.input.manifest),
         audio=AudioSettings(**snakemake.params.audio),

@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import JsonValue
 
 from ajgdata.acquire.recipe import plan_session, session_names
-from ajgdata.acquire.solving import Alone
+from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.evaluate.crossval import CrossValidation, Further, cross_validate
+from ajgdata.evaluate.crossval import CrossValidation, ExtraTestSet, cross_validate
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import (
     SAMPLE_RATE_HZ,
@@ -107,7 +107,7 @@ class Bench:
         """
         spec = read_dataset(self.paths, dataset)
         recipe, target = _recipe(spec), spec.tasks[task].target
-        solver, feature, value = Alone(self.paths.responses), [], []
+        solver, feature, value = SerialSolver(self.paths.responses), [], []
         for grasp in grasps:
             setup = _over(grasp.setup, scene)
             nearer = {key: pose * setup["grasp"][key] for key in recipe.vary}
@@ -136,13 +136,15 @@ class Bench:
         *,
         period: float | None = None,
         random: bool = False,
-        further: Mapping[str, Rows] | None = None,
+        extra_tests: Mapping[str, Rows] | None = None,
     ) -> CrossValidation:
-        """Cross-validation, by grasps unless `random`, and tests on `further` rows."""
-        tests = {n: Further(r.feature, r.value, r.group) for n, r in (further or {}).items()}
+        """Cross-validation, by grasps unless `random`, and tests on the rows of `extra_tests`."""
+        tests = {
+            n: ExtraTestSet(r.feature, r.value, r.group) for n, r in (extra_tests or {}).items()
+        }
         return cross_validate(
             rows.feature, rows.value, None if random else rows.group,
-            kind=kind, model=model, folds=FOLDS, seed=self.seed, period=period, further=tests,
+            kind=kind, model=model, folds=FOLDS, seed=self.seed, period=period, extra_tests=tests,
         )  # fmt: skip
 
 

@@ -75,8 +75,8 @@ def tables(bench: Bench) -> list[Table]:
 
 def _tested(bench: Bench, model: str, rows: Rows, levels: dict[int, Rows]) -> CrossValidation:
     """Trained on `rows`, tested on grasps held out at each level."""
-    further = {str(level): tested for level, tested in levels.items()}
-    return bench.validated(rows, "regression", model, further=further)
+    extra_tests = {str(level): tested for level, tested in levels.items()}
+    return bench.validated(rows, "regression", model, extra_tests=extra_tests)
 
 
 def _confined(rows: Rows) -> Rows:
@@ -89,7 +89,7 @@ def _confined(rows: Rows) -> Rows:
 def _row(model: str, trained: str, found: CrossValidation) -> dict[str, Value]:
     errors = {
         f"rmse_{level}": float(np.mean(folds_of(found, "rmse", level).values))
-        for level in found.further
+        for level in found.extra_tests
     }
     name = MODELS[model].regression
     return {"model": name, "trained": trained, **errors, "seconds": found.cost.train_cpu_s}

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.evaluate.contrast import Expected, contrast
 from ajgdata.evaluate.crossval import CrossValidation, Scores
+from ajgdata.evaluate.paired_fold_test import Expected, paired_fold_test
 from ajgdata.models import MODELS
 from ajgdata.studies.table import Column, Table, Value
 
@@ -24,8 +24,8 @@ class Folds(NamedTuple):
 
 
 def folds_of(found: CrossValidation, metric: str, part: str | None = None) -> Folds:
-    """`metric` of each fold, of the grasps held out or of a `part` of further rows."""
-    scores: Scores = found.scores if part is None else found.further[part].scores
+    """`metric` of each fold, of the grasps held out or of a `part` of extra rows."""
+    scores: Scores = found.scores if part is None else found.extra_tests[part].scores
     return Folds(scores.per_fold[metric], found.cost.train_cpu_s)
 
 
@@ -56,7 +56,7 @@ class Trial:
         """Its row of the table, with the verdict."""
         before, after = self.before.values, self.after.values
         lower = self.metric == "rmse"
-        found = contrast(before, after, lower_is_better=lower, paired=self.paired)
+        found = paired_fold_test(before, after, lower_is_better=lower, paired=self.paired)
         kind = "classification" if self.metric == "accuracy" else "regression"
         return {
             "hypothesis": self.hypothesis.claim,

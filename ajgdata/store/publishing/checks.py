@@ -18,10 +18,10 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
 from ajgdata.store.files import has_aliases, read_json, read_text
 from ajgdata.store.publishing import archive
+from ajgdata.store.publishing.checksums import files_of, read_checksums
 from ajgdata.store.publishing.croissant import RECORDINGS
 from ajgdata.store.publishing.datapackage import LABELS
 from ajgdata.store.publishing.examples import examples, fenced
-from ajgdata.store.publishing.sums import files_of, read_sums
 from ajgdata.store.publishing.table import FILE_NAME, Table, read_table, table_of
 from ajgdata.store.sessions import read_declaration, read_session
 from ajgdata.types import DataError
@@ -55,7 +55,7 @@ def defects(tree: Tree) -> list[Defect]:
     if not (tree / tree.SUMS).is_file():
         problem = f"has no {tree.SUMS}: not a published data set"
         raise DataError(tree.root, problem, "name a folder that `ajgdata publish` made")
-    hashes = read_sums(tree / tree.SUMS)
+    hashes = read_checksums(tree / tree.SUMS)
     found = list(_files(tree, hashes))
     if any(defect.is_unsafe for defect in found):
         return found

@@ -3,25 +3,25 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.crossval import Further
-from ajgdata.evaluate.other_gripper import transfer
+from ajgdata.evaluate.cross_gripper import cross_gripper
+from ajgdata.evaluate.crossval import ExtraTestSet
 
 CLASSES, GRASPS, SAMPLES = 4, 6, 2
 
 
-def gripper(shift: int, names: str = "g", seed: int = 0) -> Further:
+def gripper(shift: int, names: str = "g", seed: int = 0) -> ExtraTestSet:
     """Six grasps of four classes, two samples each; the class's peak is moved by `shift` bins."""
     generator = np.random.default_rng(seed)
     y = np.repeat(np.arange(CLASSES), GRASPS * SAMPLES)
     feature = generator.uniform(0.9, 1.1, (len(y), 40))
     feature[np.arange(len(y)), 8 * y + shift] += 20
     group = np.array([f"{names}{n // SAMPLES}" for n in range(len(y))])
-    return Further(feature, np.array(list("abcd"))[y], group)
+    return ExtraTestSet(feature, np.array(list("abcd"))[y], group)
 
 
 def made(own, other, **changes):
     settings = {"kind": "classification", "model": "linear", "sizes": (0, 1, 5), "folds": 6}
-    return transfer(own, other, **settings | changes)
+    return cross_gripper(own, other, **settings | changes)
 
 
 def accuracy(points, grasps):
@@ -54,10 +54,10 @@ def test_what_is_tested_is_trained_on_in_neither_gripper():
     without the grasp in either gripper cannot know."""
     own = gripper(0)
     alike = np.eye(CLASSES * GRASPS)[np.unique(own.groups, return_inverse=True)[1]]
-    told = Further(alike + 0.01, own.target, own.groups)
+    told = ExtraTestSet(alike + 0.01, own.target, own.groups)
     points = made(told, told, sizes=(0, 5))
     assert max(accuracy(points, 0) + accuracy(points, 5)) < 0.6  # with the grasp it would be 1
-    leaky = Further(told.features, told.target, np.char.add("own-", told.groups.astype(str)))
+    leaky = ExtraTestSet(told.features, told.target, np.char.add("own-", told.groups.astype(str)))
     assert accuracy(made(leaky, told, sizes=(0,)), 0) == [1] * 6
 
 
@@ -67,8 +67,8 @@ def test_a_number_is_calibrated_value_by_value():
     size = np.repeat([1.0, 10.0, 100.0, 1000.0], GRASPS * SAMPLES)
     group = gripper(0).groups
     jitter = np.random.default_rng(0).uniform(1, 1.1, (2, len(size)))
-    own = Further(np.column_stack([size * jitter[0], jitter[1]]), size, group)
-    other = Further(np.column_stack([jitter[0], size * jitter[1]]), size, group)
+    own = ExtraTestSet(np.column_stack([size * jitter[0], jitter[1]]), size, group)
+    other = ExtraTestSet(np.column_stack([jitter[0], size * jitter[1]]), size, group)
     points = made(own, other, kind="regression", model="knn")
     error = {n: np.mean([p.scores["rmse"] for p in points if p.grasps == n]) for n in (0, 5)}
     assert error[0] > 100

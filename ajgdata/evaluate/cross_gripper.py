@@ -9,14 +9,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.crossval import Further
+from ajgdata.evaluate.crossval import ExtraTestSet
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import make_model
 from ajgdata.types import Kind
 
 
 @dataclass(frozen=True)
-class TransferPoint:
+class CrossGripperPoint:
     """One training: `grasps` groups of each class of the other gripper were added to it.
 
     `scores` are on the other gripper's groups of this fold, `chance` those of a model that ignores
@@ -32,9 +32,9 @@ class TransferPoint:
     home: dict[str, float]
 
 
-def transfer(
-    own: Further,
-    other: Further,
+def cross_gripper(
+    own: ExtraTestSet,
+    other: ExtraTestSet,
     *,
     kind: Kind,
     model: str,
@@ -42,7 +42,7 @@ def transfer(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
-) -> list[TransferPoint]:
+) -> list[CrossGripperPoint]:
     """Train on all of `own` and on `sizes` groups of each class (each value, of a regression) of
     `other`; test on the rest of `other`, fold by fold.
 
@@ -66,13 +66,13 @@ def transfer(
                 y = np.concatenate([own.target[~tested], other.target[added]])
                 fitted = make_model(model, kind, seed, period).fit(x, y)
 
-                def score(of: Further, rows: np.ndarray, fitted=fitted) -> dict[str, float]:
+                def score(of: ExtraTestSet, rows: np.ndarray, fitted=fitted) -> dict[str, float]:
                     return metrics.score(
                         of.target[rows], fitted.predict(of.features[rows]), kind, period
                     )
 
                 points.append(
-                    TransferPoint(
+                    CrossGripperPoint(
                         grasps=size,
                         fold=fold,
                         recordings=len(added),

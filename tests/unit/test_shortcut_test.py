@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.silent import LEVEL, silent_test
+from ajgdata.evaluate.shortcut_test import LEVEL, shortcut_test
 
 GROUPS = 60
 GROUP = np.repeat(np.arange(GROUPS), 2)
@@ -16,7 +16,7 @@ def noise(seed: int) -> np.ndarray:
 
 
 def asked(predicted, y=ANGLE, kind="regression", period=None, seed=0, permutations=199):
-    return silent_test(
+    return shortcut_test(
         y, predicted, FOLD, GROUP, kind=kind, period=period, permutations=permutations, seed=seed
     )
 

@@ -244,13 +244,13 @@ def test_same_bytes_for_any_number_of_threads_and_any_row_order(project):
 WRITER = """
 import sys
 from pathlib import Path
-from ajgdata.pipeline.shard import make_shard
+from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.types import AudioSettings, FeatureSettings
 root, manifest, shard, findings, cache = map(Path, sys.argv[1:])
 for code in range(10**6):
     if code == 1:
         print("ready", flush=True)
-    make_shard(root=root, manifest=manifest, audio=AudioSettings(sample_rate_hz=8000),
+    extract_features(root=root, manifest=manifest, audio=AudioSettings(sample_rate_hz=8000),
                features=FeatureSettings(window=256, hop=128), code=f"killed {code}", shard=shard,
                findings=findings, cache=cache)
 """

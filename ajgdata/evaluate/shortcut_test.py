@@ -26,7 +26,7 @@ LEVEL = 0.01  #: of p, below which a model is flagged
 
 
 @dataclass(frozen=True)
-class SilentTest:
+class ShortcutTest:
     """Dependence of predictions from silence on the truth: `value`, and `null`, its mean when the
     groups of a fold exchange their labels.
 
@@ -42,7 +42,7 @@ class SilentTest:
     flagged: bool
 
 
-def silent_test(
+def shortcut_test(
     y_true: np.ndarray,
     y_pred: np.ndarray,
     fold: np.ndarray,
@@ -52,7 +52,7 @@ def silent_test(
     period: float | None = None,
     permutations: int = 999,
     seed: int = 0,
-) -> SilentTest:
+) -> ShortcutTest:
     """Test whether predictions from silent recordings, all (n,), depend on the truth.
 
     Each fold's model is looked at by itself, since they may be far off in different ways: the
@@ -79,7 +79,7 @@ def silent_test(
         ]
     )
     p = float((np.sum(null >= found) + 1) / (permutations + 1))
-    return SilentTest(MEASURES[name], found, float(null.mean()), permutations, p, p < LEVEL)
+    return ShortcutTest(MEASURES[name], found, float(null.mean()), permutations, p, p < LEVEL)
 
 
 def _groups(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ Verdict = Literal["supported", "refuted", "not supported"]
 
 
 @dataclass(frozen=True)
-class Contrast:
+class FoldDifference:
     """By how much the second of two is better than the first, in the metric's unit: mean over
     folds, and the ends of its 95 % interval."""
 
@@ -35,9 +35,9 @@ class Contrast:
         return "supported" if better == (expected == "better") else "refuted"
 
 
-def contrast(
+def paired_fold_test(
     before: Sequence[float], after: Sequence[float], *, lower_is_better: bool, paired: bool
-) -> Contrast:
+) -> FoldDifference:
     """Compare fold values (k,) of two cross-validations with as many folds.
 
     `paired`: fold i of both tests the same groups. Folds share most of their training rows, so
@@ -59,4 +59,4 @@ def contrast(
     error = math.sqrt((1 / folds + 1 / (folds - 1)) * variance)
     reach = float(student.ppf((1 + CONFIDENCE) / 2, folds - 1)) * error
     gain = float(gains.mean())
-    return Contrast(gain, gain - reach, gain + reach)
+    return FoldDifference(gain, gain - reach, gain + reach)

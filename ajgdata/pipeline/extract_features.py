@@ -12,7 +12,6 @@ import numpy as np
 
 from ajgdata.features.align import shift
 from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.pipeline.merge import read_findings, write_findings
 from ajgdata.pipeline.recordings import (
     OTHER_DELAY,
     Examined,
@@ -31,6 +30,7 @@ from ajgdata.store.features import (
     write_store,
 )
 from ajgdata.store.files import link_or_copy
+from ajgdata.store.findings import read_findings, write_findings
 from ajgdata.store.manifest import WHOLE_SESSION, read_manifest
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Strict
@@ -54,7 +54,7 @@ class _Reference(Strict):
     excitation: str
 
 
-def make_shard(
+def extract_features(
     *,
     root: Path,
     manifest: Path,

@@ -21,13 +21,13 @@ def files_of(root: Path) -> list[str]:
     return sorted({p.relative_to(root).as_posix() for p in found} - {Tree.SUMS})
 
 
-def sums_bytes(root: Path) -> bytes:
+def checksums_bytes(root: Path) -> bytes:
     """SHA256SUMS of a tree."""
     lines = [f"{file_sha256(root / name)}  {name}\n" for name in files_of(root)]
     return "".join(lines).encode()
 
 
-def read_sums(path: Path) -> dict[str, str]:
+def read_checksums(path: Path) -> dict[str, str]:
     """Hashes by file name. Raises DataError for a line that is none and for a name that would
     leave the tree or that stands twice (also where case does not count)."""
     hashes: dict[str, str] = {}

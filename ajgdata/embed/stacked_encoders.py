@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from ajgdata.models.cnn import SpectrumCnn
 
 
-class Together(nn.Module):
+class StackedEncoders(nn.Module):
     """The networks' trunks side by side; they differ in their outputs only.
 
     Takes standardised bins (n, n_features), the same for all; gives the latents (n, d) of each.

@@ -1,0 +1,29 @@
+"""Tables of findings: what was found of each recording, by shard and of a whole data set."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ajgdata.store.files import csv_bytes, read_csv, write_bytes
+from ajgdata.types import Finding
+
+FINDING_COLUMNS = tuple(field.name for field in dataclasses.fields(Finding))
+
+
+def read_findings(path: Path) -> list[Finding]:
+    """Return the findings of a table. Raises DataError for a file that is none."""
+    rows = read_csv(path, required=FINDING_COLUMNS)[1]
+    return [Finding(*(row[column] for column in FINDING_COLUMNS)) for row in rows]  # type: ignore[arg-type]  # level is checked where it is written
+
+
+def write_findings(path: Path, findings: Sequence[Finding]) -> None:
+    """Write a table of findings, sorted."""
+    write_bytes(path, csv_bytes(FINDING_COLUMNS, [vars(f) for f in sorted(findings)]))
+
+
+def without_rejected(findings: Iterable[Finding], notes: Sequence[Finding]) -> list[Finding]:
+    """Return the findings, with those of rejected recordings replaced by their `notes`."""
+    names = {(note.session_id, note.recording_id) for note in notes}
+    return [*notes, *(f for f in findings if (f.session_id, f.recording_id) not in names)]
