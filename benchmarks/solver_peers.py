@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper import Scene, compile
+from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.medium import Air, air_fluid
-from ajgdata.gripper.plan import wide_weight
 from ajgdata.gripper.solver import Probe, at_rest, march
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System, assemble
 
 Real = NDArray[np.floating]
@@ -48,7 +48,7 @@ def problem(dx_mm: float, scheme: str) -> Problem:
     """A 20 mm cube in the default gripper, filled with nothing but air, all walls rigid."""
     numerics = {"dx_mm": dx_mm, "scheme": scheme}
     spec = {"object": {"kind": "cube", "edge_mm": 20}, "numerics": numerics}
-    plan = compile(Scene.model_validate(spec))
+    plan = build_plan(Scene.model_validate(spec))
     air, dt = air_fluid(Air(22.0)), plan.system.dt
     wide = wide_weight(plan.cells.h) if scheme == "wide" else 0.0
     system = assemble(plan.cells, air, dt, dtype=np.float32, wide=wide)

@@ -13,27 +13,26 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.gripper.chain import SignalChain
 from ajgdata.gripper.equivalence import canonical
-from ajgdata.gripper.plain import SceneError
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scene, derive_seed, parse_scene, scene_digest
+from ajgdata.gripper.scene_model import SceneError
+from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:
-    from ajgdata.gripper.outside import outside_noise
-    from ajgdata.gripper.plan import Plan, compile
-    from ajgdata.gripper.response import ImpulseResponse
-    from ajgdata.gripper.signal import Take, excitation_sweep, record
+    from ajgdata.gripper.external_noise import external_noise_pa
+    from ajgdata.gripper.signal_chain import ImpulseResponse, Take, excitation_sweep, record
     from ajgdata.gripper.simulation import simulate
+    from ajgdata.gripper.solver_plan import Plan, build_plan
 
 _HOME = {
-    "Plan": "plan",
-    "compile": "plan",
-    "ImpulseResponse": "response",
+    "Plan": "solver_plan",
+    "build_plan": "solver_plan",
     "simulate": "simulation",
-    "Take": "signal",
-    "excitation_sweep": "signal",
-    "record": "signal",
-    "outside_noise": "outside",
+    "ImpulseResponse": "signal_chain",
+    "Take": "signal_chain",
+    "excitation_sweep": "signal_chain",
+    "record": "signal_chain",
+    "external_noise_pa": "external_noise",
 }
 
 __all__ = [
@@ -44,11 +43,11 @@ __all__ = [
     "SceneError",
     "SignalChain",
     "Take",
+    "build_plan",
     "canonical",
-    "compile",
     "derive_seed",
     "excitation_sweep",
-    "outside_noise",
+    "external_noise_pa",
     "parse_scene",
     "record",
     "scene_digest",

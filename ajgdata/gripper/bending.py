@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from ajgdata.gripper.contact import Spring, plane_modulus
-from ajgdata.gripper.materials import Material
+from ajgdata.gripper.object_materials import Material
 
 Real = NDArray[np.floating]
 #: Polynomials along each edge: the first five bending modes to 1e-4.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from ajgdata.gripper.contact import Frame, Spring
-from ajgdata.gripper.materials import Material
+from ajgdata.gripper.object_materials import Material
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

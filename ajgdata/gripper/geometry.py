@@ -14,10 +14,10 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
-from ajgdata.gripper.fields import RandomField
-from ajgdata.gripper.plain import SceneError
+from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.relief import MM, RASTER_M, Relief, relief
 from ajgdata.gripper.scene import Scene, derive_seed
+from ajgdata.gripper.scene_model import SceneError
 
 Real = NDArray[np.floating]
 

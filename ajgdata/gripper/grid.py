@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.compiled import njit
+from ajgdata.gripper.numba_cache import njit
 
 FINER = 4
 SLIGHT = 1e-3

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from ajgdata.gripper.plain import NonNegative, Plain, Positive
+from ajgdata.gripper.scene_model import NonNegative, Positive, SceneModel
 
 Size = Annotated[float, Field(ge=5, le=200)]
 Coordinate = Annotated[float, Field(ge=-200, le=200)]
 
 
-class Membrane(Plain):
+class Membrane(SceneModel):
     """Latex balloon as a locally reacting wall: m dv/dt + r v + k ∫v dt = p."""
 
     mass_kg_m2: NonNegative = Field(0.3, description="0.3 mm of latex at 1000 kg/m3")
@@ -28,7 +28,7 @@ class Membrane(Plain):
     )
 
 
-class Gripper(Plain):
+class Gripper(SceneModel):
     """Rigid conical housing with a half-ellipsoid balloon below; the paper gives no dimensions
     but the 70 mm between the transducers."""
 

@@ -21,8 +21,8 @@ from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, 
 from ajgdata.gripper.contact import GRAIN_SOLIDS, Latex, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
-from ajgdata.gripper.materials import MATERIALS, Support, material_of
 from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.object_materials import MATERIALS, Support, material_of
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.sections import foot_area, section
 from ajgdata.gripper.shapes import Box, Cube

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from ajgdata.gripper.compiled import njit
+from ajgdata.gripper.numba_cache import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]

@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.chain import Motor
-from ajgdata.gripper.outside import REFERENCE_PA
+from ajgdata.gripper.external_noise import REFERENCE_PA
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
+from ajgdata.gripper.signal_settings import Motor
 
 Real = NDArray[np.floating]
 

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.compiled import njit
+from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.shapes import (
     Box,

@@ -16,9 +16,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
-from ajgdata.gripper.library import OBJECTS
-from ajgdata.gripper.materials import Support
-from ajgdata.gripper.plain import PartName, Plain, SceneError
+from ajgdata.gripper.object_library import OBJECTS
+from ajgdata.gripper.object_materials import Support
+from ajgdata.gripper.scene_model import PartName, SceneError, SceneModel
 from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
@@ -34,7 +34,7 @@ SAMPLE_RATE_HZ = 44_100
 GRAINS = {"plastic": (6.0, 0.40), "metal": (4.5, 0.40), "coffee": (0.7, 0.50), "air": (6.0, 0.40)}
 
 
-class Medium(Plain):
+class Medium(SceneModel):
     """Grains inside the balloon; `air` is the empty gripper. How full it is says the gripper."""
 
     kind: Literal["plastic", "metal", "coffee", "air"] = "plastic"
@@ -60,7 +60,7 @@ class Medium(Plain):
         return given
 
 
-class Nuisance(Plain):
+class Nuisance(SceneModel):
     """What differs between two grasps of the same object in the same pose (standard deviations)."""
 
     roughness_mm: Annotated[float, Field(ge=0, le=5)] = Field(
@@ -74,7 +74,7 @@ class Nuisance(Plain):
     temperature_k: Annotated[float, Field(ge=0, le=2)] = Field(0.5, description="of the air")
 
 
-class Grasp(Plain):
+class Grasp(SceneModel):
     """One placement of the object under the gripper."""
 
     seed: Annotated[int, Field(ge=0, lt=2**63)] = Field(0, description="of every nuisance")
@@ -85,14 +85,14 @@ class Grasp(Plain):
     nuisance: Nuisance = Nuisance()
 
 
-class Environment(Plain):
+class Environment(SceneModel):
     """The air."""
 
     temperature_c: Annotated[float, Field(ge=-20, le=60)] = 22.0
     pressure_pa: Annotated[float, Field(ge=5e4, le=1.1e5)] = 101_325.0
 
 
-class Numerics(Plain):
+class Numerics(SceneModel):
     """Grid, scheme and stopping.
 
     The error of the feature against run time is measured by `ajgdata.studies.accuracy`.
@@ -125,7 +125,7 @@ class Numerics(Plain):
     keep: tuple[PartName, ...] = Field((), description="parts of the plan that are never left out")
 
 
-class Scene(Plain):
+class Scene(SceneModel):
     """Everything that determines one impulse response. `object: null` hangs free in the air.
 
     `gripper` and `object` may be given by name (grippers.GRIPPERS, library.OBJECTS); the scene
@@ -205,7 +205,7 @@ def one_line(error: ValidationError) -> str:
     problems = error.errors(include_url=False)
     first = problems[0]
     where = ".".join(str(part) for part in first["loc"])
-    value = "" if isinstance(first["input"], dict | Plain) else f", got {first['input']!r}"
+    value = "" if isinstance(first["input"], dict | SceneModel) else f", got {first['input']!r}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     said = first["msg"]
     if first["type"] == "union_tag_not_found":

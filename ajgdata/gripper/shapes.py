@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from ajgdata.gripper.materials import Material, MaterialName, material_of
-from ajgdata.gripper.plain import Plain
+from ajgdata.gripper.object_materials import Material, MaterialName, material_of
+from ajgdata.gripper.scene_model import SceneModel
 
 #: Narrower footprints fall between the samples of the membrane's raster.
 NARROWEST_MM = 0.5
@@ -31,7 +31,7 @@ AnyMaterial = Annotated[
 ]
 
 
-class Solid(Plain):
+class Solid(SceneModel):
     """What all objects share: they are rigid, or of a material that moves, yields and rings.
 
     With `shell_mm` the object is hollow, with walls of that thickness.
@@ -175,7 +175,7 @@ Primitive = Annotated[Cube | Box | Cylinder | Rod | Sphere | Ellipsoid, Field(di
 Position = Annotated[float, Field(ge=-1000, le=1000)]
 
 
-class Placed(Plain):
+class Placed(SceneModel):
     """One part of a compound: where its middle stands, and how high its underside is."""
 
     shape: Primitive

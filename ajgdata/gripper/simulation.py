@@ -8,10 +8,10 @@ from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.plan import Plan, compile
-from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
+from ajgdata.gripper.signal_chain import ImpulseResponse
 from ajgdata.gripper.solver import State, at_rest, march
+from ajgdata.gripper.solver_plan import Plan, build_plan
 from ajgdata.gripper.system import System
 
 Real = NDArray[np.floating]
@@ -26,7 +26,7 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
 
     Raises SceneError (a ValueError) before anything runs if the object does not fit.
     """
-    model = what if isinstance(what, Plan) else compile(what)
+    model = what if isinstance(what, Plan) else build_plan(what)
     scene = model.scene
     samples, static, steps, latency = _impulse(model, scene.numerics)
     fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed

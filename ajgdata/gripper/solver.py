@@ -15,7 +15,7 @@ import numpy as np
 from numba import uint64
 from numpy.typing import NDArray
 
-from ajgdata.gripper.compiled import njit
+from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.system import System, aligned
 from ajgdata.gripper.walls import react
 

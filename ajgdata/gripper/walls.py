@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.compiled import njit
 from ajgdata.gripper.modes import swing
+from ajgdata.gripper.numba_cache import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]

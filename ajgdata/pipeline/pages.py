@@ -50,7 +50,7 @@ def _tables_page(
 
 def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) -> None:
     """Draw the gallery's scenes, film one of them, and write the page."""
-    from ajgdata.gripper import compile, simulate
+    from ajgdata.gripper import build_plan, simulate
     from ajgdata.pipeline.show import filmed
     from ajgdata.report.animation import animate
     from ajgdata.report.canvas import save_figure
@@ -63,7 +63,7 @@ def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) ->
         one.name: exhibit_figure(one.scene, one.title) for group in shown for one in group.exhibits
     }
     star: Exhibit = shown[0].exhibits[1]
-    plan = compile(star.scene)
+    plan = build_plan(star.scene)
     figures[RESPONSE] = response_figure(simulate(plan), star.title, star.scene.numerics)
     svgs = {}
     for name, figure in figures.items():

@@ -8,12 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from ajgdata.gripper import Plan, Scene, SceneError, compile, simulate
-from ajgdata.gripper.field import Film, slices
+from ajgdata.gripper import Plan, Scene, SceneError, build_plan, simulate
+from ajgdata.gripper.effect_estimates import Part
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
-from ajgdata.gripper.library import OBJECTS
-from ajgdata.gripper.materials import Material
-from ajgdata.gripper.parts import Part
+from ajgdata.gripper.object_library import OBJECTS
+from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.pressure_slices import Film, slices
 from ajgdata.report.wording import number
 from ajgdata.store.files import write_bytes
 from ajgdata.store.scenes import read_scene
@@ -73,7 +73,7 @@ def _material(material: str | Material) -> str:
 def planned(name: str, scene: Scene) -> Plan:
     """The plan of a scene. Raises DataError, in one line, for one that cannot exist."""
     try:
-        return compile(scene)
+        return build_plan(scene)
     except SceneError as error:
         problem, _, fix = str(error).partition(": ")
         raise DataError(name, problem, fix or "change the scene") from None

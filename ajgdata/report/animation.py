@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import zoom
 
-from ajgdata.gripper.field import Film
+from ajgdata.gripper.pressure_slices import Film
 from ajgdata.gripper.scene import Scene
 from ajgdata.report.scenes import AIR, MEMBRANE, OBJECT, section
 

@@ -16,10 +16,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
-from ajgdata.gripper.plan import compile
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.scene import Numerics
-from ajgdata.gripper.signal import SignalChain
+from ajgdata.gripper.solver_plan import build_plan
 from ajgdata.studies.table import Column, Table, Value
 
 Real = NDArray[np.floating]
@@ -111,7 +110,7 @@ def run(what: Scene, repeats: int = 1) -> Run:
         times.append(time.process_time() - start)
     steps, cells = ir.provenance["steps"], ir.provenance["cells"]
     heard = record(ir, _sweep(), QUIET).samples
-    return Run(feature(heard), min(times), steps, cells, compile(what).bytes / 1e6)
+    return Run(feature(heard), min(times), steps, cells, build_plan(what).bytes / 1e6)
 
 
 def relative_error(found: Real, reference: Real) -> float:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
-from ajgdata.gripper.plan import steps_per_sample, wide_weight
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.solver import Probe, State, at_rest
+from ajgdata.gripper.solver_plan import steps_per_sample, wide_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 

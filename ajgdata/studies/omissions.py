@@ -9,10 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.features.spectrum import spectrum
-from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, compile, excitation_sweep, record, simulate
-from ajgdata.gripper.plain import PartName
-from ajgdata.gripper.plan import Plan
-from ajgdata.gripper.signal import SignalChain
+from ajgdata.gripper import (
+    SAMPLE_RATE_HZ,
+    Scene,
+    SignalChain,
+    build_plan,
+    excitation_sweep,
+    record,
+    simulate,
+)
+from ajgdata.gripper.scene_model import PartName
+from ajgdata.gripper.solver_plan import Plan
 from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import FeatureSettings
 
@@ -56,7 +63,7 @@ class Case:
         grid = {"dx_mm": self.dx_mm, "decay_db": 160.0, "max_time_s": TIME_S}
         numerics = {**grid, "keep": keep, "tolerance": tolerance}
         given = {"object": self.thing, "support": {"kind": self.support}, "numerics": numerics}
-        return compile(Scene.model_validate(given))
+        return build_plan(Scene.model_validate(given))
 
 
 @dataclass(frozen=True)

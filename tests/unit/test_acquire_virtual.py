@@ -16,8 +16,8 @@ import yaml
 
 from ajgdata import gripper
 from ajgdata.acquire.solving import solving
-from ajgdata.gripper.chain import Motor
 from ajgdata.gripper.motor import harmonic_amplitudes
+from ajgdata.gripper.signal_settings import Motor
 from ajgdata.pipeline.acquire import acquire_all
 from ajgdata.pipeline.recipes import declare_from, planned_grasps, recipe_sessions
 from ajgdata.pipeline.validate import validate_datasets

@@ -10,10 +10,10 @@ from PIL import Image
 from test_report_page import Page
 
 from ajgdata.cli import main
-from ajgdata.gripper import ImpulseResponse, Scene, compile
-from ajgdata.gripper.field import slices
+from ajgdata.gripper import ImpulseResponse, Scene, build_plan
 from ajgdata.gripper.grippers import GRIPPERS
-from ajgdata.gripper.library import OBJECTS
+from ajgdata.gripper.object_library import OBJECTS
+from ajgdata.gripper.pressure_slices import slices
 from ajgdata.gripper.scene import Numerics
 from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, WIDTH_PX, animate, loudness, palette
 from ajgdata.report.canvas import encode
@@ -107,7 +107,7 @@ def test_the_trusted_band_is_marked_and_shrinks_with_the_grid():
 
 
 def test_the_animation_shows_the_wave_where_there_is_room_and_nowhere_else():
-    film = slices(compile(SCENE), every=4, frames=8)
+    film = slices(build_plan(SCENE), every=4, frames=8)
     content = animate(SCENE, film)
     assert content == animate(SCENE, film)
     with Image.open(io.BytesIO(content)) as image:
@@ -143,7 +143,7 @@ def test_pressures_become_colours():
 
 
 def test_a_film_of_another_plane_is_refused():
-    film = slices(compile(SCENE), "xy", every=1, frames=1)
+    film = slices(build_plan(SCENE), "xy", every=1, frames=1)
     with pytest.raises(ValueError, match="take xz"):
         animate(SCENE, film)
 
@@ -183,7 +183,7 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
     code, out, err = ajgdata("plan", "a.json")
     assert (code, err) == (0, "")
     lines = dict(line.split(None, 1) for line in out.splitlines() if line)
-    plan = compile(Scene.model_validate({"numerics": {"dx_mm": 5}}))
+    plan = build_plan(Scene.model_validate({"numerics": {"dx_mm": 5}}))
     assert lines["grid"].startswith(f"5 mm, {np.count_nonzero(plan.system.mass):,} open cells")
     for part in plan.parts:
         assert lines[part.name].startswith("solved" if part.kept else "left out")

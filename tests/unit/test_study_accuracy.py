@@ -35,10 +35,10 @@ def test_a_feature_is_that_of_a_tone():
 
 
 def test_memory_counts_every_array():
-    from ajgdata.gripper.plan import compile
+    from ajgdata.gripper.solver_plan import build_plan
 
     single, double = (
-        compile(scene("20 mm cube", {"dx_mm": 6.0, "precision": precision})).bytes
+        build_plan(scene("20 mm cube", {"dx_mm": 6.0, "precision": precision})).bytes
         for precision in ("float32", "float64")
     )
     # One of some twenty arrays, the cells' capacity, is float64 in both: (2 + 2 n) / (2 + n).

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.discrete import operator
+from ajgdata.studies.discrete_operator import operator
 from ajgdata.studies.domains import BOWL, bowl, closed
 from ajgdata.studies.verification.identities import Adjoint, WideAdjoint
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.discrete import frequencies
+from ajgdata.studies.discrete_operator import frequencies
 from ajgdata.studies.domains import AIR, box, closed
 from ajgdata.studies.verification.resonances import (
     BoxOffGrid,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ajgdata.gripper.column import Bed, Body, pad_stiffness, skin, solve, spread, stack
 from ajgdata.gripper.contact import Frame, Spring
-from ajgdata.gripper.materials import MATERIALS, Material
+from ajgdata.gripper.object_materials import MATERIALS, Material
 
 FOAM = MATERIALS["styrofoam"]
 WIDE = 4e-4

@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.gripper.bending import plate_modes
 from ajgdata.gripper.contact import Spring, plane_modulus
-from ajgdata.gripper.materials import MATERIALS, Material
+from ajgdata.gripper.object_materials import MATERIALS, Material
 
 FREE = Spring(0.0, 0.0)
 STEEL = MATERIALS["steel"]

@@ -18,7 +18,7 @@ from ajgdata.gripper.contact import (
     plane_modulus,
     spread_compliance,
 )
-from ajgdata.gripper.materials import MATERIALS
+from ajgdata.gripper.object_materials import MATERIALS
 
 FORCES = st.floats(1e-4, 1e2)
 RADII = st.floats(1e-4, 1e-1)

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ajgdata.gripper.contact import Pack
-from ajgdata.gripper.materials import MATERIALS
 from ajgdata.gripper.membrane import pinned, strip
+from ajgdata.gripper.object_materials import MATERIALS
 
 PACK = Pack(6e-3, 0.40, MATERIALS["plastic"])
 TENSION, MASS = 43.0, 0.3

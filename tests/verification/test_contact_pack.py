@@ -13,7 +13,7 @@ from ajgdata.gripper.contact import (
     mindlin_ratio,
     seat,
 )
-from ajgdata.gripper.materials import MATERIALS, Material
+from ajgdata.gripper.object_materials import MATERIALS, Material
 
 PLASTIC = MATERIALS["plastic"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.discrete import energies
+from ajgdata.studies.discrete_operator import energies
 from ajgdata.studies.domains import BOWL, bowl, closed, random_state
 from ajgdata.studies.verification.identities import (
     EnergyConstant,

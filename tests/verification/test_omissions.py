@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper import Scene, compile, simulate
-from ajgdata.gripper.materials import MATERIALS
+from ajgdata.gripper import Scene, build_plan, simulate
+from ajgdata.gripper.object_materials import MATERIALS
 from ajgdata.studies.omissions import ALL, MECHANICS, NOTHING, QUICK, TOTAL, Case, heard, rows_of
 
 #: Coarser than the study: the plan does not depend on the grid, nor does what a part is worth.
@@ -74,7 +74,7 @@ def test_what_a_rigid_object_rests_on_changes_nothing():
     )
     one, other = (simulate(scene).samples.tobytes() for scene in (rigid, on_rubber))
     assert one == other
-    assert not compile(rigid).system.modes.inertia.size
+    assert not build_plan(rigid).system.modes.inertia.size
 
 
 def test_the_error_stays_below_whatever_tolerance_is_asked_for():

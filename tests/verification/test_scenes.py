@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, excitation_sweep, record, simulate
-from ajgdata.gripper.chain import SignalChain
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.signal_settings import SignalChain
 
 QUIET = SignalChain(noise_db_spl=None)
 _known: dict[str, np.ndarray] = {}

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from ajgdata.studies.discrete import fastest
+from ajgdata.studies.discrete_operator import fastest
 from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed
-from ajgdata.studies.stability import limit
+from ajgdata.studies.stability import time_step_limit
+from ajgdata.studies.stability.extreme_cases import of_bowl, trials
 from ajgdata.studies.stability.trial import Trial, judge, run
-from ajgdata.studies.stability.trials import of_bowl, trials
 
 TRIALS = {f"{t.group}: {t.name}": t for t in trials(quick=True)}
 #: float32 keeps 24 bits; the largest difference seen comes from phases that drift apart by
@@ -43,7 +43,7 @@ def test_cells_not_enlarged_are_caught_growing():
 
     def build(dtype):
         system, source, receiver = of_bowl(packing=None)(dtype)
-        return limit.at_ratio(system, 1.001, largest), source, receiver
+        return time_step_limit.at_ratio(system, 1.001, largest), source, receiver
 
     verdict = judge(Trial("g", "n", build, 2_000))
     assert verdict.outcome == "grows"
@@ -53,8 +53,8 @@ def test_cells_not_enlarged_are_caught_growing():
 def test_the_limit_of_the_time_step_is_sharp(ratio):
     _, system = closed(bowl(), 5e-3, *BOWL)
     # Below: a beat of modes may move the largest value of a quarter; above: exactly e^{μn}.
-    found = limit.rate(limit.at_ratio(system, ratio, fastest(system)))
-    assert found == pytest.approx(limit.expected(ratio), rel=2e-3, abs=2e-3)
+    found = time_step_limit.rate(time_step_limit.at_ratio(system, ratio, fastest(system)))
+    assert found == pytest.approx(time_step_limit.expected(ratio), rel=2e-3, abs=2e-3)
     assert (found > 0.05) == (ratio > 1)
 
 

@@ -1,7 +1,7 @@
 """What the paper estimates of contact effects say, and that they say why."""
 
-from ajgdata.studies.material_distances import STEPS, distances
-from ajgdata.studies.material_estimates import HARD, SHAPES, WORTH, estimates
+from ajgdata.studies.materials.contact_estimates import HARD, SHAPES, WORTH, estimates
+from ajgdata.studies.materials.material_distances import STEPS, distances
 
 
 def test_estimates_separate_what_is_worth_simulating():

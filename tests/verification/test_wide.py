@@ -5,10 +5,10 @@ import pytest
 
 from ajgdata.gripper import Scene, simulate
 from ajgdata.gripper.dispersion import transform, undisperse
-from ajgdata.gripper.plan import ACCURATE_HZ, compile, steps_per_sample, wide_weight
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 from ajgdata.gripper.simulation import lowpass
 from ajgdata.gripper.solver import at_rest, march
+from ajgdata.gripper.solver_plan import ACCURATE_HZ, build_plan, steps_per_sample, wide_weight
 from ajgdata.studies.domains import AIR, BOWL, SILENT, bowl, box, closed, lossy_bowl
 
 
@@ -97,7 +97,7 @@ def test_capacity_is_shared_out_not_added():
     for system in (closed(bowl(), 4e-3, *BOWL, wide=True)[1], lossy_bowl(4e-3, wide=True)):
         assert system.raised_cells > 0.02
         assert abs(system.added_volume) < 1e-4
-    plan = compile(Scene())
+    plan = build_plan(Scene())
     assert abs(plan.system.added_volume) < 1e-6
 
 

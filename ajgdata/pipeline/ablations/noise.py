@@ -9,7 +9,7 @@ import numpy as np
 from ajgdata.evaluate.crossval import CrossValidation
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep, record
-from ajgdata.gripper.outside import transmission
+from ajgdata.gripper.external_noise import transmission
 from ajgdata.models import MODELS
 from ajgdata.pipeline.ablations.bench import QUIET, Bench
 from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from ajgdata.studies.stability import limit
+from ajgdata.studies.stability import time_step_limit
+from ajgdata.studies.stability.extreme_cases import trials
 from ajgdata.studies.stability.trial import judge
-from ajgdata.studies.stability.trials import trials
 from ajgdata.studies.table import Column, Table
 
 COLUMNS = (
@@ -34,4 +34,5 @@ def tables(quick: bool = False) -> list[Table]:
         "Each system is struck once and marched; relative numbers. Bounded: the discrete energy "
         "at the end is at most that after the strike, up to rounding, in both precisions."
     )
-    return [Table("stability", "Stiff and extreme cases", note, COLUMNS, rows), limit.table()]
+    table = Table("stability", "Stiff and extreme cases", note, COLUMNS, rows)
+    return [table, time_step_limit.table()]

@@ -13,7 +13,7 @@ from ajgdata.gripper import SceneError
 from ajgdata.gripper.scene import one_line
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete import energies
+from ajgdata.studies.discrete_operator import energies
 
 Real = NDArray[np.floating]
 Ends = tuple[System, Probe, Probe]

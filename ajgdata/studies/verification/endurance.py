@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper import Scene, simulate
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete import energies
+from ajgdata.studies.discrete_operator import energies
 from ajgdata.studies.domains import (
     BOWL,
     SILENT,

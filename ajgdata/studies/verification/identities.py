@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper import Scene, compile, simulate
-from ajgdata.gripper.plan import wide_weight
+from ajgdata.gripper import Scene, build_plan, simulate
 from ajgdata.gripper.solver import at_rest, march
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete import applied, energies, operator
+from ajgdata.studies.discrete_operator import applied, energies, operator
 from ajgdata.studies.domains import (
     AIR,
     BOWL,
@@ -126,7 +126,7 @@ class Reciprocity(Identity):
 
     def deviation(self, quick: bool) -> float:
         """Largest difference over the largest pressure."""
-        plan = compile(_scene())
+        plan = build_plan(_scene())
         ends = (plan.speaker, plan.microphone)
         there, back = (
             march(plan.system, at_rest(plan.system), *pair, np.ones(1), self.steps)

@@ -11,7 +11,7 @@ from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import WallList
-from ajgdata.studies.discrete import energies
+from ajgdata.studies.discrete_operator import energies
 from ajgdata.studies.domains import (
     AIR,
     BOWL,

@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.plan import wide_weight
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete import frequencies
+from ajgdata.studies.discrete_operator import frequencies
 from ajgdata.studies.domains import AIR, box, closed, sphere
 from ajgdata.studies.verification.case import Refinement
 

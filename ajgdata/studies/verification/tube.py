@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import Fluid, Packing, air_fluid, fit_fluid, wave
-from ajgdata.gripper.plan import wide_weight
 from ajgdata.gripper.solver import Probe, at_rest, march
+from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.studies.domains import AIR, PLASTIC, box, time_step
 from ajgdata.studies.verification.case import Bound, Refinement

@@ -5,7 +5,7 @@ from copy import deepcopy
 from hypothesis import strategies as st
 
 from ajgdata.gripper.grippers import GRIPPERS
-from ajgdata.gripper.library import OBJECTS
+from ajgdata.gripper.object_library import OBJECTS
 
 SIZE = st.floats(0.5, 30.0) | st.floats(1.0, 300.0)
 COORDINATE = st.floats(-30.0, 30.0) | st.floats(-60.0, 60.0)

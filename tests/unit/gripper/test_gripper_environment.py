@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, compile
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
 from ajgdata.gripper.medium import FIT_BAND_HZ, Air, Packing, fit_fluid, wave
 from ajgdata.gripper.scene import GRAINS
 
@@ -31,7 +31,7 @@ def test_two_poles_fit_the_grains_in_any_weather(kind, celsius, pascal):
 
 def test_scenes_up_to_30_degrees_share_a_time_step_and_hotter_ones_shorten_theirs():
     plans = {
-        celsius: compile(
+        celsius: build_plan(
             Scene.model_validate(
                 {
                     "environment": {"temperature_c": celsius},

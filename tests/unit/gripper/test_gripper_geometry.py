@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, SceneError
-from ajgdata.gripper.fields import RandomField
 from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.relief import RASTER_M, relief
 
 CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}

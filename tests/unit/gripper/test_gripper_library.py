@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from ajgdata.gripper import Scene, SceneError, parse_scene, scene_digest
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.grippers import GRIPPERS
-from ajgdata.gripper.library import HOUSEHOLD, MATERIAL_SET, OBJECTS
+from ajgdata.gripper.object_library import HOUSEHOLD, MATERIAL_SET, OBJECTS
 
 #: One object of each shape that differs from the others to a membrane.
 SHAPES = [n for n in OBJECTS if n.split("_")[-1] not in MATERIAL_SET or n.endswith("_metal")]

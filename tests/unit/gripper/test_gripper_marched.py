@@ -6,10 +6,10 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from ajgdata.gripper import Scene, SceneError, compile, simulate
-from ajgdata.gripper.materials import MATERIALS
+from ajgdata.gripper import Scene, SceneError, build_plan, simulate
+from ajgdata.gripper.object_materials import MATERIALS
 from ajgdata.gripper.solver import at_rest, march
-from ajgdata.studies.discrete import energies
+from ajgdata.studies.discrete_operator import energies
 
 MATERIAL = st.sampled_from(sorted(MATERIALS)) | st.fixed_dictionaries(
     {
@@ -40,7 +40,7 @@ def _built(parts, material, membrane, environment, **numerics):
         parts = {**parts, "gripper": {**parts["gripper"], "membrane": membrane}}
     parts = {**parts, "environment": environment, "numerics": {**NUMERICS, **numerics}}
     try:
-        return compile(Scene.model_validate(parts))
+        return build_plan(Scene.model_validate(parts))
     except (ValidationError, SceneError):
         return None
 

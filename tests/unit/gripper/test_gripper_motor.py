@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper.chain import Motor, SignalChain
 from ajgdata.gripper.motor import harmonic_amplitudes, motor_sound
-from ajgdata.gripper.response import ImpulseResponse
-from ajgdata.gripper.signal import excitation_sweep, record
+from ajgdata.gripper.signal_chain import ImpulseResponse, excitation_sweep, record
+from ajgdata.gripper.signal_settings import Motor, SignalChain
 
 MOTOR = Motor()
 STILL = ImpulseResponse(np.array([1.0]), 0.0, 44_100, 0, {}, 0.3)

@@ -3,14 +3,14 @@ import pytest
 from pydantic import ValidationError
 from scipy.signal import sosfreqz
 
-from ajgdata.gripper.chain import SignalChain
-from ajgdata.gripper.outside import a_weighting, outside_noise, transmission
-from ajgdata.gripper.signal import (
+from ajgdata.gripper.external_noise import a_weighting, external_noise_pa, transmission
+from ajgdata.gripper.signal_chain import (
     FLOW_AT_100_DB_M3_S,
     excitation_sweep,
     record,
     transducers,
 )
+from ajgdata.gripper.signal_settings import SignalChain
 from ajgdata.gripper.simulation import ImpulseResponse, lowpass
 
 QUIET = SignalChain(noise_db_spl=None)
@@ -133,7 +133,7 @@ def test_sound_from_outside_has_the_level_of_the_mass_law(mass):
 
 def test_the_spectrum_inside_falls_by_the_mass_law():
     """The same noise behind no membrane and behind one; bin by bin, up to the FFT's round-off."""
-    open_, behind = (np.fft.rfft(outside_noise(44_100, 80, m, 100.0, 3)) for m in (0.0, 0.3))
+    open_, behind = (np.fft.rfft(external_noise_pa(44_100, 80, m, 100.0, 3)) for m in (0.0, 0.3))
     f = np.arange(20, 20_001)
     share = np.abs(behind[f] / open_[f]) ** 2
     np.testing.assert_allclose(share, transmission(f.astype(float), 0.3), rtol=1e-9)
@@ -143,7 +143,7 @@ def test_the_spectrum_inside_falls_by_the_mass_law():
 
 
 def test_more_noise_outside_is_the_same_noise_scaled():
-    quiet, loud = (outside_noise(4_410, dba, 0.3, 100.0, 5) for dba in (45, 80))
+    quiet, loud = (external_noise_pa(4_410, dba, 0.3, 100.0, 5) for dba in (45, 80))
     np.testing.assert_allclose(loud, quiet * 10 ** (35 / 20), rtol=1e-14)
     quiet, loud = (np.std(_outside_pa(dba, 0.3)) for dba in (45, 80))
     # Rounding adds noise of 2^-23/√12 of full scale to the quieter one, and by chance what the two

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ajgdata.gripper import Scene, compile
+from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import LINE, _span
 
@@ -31,7 +31,7 @@ def test_bounds_of_the_spans_do_not_change_a_byte(scheme):
     scene = Scene.model_validate(
         {"object": {"kind": "cube", "edge_mm": 20}, "numerics": {"dx_mm": 6, "scheme": scheme}}
     )
-    plan = compile(scene)
+    plan = build_plan(scene)
     system, heard = plan.system, []
     slabs = np.arange(len(system.span.lo)).astype(np.uint64) * np.uint64(system.span.slab)
     active = np.bincount(np.flatnonzero(system.mass) // system.span.slab, minlength=len(slabs)) > 0
@@ -50,6 +50,6 @@ def test_bounds_of_the_spans_do_not_change_a_byte(scheme):
 
 
 def test_arrays_begin_where_a_cache_line_does():
-    system = compile(Scene.model_validate({"numerics": {"dx_mm": 6}})).system
+    system = build_plan(Scene.model_validate({"numerics": {"dx_mm": 6}})).system
     arrays = (*system.faces, *system.reach, *system.capacities, *at_rest(system)[:6])
     assert {array.ctypes.data % LINE for array in arrays} == {0}

@@ -8,7 +8,7 @@ import numpy as np
 
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete import fastest
+from ajgdata.studies.discrete_operator import fastest
 from ajgdata.studies.domains import BOWL, bowl, closed, two_probes
 from ajgdata.studies.table import Column, Table, Value
 

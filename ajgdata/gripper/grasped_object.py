@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.bending import PlateModes
 from ajgdata.gripper.column import Bed, StackModes, skin, solve
+from ajgdata.gripper.effect_estimates import FURTHEST, OMEGA, Circuit, Complex, Part, Real
 from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.mechanics import (
@@ -23,9 +24,8 @@ from ajgdata.gripper.mechanics import (
     stack_of,
 )
 from ajgdata.gripper.modes import NO_MODES, ModeList
-from ajgdata.gripper.parts import FURTHEST, OMEGA, Circuit, Complex, Part, Real
-from ajgdata.gripper.plain import PartName
 from ajgdata.gripper.scene import Numerics, Scene
+from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.walls import NO_WALLS, WallList
 
 #: No scene needs more modes; each costs a step as much as its cells do.

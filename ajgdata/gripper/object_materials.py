@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ajgdata.gripper.plain import Plain
+from ajgdata.gripper.scene_model import SceneModel
 
 
-class Material(Plain):
+class Material(SceneModel):
     """A linear isotropic solid; `loss` is the loss factor η of E (1 + iη), taken as constant.
 
     Bounds lie far beyond all there is, and within what squares and ratios of them can hold.
@@ -43,7 +43,7 @@ MATERIALS: dict[MaterialName, Material] = {
 }
 
 
-class Support(Plain):
+class Support(SceneModel):
     """What the object rests on: the rigid ground, or a sheet of rubber on it."""
 
     kind: Literal["rigid", "rubber"] = "rigid"

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ajgdata.gripper import Scene, compile
-from ajgdata.gripper.field import pulse, slices
+from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.medium import Air
+from ajgdata.gripper.pressure_slices import pulse, slices
 from ajgdata.gripper.solver import at_rest, march
 
 SCENE = Scene.model_validate(
@@ -15,7 +15,7 @@ SCENE = Scene.model_validate(
 
 @pytest.fixture(scope="module")
 def plan():
-    return compile(SCENE)
+    return build_plan(SCENE)
 
 
 @pytest.mark.parametrize("plane", ["xz", "yz", "xy"])

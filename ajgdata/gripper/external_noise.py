@@ -45,7 +45,9 @@ def transmission(frequency_hz: Real, mass_kg_m2: float) -> Real:
     return np.divide(heard, square * np.sin(limit) ** 2, out=share, where=square > 0)
 
 
-def outside_noise(count: int, dba: float, mass_kg_m2: float, coupling_hz: float, seed: int) -> Real:
+def external_noise_pa(
+    count: int, dba: float, mass_kg_m2: float, coupling_hz: float, seed: int
+) -> Real:
     """Pressure (Pa) at the microphone, (count,), of sound that is white and `dba` dB(A) outside.
 
     Gaussian noise, filtered in the frequency domain by membrane and AC coupling; another level is

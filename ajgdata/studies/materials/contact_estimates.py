@@ -24,7 +24,7 @@ from ajgdata.gripper.contact import (
     thermal_admittance,
 )
 from ajgdata.gripper.geometry import RASTER_M, cavity
-from ajgdata.gripper.materials import MATERIALS, Material, MaterialName
+from ajgdata.gripper.object_materials import MATERIALS, Material, MaterialName
 from ajgdata.studies.table import Column, Table, Value
 
 R = NDArray[np.inexact]

@@ -29,7 +29,7 @@ class SceneError(ValueError):
     """A scene that cannot exist, e.g. an object that would pinch the cavity shut."""
 
 
-class Plain(BaseModel):
+class SceneModel(BaseModel):
     """Base of every model of the gripper: unknown keys and numbers that are not finite are errors,
     instances are immutable."""
 

@@ -6,13 +6,13 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from ajgdata.gripper.plain import Finite, NonNegative, Plain, Positive
+from ajgdata.gripper.scene_model import Finite, NonNegative, Positive, SceneModel
 
 #: In the band of the converter, whose rate is 44.1 kHz.
 Frequency = Annotated[float, Field(gt=0, lt=22_050)]
 
 
-class Motor(Plain):
+class Motor(SceneModel):
     """Servo that holds the gripper at the grasp's angle; see `ajgdata.gripper.motor`."""
 
     level_db_spl: Finite = Field(
@@ -30,7 +30,7 @@ class Motor(Plain):
     )
 
 
-class SignalChain(Plain):
+class SignalChain(SceneModel):
     """Loudspeaker, microphone, converter and noise. Level and frequency responses of the paper's
     parts are not published with it; these are of their kind (balanced armature, MEMS)."""
 

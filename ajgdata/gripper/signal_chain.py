@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
 
-from ajgdata.gripper.chain import SignalChain
+from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa
 from ajgdata.gripper.motor import motor_sound
-from ajgdata.gripper.outside import REFERENCE_PA, outside_noise
-from ajgdata.gripper.response import ImpulseResponse
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
+from ajgdata.gripper.signal_settings import SignalChain
 
 Real = NDArray[np.floating]
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
@@ -23,6 +23,26 @@ FLOW_AT_100_DB_M3_S = 2.71e-6
 
 
 DEFAULT_CHAIN = SignalChain()
+
+
+@dataclass(frozen=True)
+class ImpulseResponse:
+    """Pressure (Pa) at the microphone per volume velocity (m³/s) at the speaker.
+
+    p[n] = Σ samples[m] q[n - m + latency_samples]; the latency is that of the linear-phase
+    decimation filter. `static` is what the response settles at, for ever on this time scale,
+    because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
+    without it. Convolve the input with `samples`, then add `static` times its running sum.
+    `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
+    what holds sound from outside back.
+    """
+
+    samples: Real
+    static: float
+    sample_rate_hz: int
+    latency_samples: int
+    provenance: dict[str, Any]
+    membrane_kg_m2: float
 
 
 @dataclass(frozen=True)
@@ -104,7 +124,7 @@ def record(
         pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
     if chain.external_noise_dba is not None:
         own = derive_seed(seed, "outside")  # the floor stays as it is without
-        pressure += outside_noise(
+        pressure += external_noise_pa(
             len(pressure), chain.external_noise_dba, ir.membrane_kg_m2, chain.coupling_hz, own
         )
     if chain.motor is not None:

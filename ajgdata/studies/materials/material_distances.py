@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
-from ajgdata.gripper.plain import PartName
-from ajgdata.studies.material_estimates import HARD, REFERENCE, SHAPES
+from ajgdata.gripper.scene_model import PartName
+from ajgdata.studies.materials.contact_estimates import HARD, REFERENCE, SHAPES
 from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import FeatureSettings
 

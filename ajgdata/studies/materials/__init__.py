@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ajgdata.studies.material_distances import STEPS, distances
-from ajgdata.studies.material_estimates import estimates
+from ajgdata.studies.materials.contact_estimates import estimates
+from ajgdata.studies.materials.material_distances import STEPS, distances
 from ajgdata.studies.table import Table
 
 

@@ -3,8 +3,8 @@
 import ast
 import shutil
 
-from ajgdata.gripper import compiled
-from ajgdata.gripper.compiled import FOLDER, njit, sources_digest
+from ajgdata.gripper import numba_cache
+from ajgdata.gripper.numba_cache import FOLDER, njit, sources_digest
 
 #: How often each kernel was loaded, and how often compiled, by a process that simulates.
 COUNT = """
@@ -30,15 +30,15 @@ def test_the_digest_sees_every_source(tmp_path):
 
 
 CALLER = "from called import called\n\n\ndef caller(x):\n    return called(x) + 1\n"
-CALLED = "from ajgdata.gripper.compiled import njit\n\n\n@njit(cache=True)\ndef called(x):\n"
+CALLED = "from ajgdata.gripper.numba_cache import njit\n\n\n@njit(cache=True)\ndef called(x):\n"
 RUN = """
 import sys
 from pathlib import Path
-from ajgdata.gripper import compiled
-compiled.FOLDER = Path(sys.path[0])
+from ajgdata.gripper import numba_cache
+numba_cache.FOLDER = Path(sys.path[0])
 from called import called
 from caller import caller
-made = compiled.njit(cache=True)(caller)
+made = numba_cache.njit(cache=True)(caller)
 print(made(1), sum(made.stats.cache_hits.values()))
 """
 
@@ -61,9 +61,9 @@ def test_a_second_process_compiles_nothing(run_python):
 
 
 def test_numba_keeps_its_own_folder_for_others():
-    before = compiled.config.CACHE_DIR
+    before = numba_cache.config.CACHE_DIR
     njit(cache=True)(abs_of)
-    assert before == compiled.config.CACHE_DIR
+    assert before == numba_cache.config.CACHE_DIR
 
 
 def abs_of(x):
@@ -72,7 +72,7 @@ def abs_of(x):
 
 def test_every_kernel_is_compiled_so():
     for file in FOLDER.glob("*.py"):
-        if file.stem == "compiled":
+        if file.stem == "numba_cache":
             continue
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.module == "numba":

@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from ajgdata.gripper.materials import MATERIALS, MaterialName
-from ajgdata.gripper.plain import Plain
+from ajgdata.gripper.object_materials import MATERIALS, MaterialName
+from ajgdata.gripper.scene_model import SceneModel
 from ajgdata.gripper.shapes import Box, Compound, Cube, Ellipsoid, Object, Rod, Sphere
 
 Category = Literal["cube", "sphere", "plate", "bar", "spherical", "cylindrical", "other"]
@@ -21,7 +21,7 @@ PAPER = "paper"
 YCB = "YCB object set"
 
 
-class ObjectSpec(Plain):
+class ObjectSpec(SceneModel):
     """A named object. Categories of household objects are the paper's."""
 
     shape: Object

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.fields import RandomField
+from ajgdata.gripper.effect_estimates import Part, circuit
 from ajgdata.gripper.geometry import MM, Cavity, SceneError, cavity
-from ajgdata.gripper.grasped import grasped, judged, rigid, where_grasped
+from ajgdata.gripper.grasped_object import grasped, judged, rigid, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
-from ajgdata.gripper.parts import Part, circuit
-from ajgdata.gripper.plain import PartName
+from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
+from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -99,7 +99,7 @@ def wide_weight(dx_m: float) -> float:
     return float((half / np.sin(half) - 1) / (3 - np.sin(3 * half) / np.sin(half)))
 
 
-def compile(scene: Scene) -> Plan:
+def build_plan(scene: Scene) -> Plan:
     """Geometry, grid, medium, walls and modes of `scene`. Raises SceneError (a ValueError)."""
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
     shape = cavity(scene)

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.plan import Plan
 from ajgdata.gripper.solver import at_rest, march
+from ajgdata.gripper.solver_plan import Plan
 
 Real = NDArray[np.floating]
 Plane = Literal["xz", "yz", "xy"]

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.gripper import Scene, SceneError, compile
+from ajgdata.gripper import Scene, SceneError, build_plan
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.grid import cut_cells
-from ajgdata.gripper.materials import MATERIALS
 from ajgdata.gripper.medium import Packing, air_fluid, fit_fluid
 from ajgdata.gripper.modes import NO_MODES, ModeList
+from ajgdata.gripper.object_materials import MATERIALS
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 from ajgdata.studies.domains import AIR, BOWL, PLASTIC, bowl, time_step, two_probes
@@ -39,7 +39,7 @@ def of_scene(parts: dict[str, Any]) -> Callable[[type], Ends]:
             "keep": KEEP,
             **parts.get("numerics", {}),
         }
-        plan = compile(Scene.model_validate({**parts, "numerics": numerics}))
+        plan = build_plan(Scene.model_validate({**parts, "numerics": numerics}))
         return plan.system, plan.speaker, plan.microphone
 
     return build

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.column import StackModes
 from ajgdata.gripper.medium import Air, Packing, wave
-from ajgdata.gripper.plain import PartName
+from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.system import WEAKEST
 
 Real = NDArray[np.floating]
