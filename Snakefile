@@ -29,6 +29,7 @@ from ajgdata.pipeline.studies import (
     TIMED,
 )
 from ajgdata.store.provenance import code_digest, settings_digest
+from ajgdata.store.report_files import report_files_digest
 from ajgdata.types import DataError
 
 min_version("9.10")
@@ -49,6 +50,7 @@ except WorkflowError as error:  # one line instead of the whole schema
     ) from None
 
 PATHS = Paths()
+REPORT_FILES = report_files_digest(PATHS)
 # Only the main process looks at the recordings; its jobs see the manifests that it left.
 try:
     PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)

@@ -1,7 +1,8 @@
 """Every file name of a project, spelled once.
 
-A project is the folder that holds `datasets/`. `datasets/` is written by people, `data/` by
-acquisition and import, `results/` by the workflow, `.ajgdata/` is a cache that may be deleted.
+A project is the folder that holds `datasets/`. `datasets/` and `reports/` are written by people,
+`data/` by acquisition and import, `results/` by the workflow; `.ajgdata/` is a cache that may be
+deleted.
 """
 
 from __future__ import annotations
@@ -37,6 +38,11 @@ class Paths:
     def results(self) -> Path:
         """Everything that the workflow makes."""
         return self.root / "results"
+
+    @property
+    def reports(self) -> Path:
+        """What people edit to change a report; see `store.report_files`."""
+        return self.root / "reports"
 
     @property
     def data(self) -> Path:

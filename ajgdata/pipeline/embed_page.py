@@ -10,12 +10,13 @@ import numpy as np
 from ajgdata.paths import Paths
 from ajgdata.pipeline.embed_documents import read_embedded
 from ajgdata.pipeline.studies import EMBEDDING_CODE
-from ajgdata.report.paper import PAPER_FILE, parse_paper
+from ajgdata.report.paper import parse_paper
 from ajgdata.store.audio import AudioError, read_audio
 from ajgdata.store.clips import BYTES_PER_SECOND, mp3_clip
-from ajgdata.store.files import read_yaml, write_bytes
+from ajgdata.store.files import write_bytes
 from ajgdata.store.manifest import read_manifest
-from ajgdata.store.provenance import PACKAGE, code_digest, software
+from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings
 
@@ -46,10 +47,11 @@ def build_embedding_page(
     html = render_embeddings(
         shown,
         svgs,
-        parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE)),
+        parse_paper(read_paper(paths)),
         {**software(), "code": code_digest(*EMBEDDING_CODE)},
         explorers,
         page_links(pages),
+        paths,
     )
     paths.page_figures(PAGE).mkdir(parents=True, exist_ok=True)  # also if it holds none
     write_bytes(paths.page(PAGE), html.encode())
@@ -63,7 +65,7 @@ def build_explorer(paths: Paths, dataset: str, embedding: str, manifests: Sequen
     audio = read_dataset(paths, dataset).audio
     recordings = one.pictured.recording.tolist() if one.pictured else []
     clips, told = sounds(paths.root, manifests, audio, set(recordings))
-    html = render_interactive(one, clips, told)
+    html = render_interactive(one, clips, told, paths)
     write_bytes(paths.explorer(dataset, embedding), html.encode())
 
 

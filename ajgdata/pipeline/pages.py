@@ -43,7 +43,7 @@ def _tables_page(
         for figure, illustration in ones.items():
             svg, *_ = save_figure(illustration.draw(), paths.page_figure(name, figure))
             svgs[figure] = svg.read_bytes()
-    html = render_study(name, provenance, tables, figures, svgs, page_links(pages))
+    html = render_study(name, provenance, tables, figures, svgs, page_links(pages), paths)
     paths.page_figures(name).mkdir(parents=True, exist_ok=True)  # also if it holds none
     write_bytes(paths.page(name), html.encode())
 
@@ -72,5 +72,5 @@ def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) ->
     gif = animate(star.scene, filmed(plan))
     write_bytes(paths.page_figure(PAGE, FILM), gif)
     made = {**software(), "code": code_digest(*GALLERY_CODE)}
-    html = render_gallery(shown, svgs, (star, gif), made, page_links(pages))
+    html = render_gallery(shown, svgs, (star, gif), made, page_links(pages), paths)
     write_bytes(paths.page(PAGE), html.encode())

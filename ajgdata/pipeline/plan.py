@@ -14,10 +14,10 @@ from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.paths import SESSION_FILE, Paths, Tree
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.report.paper import PAPER_FILE, parse_paper
+from ajgdata.report.paper import parse_paper
 from ajgdata.store import manifest
-from ajgdata.store.files import json_bytes, link_or_copy, read_yaml, write_if_changed
-from ajgdata.store.provenance import PACKAGE
+from ajgdata.store.files import json_bytes, link_or_copy, write_if_changed
+from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
 from ajgdata.types import DataError, DatasetSpec
 
@@ -135,7 +135,7 @@ def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
     """A report that names an unknown figure of the paper would fail after all the work is done."""
     if not (named := {name for task in spec.tasks.values() for name in task.papers.values()}):
         return
-    known = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
+    known = parse_paper(read_paper(paths))
     if unknown := sorted(named - set(known)):
         problem = f"tasks: the paper has no figure {unknown[0]!r}"
         raise DataError(paths.dataset(spec.name), problem, f"it has {', '.join(known)}")

@@ -260,7 +260,7 @@ def _describe(
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
     facts = _provenance(spec, told, store, sessions, version)
-    text = card.render_card(about, told, table, counts, sizes, facts, front)
+    text = card.render_card(about, told, table, counts, sizes, facts, front, paths)
     _write(tree, tree.README, text.encode())
     left_out = sum(finding.leaves_out for finding in told.findings)
     return left_out, unsealed, about.is_unlicensed

@@ -31,12 +31,13 @@ from ajgdata.report.content import (
     Report,
     Spectra,
 )
-from ajgdata.report.paper import PAPER_FILE, parse_paper
+from ajgdata.report.paper import parse_paper
 from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, read_json, read_yaml, write_bytes
+from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.findings import read_findings
-from ajgdata.store.provenance import PACKAGE, settings_digest, software
+from ajgdata.store.provenance import settings_digest, software
+from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 
@@ -72,7 +73,7 @@ def build_report(
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
     report = dataclasses.replace(report, stages=stages)
     svgs = _drawn(report, folder, svgs)
-    write_bytes(page, render_page(report, svgs, page_links(pages), published).encode())
+    write_bytes(page, render_page(report, svgs, page_links(pages), published, paths).encode())
     runs = runs_of({name: read_dataset(paths, name) for name in datasets}, tasks)
     content = {"datasets": list(datasets), "runs": runs, "pages": list(pages)}
     content["published"] = list(published)
@@ -100,7 +101,7 @@ def _assembled(
     ablations: Sequence[str],
 ) -> Report:
     """All that the report says, but for the time that it took."""
-    paper = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
+    paper = parse_paper(read_paper(paths))
     specs = {name: read_dataset(paths, name) for name in datasets}
     stores = {name: read_store(paths.merged(name)) for name in datasets}
     runs = runs_of(specs, tasks)

@@ -8,18 +8,20 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ajgdata.paths import Tree
+from ajgdata.paths import Paths, Tree
 from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
 from ajgdata.report.content import DatasetSummary
 from ajgdata.report.wording import number, value, words
-from ajgdata.store.publishing.about import TOPICS, About
+from ajgdata.store.files import read_text
+from ajgdata.store.publishing.about import CC0_FILE, TOPICS, About
 from ajgdata.store.publishing.examples import examples
 from ajgdata.store.publishing.table import Table
+from ajgdata.store.report_files import template_folders
 from ajgdata.types import DatasetSpec, Finding, Session, Target
 
 #: More values than this are counted in this many bins.
@@ -177,9 +179,10 @@ def render_card(
     sizes: Mapping[str, int],
     provenance: Mapping[str, str],
     front: str,
+    project: Paths | None = None,
 ) -> str:
     """README.md. `front` is the YAML that Hugging Face reads; `sizes` are bytes of files."""
-    return _environment().get_template("card.md.j2").render(
+    return _environment(project).get_template("card.md.j2").render(
         about=about,
         summary=summary,
         table=table,
@@ -245,9 +248,7 @@ def licence_text(about: About) -> str:
         )
     head = f"The data set {about.name} is licensed under {about.spdx or about.licence}.\n"
     if about.spdx == "CC0-1.0":
-        loader = _environment().loader
-        assert loader is not None
-        return f"{head}\n{loader.get_source(_environment(), 'CC0-1.0.txt')[0]}"
+        return f"{head}\n{read_text(CC0_FILE)}"
     return head + (f"Its text: {about.licence_url}\n" if about.licence_url else "")
 
 
@@ -264,9 +265,9 @@ def finding_text(finding: Finding) -> str:
     return f"{finding.session_id}/{finding.recording_id}: {finding.problem}"
 
 
-def _environment() -> Environment:
+def _environment(project: Paths | None) -> Environment:
     made = Environment(
-        loader=PackageLoader("ajgdata.report", "templates"),
+        loader=FileSystemLoader(template_folders(project or Paths())),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

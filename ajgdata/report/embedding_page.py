@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.paths import FIGURE_FORMATS
+from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report.distances import apart_text
 from ajgdata.report.embedded import SPACES, Embedded, ordered
 from ajgdata.report.embedding_blocks import blocks, flat
@@ -38,6 +38,7 @@ def render_embeddings(
     provenance: Mapping[str, Any],
     explorers: Mapping[str, str],
     pages: Sequence[Link] = (),
+    project: Paths | None = None,
 ) -> str:
     """The page as HTML text. `svgs` by name of figure, `explorers` links by id of an embedding.
 
@@ -48,7 +49,7 @@ def render_embeddings(
     if missing := sorted(set(drawn) - set(svgs)):
         raise ValueError(f"figures not drawn: {', '.join(missing)}")
     return (
-        environment()
+        environment(project)
         .get_template("embedding.html.j2")
         .render(
             title=LEADS[PAGE].title,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.scene import Scene
-from ajgdata.paths import FIGURE_FORMATS
+from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.report.scenes import Section, section
 from ajgdata.report.study_page import LEADS
@@ -85,6 +85,7 @@ def render_gallery(
     film: tuple[Exhibit, bytes],
     provenance: Mapping[str, Any],
     pages: Sequence[Link] = (),
+    project: Paths | None = None,
 ) -> str:
     """The page as HTML text; `svgs` by name of exhibit, and one called RESPONSE of the film's."""
 
@@ -93,7 +94,7 @@ def render_gallery(
         return {"id": name, "image": data_uri(svgs[name]), "caption": words, "links": links}
 
     filmed, gif = film
-    template = environment().get_template("gallery.html.j2")
+    template = environment(project).get_template("gallery.html.j2")
     return template.render(
         title=LEADS[PAGE].title,
         lead=LEADS[PAGE].text,

@@ -18,6 +18,7 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
+from ajgdata.paths import Paths
 from ajgdata.report.embedded import METHODS, SPACES, Embedded, Picture, Pictured
 from ajgdata.report.page import environment
 from ajgdata.report.projected import MISSING, NUMBERS, shown_columns, text_colours
@@ -30,13 +31,15 @@ WIDTH, HEIGHT, MARGIN = 1000, 700, 30
 STEPS = 32
 
 
-def render_interactive(one: Embedded, clips: Mapping[str, bytes], sound: str) -> str:
+def render_interactive(
+    one: Embedded, clips: Mapping[str, bytes], sound: str, project: Paths | None = None
+) -> str:
     """The page as HTML text: the same content gives the same text.
 
     `clips` are MP3s by recording, perhaps not of all; `sound` says what was done to them. Of an
     embedding without pictures it says why there are none.
     """
-    pages = environment()
+    pages = environment(project)
     source = pages.loader.get_source(pages, SCRIPT)[0] if pages.loader else ""
     # Jinja's include would strip the last line's end: the hash is of what stands in the page.
     script = source.strip()

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
@@ -18,6 +18,7 @@ from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
 from ajgdata.report.silent_figures import silent_name
 from ajgdata.report.transfer_figures import transfer_rows
+from ajgdata.store.report_files import template_folders
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -36,6 +37,7 @@ def render_page(
     svgs: Mapping[str, bytes],
     pages: Sequence[Link] = (),
     published: Sequence[str] = (),
+    project: Paths | None = None,
 ) -> str:
     """The page as HTML text: the same report and figures give the same text.
 
@@ -47,7 +49,7 @@ def render_page(
     if missing := [name for name in drawn if name not in svgs]:
         raise ValueError(f"figures not drawn: {', '.join(missing)}")
     return (
-        environment()
+        environment(project)
         .get_template("report.html.j2")
         .render(
             report=report,
@@ -64,10 +66,13 @@ def render_page(
     )
 
 
-def environment() -> Environment:
-    """Templates whose values are all escaped and none of which may be missing."""
+def environment(project: Paths | None = None) -> Environment:
+    """Templates whose values are all escaped and none of which may be missing.
+
+    Those of `project` (default: the working folder) come before the packaged ones.
+    """
     made = Environment(
-        loader=PackageLoader("ajgdata.report", "templates"),
+        loader=FileSystemLoader(template_folders(project or Paths())),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -9,9 +9,6 @@ from pydantic import Field, ValidationError, field_validator
 
 from ajgdata.types import Name, Strict, describe
 
-#: Beside this module; packaged with it.
-PAPER_FILE = "paper.yaml"
-
 
 class PaperFigure(Strict):
     """One number that the paper reports for the real gripper and real recordings."""
@@ -44,7 +41,7 @@ class _PaperFile(Strict):
         return figures
 
 
-def parse_paper(mapping: Mapping[str, Any], where: object = PAPER_FILE) -> dict[str, PaperFigure]:
+def parse_paper(mapping: Mapping[str, Any], where: object = "paper.yaml") -> dict[str, PaperFigure]:
     """Content of `paper.yaml` -> its figures by id, each with the citation as its `source`.
 
     Raises DataError, naming `where` and the key, if the content is not what it should be.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ajgdata.paths import FIGURE_FORMATS
+from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report.illustrations import Illustration
 from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.studies.table import Table, Value
@@ -77,6 +77,7 @@ def render_study(
     figures: Mapping[str, Mapping[str, Illustration]],
     svgs: Mapping[str, bytes],
     pages: Sequence[Link] = (),
+    project: Paths | None = None,
 ) -> str:
     """The page as HTML text. `figures` holds, by table, figures by name; `svgs` their files.
 
@@ -85,7 +86,7 @@ def render_study(
     drawn = {figure for ones in figures.values() for figure in ones}
     if missing := sorted(drawn - set(svgs)):
         raise ValueError(f"figures not drawn: {', '.join(missing)}")
-    template = environment().get_template("study.html.j2")
+    template = environment(project).get_template("study.html.j2")
     return template.render(
         title=LEADS[name].title,
         lead=LEADS[name].text,

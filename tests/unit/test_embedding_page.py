@@ -22,19 +22,20 @@ from embedding_samples import (
 from test_report_page import Page
 from worlds import RATE_HZ, tone, write_tone
 
+from ajgdata.paths import Paths
 from ajgdata.pipeline import embed_page
 from ajgdata.pipeline.embed_documents import embedded
 from ajgdata.pipeline.embed_page import build_embedding_page, build_explorer, sounds
 from ajgdata.pipeline.projections import make_projections
 from ajgdata.report.embedding_page import figures, render_embeddings
 from ajgdata.report.page import Link
-from ajgdata.report.paper import PAPER_FILE, parse_paper
+from ajgdata.report.paper import parse_paper
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.clips import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.features import Column
-from ajgdata.store.files import json_bytes, read_json, read_yaml, write_bytes
+from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.latents import Latents, write_latents
-from ajgdata.store.provenance import PACKAGE
+from ajgdata.store.report_files import read_paper
 from ajgdata.types import AudioSettings, DataError, Embedding, Recording, Target
 
 COUNT = 12
@@ -45,7 +46,7 @@ LATENT = {
     d: np.random.default_rng(d).standard_normal((2, 1, COUNT - 1, d)).astype(np.float32)
     for d in DIMENSIONS
 }
-PAPER = parse_paper(read_yaml(PACKAGE / "report" / PAPER_FILE))
+PAPER = parse_paper(read_paper(Paths()))
 CLASS = Target(kind="classification")
 
 

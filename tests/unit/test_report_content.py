@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import classes_result, regression_result, sample_report
 
-import ajgdata.report
 from ajgdata.evaluate.metrics import METRICS
+from ajgdata.paths import Paths
 from ajgdata.report.content import HEADLINE, Cost, Predictions, Score, Spectra, pareto_front
-from ajgdata.report.paper import PAPER_FILE, parse_paper
+from ajgdata.report.paper import parse_paper
 from ajgdata.report.wording import headline, mean_sd, number, prediction_caption, quantity
-from ajgdata.store.files import read_yaml
+from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError
 
 
@@ -142,7 +141,7 @@ def test_the_alternative_text_names_the_commonest_confusion():
 
 
 def paper_content():
-    return read_yaml(Path(ajgdata.report.__file__).parent / PAPER_FILE)
+    return read_paper(Paths())
 
 
 def test_paper_figures():

@@ -47,6 +47,7 @@ rule ablations_page:
         ablations=ABLATED,
         pages=PAGES,
         code=code_digest("report", "pipeline/pages"),
+        texts=REPORT_FILES,
     message:
         "Page on why simulation and paper differ"
     script:

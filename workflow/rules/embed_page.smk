@@ -36,6 +36,7 @@ rule explorer:
     params:
         root=str(PATHS.root),
         code=code_digest(*EXPLORER_CODE),
+        texts=REPORT_FILES,
     message:
         "Every recording of {wildcards.dataset}, seen and heard"
     script:
@@ -62,6 +63,7 @@ rule report_embedding:
         embeddings=EMBEDDINGS,
         pages=PAGES,
         code=code_digest(*EMBEDDING_CODE),
+        texts=REPORT_FILES,
     message:
         "Page on embeddings"
     script:

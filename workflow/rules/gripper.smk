@@ -37,6 +37,7 @@ rule study_page:
         root=str(PATHS.root),
         pages=PAGES,
         code=code_digest("report", "pipeline/pages"),
+        texts=REPORT_FILES,
     message:
         "Page on {wildcards.study}"
     script:
@@ -58,6 +59,7 @@ rule gallery:
         pages=PAGES,
         quick=config["quick"],
         code=code_digest(*GALLERY_CODE),
+        texts=REPORT_FILES,
     message:
         "Gallery of objects and grippers"
     script:

@@ -20,6 +20,7 @@ rule publish_dataset:
         root=str(PATHS.root),
         tree=lambda wildcards: str(PATHS.published(wildcards.dataset)),
         declared=lambda wildcards: settings_digest(PLANS[wildcards.dataset].spec),
+        texts=report_files_digest(PATHS, "templates/card.md.j2"),
         code=code_digest("report", "store/publishing", "pipeline/publish"),
     message:
         "Publishing {wildcards.dataset}"

@@ -47,6 +47,7 @@ rule report:
         published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=REPORT_CODE,
+        texts=REPORT_FILES,
     message:
         "Report on {params.datasets}"
     script:
@@ -83,6 +84,7 @@ rule experiment:
         published=[],
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
         code=REPORT_CODE,
+        texts=REPORT_FILES,
     message:
         "Report on experiment {wildcards.experiment}"
     script:

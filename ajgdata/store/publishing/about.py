@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 #: SPDX identifiers that are known here; others are quoted as they stand.
@@ -12,6 +13,8 @@ LICENCES = (
     *("CC-BY-NC-4.0", "CC-BY-NC-SA-4.0", "CC-BY-ND-4.0", "ODbL-1.0", "ODC-By-1.0", "PDDL-1.0"),
     *("MIT", "BSD-2-Clause", "BSD-3-Clause", "Apache-2.0"),
 )
+#: Text of the licence that we hold; it is packaged.
+CC0_FILE = Path(__file__).with_name("CC0-1.0.txt")
 NO_LICENCE = ("", "not stated", "none stated")
 
 

@@ -1,0 +1,67 @@
+"""Files that a person edits to change a report: `reports/`, the project's own or the packaged one.
+
+A file in the project's `reports/` takes the place of the packaged file of that name; every other
+one stays as packaged. In a checkout both are one folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ajgdata.paths import Paths
+from ajgdata.store.files import read_text, read_yaml
+from ajgdata.store.provenance import PACKAGE
+
+#: A wheel holds the folder as part of the package (setup.py); in a checkout it is at the top.
+_IN_WHEEL = PACKAGE / "reports"
+PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
+#: Figures of the paper, beside which ours stand.
+PAPER = "paper.yaml"
+TEMPLATES, EXPERIMENTS = "templates", "experiments"
+_KINDS = (f"{TEMPLATES}/*.j2", f"{TEMPLATES}/*.css", f"{TEMPLATES}/*.js", f"{EXPERIMENTS}/*.md")
+
+
+def report_file(project: Paths, name: str) -> Path:
+    """Return where the file `name` (such as `paper.yaml`) of `reports/` is: in the project or in
+    the package. A name that is in neither gives its place in the package."""
+    own = project.reports / name
+    return own if own.is_file() else PACKAGED / name
+
+
+def template_folders(project: Paths) -> list[Path]:
+    """Return the folders in which to look for a template, style or script, first match first."""
+    return [folder / TEMPLATES for folder in (project.reports, PACKAGED)]
+
+
+def read_paper(project: Paths) -> dict[str, Any]:
+    """Return the content of `paper.yaml`. Raises DataError if it is no YAML mapping."""
+    return read_yaml(report_file(project, PAPER))
+
+
+def read_experiment_text(project: Paths, kind: str) -> str:
+    """Return the Markdown on a kind of experiment; empty if nobody wrote about it."""
+    path = report_file(project, f"{EXPERIMENTS}/{kind}.md")
+    return read_text(path) if path.is_file() else ""
+
+
+def report_files_digest(project: Paths, *names: str) -> str:
+    """Digest of the files `names` of `reports/` (default: all that pages are made of).
+
+    Rules that render pages pass it as a parameter: Snakemake then notices an edit.
+    """
+    digest = hashlib.sha256()
+    for name in names or sorted(set(_all_names(project))):
+        digest.update(name.encode() + b"\0" + report_file(project, name).read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _all_names(project: Paths) -> Iterator[str]:
+    yield PAPER
+    for folder in (project.reports, PACKAGED):
+        for kind in _KINDS:
+            for path in folder.glob(kind):
+                if not path.name.startswith("."):  # an editor's
+                    yield path.relative_to(folder).as_posix()

@@ -1,0 +1,114 @@
+"""`reports/`: found in a checkout and in an installed package; a project's own files come first."""
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from ajgdata.paths import Paths
+from ajgdata.report.page import environment
+from ajgdata.store.report_files import (
+    PACKAGED,
+    read_experiment_text,
+    read_paper,
+    report_file,
+    report_files_digest,
+)
+from ajgdata.types import DataError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def project(tmp_path):
+    (tmp_path / "reports/templates").mkdir(parents=True)
+    (tmp_path / "reports/experiments").mkdir()
+    return Paths(tmp_path)
+
+
+def test_the_packaged_files_are_those_at_the_top():
+    assert (ROOT / "reports").samefile(PACKAGED)
+
+
+def test_a_file_of_the_project_takes_the_place_of_the_packaged_one(project):
+    own = project.reports / "templates/style.css"
+    packaged = environment(project).get_template("style.css").render()
+    assert packaged == environment(Paths(ROOT)).get_template("style.css").render() != ""
+    own.write_text("p { color: red }")
+    assert environment(project).get_template("style.css").render() == "p { color: red }"
+    assert report_file(project, "templates/style.css") == own
+    assert report_file(project, "paper.yaml") == PACKAGED / "paper.yaml"
+
+
+def test_a_mistake_in_the_projects_own_paper_is_told_with_its_place(project):
+    assert read_paper(project) == read_paper(Paths(ROOT))
+    (project.reports / "paper.yaml").write_text("figures: [")
+    with pytest.raises(DataError, match=rf"^{project.reports}/paper.yaml:\d+: not valid YAML"):
+        read_paper(project)
+
+
+def test_an_experiment_that_nobody_wrote_about_has_no_text(project):
+    assert read_experiment_text(project, "tightrope_walking") == ""
+    (project.reports / "experiments/tightrope_walking.md").write_text("# Balance\n")
+    assert read_experiment_text(project, "tightrope_walking") == "# Balance\n"
+
+
+@pytest.mark.parametrize(
+    "name", ["paper.yaml", "templates/base.html.j2", "templates/new.css", "experiments/new.md"]
+)
+def test_the_digest_sees_every_edit_and_nothing_else(project, name):
+    before = report_files_digest(project)
+    (project.reports / "README.md").write_text("not part of any page")
+    (project.reports / "templates/.base.html.j2").write_text("an editor's swap file")
+    assert report_files_digest(project) == before
+    (project.reports / name).write_text("edited")
+    assert report_files_digest(project) != before
+
+
+def test_the_digest_of_named_files_sees_no_other(project):
+    before = report_files_digest(project, "templates/card.md.j2")
+    (project.reports / "templates/style.css").write_text("")
+    assert report_files_digest(project, "templates/card.md.j2") == before
+    (project.reports / "templates/card.md.j2").write_text("")
+    assert report_files_digest(project, "templates/card.md.j2") != before
+
+
+@pytest.mark.slow
+def test_an_installed_package_holds_every_file_of_reports(tmp_path):
+    source, target = tmp_path / "source", tmp_path / "target"
+    source.mkdir()
+    for name in ("ajgdata", "reports", "pyproject.toml", "setup.py", "README.md", "LICENSE"):
+        (source / name).symlink_to(ROOT / name)
+    build = f"from setuptools.build_meta import build_wheel; build_wheel({str(tmp_path)!r})"
+    subprocess.run([sys.executable, "-c", build], cwd=source, check=True, stdout=subprocess.DEVNULL)
+    (wheel,) = tmp_path.glob("ajgdata-*.whl")
+    with zipfile.ZipFile(wheel) as content:  # as pip does, scripts aside
+        content.extractall(target)
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    code = (
+        "from ajgdata.store.report_files import PACKAGED\n"
+        "from ajgdata.store.publishing.about import CC0_FILE\n"
+        "from ajgdata.report.page import environment\n"
+        "assert environment().get_template('base.html.j2')\n"
+        "assert 'CC0' in CC0_FILE.read_text()\n"
+        "print(PACKAGED)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=empty,
+        env={"PYTHONPATH": str(target), "PATH": "/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    packaged = Path(done.stdout.strip())
+    assert packaged.is_relative_to(target)
+    assert {path.name.split("-")[0] for path in target.iterdir()} == {"ajgdata"}
+    for path in (ROOT / "reports").rglob("*"):
+        if path.is_file() and path.name != "README.md":
+            installed = packaged / path.relative_to(ROOT / "reports")
+            assert installed.read_bytes() == path.read_bytes()
