@@ -8,6 +8,8 @@ from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markdown_it import MarkdownIt
+from markupsafe import Markup
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
@@ -81,11 +83,25 @@ def environment(project: Paths | None = None) -> Environment:
     made.filters.update(
         number=wording.number,
         words=wording.words,
+        markdown=render_markdown,
         mean_sd=wording.mean_sd,
         setting=_setting,
         value=wording.value,
     )
     return made
+
+
+def render_markdown(text: str, top: int = 1) -> Markup:
+    """Return Markdown (CommonMark) as HTML; its `#` becomes a heading of level `top`.
+
+    HTML in the text is escaped, and a link that could run a script stays text.
+    """
+    parser = MarkdownIt("commonmark", {"html": False})
+    tokens = parser.parse(text)
+    for token in tokens:
+        if token.type in ("heading_open", "heading_close"):
+            token.tag = f"h{min(int(token.tag[1:]) + top - 1, 6)}"
+    return Markup(parser.renderer.render(tokens, parser.options, {}))
 
 
 def _names() -> dict[str, Any]:

@@ -1,14 +1,16 @@
 """`reports/`: found in a checkout and in an installed package; a project's own files come first."""
 
+import re
 import subprocess
 import sys
 import zipfile
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
 from ajgdata.paths import Paths
-from ajgdata.report.page import environment
+from ajgdata.report.page import environment, render_markdown
 from ajgdata.store.report_files import (
     PACKAGED,
     read_experiment_text,
@@ -73,6 +75,53 @@ def test_the_digest_of_named_files_sees_no_other(project):
     assert report_files_digest(project, "templates/card.md.j2") == before
     (project.reports / "templates/card.md.j2").write_text("")
     assert report_files_digest(project, "templates/card.md.j2") != before
+
+
+WRITTEN = sorted(path.stem for path in (ROOT / "reports/experiments").glob("*.md"))
+HEADINGS = ["Question", "In the paper", "Here", "How to read the figure"]
+
+
+@pytest.mark.parametrize("kind", WRITTEN)
+def test_words_on_an_experiment_answer_the_same_questions_and_hold_no_results(kind):
+    text = read_experiment_text(Paths(ROOT), kind)
+    assert re.findall(r"^## (.*)$", text, flags=re.M) == HEADINGS
+    assert re.match(r"# \S", text) and len(text.splitlines()) <= 40
+    assert all(part.strip() for part in re.split(r"^#+ .*$", text, flags=re.M)[2:])
+    assert "±" not in text
+
+
+def test_no_two_experiments_have_one_title():
+    titles = [read_experiment_text(Paths(ROOT), kind).splitlines()[0] for kind in WRITTEN]
+    assert len(WRITTEN) >= 13 and len(set(titles)) == len(titles)
+
+
+def test_markdown_becomes_html_of_the_level_that_is_asked_for():
+    html = render_markdown("# A & B\n\n## c\n\n- *d*\n", top=3)
+    assert html == "<h3>A &amp; B</h3>\n<h4>c</h4>\n<ul>\n<li><em>d</em></li>\n</ul>\n"
+    page = environment().from_string("{{ text | markdown }}")
+    assert page.render(text="# <b>x</b>") == "<h1>&lt;b&gt;x&lt;/b&gt;</h1>\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<script>alert(1)</script>",
+        "before <img src=x onerror=alert(1)> after",
+        "[x](javascript:alert(1))",
+        "[x](JaVaScRiPt:alert(1))",
+        "![x](data:text/html;base64,PHNjcmlwdD4=)",
+        '[x](https://a.b ""><script>alert(1)</script>")',
+        "<!-- --> <svg/onload=alert(1)>",
+    ],
+)
+def test_markdown_cannot_bring_in_what_runs(text):
+    tags: list[tuple[str, dict]] = []
+    reader = HTMLParser()
+    reader.handle_starttag = lambda tag, given: tags.append((tag, dict(given)))
+    reader.feed(render_markdown(text))
+    assert {tag for tag, _ in tags} <= {"p", "a"}
+    assert all(set(given) <= {"href", "title"} for _, given in tags)
+    assert all(given.get("href", "https:").startswith("https:") for _, given in tags)
 
 
 @pytest.mark.slow
