@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
     from torch.utils.data import TensorDataset
 
+    from ajgdata.evaluate.task_data import TaskData
     from ajgdata.paths import Paths
-    from ajgdata.pipeline.evaluate import Rows
     from ajgdata.types import DataError, DatasetSpec
 
 Project = str | Path | None
@@ -192,9 +192,9 @@ class Dataset:
             raise self._wrong(f"task {task}: {error}", "record more, or lower folds") from None
         return [(_part(known, classes, a), _part(known, classes, b)) for a, b in pairs]
 
-    def _rows(self, task: str) -> tuple[Rows, tuple[str, ...]]:
+    def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
         """The recordings that have the target of a task, and the target's classes."""
-        from ajgdata.pipeline.evaluate import rows_of
+        from ajgdata.evaluate.task_data import task_data
         from ajgdata.store.features import read_store
 
         if task not in self.spec.tasks:
@@ -204,17 +204,17 @@ class Dataset:
         kind = self.spec.targets[declared.target].kind
         store = self.paths.features(self.spec.name)
         try:
-            rows = rows_of(read_store(store), declared.target, kind, declared.groups)
+            rows = task_data(read_store(store), declared.target, kind, declared.groups)
         except ValueError as error:
             raise self._wrong(f"task {task}: {error}", "see its quarantine") from None
         classes = sorted(set(rows.value.tolist())) if kind == "classification" else []
         return rows, tuple(classes)
 
-    def _apart(self, task: str, rows: Rows) -> tuple[Rows, Rows]:
-        from ajgdata.pipeline.evaluate import apart
+    def _apart(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
+        from ajgdata.evaluate.task_data import split_withheld
 
         try:
-            return apart(rows, self.spec.tasks[task].withhold)
+            return split_withheld(rows, self.spec.tasks[task].withhold)
         except ValueError as error:
             raise self._wrong(f"task {task}: {error}", "correct withhold") from None
 
@@ -224,7 +224,9 @@ class Dataset:
         return DataError(self.paths.dataset(self.spec.name), problem, fix)
 
 
-def _part(rows: Rows, classes: tuple[str, ...], chosen: np.ndarray | slice = slice(None)) -> Part:
+def _part(
+    rows: TaskData, classes: tuple[str, ...], chosen: np.ndarray | slice = slice(None)
+) -> Part:
     columns = (rows.feature, rows.value, rows.group, rows.name)
     X, y, groups, names = (column[chosen] for column in columns)
     return Part(X, y, groups, names, classes)

@@ -24,9 +24,9 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.evaluate.task_data import TaskData, task_data
 from ajgdata.models import MODELS, make_model
 from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
-from ajgdata.pipeline.evaluate import Rows, rows_of
 from ajgdata.store.features import read_store
 
 #: Everything that is tried, in this order. The first value of each is where the search begins.
@@ -123,14 +123,14 @@ class Tried(NamedTuple):
     train_s: float
 
 
-def inner_rows(store: Path, target: str, seed: int = 0) -> Rows:
+def inner_rows(store: Path, target: str, seed: int = 0) -> TaskData:
     """The training part of the first outer fold, as the workflow's evaluation makes it."""
-    rows = rows_of(read_store(store), target, "classification", "grasp_id")
+    rows = task_data(read_store(store), target, "classification", "grasp_id")
     train, _ = grouped_folds(rows.value, rows.group, "classification", 5, seed)[0]
     return rows.where(np.isin(np.arange(len(rows.value)), train))
 
 
-def tried(rows: Rows, model: Callable[[int], Any], value: Any) -> Tried:
+def tried(rows: TaskData, model: Callable[[int], Any], value: Any) -> Tried:
     """Out-of-fold errors by the inner folds of `model(seed)`, mean over seeds."""
     wrong, times = np.zeros(len(rows.value)), []
     folds = grouped_folds(rows.value, rows.group, "classification", INNER_FOLDS, seed=1)

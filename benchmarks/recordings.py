@@ -17,8 +17,8 @@ from rich.progress import track
 from rich.table import Table
 
 from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.task_data import task_data
 from ajgdata.paths import Paths
-from ajgdata.pipeline.evaluate import rows_of
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.merge import merge
@@ -87,9 +87,9 @@ def main(
 
 
 def evaluated(store: Shard, task: dict, models: tuple[str, ...], seeds: int) -> list[list[str]]:
-    """Rows of the table for one task."""
+    """TaskData of the table for one task."""
     kind = task["kind"]
-    X, y, groups, _ = rows_of(store, task["target"], kind, task["groups"])
+    X, y, groups, _ = task_data(store, task["target"], kind, task["groups"])
     folds = min(task["folds"], len(np.unique(groups)))
     metric = "rmse" if kind == "regression" else "accuracy"
     rows = []

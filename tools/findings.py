@@ -6,10 +6,10 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.ablations import ABLATIONS
-from ajgdata.pipeline.studies import read_study
 from ajgdata.report.results import Score
 from ajgdata.report.wording import mean_sd, number, value
-from ajgdata.studies.table import Table
+from ajgdata.store.tables import read_tables
+from ajgdata.types.table import Table
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "ablations.md"
 #: What follows this line is made, up to the end of the page.
@@ -23,7 +23,7 @@ HEAD = (
 
 def findings(results: Paths) -> str:
     """All tables of the ablations in `results`, as Markdown."""
-    studies = [read_study(results.ablation(name)) for name in ABLATIONS]
+    studies = [read_tables(results.ablation(name)) for name in ABLATIONS]
     commits = sorted({str(about["git_commit"])[:10] for about, _ in studies})
     quick = any(about["quick"] for about, _ in studies)
     lines = [

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ajgdata.pipeline.evaluate import plain
 from ajgdata.store.features import Column, Shard, read_store, settings_text
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.latents import Latents, write_latents
+from ajgdata.store.tables import plain
 from ajgdata.types import Embedding, Kind
 
 if TYPE_CHECKING:

@@ -6,12 +6,14 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ajgdata.store.features import Shard, read_store
+from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld, task_data
+from ajgdata.store.features import read_store
 from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
+from ajgdata.store.tables import plain
 from ajgdata.types import Kind
 
 if TYPE_CHECKING:
@@ -66,16 +68,16 @@ def evaluate_task(
     task |= {"withhold": list(withhold), "period": period_deg}
     document: dict[str, Any] = {**task, "seed": seed, "provenance": dict(shard.attrs)}
     results: dict[str, CrossValidation] = {}
-    tested: dict[str, Rows] = {}
+    tested: dict[str, TaskData] = {}
     try:
-        rows = rows_of(shard, target, kind, groups)
-        known, held = apart(rows, withhold)
+        rows = task_data(shard, target, kind, groups)
+        known, held = split_withheld(rows, withhold)
         folds = min(folds, len(np.unique(known.group)))
         if withhold:
             tested[WITHHELD] = held
         for name, path in (others or {}).items():
-            other = rows_of(read_store(path), target, kind, groups)
-            tested[f"on:{name}"] = other.where(~_among(other.value, withhold))
+            other = task_data(read_store(path), target, kind, groups)
+            tested[f"on:{name}"] = other.where(~is_among(other.value, withhold))
         extra = {n: ExtraTestSet(r.feature, r.value, r.group) for n, r in tested.items()}
         for split in ("grouped", "random") if compare_random else ("grouped",):
             with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
@@ -136,7 +138,7 @@ def _by_value(found: CrossValidation, period: float | None) -> dict[str, Any]:
 
 def _heard(
     found: CrossValidation,
-    tested: Mapping[str, Rows],
+    tested: Mapping[str, TaskData],
     name: str,
     kind: Kind,
     period: float | None,
@@ -158,78 +160,6 @@ def _computable(scores: Scores) -> bool:
     name = METRICS[scores.kind][0]
     numbers = (scores.mean[name], scores.sd[name], scores.chance[name])
     return all(map(math.isfinite, numbers)) and (scores.kind != "regression" or numbers[2] > 0)
-
-
-class Rows(NamedTuple):
-    """Recordings of a task: feature (n, f), and value of the target, group and name (n,)."""
-
-    feature: np.ndarray
-    value: np.ndarray
-    group: np.ndarray
-    name: np.ndarray
-
-    def where(self, chosen: np.ndarray) -> Rows:
-        """Those that are `chosen`, a boolean (n,)."""
-        return Rows(*(column[chosen] for column in self))
-
-
-def apart(rows: Rows, withhold: Sequence[float]) -> tuple[Rows, Rows]:
-    """The rows to train on, and those whose value is withheld.
-
-    Raises ValueError for a value that no recording has, and when fewer than two are left.
-    """
-    for value in withhold:
-        if not _among(rows.value, [value]).any():
-            raise ValueError(f"withhold: no recording has the value {value:g}")
-    held = _among(rows.value, withhold)
-    if len(np.unique(rows.value[~held])) < 2:
-        raise ValueError("withhold: at least two values must be left to train on")
-    return rows.where(~held), rows.where(held)
-
-
-def _among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
-    """Which of `values` (n,) are one of `some`: boolean (n,)."""
-    same = [np.isclose(values, one, rtol=1e-6, atol=1e-9) for one in some]
-    return np.any(same, axis=0) if same else np.zeros(len(values), bool)
-
-
-def rows_of(shard: Shard, target: str, kind: Kind, groups: str) -> Rows:
-    """The recordings whose target is not missing.
-
-    Raises ValueError when the store lacks rows or a column, when all values or all groups are the
-    same, and when a recording belongs to no group.
-    """
-    if not len(shard.feature):
-        raise ValueError("no recording can be used: the quarantine says why")
-    for column in (target, groups):
-        if column not in shard.columns:
-            raise ValueError(f"there is no column {column!r}: add it to recordings.csv")
-    values = shard.columns[target].values
-    present = np.isfinite(values) if kind == "regression" else values != ""
-    if not present.any():
-        raise ValueError(f"no recording has a value of {target!r}")
-    if (values[present] == values[present][0]).all():
-        raise ValueError(f"every recording has the same {target!r}: there is nothing to tell apart")
-    group = shard.columns[groups].values.astype(str)
-    names = shard.columns["recording"].values
-    if (homeless := present & np.isin(group, ["", "nan"])).any():
-        raise ValueError(
-            f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
-        )
-    if len(np.unique(group[present])) < 2:
-        raise ValueError(f"all recordings have the same {groups!r}: folds need at least two")
-    return Rows(shard.feature, values, group, names).where(present)
-
-
-def plain(value: Any) -> Any:
-    """Nested dataclass content as JSON: NaN becomes null, numpy becomes Python."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _lines(names: np.ndarray, split: str, found: Predictions) -> list[dict[str, object]]:

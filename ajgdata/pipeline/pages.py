@@ -6,22 +6,23 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.pipeline.studies import GALLERY_CODE, read_study
+from ajgdata.pipeline.studies import GALLERY_CODE
 from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.tables import read_tables
 
 if TYPE_CHECKING:
-    from ajgdata.studies.table import Table
+    from ajgdata.types.table import Table
 
 
 def build_study_page(paths: Paths, name: str, pages: Sequence[str]) -> None:
     """Draw the figures of the study `name` and write its page, linked with those of `pages`."""
-    _tables_page(paths, name, *read_study(paths.study(name)), pages)
+    _tables_page(paths, name, *read_tables(paths.study(name)), pages)
 
 
 def build_ablations_page(paths: Paths, names: Sequence[str], pages: Sequence[str]) -> None:
     """One page on the ablations `names`, linked with those of `pages`."""
-    read = [read_study(paths.ablation(name)) for name in names]
+    read = [read_tables(paths.ablation(name)) for name in names]
     tables = [table for _, some in read for table in some]
     _tables_page(paths, ABLATIONS_PAGE, read[0][0], tables, pages)
 

@@ -24,7 +24,6 @@ from ajgdata.pipeline.report_rows import (
     transfers_of,
 )
 from ajgdata.pipeline.stages import Stopwatch, stages_of
-from ajgdata.pipeline.studies import read_study
 from ajgdata.report.content import (
     DatasetSummary,
     Provenance,
@@ -39,6 +38,7 @@ from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest, software
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset, read_session
+from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 
 #: As many mean spectra as can be told apart in one figure.
@@ -122,7 +122,7 @@ def _assembled(
             if "skipped" in document
         ),
     )
-    tables = [table for name in ablations for table in read_study(paths.ablation(name))[1]]
+    tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
     listed = [(specs[dataset], task) for dataset, task in tasks]
     return dataclasses.replace(
         report,

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.pipeline.evaluate import Rows, apart, plain, rows_of
+from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
+from ajgdata.store.tables import plain
 from ajgdata.types import Kind
 
 #: Hundreds of times trained: of the models that train at once, the better one on ycb's inner folds
@@ -44,7 +45,7 @@ def curve_task(
     from ajgdata.evaluate.curves import learning_curve
     from ajgdata.evaluate.metrics import METRICS
 
-    def made(rows: Rows) -> dict[str, Any]:
+    def made(rows: TaskData) -> dict[str, Any]:
         points = learning_curve(
             rows.feature, rows.value, rows.group,
             kind=kind, model=model, sizes=sizes, repeats=repeats, folds=folds, seed=seed,
@@ -74,7 +75,7 @@ def permute_task(
     """Permutation test against chance, with the model PERMUTED_MODEL."""
     from ajgdata.evaluate.permutations import permutation_test
 
-    def made(rows: Rows) -> dict[str, Any]:
+    def made(rows: TaskData) -> dict[str, Any]:
         found = permutation_test(
             rows.feature, rows.value, rows.group,
             kind=kind, model=PERMUTED_MODEL, permutations=permutations, folds=folds, seed=seed,
@@ -105,7 +106,7 @@ def sort_task(
 ) -> None:
     """Calibration of `model`, trained on `objects` only, and runs of sorting them by it."""
 
-    def made(rows: Rows) -> dict[str, Any]:
+    def made(rows: TaskData) -> dict[str, Any]:
         if missing := sorted(set(objects) - set(rows.value.tolist())):
             raise ValueError(f"sorting: there is no {target} {missing[0]!r}")
         return _sorted_by(rows.where(np.isin(rows.value, objects)), model, threshold, folds, seed)
@@ -134,7 +135,7 @@ def energy_task(
         zip(shard.columns["recording"].values, shard.columns["object"].values, strict=True)
     )
 
-    def made(rows: Rows) -> dict[str, Any]:
+    def made(rows: TaskData) -> dict[str, Any]:
         found = relative_energies(
             band_energy(rows.feature, shard.frequency_hz, band_hz),
             rows.value, rows.group, np.array([matched[name] for name in rows.name]), reference,
@@ -167,10 +168,10 @@ def calibrate_task(
     from ajgdata.evaluate.crossval import ExtraTestSet
     from ajgdata.evaluate.metrics import METRICS
 
-    def made(rows: Rows) -> dict[str, Any]:
+    def made(rows: TaskData) -> dict[str, Any]:
         own, on = ExtraTestSet(rows.feature, rows.value, rows.group), {}
         for name, path in others.items():
-            theirs = apart(rows_of(read_store(path), target, kind, groups), withhold)[0]
+            theirs = split_withheld(task_data(read_store(path), target, kind, groups), withhold)[0]
             points = cross_gripper(
                 own, ExtraTestSet(theirs.feature, theirs.value, theirs.group),
                 kind=kind, model=model, sizes=grasps, folds=folds, seed=seed, period=period_deg,
@@ -182,7 +183,9 @@ def calibrate_task(
     _write(store, {**about, "seed": seed, "folds": folds}, withhold, made, output)
 
 
-def _sorted_by(rows: Rows, model: str, threshold: float, folds: int, seed: int) -> dict[str, Any]:
+def _sorted_by(
+    rows: TaskData, model: str, threshold: float, folds: int, seed: int
+) -> dict[str, Any]:
     from ajgdata.evaluate.calibration import calibrated, calibration_error, reliability
     from ajgdata.evaluate.sorting import accepted, decisions, sort_stream
 
@@ -210,15 +213,15 @@ def _write(
     store: Path,
     document: dict[str, Any],
     withhold: Sequence[float],
-    made: Callable[[Rows], dict[str, Any]],
+    made: Callable[[TaskData], dict[str, Any]],
     output: Path,
 ) -> None:
     """Write `document` with what `made` finds in the rows of its task, or why it cannot."""
     shard = read_store(store)
     document |= {"provenance": dict(shard.attrs)}
     try:
-        rows = rows_of(shard, document["target"], document["kind"], document["groups"])
-        document |= made(apart(rows, withhold)[0])
+        rows = task_data(shard, document["target"], document["kind"], document["groups"])
+        document |= made(split_withheld(rows, withhold)[0])
     except ValueError as error:
         document["skipped"] = str(error)
     write_bytes(output, json_bytes(plain(document)))

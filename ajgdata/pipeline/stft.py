@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.features.spectrum import spectrum
-from ajgdata.pipeline.evaluate import Rows, apart, plain, rows_of
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.manifest import read_manifest
+from ajgdata.store.tables import plain
 from ajgdata.types import AudioSettings, FeatureSettings, Kind
 
 #: Recordings held at once, and transformed with one setting after the other: the times of all
@@ -56,7 +57,7 @@ def stft_task(
     try:
         if any(one.align for one in settings):
             raise ValueError("settings of the STFT need recordings as they are: no features.align")
-        rows = apart(rows_of(shard, target, kind, groups), withhold)[0]
+        rows = split_withheld(task_data(shard, target, kind, groups), withhold)[0]
         made = features_of(rows, root, manifests, audio, settings)
         document["points"] = []
         for one, (features, seconds) in zip(settings, made, strict=True):
@@ -75,7 +76,7 @@ def stft_task(
 
 
 def features_of(
-    rows: Rows,
+    rows: TaskData,
     root: Path,
     manifests: Sequence[Path],
     audio: AudioSettings,
@@ -113,7 +114,7 @@ def features_of(
 
 
 def _evaluated(
-    rows: Rows, kind: Kind, models: Sequence[str], folds: int, seed: int, period: float | None
+    rows: TaskData, kind: Kind, models: Sequence[str], folds: int, seed: int, period: float | None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Errors and cost by model."""
     from ajgdata.evaluate.crossval import cross_validate

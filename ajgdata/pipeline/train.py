@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.pipeline.evaluate import plain, rows_of
+from ajgdata.evaluate.task_data import task_data
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.models import (
@@ -16,6 +16,7 @@ from ajgdata.store.models import (
     write_estimator,
     write_network,
 )
+from ajgdata.store.tables import plain
 from ajgdata.types import Kind
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def train_model(
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "provenance": dict(shard.attrs)}
     try:
-        features, values, _, names = rows_of(shard, target, kind, groups)
+        features, values, _, names = task_data(shard, target, kind, groups)
         with threadpool_limits(limits=1):
             estimator = make_model(model, kind, seed, period_deg).fit(features, values)
     except ValueError as error:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.plots import look, numbers, parted, plain_ticks
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 
 @styled

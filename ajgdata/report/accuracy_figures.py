@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.plots import MARKERS, look, parted, plain_ticks
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 #: The default scheme shall be at least this right, in at most this share of the plain one's time.
 TARGET_ERROR, TARGET_RATIO = 0.10, 0.25

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ajgdata.report.canvas import COLOURS
 from ajgdata.report.wording import value
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 MARKERS = "osD^vP*"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 SUPPORTED = "supported"
 

@@ -14,7 +14,7 @@ from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.illustrations import Illustration
 from ajgdata.report.plots import GRIDS_MM, look, numbers, parted, plain_ticks
 from ajgdata.report.wording import Caption
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 Draw = Callable[[Table], Figure]
 

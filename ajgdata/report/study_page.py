@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report.illustrations import Illustration
 from ajgdata.report.page import Link, data_uri, environment
-from ajgdata.studies.table import Table, Value
+from ajgdata.types.table import Table, Value
 
 
 class Lead(NamedTuple):

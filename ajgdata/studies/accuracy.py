@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.solver_plan import build_plan
-from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
 Numbers = dict[str, float | int | str]

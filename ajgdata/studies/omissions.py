@@ -20,8 +20,8 @@ from ajgdata.gripper import (
 )
 from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.solver_plan import Plan
-from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import FeatureSettings
+from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
 #: Objects of the library, and what they rest on.

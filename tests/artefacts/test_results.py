@@ -12,10 +12,10 @@ from sklearn.metrics import accuracy_score, root_mean_squared_error
 import ajgdata
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
-from ajgdata.pipeline.studies import read_study
 from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
+from ajgdata.store.tables import read_tables
 
 pytestmark = pytest.mark.artefact
 
@@ -150,7 +150,7 @@ def test_each_page_needs_no_network_and_what_it_links_to_is_there(path):
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda p: p.stem)
 def test_what_the_studies_claim_holds(path):
-    _, tables = read_study(path)
+    _, tables = read_tables(path)
     assert tables
     for table in tables:
         assert table.rows

@@ -7,8 +7,8 @@ import pytest
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.ablations import ABLATIONS
-from ajgdata.pipeline.studies import write_tables
-from ajgdata.studies.table import Column, Table
+from ajgdata.store.tables import write_tables
+from ajgdata.types.table import Column, Table
 
 ROOT = Path(__file__).parents[2]
 spec = importlib.util.spec_from_file_location("findings", ROOT / "tools/findings.py")
@@ -31,7 +31,7 @@ def results(tmp_path):
         "p", "Bands", "By band.", columns, ({"band": "20–300", "ratio": -2.5e-5, "seconds": 1},)
     )
     for name in ABLATIONS:
-        write_tables(name, [judged, plain], paths.ablation(name), quick=False, code="x")
+        write_tables(paths.ablation(name), [judged, plain], study=name, git_commit="a" * 40)
     return paths
 
 

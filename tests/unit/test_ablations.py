@@ -15,8 +15,8 @@ from ajgdata.pipeline.ablations import ABLATIONS, possible, run_ablation
 from ajgdata.pipeline.ablations.bench import NUISANCES, Bench, nuisances
 from ajgdata.pipeline.ablations.mirror import LOPSIDED, mirror_plane
 from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, trial_table
-from ajgdata.pipeline.studies import read_study
 from ajgdata.report.reasons import reasons_of
+from ajgdata.store.tables import read_tables
 
 DECLARATION = {
     "name": "made",
@@ -134,7 +134,7 @@ def test_an_ablation_that_cannot_be_made_says_why(tmp_path):
     paths.dataset("ycb").parent.mkdir(parents=True)
     paths.dataset("ycb").write_text("name: ycb\n")
     run_ablation(paths, "repeatability", paths.ablation("repeatability"), seed=0)
-    _, (table,) = read_study(paths.ablation("repeatability"))
+    _, (table,) = read_tables(paths.ablation("repeatability"))
     assert "ycb has no recipe" in table.rows[0]["reason"]
     assert reasons_of([table], "ablations") == []
 

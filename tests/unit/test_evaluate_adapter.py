@@ -7,8 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from ajgdata.pipeline.evaluate import evaluate_task, plain
+from ajgdata.pipeline.evaluate import evaluate_task
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
+from ajgdata.store.tables import plain
 
 
 @pytest.fixture

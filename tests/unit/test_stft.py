@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from worlds import AUDIO, FEATURES
 
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.pipeline.evaluate import rows_of
+from ajgdata.evaluate.task_data import task_data
 from ajgdata.pipeline.stft import features_of, stft_task
 from ajgdata.types import DatasetSpec
 
@@ -44,7 +44,7 @@ def run(project, **changes):
 
 def test_the_own_settings_make_the_features_of_the_store(store):
     shard = store.read_shard()
-    stored = rows_of(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
+    stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
     made = features_of(stored, store.root, [store.paths.audio_manifest("d", "s1")], AUDIO, SETTINGS)
     assert np.array_equal(made[0][0], stored.feature)
     assert [one.shape for one, _ in made] == [(12, 129), (12, 257), (12, 65)]
@@ -55,7 +55,7 @@ def test_the_own_settings_make_the_features_of_the_store(store):
 
 def test_each_setting_is_evaluated_as_the_task_is(store):
     document, cost = run(store)
-    rows = rows_of(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
+    rows = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
     alone = cross_validate(
         rows.feature, rows.value, rows.group, kind="regression", model="ridge", folds=3, seed=0
     )

@@ -1,6 +1,5 @@
 """Studies become files, and files pages: nothing is lost, nothing is unescaped."""
 
-import json
 import sys
 import types
 from pathlib import Path
@@ -13,13 +12,14 @@ from test_report_page import Page
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_study_page
-from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, read_study, run_study
+from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.report.wording import DASH, value
 from ajgdata.store.provenance import code_digest
-from ajgdata.studies.table import Column, Table
+from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import DataError
+from ajgdata.types.table import Column, Table
 
 SCRIPT = "<script>alert(1)</script>"
 TABLE = Table(
@@ -68,7 +68,7 @@ def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
     pretend(monkeypatch, TABLE, DRAWN)
     out = tmp_path / "deep" / "study.json"
     run_study("pretended", out)
-    made, (first, second) = read_study(out)
+    made, (first, second) = read_tables(out)
     assert made["study"] == "pretended" and made["quick"] is False
     assert len(made["code"]) == 16 and made["ajgdata_version"]
     assert second == DRAWN
@@ -81,24 +81,21 @@ def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
     run_study("pretended", out)
     assert out.read_bytes() == before
     run_study("pretended", out, quick=True)
-    assert len(read_study(out)[1]) == 1
+    assert len(read_tables(out)[1]) == 1
     assert list(out.parent.iterdir()) == [out]
 
 
-def test_a_row_without_a_value_for_each_column_is_refused(monkeypatch, tmp_path):
-    ragged = Table("t", "t", "", TABLE.columns, ({"case": "a"},))
-    pretend(monkeypatch, ragged)
+def test_a_row_without_a_value_for_each_column_is_refused():
     with pytest.raises(ValueError, match=r"row 0 of table t has \['case'\]"):
-        run_study("pretended", tmp_path / "s.json")
-    assert not (tmp_path / "s.json").exists()
+        Table("t", "t", "", TABLE.columns, ({"case": "a"},))
 
 
 @pytest.mark.parametrize("content", ["[]", "{}", '{"tables": [{}]}', '{"tables": [1]}'])
 def test_another_file_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "s.json"
     path.write_text(content)
-    with pytest.raises(DataError, match=r"is not a study's file; delete it and run again"):
-        read_study(path)
+    with pytest.raises(DataError, match=r"is not a file of tables; delete it and run again"):
+        read_tables(path)
 
 
 @pytest.fixture
@@ -133,10 +130,7 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     assert set(figures) == {"convergence"}
     with pytest.raises(ValueError, match="figures not drawn: convergence"):
         render_study("verification", MADE, [DRAWN], {"convergence": figures}, {})
-    paths.study("verification").parent.mkdir(parents=True)
-    columns = [vars(column) for column in DRAWN.columns]
-    table = {**vars(DRAWN), "columns": columns, "rows": list(DRAWN.rows)}
-    paths.study("verification").write_text(json.dumps({**MADE, "tables": [table]}))
+    write_tables(paths.study("verification"), [DRAWN], **MADE)
     build_study_page(paths, "verification", [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
     (image,) = shown.all("img")

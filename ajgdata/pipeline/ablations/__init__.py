@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.studies import write_tables
-from ajgdata.store.provenance import code_digest
+from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.tables import write_tables
 
 
 class Ablation(NamedTuple):
@@ -48,7 +48,7 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     the fastest model. Where data sets lack what it asks for, the reason is written instead.
     """
     from ajgdata.pipeline.ablations.bench import Bench
-    from ajgdata.studies.table import Column, Table, Value
+    from ajgdata.types.table import Column, Table, Value
 
     module = importlib.import_module(f"ajgdata.pipeline.ablations.{name}")
     try:
@@ -56,4 +56,5 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     except ValueError as error:  # too few grasps, say: a result, and the run goes on
         row: dict[str, Value] = {"reason": str(error)}
         tables = [Table(name, f"Not made: {name}", "", (Column("reason", "Reason"),), (row,))]
-    write_tables(name, tables, out, quick=quick, code=code_digest(*ABLATION_CODE))
+    code = code_digest(*ABLATION_CODE)
+    write_tables(out, tables, study=name, quick=quick, code=code, **software())

@@ -15,6 +15,7 @@ from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.crossval import CrossValidation, ExtraTestSet, cross_validate
+from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import (
     SAMPLE_RATE_HZ,
@@ -26,7 +27,6 @@ from ajgdata.gripper import (
 )
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.paths import Paths
-from ajgdata.pipeline.evaluate import Rows, apart, rows_of
 from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
@@ -69,7 +69,7 @@ class Bench:
         ]
         return sorted(planned, key=lambda grasp: grasp.grasp_id)
 
-    def recorded(self, dataset: str, task: str, grasps: Sequence[Grasp]) -> Rows:
+    def recorded(self, dataset: str, task: str, grasps: Sequence[Grasp]) -> TaskData:
         """The first recording of each of `grasps` as it stands in the store, in their order.
 
         Raises ValueError for a grasp that is not there.
@@ -81,16 +81,16 @@ class Bench:
             raise ValueError(f"{dataset} has no recording of grasp {missing[0]}")
         return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
 
-    def known(self, dataset: str, task: str, elsewhere: str | None = None) -> Rows:
+    def known(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         """Every recording of a value that the task does not withhold; `elsewhere`: of another data
         set, with the same target."""
         withhold = read_dataset(self.paths, dataset).tasks[task].withhold
-        return apart(self._stored(dataset, task, elsewhere), withhold)[0]
+        return split_withheld(self._stored(dataset, task, elsewhere), withhold)[0]
 
-    def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> Rows:
+    def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         asked = read_dataset(self.paths, dataset).evaluation(task)
         store = read_store(self.paths.merged(elsewhere or dataset))
-        rows = rows_of(store, asked["target"], asked["kind"], "grasp_id")
+        rows = task_data(store, asked["target"], asked["kind"], "grasp_id")
         return rows.where(np.argsort(rows.name))
 
     def changed(
@@ -100,7 +100,7 @@ class Bench:
         grasps: Sequence[Grasp],
         scene: Mapping[str, JsonValue],
         pose: float = 1.0,
-    ) -> Rows:
+    ) -> TaskData:
         """The same grasps simulated with `scene` over their setup, each recorded once.
 
         What the recipe varies of the pose is multiplied by `pose`.
@@ -117,7 +117,7 @@ class Bench:
             feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
             value.append(grasp.object if target == "object" else grasp.targets[target])
         names = np.array([grasp.grasp_id for grasp in grasps])
-        return Rows(np.array(feature), np.array(value), names, names)
+        return TaskData(np.array(feature), np.array(value), names, names)
 
     def response(self, setup: Mapping[str, Any]) -> ImpulseResponse:
         """The kept response of a scene, or a new one."""
@@ -130,13 +130,13 @@ class Bench:
 
     def validated(
         self,
-        rows: Rows,
+        rows: TaskData,
         kind: Kind,
         model: str,
         *,
         period: float | None = None,
         random: bool = False,
-        extra_tests: Mapping[str, Rows] | None = None,
+        extra_tests: Mapping[str, TaskData] | None = None,
     ) -> CrossValidation:
         """Cross-validation, by grasps unless `random`, and tests on the rows of `extra_tests`."""
         tests = {

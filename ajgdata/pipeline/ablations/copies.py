@@ -6,7 +6,7 @@ import numpy as np
 
 from ajgdata.pipeline.ablations.bench import Bench
 from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 DATASET, TASK = "ycb", "object"
 #: The CNN stands on both splits in the report itself.

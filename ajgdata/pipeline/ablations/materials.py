@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 from pydantic import JsonValue
 
+from ajgdata.evaluate.task_data import TaskData
 from ajgdata.pipeline.ablations.bench import Bench, nuisances
 from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, folds_of, trial_table
-from ajgdata.pipeline.evaluate import Rows
-from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value
 
 TASK = "material"
 MODELS_TRIED = ("linear", "knn")
@@ -68,11 +68,11 @@ def _scatter(paper: str) -> Hypothesis:
     )
 
 
-def _told(bench: Bench, model: str, rows: Rows) -> Folds:
+def _told(bench: Bench, model: str, rows: TaskData) -> Folds:
     return folds_of(bench.validated(rows, "classification", model), "accuracy")
 
 
-def _row(bench: Bench, dataset: str, share: float, rows: Rows) -> dict[str, Value]:
+def _row(bench: Bench, dataset: str, share: float, rows: TaskData) -> dict[str, Value]:
     by_material = [rows.feature[rows.value == one] for one in np.unique(rows.value)]
     within = [_distance(a, b) for some in by_material for a, b in combinations(some, 2)]
     between = [_distance(some.mean(0), more.mean(0)) for some, more in combinations(by_material, 2)]

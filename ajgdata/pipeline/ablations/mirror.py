@@ -17,11 +17,11 @@ import numpy as np
 from pydantic import JsonValue
 
 from ajgdata.acquire.source import Grasp
+from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.pipeline.ablations.bench import Bench, nuisances
 from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, folds_of, trial_table
-from ajgdata.pipeline.evaluate import Rows
-from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value
 
 Wave = Callable[[np.ndarray], np.ndarray]
 DATASET, PERIOD_DEG = "orientation", 180.0
@@ -106,7 +106,7 @@ def _moved(name: str) -> Hypothesis:
     )
 
 
-def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: Rows) -> Trial:
+def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: TaskData) -> Trial:
     """Read what the mirror flips, and what it keeps."""
     axis, _ = mirror_plane(gripper)
     claim = Hypothesis(
@@ -119,12 +119,12 @@ def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: Rows)
     return Trial(claim, model, "r2", "", sine, cosine)
 
 
-def _part(bench: Bench, model: str, rows: Rows, axis: float, wave: Wave) -> Folds:
+def _part(bench: Bench, model: str, rows: TaskData, axis: float, wave: Wave) -> Folds:
     turned = rows._replace(value=wave(np.deg2rad(2 * (rows.value.astype(float) - axis))))
     return folds_of(bench.validated(turned, "regression", model), "r2")
 
 
-def _direction(bench: Bench, model: str, rows: Rows) -> Folds:
+def _direction(bench: Bench, model: str, rows: TaskData) -> Folds:
     return folds_of(bench.validated(rows, "regression", model, period=PERIOD_DEG), "rmse")
 
 
@@ -138,7 +138,7 @@ def _copies(bench: Bench, model: str) -> Trial:
     return Trial(COPIES, model, "rmse", "°", split[0], split[1], paired=False)
 
 
-def _readings(bench: Bench, grippers: dict[str, tuple[Gripper, Rows]]) -> Table:
+def _readings(bench: Bench, grippers: dict[str, tuple[Gripper, TaskData]]) -> Table:
     rows: list[dict[str, Value]] = []
     for name, (gripper, recorded) in grippers.items():
         axis, misfit = mirror_plane(gripper)

@@ -7,15 +7,15 @@ from itertools import pairwise
 import numpy as np
 
 from ajgdata.evaluate.crossval import CrossValidation
+from ajgdata.evaluate.task_data import TaskData
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep, record
 from ajgdata.gripper.external_noise import transmission
 from ajgdata.models import MODELS
 from ajgdata.pipeline.ablations.bench import QUIET, Bench
 from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
-from ajgdata.pipeline.evaluate import Rows
-from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import FeatureSettings
+from ajgdata.types.table import Column, Table, Value
 
 QUIET_DBA = 45
 LOUD_DBA = (60, 70, 80, 90)
@@ -45,7 +45,9 @@ def tables(bench: Bench) -> list[Table]:
     """Trials, errors at all levels, and where in the band the noise is."""
     stores = {QUIET_DBA: "size", **{level: f"size_{level}dba" for level in LOUD_DBA}}
     levels = {level: bench.known("size", "size", name) for level, name in stores.items()}
-    together = Rows(*(np.concatenate(columns) for columns in zip(*levels.values(), strict=True)))
+    together = TaskData(
+        *(np.concatenate(columns) for columns in zip(*levels.values(), strict=True))
+    )
     band = {level: _confined(rows) for level, rows in levels.items()}
     trials, rows = [], []
     for model in bench.models:
@@ -73,13 +75,15 @@ def tables(bench: Bench) -> list[Table]:
     ]
 
 
-def _tested(bench: Bench, model: str, rows: Rows, levels: dict[int, Rows]) -> CrossValidation:
+def _tested(
+    bench: Bench, model: str, rows: TaskData, levels: dict[int, TaskData]
+) -> CrossValidation:
     """Trained on `rows`, tested on grasps held out at each level."""
     extra_tests = {str(level): tested for level, tested in levels.items()}
     return bench.validated(rows, "regression", model, extra_tests=extra_tests)
 
 
-def _confined(rows: Rows) -> Rows:
+def _confined(rows: TaskData) -> TaskData:
     """The same within BAND_HZ, normalised again."""
     frequency = frequencies_hz(SAMPLE_RATE_HZ, FeatureSettings())
     inside = rows.feature[:, (frequency >= BAND_HZ[0]) & (frequency < BAND_HZ[1])]

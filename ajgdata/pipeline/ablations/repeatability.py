@@ -10,8 +10,8 @@ import numpy as np
 from ajgdata.acquire.source import Grasp
 from ajgdata.pipeline.ablations.bench import NUISANCES, Bench, nuisances
 from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
-from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import Kind
+from ajgdata.types.table import Column, Table, Value
 
 STILL = Hypothesis(
     ("ycb", "data-size"),

@@ -11,7 +11,7 @@ import numpy as np
 from ajgdata.evaluate.crossval import CrossValidation, Scores
 from ajgdata.evaluate.paired_fold_test import Expected, paired_fold_test
 from ajgdata.models import MODELS
-from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value
 
 NAMES = {"rmse": "RMSE", "accuracy": "accuracy", "r2": "R²"}
 

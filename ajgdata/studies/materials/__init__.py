@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ajgdata.studies.materials.contact_estimates import estimates
 from ajgdata.studies.materials.material_distances import STEPS, distances
-from ajgdata.studies.table import Table
+from ajgdata.types.table import Table
 
 
 def tables(quick: bool = False) -> tuple[Table, ...]:

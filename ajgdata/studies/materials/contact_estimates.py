@@ -25,7 +25,7 @@ from ajgdata.gripper.contact import (
 )
 from ajgdata.gripper.geometry import RASTER_M, cavity
 from ajgdata.gripper.object_materials import MATERIALS, Material, MaterialName
-from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value
 
 R = NDArray[np.inexact]
 HARD: tuple[MaterialName, ...] = ("aluminium", "wood", "plastic")

@@ -13,8 +13,8 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.scene_model import PartName
 from ajgdata.studies.materials.contact_estimates import HARD, REFERENCE, SHAPES
-from ajgdata.studies.table import Column, Table, Value
 from ajgdata.types import FeatureSettings
+from ajgdata.types.table import Column, Table, Value
 
 R = NDArray[np.floating]
 SETTINGS = FeatureSettings()

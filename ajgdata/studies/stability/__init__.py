@@ -7,7 +7,7 @@ from dataclasses import asdict
 from ajgdata.studies.stability import time_step_limit
 from ajgdata.studies.stability.extreme_cases import trials
 from ajgdata.studies.stability.trial import judge
-from ajgdata.studies.table import Column, Table
+from ajgdata.types.table import Column, Table
 
 COLUMNS = (
     Column("group", "what"),

@@ -10,7 +10,7 @@ from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_operator import fastest
 from ajgdata.studies.domains import BOWL, bowl, closed, two_probes
-from ajgdata.studies.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value
 
 RATIOS = (0.99, 0.999, 1.001, 1.01)
 STEPS = 2_000

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ajgdata.studies.table import Column, Table, Value
 from ajgdata.studies.verification.case import Case, Finding
 from ajgdata.studies.verification.endurance import (
     LongRunDriven,
@@ -49,6 +48,7 @@ from ajgdata.studies.verification.tube import (
     MetalBedLayer,
     WideBedLayer,
 )
+from ajgdata.types.table import Column, Table, Value
 
 CASES: tuple[type[Case], ...] = (
     EnergyConstant,

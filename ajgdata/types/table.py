@@ -1,4 +1,4 @@
-"""What every study returns: a table of figures that a person can read and a test can assert."""
+"""Tables of results: what experiments and studies return, store, draw and are compared by."""
 
 from __future__ import annotations
 
@@ -26,6 +26,12 @@ class Table:
     columns: tuple[Column, ...]
     rows: tuple[dict[str, Value], ...]
 
+    def __post_init__(self) -> None:
+        keys = [column.key for column in self.columns]
+        for number, row in enumerate(self.rows):
+            if sorted(row) != sorted(keys):
+                raise ValueError(f"row {number} of table {self.name} has {sorted(row)}, not {keys}")
+
     def column(self, key: str) -> list[Value]:
-        """Values of one column, in the order of the rows."""
+        """Return the values of one column, in the order of the rows."""
         return [row[key] for row in self.rows]

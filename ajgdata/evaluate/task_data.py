@@ -1,0 +1,72 @@
+"""Recordings of one task as arrays: what every evaluation trains on and is tested on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ajgdata.store.features import Shard
+from ajgdata.types import Kind
+
+
+class TaskData(NamedTuple):
+    """Recordings of a task: feature (n, f), and value of the target, group and name, each (n,)."""
+
+    feature: np.ndarray
+    value: np.ndarray
+    group: np.ndarray
+    name: np.ndarray
+
+    def where(self, chosen: np.ndarray) -> TaskData:
+        """Return the recordings that are `chosen`, a boolean (n,)."""
+        return TaskData(*(column[chosen] for column in self))
+
+
+def task_data(shard: Shard, target: str, kind: Kind, groups: str) -> TaskData:
+    """Return the recordings of `shard` whose `target` is not missing, grouped by column `groups`.
+
+    Raises ValueError when the store lacks rows or a column, when all values or all groups are the
+    same, and when a recording belongs to no group.
+    """
+    if not len(shard.feature):
+        raise ValueError("no recording can be used: the quarantine says why")
+    for column in (target, groups):
+        if column not in shard.columns:
+            raise ValueError(f"there is no column {column!r}: add it to recordings.csv")
+    values = shard.columns[target].values
+    present = np.isfinite(values) if kind == "regression" else values != ""
+    if not present.any():
+        raise ValueError(f"no recording has a value of {target!r}")
+    if (values[present] == values[present][0]).all():
+        raise ValueError(f"every recording has the same {target!r}: there is nothing to tell apart")
+    group = shard.columns[groups].values.astype(str)
+    names = shard.columns["recording"].values
+    if (homeless := present & np.isin(group, ["", "nan"])).any():
+        raise ValueError(
+            f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
+        )
+    if len(np.unique(group[present])) < 2:
+        raise ValueError(f"all recordings have the same {groups!r}: folds need at least two")
+    return TaskData(shard.feature, values, group, names).where(present)
+
+
+def split_withheld(data: TaskData, withhold: Sequence[float]) -> tuple[TaskData, TaskData]:
+    """Return the recordings to train on, and those whose value is withheld.
+
+    Raises ValueError for a value that no recording has, and when fewer than two are left.
+    """
+    for value in withhold:
+        if not is_among(data.value, [value]).any():
+            raise ValueError(f"withhold: no recording has the value {value:g}")
+    held = is_among(data.value, withhold)
+    if len(np.unique(data.value[~held])) < 2:
+        raise ValueError("withhold: at least two values must be left to train on")
+    return data.where(~held), data.where(held)
+
+
+def is_among(values: np.ndarray, some: Sequence[float]) -> np.ndarray:
+    """Return which of `values` (n,) are one of `some`, but for rounding: boolean (n,)."""
+    same = [np.isclose(values, one, rtol=1e-6, atol=1e-9) for one in some]
+    return np.any(same, axis=0) if same else np.zeros(len(values), bool)

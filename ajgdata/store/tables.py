@@ -1,0 +1,68 @@
+"""Tables of results as JSON files: the one reader and the one writer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.types import DataError
+from ajgdata.types.table import Column, Table
+
+
+def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
+    """Write `tables`, and what is to be known `about` them, to `path` (JSON) in one step."""
+    write_bytes(path, json_bytes(plain({**about, "tables": [_as_json(t) for t in tables]})))
+
+
+def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
+    """Return what `write_tables` was told about the tables, and the tables.
+
+    Raises DataError for a file that it did not write.
+    """
+    content = read_json(path)
+    try:
+        tables = [_from_json(given) for given in content.pop("tables")]
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise DataError(path, "is not a file of tables", "delete it and run again") from None
+    return content, tables
+
+
+def _as_json(table: Table) -> dict[str, Any]:
+    """Return the table with its rows as lists in the order of the columns."""
+    keys = [column.key for column in table.columns]
+    return {
+        "name": table.name,
+        "title": table.title,
+        "note": table.note,
+        "columns": [vars(column) for column in table.columns],
+        "rows": [[_cell(row[key]) for key in keys] for row in table.rows],
+    }
+
+
+def _cell(value: Any) -> Any:
+    """Return a value that JSON has; a number that is not finite becomes its name."""
+    value = value.item() if hasattr(value, "item") else value
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _from_json(given: Mapping[str, Any]) -> Table:
+    columns = tuple(Column(**column) for column in given["columns"])
+    keys = [column.key for column in columns]
+    rows = tuple(dict(zip(keys, row, strict=True)) for row in given["rows"])
+    return Table(given["name"], given["title"], given["note"], columns, rows)
+
+
+def plain(value: Any) -> Any:
+    """Return nested content as JSON has it: NaN and infinity become null, numpy becomes Python."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
