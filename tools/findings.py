@@ -6,8 +6,7 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.ablations import ABLATIONS
-from ajgdata.report.results import Score
-from ajgdata.report.wording import mean_sd, number, value
+from ajgdata.report.format import Score, mean_sd, number, value
 from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Table
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.report.content import Score
 from ajgdata.report.embedded import (
     Distances,
     Embedded,
@@ -22,6 +21,7 @@ from ajgdata.report.embedded import (
     Silhouette,
     Transfer,
 )
+from ajgdata.report.format import Score
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.sessions import read_dataset

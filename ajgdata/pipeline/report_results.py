@@ -16,12 +16,12 @@ from ajgdata.report.content import (
     ElsewhereResult,
     PartResult,
     Predictions,
-    Score,
     SilentResult,
     SkippedTask,
     TaskResult,
     ValueErrors,
 )
+from ajgdata.report.format import Score
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.files import read_csv, read_json
 from ajgdata.types import DataError, DatasetSpec, Task

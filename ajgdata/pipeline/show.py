@@ -14,7 +14,7 @@ from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Material
 from ajgdata.gripper.pressure_slices import Film, slices
-from ajgdata.report.wording import number
+from ajgdata.report.format import number
 from ajgdata.store.files import write_bytes
 from ajgdata.store.scenes import read_scene
 from ajgdata.types import DataError

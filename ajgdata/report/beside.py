@@ -8,19 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
-from ajgdata.report.agreement import (
-    HIGHER,
-    LOWER,
-    UNTOLD,
-    YES,
-    Beside,
-    agreement,
-    holds,
-    together,
-)
 from ajgdata.report.beside_embeddings import of_embedding
+from ajgdata.report.comparison import HIGHER, LOWER, UNTOLD, YES, Beside, agreement, holds, together
 from ajgdata.report.content import Report
 from ajgdata.report.experiments import PERCENTILES, spread
+from ajgdata.report.format import Score, mean_sd, number, with_unit
 from ajgdata.report.further import (
     About,
     ChanceTest,
@@ -31,8 +23,8 @@ from ajgdata.report.further import (
 )
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
-from ajgdata.report.results import Cost, Score, TaskResult
-from ajgdata.report.wording import headline, mean_sd, number, with_unit
+from ajgdata.report.results import Cost, TaskResult
+from ajgdata.report.wording import headline
 
 #: The paper's own model, where a task has it.
 PAPER_MODEL = "cnn"

@@ -7,19 +7,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ajgdata.report.agreement import (
-    Beside,
-    Spent,
-    agreement,
-    holds,
-    together,
-)
+from ajgdata.report.comparison import Beside, Spent, agreement, holds, together
 from ajgdata.report.content import Report
 from ajgdata.report.embedded import SPACES, Distances, Embedded, Neighbours, Transfer
 from ajgdata.report.embedding_blocks import flat
+from ajgdata.report.format import Score, mean_sd, number, words
 from ajgdata.report.latents import clusters_text
-from ajgdata.report.results import Score
-from ajgdata.report.wording import mean_sd, number, words
 
 #: What the paper says of its categories: these lie together, this one is spread widely.
 TOGETHER, SPREAD = ("spherical", "cylindrical"), "other"

@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ajgdata.paths import FIGURE_FORMATS
-from ajgdata.report.content import Source
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.format import Source
 from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")
@@ -26,6 +27,7 @@ P = ParamSpec("P")
 #: too pale for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 SOURCE_COLOURS: dict[Source, str] = {"simulated": "#0072B2", "recorded": "#B34700"}
+MARKERS = "os^DvPX"
 GREY = "#6b6b6b"
 WIDTH_IN = 7.2
 HEAD_IN = 0.53
@@ -76,6 +78,11 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
         return figure
 
     return wrapper
+
+
+def draw(illustration: Illustration) -> Figure:
+    """Return the figure of an illustration, drawn in the one style."""
+    return styled(illustration.draw)()
 
 
 def new_figure(

@@ -11,8 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import Report, Score, TaskResult, pareto_front
-from ajgdata.report.wording import headline, metric_name, number, task_name
+from ajgdata.report.content import Report, TaskResult, pareto_front
+from ajgdata.report.format import Score, number
+from ajgdata.report.wording import headline, metric_name, task_name
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 TIMES = {

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.report.embedded import Embedded
+from ajgdata.report.format import Score, Source
 from ajgdata.report.further import (
     ChanceTest,
     Curves,
@@ -20,7 +21,6 @@ from ajgdata.report.further import (
     Experiments,
     Further,
     SortingResult,
-    Source,
     StftResult,
     Transfers,
 )
@@ -32,7 +32,6 @@ from ajgdata.report.results import (
     ElsewhereResult,
     PartResult,
     Predictions,
-    Score,
     SilentResult,
     SkippedTask,
     TaskResult,

@@ -14,10 +14,9 @@ from scipy.cluster.hierarchy import dendrogram, linkage
 from scipy.spatial.distance import squareform
 
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import Score, Source
 from ajgdata.report.embedded import SPACES, Distances
+from ajgdata.report.format import Caption, Score, Source, mean_sd, number, words
 from ajgdata.report.latents import category_colours
-from ajgdata.report.wording import Caption, mean_sd, number, words
 
 Real = NDArray[np.floating]
 #: Light to dark: near things are dark.

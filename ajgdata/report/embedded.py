@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.report.further import Source
-from ajgdata.report.results import Score
+from ajgdata.report.format import Score, Source
 
 Real = NDArray[np.floating]
 

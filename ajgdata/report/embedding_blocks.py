@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ajgdata.report import distances, latents, neighbours, probes, projected
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.embedded import SPACES, Embedded, Probe, ordered
-from ajgdata.report.illustrations import Illustration
-from ajgdata.report.wording import DASH, Caption, mean_sd, number, words
+from ajgdata.report.format import DASH, Caption, mean_sd, number, words
 
 
 class Grid(NamedTuple):

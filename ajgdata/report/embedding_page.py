@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.distances import apart_text
 from ajgdata.report.embedded import SPACES, Embedded, ordered
 from ajgdata.report.embedding_blocks import blocks, flat
-from ajgdata.report.illustrations import Illustration
+from ajgdata.report.format import number
 from ajgdata.report.latents import clusters_text
 from ajgdata.report.neighbours import gain_text
 from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.study_page import LEADS
-from ajgdata.report.wording import number
 
 PAGE = "embedding"
 

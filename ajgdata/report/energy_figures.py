@@ -6,9 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import Score
+from ajgdata.report.format import Caption, Score, mean_sd, number, words
 from ajgdata.report.further import Energies, EnergyPart, Row
-from ajgdata.report.wording import Caption, mean_sd, number, words
 
 
 def energy_rows(energies: Energies) -> list[Row]:

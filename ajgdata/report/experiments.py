@@ -11,8 +11,8 @@ from matplotlib.ticker import FuncFormatter
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
+from ajgdata.report.format import Caption, number, with_unit
 from ajgdata.report.further import ChanceTest, Curves, SortingPart, SortingResult
-from ajgdata.report.wording import Caption, number, with_unit
 
 METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
 #: Of a distribution, what is told: the 5th, 50th and 95th percentile.

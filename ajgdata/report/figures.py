@@ -13,15 +13,8 @@ from matplotlib.ticker import FuncFormatter, PercentFormatter
 from ajgdata.evaluate.metrics import confusion
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.content import DatasetSummary, Spectra, TaskResult
-from ajgdata.report.wording import (
-    chance,
-    headline,
-    metric_name,
-    number,
-    quantity,
-    task_name,
-    words,
-)
+from ajgdata.report.format import number, words
+from ajgdata.report.wording import chance, headline, metric_name, quantity, task_name
 
 #: More points than this are drawn as pixels also in vector files.
 MAX_VECTOR_POINTS = 3000

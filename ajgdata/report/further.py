@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
-
-Source = Literal["simulated", "recorded"]
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.scene import Scene
 from ajgdata.paths import FIGURE_FORMATS, Paths
+from ajgdata.report.format import Caption, number
 from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.report.scenes import Section, section
 from ajgdata.report.study_page import LEADS
-from ajgdata.report.wording import Caption, number
 
 PAGE = "gallery"
 #: What the grippers hold.

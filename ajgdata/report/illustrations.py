@@ -20,12 +20,12 @@ from ajgdata.report.experiments import (
     sorting_figure,
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
+from ajgdata.report.format import Caption
 from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
 from ajgdata.report.stages_figure import stages_caption, stages_figure
 from ajgdata.report.stft import stft_caption, stft_figure
 from ajgdata.report.transfer_figures import transfer_caption, transfer_figure
 from ajgdata.report.wording import (
-    Caption,
     cost_caption,
     level_caption,
     prediction_caption,

@@ -16,9 +16,8 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from ajgdata.report.canvas import COLOURS, GREY, new_figure, styled
-from ajgdata.report.content import Source
 from ajgdata.report.ellipses import Ellipse, points_ellipse
-from ajgdata.report.wording import Caption, number, words
+from ajgdata.report.format import Caption, Source, number, words
 
 #: The paper's categories, in its order; further ones take the colours that are left.
 CATEGORY_COLOURS = {"spherical": COLOURS[0], "cylindrical": COLOURS[1], "other": COLOURS[2]}

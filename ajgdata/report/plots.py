@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
 from ajgdata.report.canvas import COLOURS
-from ajgdata.report.wording import value
+from ajgdata.report.format import value
 from ajgdata.types.table import Table
 
 GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)

@@ -11,10 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import Source
 from ajgdata.report.embedded import SPACES, Moved, Probe, Retrieval, Transfer, ordered
+from ajgdata.report.format import Caption, Source, mean_sd, number, words
 from ajgdata.report.neighbours import LOOKS, OTHER
-from ajgdata.report.wording import Caption, mean_sd, number, words
 
 PROBES = {"linear": "linear", "knn": "k-NN"}
 SPLITS = {"grouped": "new grasps of known things", "unseen": "unseen things"}

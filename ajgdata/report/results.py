@@ -9,23 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.report.further import Source
+from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import Kind, Level
 
 HEADLINE: dict[Kind, str] = {"regression": "rmse", "classification": "accuracy"}
-
-
-class Score(NamedTuple):
-    """A metric over folds: mean, standard deviation, and the value of each fold."""
-
-    mean: float
-    sd: float
-    per_fold: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from ajgdata.gripper.relief import RASTER_M, relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Numerics, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.wording import number
+from ajgdata.report.format import number
 
 Real = NDArray[np.floating]
 AIR, GRAINS, OBJECT = "#eaf3fa", "#dcc9a3", "#9aa3ad"

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.content import ElsewhereResult, SilentResult, TaskResult
-from ajgdata.report.wording import Caption, headline, metric_name, number, task_name, with_unit
+from ajgdata.report.format import Caption, number, with_unit
+from ajgdata.report.wording import headline, metric_name, task_name
 
 
 def silent_name(task: tuple[TaskResult, ...]) -> str:

@@ -8,9 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.further import Source
+from ajgdata.report.format import Caption, Source, number
 from ajgdata.report.stages import Stages
-from ajgdata.report.wording import Caption, number
 
 #: Stages beyond these share one colour: more cannot be told apart.
 SHOWN = len(COLOURS)

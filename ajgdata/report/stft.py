@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.content import pareto_front
+from ajgdata.report.format import Caption, number, with_unit
 from ajgdata.report.further import StftResult
 from ajgdata.report.plots import look, plain_ticks
-from ajgdata.report.wording import Caption, number, with_unit
 
 TICKS_MS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)
 

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.ablation_figures import grippers_figure, levels_figure, scatter_figure
 from ajgdata.report.accuracy_figures import bands_figure, pareto_figure
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.illustrations import Illustration
+from ajgdata.report.format import Caption
 from ajgdata.report.plots import GRIDS_MM, look, numbers, parted, plain_ticks
-from ajgdata.report.wording import Caption
 from ajgdata.types.table import Table
 
 Draw = Callable[[Table], Figure]

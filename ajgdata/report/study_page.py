@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
-from ajgdata.report.illustrations import Illustration
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.types.table import Table, Value
 

@@ -8,10 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import Score
 from ajgdata.report.experiments import METRIC_NAMES
+from ajgdata.report.format import Caption, Score, mean_sd
 from ajgdata.report.further import Row, TransferLine, Transfers
-from ajgdata.report.wording import Caption, mean_sd
 
 
 def _told(transfers: Transfers, mean: float, sd: float) -> str:

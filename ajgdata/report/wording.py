@@ -2,77 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from typing import NamedTuple
 
-from ajgdata.report.content import (
-    DatasetSummary,
-    ElsewhereResult,
-    PartResult,
-    Report,
-    Score,
-    TaskResult,
-)
-
-DASH = "—"
-
-
-class Caption(NamedTuple):
-    """What stands below a figure, and what a person who cannot see it is told."""
-
-    text: str
-    alt: str
-
-
-def number(value: float, digits: int = 3) -> str:
-    """A number to `digits` significant digits, without exponent or needless zeros."""
-    if not math.isfinite(value):
-        return DASH
-    if value == 0:
-        return "0"
-    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-    text = f"{value:,.{decimals}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
-
-
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def value(given: float | str | None) -> str:
-    """A cell of a table: yes or no, text as it is, numbers to three digits, a dash for nothing.
-
-    Numbers below 0.001 and from 100,000 on get a power of ten.
-    """
-    if given is None:
-        return DASH
-    if isinstance(given, bool):
-        return "yes" if given else "no"
-    if isinstance(given, str):
-        return given
-    if isinstance(given, int):
-        return f"{given:,}".replace("-", "−")
-    if given == 0 or 1e-3 <= abs(given) < 1e5:
-        return number(given).replace("-", "−")
-    mantissa, exponent = f"{given:.2e}".split("e")
-    mantissa = mantissa.rstrip("0").rstrip(".").replace("-", "−")
-    return f"{mantissa} × 10{str(int(exponent)).translate(_SUPERSCRIPT)}"
-
-
-def with_unit(text: str, unit: str) -> str:
-    """A space before a unit, none before the degree sign, nothing after a bare number."""
-    return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
-
-
-def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
-    """`2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have."""
-    mean, sd = score.mean * scale, score.sd * scale
-    if not math.isfinite(mean):
-        return DASH
-    if not (math.isfinite(sd) and sd > 0):
-        return with_unit(number(mean), unit)
-    decimals = min(max(0, 1 - math.floor(math.log10(sd))), 4)
-    return with_unit(f"{mean:.{decimals}f} ± {sd:.{decimals}f}", unit)
+from ajgdata.report.content import DatasetSummary, ElsewhereResult, PartResult, Report, TaskResult
+from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit, words
 
 
 def headline(result: TaskResult, score: Score | None = None) -> str:
@@ -106,11 +39,6 @@ def part_label(part: PartResult) -> str:
 def part_chance(result: TaskResult, part: PartResult) -> str:
     """The same on a further part of the task."""
     return headline(result, Score(part.chance, 0.0))
-
-
-def words(name: str) -> str:
-    """A column or task name as words: `edge_mm` -> `edge mm`, `grasp_id` -> `grasp id`."""
-    return name.replace("_", " ")
 
 
 def quantity(result: TaskResult) -> str:

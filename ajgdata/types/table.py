@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 Value = float | int | str | bool | None
 
@@ -35,3 +39,34 @@ class Table:
     def column(self, key: str) -> list[Value]:
         """Return the values of one column, in the order of the rows."""
         return [row[key] for row in self.rows]
+
+    def numbers(self, key: str) -> np.ndarray:
+        """Return one column as float64 (rows,); a missing value is NaN."""
+        return np.array([np.nan if row[key] is None else row[key] for row in self.rows], float)
+
+    def where(self, **values: Value) -> Table:
+        """Return the table with those rows alone that have these values."""
+        chosen = (row for row in self.rows if all(row[k] == v for k, v in values.items()))
+        return replace(self, rows=tuple(chosen))
+
+    def parted(self, key: str) -> dict[Any, Table]:
+        """Return a table for each value of a column, in order of first appearance."""
+        return {value: self.where(**{key: value}) for value in dict.fromkeys(self.column(key))}
+
+
+def table_of(
+    name: str, title: str, rows: Iterable[Mapping[str, Any]], note: str = "", **columns: str
+) -> Table:
+    """Return a table with a column for each of `columns`, key and title; a unit follows a comma.
+
+    Numbers of NumPy become Python's, and NaN becomes a missing value.
+    """
+    parted = {key: text.partition(", ") for key, text in columns.items()}
+    heads = tuple(Column(key, text, unit) for key, (text, _, unit) in parted.items())
+    kept = tuple({key: _plain(row[key]) for key in columns} for row in rows)
+    return Table(name, title, note, heads, kept)
+
+
+def _plain(value: Any) -> Value:
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and np.isnan(value) else value

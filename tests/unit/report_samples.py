@@ -8,10 +8,10 @@ from ajgdata.report.content import (
     Predictions,
     Provenance,
     Report,
-    Score,
     Spectra,
     TaskResult,
 )
+from ajgdata.report.format import Score
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import FeatureSettings, Finding
 

@@ -7,9 +7,10 @@ import pytest
 from report_samples import CLASSES, COST, PAPER, classes_result, regression_result, sample_report
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
-from ajgdata.report.agreement import HIGHER, LOWER, PARTLY, UNCLEAR, VAGUE, YES, agreement
 from ajgdata.report.beside import absent, beside, evidence
-from ajgdata.report.content import ElsewhereResult, Predictions, Score, SilentResult
+from ajgdata.report.comparison import HIGHER, LOWER, PARTLY, UNCLEAR, VAGUE, YES, agreement
+from ajgdata.report.content import ElsewhereResult, Predictions, SilentResult
+from ajgdata.report.format import Score
 from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, SortingPart, SortingResult
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page

@@ -9,9 +9,9 @@ import pytest
 from report_samples import COST, regression_result, sample_report
 
 from ajgdata.pipeline.embed_documents import embedded
-from ajgdata.report.agreement import HIGHER, LOWER, PARTLY, UNCLEAR, YES, Spent, holds, together
 from ajgdata.report.beside import absent, beside
-from ajgdata.report.content import Score
+from ajgdata.report.comparison import HIGHER, LOWER, PARTLY, UNCLEAR, YES, Spent, holds, together
+from ajgdata.report.format import Score
 from ajgdata.report.further import About, TransferLine, Transfers
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page

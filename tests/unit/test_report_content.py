@@ -11,9 +11,10 @@ from report_samples import classes_result, regression_result, sample_report
 
 from ajgdata.evaluate.metrics import METRICS
 from ajgdata.paths import Paths
-from ajgdata.report.content import HEADLINE, Cost, Predictions, Score, Spectra, pareto_front
+from ajgdata.report.content import HEADLINE, Cost, Predictions, Spectra, pareto_front
+from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.paper import parse_paper
-from ajgdata.report.wording import headline, mean_sd, number, prediction_caption, quantity
+from ajgdata.report.wording import headline, prediction_caption, quantity
 from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError
 

@@ -9,7 +9,7 @@ from report_samples import regression_result, sample_report
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.pipeline.report_rows import _scaled
-from ajgdata.report.content import ElsewhereResult, Score, SilentResult
+from ajgdata.report.content import ElsewhereResult, SilentResult
 from ajgdata.report.energy_figures import energy_figure, energy_rows
 from ajgdata.report.experiments import (
     chance_figure,
@@ -19,6 +19,7 @@ from ajgdata.report.experiments import (
     sorting_figure,
     spread,
 )
+from ajgdata.report.format import Score
 from ajgdata.report.further import (
     About,
     ChanceTest,

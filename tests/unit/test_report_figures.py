@@ -13,7 +13,7 @@ from report_samples import COST, classes_result, dataset, regression_result, sam
 
 from ajgdata.report.canvas import COLOURS, encode, save_figure
 from ajgdata.report.comparisons import cost_figure, level_figure, split_figure, tradeoff_figure
-from ajgdata.report.content import Cost, ElsewhereResult, Predictions, Score
+from ajgdata.report.content import Cost, ElsewhereResult, Predictions
 from ajgdata.report.figures import (
     MAX_VECTOR_POINTS,
     confusion_figure,
@@ -21,6 +21,7 @@ from ajgdata.report.figures import (
     regression_figure,
     spectra_figure,
 )
+from ajgdata.report.format import Score
 from ajgdata.report.illustrations import illustrations
 from ajgdata.types import Level
 

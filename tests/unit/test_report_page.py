@@ -16,15 +16,9 @@ from report_samples import (
     sample_report,
 )
 
-from ajgdata.report.content import (
-    PartResult,
-    Predictions,
-    Report,
-    Score,
-    SkippedTask,
-    ValueErrors,
-)
+from ajgdata.report.content import PartResult, Predictions, Report, SkippedTask, ValueErrors
 from ajgdata.report.figures import regression_figure
+from ajgdata.report.format import DASH, Score
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import (
     MAX_FINDINGS,
@@ -34,7 +28,6 @@ from ajgdata.report.page import (
     quarantine_link,
     render_page,
 )
-from ajgdata.report.wording import DASH
 from ajgdata.types import Finding
 
 VOID = {"meta", "img", "br", "link", "input"}

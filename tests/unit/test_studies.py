@@ -13,9 +13,9 @@ from test_report_page import Page
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_study_page
 from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study
+from ajgdata.report.format import DASH, value
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
-from ajgdata.report.wording import DASH, value
 from ajgdata.store.provenance import code_digest
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import DataError

@@ -1,4 +1,4 @@
-"""One row beside the paper: a result, its cost, and whether they agree.
+"""One row beside the paper: a result, what it cost, and whether they agree.
 
 Agreement is computed, never typed: a number agrees that lies within two standard deviations (over
 folds, or over draws) of the paper's, which gives no spread of its own. Where these are as much as
@@ -12,10 +12,9 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ajgdata.report.further import Source
+from ajgdata.report.format import Score, Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
-from ajgdata.report.results import Cost, Score
 
 YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
 #: Of statements: it holds for some of what it is said of; it cannot be told from the spread.
@@ -26,40 +25,45 @@ VAGUE = f"{UNCLEAR}, ours is lower", f"{UNCLEAR}, ours is higher"
 REACH = 2.0
 
 
-class Spent(NamedTuple):
-    """What something other than an evaluated model cost."""
+class Cost(NamedTuple):
+    """What a result cost: training, and predicting one recording alone."""
 
     train_s: float
     inference_ms_per_recording: float
 
 
 @dataclass(frozen=True)
-class Beside:
-    """A figure of the paper and the result beside it; `dataset` is where the page tells more."""
+class PaperComparison:
+    """A figure of the paper and the result beside it; data set and task say where more is told.
+
+    `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
+    the page gives that of training the paper's model on the task.
+    """
 
     paper: PaperFigure
     dataset: str
+    task: str
     source: Source
     result: str
     model: str
-    cost: Cost | Spent | None
     agrees: str
+    cost: Cost | None = None
     reasons: tuple[Reason, ...] = ()
 
     @property
     def why(self) -> list[Reason]:
-        """Reasons that are supported and move the result towards the paper's."""
+        """Return the reasons that are supported and move the result towards the paper's."""
         low = self.agrees in (LOWER, VAGUE[False])
         return [reason for reason in self.reasons if reason.explains(low)]
 
     @property
     def differs(self) -> bool:
-        """Whether a reason is asked for."""
+        """Return whether a reason is asked for."""
         return "no:" in self.agrees or self.agrees in VAGUE
 
 
 def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Whether a score is the paper's number (or, `at_least`, not below it) within REACH sd; VAGUE
+    """Return whether a score is the paper's number (or, `at_least`, not below it) within REACH sd; VAGUE
     where these reach from it to 0."""
     reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
     if score.mean < paper - reach:
@@ -71,7 +75,7 @@ def agreement(score: Score, paper: float, at_least: bool = False) -> str:
 
 
 def holds(gap: Score, otherwise: str) -> str:
-    """Whether a difference is above 0 by REACH sd: yes, `otherwise`, or that it cannot be told."""
+    """Return whether a difference is above 0 by REACH sd: yes, `otherwise`, or that it cannot be told."""
     reach = REACH * gap.sd if math.isfinite(gap.sd) else 0.0
     if gap.mean > reach:
         return YES
@@ -79,6 +83,6 @@ def holds(gap: Score, otherwise: str) -> str:
 
 
 def together(verdicts: Collection[str]) -> str:
-    """One verdict on a statement on several things: partly, if it holds for some of them alone."""
+    """Return one verdict on a statement on several things: partly, if it holds for some of them alone."""
     distinct = sorted(set(verdicts))
     return PARTLY if YES in distinct and len(distinct) > 1 else "; ".join(distinct)

@@ -1,0 +1,234 @@
+"""What an experiment is: settings -> measure() -> tables -> figures, rows, and the paper beside.
+
+An experiment is one module that ends in `EXPERIMENT = Experiment(...)`. Its settings stand in a
+task of dataset.yaml, under `experiments`, by its name. What `measure` returns is stored, and is all
+that the drawing half sees: nothing is measured while a report is drawn. Light: Snakemake imports
+experiments while it parses, so matplotlib, torch and scikit-learn are imported inside functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
+from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.format import Source
+from ajgdata.report.paper import PaperFigure
+from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
+from ajgdata.types.table import Column, Table
+
+if TYPE_CHECKING:
+    from ajgdata.store.features import Shard
+
+#: One number a row: what `results/metrics.csv` is made of.
+SCORE_COLUMNS = (
+    Column("model", "Model"), Column("part", "Part"), Column("metric", "Metric"),
+    Column("statistic", "Statistic"), Column("value", "Value"),
+)  # fmt: skip
+SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
+
+
+class NotMeasurableError(ValueError):
+    """What a task lacks for an experiment; the report gives it as the reason."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """All that a measurement may use of a task, of the stores it needs, and of recordings.
+
+    `store` holds the recordings of the data set; `others` those of the data sets that the settings
+    name as `test_on`. `samples(names, window)` yields the samples (n,) of recordings by name, ready
+    for a spectrum with a window of that length.
+    """
+
+    dataset: str
+    task: str
+    target: str
+    kind: Kind
+    unit: str
+    groups: str
+    folds: int
+    seed: int
+    store: Shard
+    others: Mapping[str, Shard] = field(default_factory=dict)
+    period_deg: float | None = None
+    withhold: Sequence[float] = ()
+    audio: AudioSettings = field(default_factory=AudioSettings)
+    features: FeatureSettings = field(default_factory=FeatureSettings)
+    samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
+
+    def all_data(self, other: str = "") -> TaskData:
+        """Return every recording that has the target, of the store or of that of `other`.
+
+        Raises ValueError where there is none; see `task_data`.
+        """
+        shard = self.others[other] if other else self.store
+        return task_data(shard, self.target, self.kind, self.groups)
+
+    def data(self, other: str = "") -> TaskData:
+        """Return the recordings of `all_data` whose value is not withheld from training."""
+        return split_withheld(self.all_data(other), self.withhold)[0]
+
+    @property
+    def split(self) -> dict[str, Any]:
+        """Return what an evaluation of models takes, by name."""
+        named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
+        return named | {"period": self.period_deg}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was measured: `tables` are the same for the same inputs, those of `cost` never are."""
+
+    tables: tuple[Table, ...]
+    cost: tuple[Table, ...] = ()
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A stored outcome: of one model, or of all where they are measured together (`model` "")."""
+
+    model: str
+    label: str  #: the model's name for people
+    about: Mapping[str, Any]
+    tables: Mapping[str, Table]
+    cost: Mapping[str, Table]
+
+
+@dataclass(frozen=True)
+class Other:
+    """What is told of a data set that a task is tested on."""
+
+    title: str
+    level: Level | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TaskResults:
+    """The results of one experiment on one task, in the order of the models that it names.
+
+    `papers` are figures of the paper by the part of the task that they stand beside.
+    """
+
+    experiment: str
+    dataset: str
+    dataset_title: str
+    task: str
+    kind: Kind
+    target: str
+    unit: str
+    groups: str
+    source: Source
+    settings: Any
+    results: tuple[Result, ...]
+    papers: Mapping[str, PaperFigure] = field(default_factory=dict)
+    others: Mapping[str, Other] = field(default_factory=dict)
+    level: Level | None = None
+    period_deg: float | None = None
+
+    @property
+    def title(self) -> str:
+        """Return data set and task as a heading."""
+        return f"{self.dataset_title} · {self.task.replace('_', ' ')}"
+
+    @property
+    def paper(self) -> PaperFigure | None:
+        """Return the figure of the paper that stands beside the experiment as a whole."""
+        return self.papers.get(self.experiment)
+
+    @property
+    def metric(self) -> str:
+        """Return the metric that is read first: `rmse` or `accuracy`."""
+        return "rmse" if self.kind == "regression" else "accuracy"
+
+    @property
+    def scale(self) -> int:
+        """Return what a metric is multiplied by to be shown: accuracies are shown in per cent."""
+        return 100 if self.kind == "classification" else 1
+
+    @property
+    def shown_unit(self) -> str:
+        """Return the unit of the metric as it is shown."""
+        return "%" if self.kind == "classification" else self.unit
+
+    def named(self, *parts: str) -> str:
+        """Return the file name, without suffix, of a figure of this experiment."""
+        return "--".join((self.experiment.replace("_", "-"), self.dataset, self.task, *parts))
+
+
+#: Results of other experiments of the run, by experiment, data set and task.
+Lookup = Callable[[str, str, str], "TaskResults | None"]
+
+
+def no_rows(_: TaskResults) -> Iterable[ResultRow]:
+    """Return nothing: an experiment without rows in the table of results."""
+    return ()
+
+
+def no_tables(_: TaskResults) -> Iterable[ShownTable]:
+    """Return nothing: an experiment whose figures say it all."""
+    return ()
+
+
+def no_comparison(_: TaskResults, __: Lookup) -> Iterable[PaperComparison]:
+    """Return nothing: an experiment that the paper did not make."""
+    return ()
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment: how it is asked for, made, and shown.
+
+    `measure(inputs, settings, model)` raises ValueError for a task that lacks what it needs. The
+    settings model's `test_on`, if it has one, names further data sets; its `models`, if `by_model`,
+    are measured in jobs of their own. `check(settings, kind, features)` raises ValueError for
+    settings that the task cannot have.
+    """
+
+    name: str
+    title: str
+    settings: type[Strict]
+    measure: Callable[[Inputs, Any, str], Outcome]
+    figures: Callable[[TaskResults], Iterable[Illustration]]
+    tables: Callable[[TaskResults], Iterable[ShownTable]] = no_tables
+    rows: Callable[[TaskResults], Iterable[ResultRow]] = no_rows
+    paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
+    check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
+    by_model: bool = False
+    kinds: tuple[Kind, ...] = ("regression", "classification")
+    reads_recordings: bool = False
+
+
+def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: str) -> Table:
+    """Return rows of model, part, metric, statistic and value as a table of scores.
+
+    A value that is NaN becomes a missing one.
+    """
+    keys = [column.key for column in SCORE_COLUMNS]
+    kept = (
+        (*row[:-1], None if row[-1] is None or np.isnan(row[-1]) else float(row[-1]))
+        for row in rows
+    )
+    return Table(
+        SCORES, title, "", SCORE_COLUMNS, tuple(dict(zip(keys, row, strict=True)) for row in kept)
+    )
+
+
+def fold_scores(
+    model: str,
+    part: str,
+    scores: Any,
+    statistics: Sequence[str] = ("mean", "sd", "pooled", "chance"),
+) -> Iterator[tuple[str, str, str, str, float]]:
+    """Yield the rows of `score_table` for `crossval.Scores`: folds, then `statistics`."""
+    for metric, values in scores.per_fold.items():
+        for fold, value in enumerate(values):
+            yield model, part, metric, f"fold {fold}", value
+        for statistic in statistics:
+            yield model, part, metric, statistic, getattr(scores, statistic)[metric]

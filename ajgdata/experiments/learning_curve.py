@@ -1,0 +1,160 @@
+"""Learning curve: how many training grasps a model needs (paper: accuracy against poses)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from pydantic import Field
+
+from ajgdata.experiments.base import (
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    Result,
+    TaskResults,
+    score_table,
+)
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.comparison import LOWER, UNTOLD, YES, PaperComparison
+from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.types import ModelName, Strict
+from ajgdata.types.table import Table, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
+
+
+class Settings(Strict):
+    """Learning curve: training grasps per class, each number drawn `repeats` times."""
+
+    groups: tuple[Annotated[int, Field(ge=1)], ...] = Field(
+        min_length=2, description="numbers of training grasps per class"
+    )
+    repeats: int = Field(5, ge=2, description="draws of each number")
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), min_length=1, description="models that get a curve"
+    )
+
+
+def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+    """Return the errors of `model` on the same grasps for each number of training grasps."""
+    from ajgdata.evaluate.curves import learning_curve
+
+    data = inputs.data()
+    points = learning_curve(
+        data.feature, data.value, data.group,
+        model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
+    )  # fmt: skip
+    scores = (
+        (model, f"curve:{point.groups}", metric, f"draw {point.repeat}", value)
+        for point in points
+        for metric, value in point.scores.items()
+    )
+    curve = (
+        {"groups": p.groups, "draw": p.repeat, "recordings": p.recordings, "metric": metric}
+        | {"value": value, "chance": p.chance[metric]}
+        for p in points
+        for metric, value in p.scores.items()
+    )
+    columns = {"groups": "Training grasps per class", "draw": "Draw", "recordings": "Recordings"}
+    columns |= {"metric": "Metric", "value": "Value", "chance": "Chance"}
+    title = "Learning curve"
+    return Outcome((score_table(scores, title), table_of("curve", title, curve, **columns)))
+
+
+def curve_of(results: TaskResults, result: Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return training grasps per class (n,), and mean and sd (n,) over draws as they are shown."""
+    by_size = result.tables["curve"].where(metric=results.metric).parted("groups")
+    drawn = [results.scale * table.numbers("value") for table in by_size.values()]
+    mean, sd = (np.array([f(values) for values in drawn]) for f in (np.mean, _deviation))
+    return np.array(list(by_size)), mean, sd
+
+
+def _deviation(values: np.ndarray) -> float:
+    return float(values.std(ddof=1))
+
+
+def _chance(results: TaskResults, table: Table) -> float:
+    return results.scale * float(table.where(metric=results.metric).numbers("chance").mean())
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return the metric against the number of training grasps, mean ± sd over draws."""
+    from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+
+    drawn = new_figure(
+        (WIDTH_IN, 3.4),
+        f"{results.title} · training grasps",
+        f"{METRIC_NAMES[results.metric]} on the same validation grasps, "
+        f"{results.settings.repeats} draws",
+        [results.source],
+    )
+    axes = drawn.subplots()
+    for i, result in enumerate(results.results):
+        groups, mean, sd = curve_of(results, result)
+        style = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+        axes.errorbar(groups, mean, sd, label=result.label, **style)
+    chance = _chance(results, results.results[0].tables["curve"])
+    axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")
+    axes.set_xlabel("training grasps per class")
+    axes.set_ylabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
+    axes.set_xticks(sorted(results.settings.groups))
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return drawn
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    paper = f" The paper, on its real gripper: {results.paper.text}." if results.paper else ""
+    listed = []
+    for result in results.results:
+        points = zip(*curve_of(results, result)[:2], strict=True)
+        told = (f"{with_unit(number(m), results.shown_unit)} of {n}" for n, m in points)
+        listed.append(f"{result.label}: {', '.join(told)}")
+    return Caption(
+        f"{results.title}, {results.source}: models trained on some grasps of each class "
+        f"and tested on grasps that are always the same. Bars: one standard deviation over "
+        f"{results.settings.repeats} draws of training grasps and seeds (of seeds alone where a "
+        f"draw takes them all); other validation grasps would differ by more.{paper}",
+        f"{METRIC_NAMES[results.metric]} against training grasps per class. {'; '.join(listed)}.",
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the one figure of all models."""
+    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+
+
+def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
+    """Yield how many grasps reach the accuracy that the paper names."""
+    paper, first = results.paper, results.results[0]
+    if paper is None or paper.value is None or paper.reached is None:
+        return
+    groups, mean, sd = curve_of(results, first)
+    enough = np.flatnonzero(mean >= paper.reached)
+    most = f"{mean_sd(Score(mean[-1], sd[-1]), results.shown_unit)} with {groups[-1]}"
+    if len(enough):
+        needed = int(groups[enough[0]])
+        text, agrees = f"{needed} ({most})", YES if needed >= paper.value else LOWER
+    else:  # more than any that was tried
+        text = f"more than {groups[-1]} ({most})"
+        agrees = YES if groups[-1] >= paper.value else UNTOLD
+    yield PaperComparison(
+        paper, results.dataset, results.task, results.source, text, first.label, agrees
+    )
+
+
+EXPERIMENT = Experiment(
+    name="learning_curve",
+    title="Learning curve",
+    settings=Settings,
+    measure=measure,
+    figures=figures,
+    paper_comparison=paper_comparison,
+    by_model=True,
+)

@@ -1,0 +1,79 @@
+"""Numbers and words as people read them: used by every figure, table and caption."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+Source = Literal["simulated", "recorded"]
+DASH = "—"
+
+
+class Score(NamedTuple):
+    """A metric over folds: mean, standard deviation, and the value of each fold."""
+
+    mean: float
+    sd: float
+    per_fold: tuple[float, ...] = ()
+
+
+class Caption(NamedTuple):
+    """What stands below a figure, and what a person who cannot see it is told."""
+
+    text: str
+    alt: str
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number to `digits` significant digits, without exponent or needless zeros."""
+    if not math.isfinite(value):
+        return DASH
+    if value == 0:
+        return "0"
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:,.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def value(given: float | str | None) -> str:
+    """Return a cell of a table: yes or no, text as it is, three digits, a dash for nothing.
+
+    Numbers below 0.001 and from 100,000 on get a power of ten.
+    """
+    if given is None:
+        return DASH
+    if isinstance(given, bool):
+        return "yes" if given else "no"
+    if isinstance(given, str):
+        return given
+    if isinstance(given, int):
+        return f"{given:,}".replace("-", "−")
+    if given == 0 or 1e-3 <= abs(given) < 1e5:
+        return number(given).replace("-", "−")
+    mantissa, exponent = f"{given:.2e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".").replace("-", "−")
+    return f"{mantissa} × 10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Return `text` and a unit: no space before the degree sign, nothing after a bare number."""
+    return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
+
+
+def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
+    """Return `2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have."""
+    mean, sd = score.mean * scale, score.sd * scale
+    if not math.isfinite(mean):
+        return DASH
+    if not (math.isfinite(sd) and sd > 0):
+        return with_unit(number(mean), unit)
+    decimals = min(max(0, 1 - math.floor(math.log10(sd))), 4)
+    return with_unit(f"{mean:.{decimals}f} ± {sd:.{decimals}f}", unit)
+
+
+def words(name: str) -> str:
+    """Return a column or task name as words: `edge_mm` -> `edge mm`."""
+    return name.replace("_", " ")
