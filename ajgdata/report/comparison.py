@@ -63,8 +63,10 @@ class PaperComparison:
 
 
 def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Return whether a score is the paper's number (or, `at_least`, not below it) within REACH sd; VAGUE
-    where these reach from it to 0."""
+    """Return whether a score is the paper's number (or, `at_least`, not below it) within REACH sd.
+
+    VAGUE where these reach from it to 0.
+    """
     reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
     if score.mean < paper - reach:
         return LOWER
@@ -75,7 +77,7 @@ def agreement(score: Score, paper: float, at_least: bool = False) -> str:
 
 
 def holds(gap: Score, otherwise: str) -> str:
-    """Return whether a difference is above 0 by REACH sd: yes, `otherwise`, or that it cannot be told."""
+    """Return whether a difference is above 0 by REACH sd: yes, `otherwise`, or not to be told."""
     reach = REACH * gap.sd if math.isfinite(gap.sd) else 0.0
     if gap.mean > reach:
         return YES
@@ -83,6 +85,6 @@ def holds(gap: Score, otherwise: str) -> str:
 
 
 def together(verdicts: Collection[str]) -> str:
-    """Return one verdict on a statement on several things: partly, if it holds for some of them alone."""
+    """Return one verdict on a statement on several things: partly, if it holds for some alone."""
     distinct = sorted(set(verdicts))
     return PARTLY if YES in distinct and len(distinct) > 1 else "; ".join(distinct)

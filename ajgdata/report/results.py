@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ajgdata.report.format import Source
+from ajgdata.report.format import Score, Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import Kind, Level
 
