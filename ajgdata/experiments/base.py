@@ -20,7 +20,7 @@ from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
-from ajgdata.types.table import Column, Table
+from ajgdata.types.table import Column, Table, table_of
 
 if TYPE_CHECKING:
     from ajgdata.store.features import Shard
@@ -30,11 +30,8 @@ SCORE_COLUMNS = (
     Column("model", "Model"), Column("part", "Part"), Column("metric", "Metric"),
     Column("statistic", "Statistic"), Column("value", "Value"),
 )  # fmt: skip
+STATISTICS = ("mean", "sd", "pooled", "chance")
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
-
-
-class NotMeasurableError(ValueError):
-    """What a task lacks for an experiment; the report gives it as the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,20 +208,12 @@ def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: 
     A value that is NaN becomes a missing one.
     """
     keys = [column.key for column in SCORE_COLUMNS]
-    kept = (
-        (*row[:-1], None if row[-1] is None or np.isnan(row[-1]) else float(row[-1]))
-        for row in rows
-    )
-    return Table(
-        SCORES, title, "", SCORE_COLUMNS, tuple(dict(zip(keys, row, strict=True)) for row in kept)
-    )
+    named = (dict(zip(keys, row, strict=True)) for row in rows)
+    return table_of(SCORES, title, named, **{column.key: column.title for column in SCORE_COLUMNS})
 
 
 def fold_scores(
-    model: str,
-    part: str,
-    scores: Any,
-    statistics: Sequence[str] = ("mean", "sd", "pooled", "chance"),
+    model: str, part: str, scores: Any, statistics: Sequence[str] = STATISTICS
 ) -> Iterator[tuple[str, str, str, str, float]]:
     """Yield the rows of `score_table` for `crossval.Scores`: folds, then `statistics`."""
     for metric, values in scores.per_fold.items():
