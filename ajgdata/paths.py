@@ -103,49 +103,17 @@ class Paths:
         """Recordings that were left out or flagged, with the reason and the fix."""
         return self.results / "quarantine" / f"{dataset}.csv"
 
-    def task(self, dataset: str, task: str, model: str) -> Path:
-        """Folder of one evaluated model."""
-        return self.results / "tasks" / dataset / task / model
+    def experiment(self, dataset: str, task: str, kind: str) -> Path:
+        """Return the tables of one experiment: the same bytes for the same inputs.
 
-    def metrics(self, dataset: str, task: str, model: str) -> Path:
-        """Errors per fold: the same bytes for the same inputs."""
-        return self.task(dataset, task, model) / "metrics.json"
+        `kind` is the experiment's name, and that of the model if each is measured by itself:
+        `learning_curve-cnn`.
+        """
+        return self.results / "tasks" / dataset / task / f"{kind}.json"
 
-    def cost(self, dataset: str, task: str, model: str) -> Path:
-        """Times and memory: measured, hence never the same twice."""
-        return self.task(dataset, task, model) / "cost.json"
-
-    def predictions(self, dataset: str, task: str, model: str) -> Path:
-        """One row per recording and split."""
-        return self.task(dataset, task, model) / "predictions.csv"
-
-    def curve(self, dataset: str, task: str, model: str) -> Path:
-        """Learning curve of one model."""
-        return self.task(dataset, task, model) / "curve.json"
-
-    def sorting(self, dataset: str, task: str, model: str) -> Path:
-        """Calibration and simulated sorting by one model."""
-        return self.task(dataset, task, model) / "sorting.json"
-
-    def permutations(self, dataset: str, task: str) -> Path:
-        """Test of a task against chance."""
-        return self.results / "tasks" / dataset / task / "permutations.json"
-
-    def transfer(self, dataset: str, task: str, model: str) -> Path:
-        """One model on other grippers, against calibration grasps."""
-        return self.task(dataset, task, model) / "transfer.json"
-
-    def stft(self, dataset: str, task: str) -> Path:
-        """Errors of a task for several settings of the STFT."""
-        return self.results / "tasks" / dataset / task / "stft.json"
-
-    def stft_cost(self, dataset: str, task: str) -> Path:
-        """What these settings cost: measured, hence never the same twice."""
-        return self.results / "tasks" / dataset / task / "stft_cost.json"
-
-    def energies(self, dataset: str, task: str) -> Path:
-        """Energies by class."""
-        return self.results / "tasks" / dataset / task / "energies.json"
+    def experiment_cost(self, dataset: str, task: str, kind: str) -> Path:
+        """Return what it cost, times and memory: measured, hence never the same twice."""
+        return self.results / "tasks" / dataset / task / f"{kind}.cost.json"
 
     def embedding(self, dataset: str, embedding: str) -> Path:
         """Folder of what is known of one embedding."""

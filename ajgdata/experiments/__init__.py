@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import pkgutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
@@ -18,18 +19,8 @@ from pydantic import ValidationError
 from ajgdata.experiments.base import Experiment
 from ajgdata.types import DataError, DatasetSpec, describe
 
-#: Modules of this package, in the order of the report.
-BUILT_IN = (
-    "cross_validation",
-    "shortcut",
-    "permutation_test",
-    "learning_curve",
-    "conformal_intervals",
-    "sorting",
-    "cross_gripper",
-    "reflected_energy",
-    "stft_settings",
-)
+#: Modules of this package that experiments share.
+SHARED = ("base", "embedding", "overview")
 GROUP = "ajgdata.experiments"
 
 
@@ -57,19 +48,25 @@ class Asked:
 
 
 @functools.cache
+def _built_in() -> tuple[str, ...]:
+    names = sorted(module.name for module in pkgutil.iter_modules(__path__))
+    return tuple(name for name in names if name not in SHARED)
+
+
+@functools.cache
 def _plugins() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
 def experiment_names() -> tuple[str, ...]:
     """Return the names of all experiments, built in and of other packages."""
-    return (*BUILT_IN, *sorted(set(_plugins()) - set(BUILT_IN)))
+    return (*_built_in(), *sorted(set(_plugins()) - set(_built_in())))
 
 
 @functools.cache
 def experiment(name: str) -> Experiment:
     """Return an experiment by name. Raises ValueError for an unknown or broken one."""
-    if name in BUILT_IN:
+    if name in _built_in():
         return importlib.import_module(f"ajgdata.experiments.{name}").EXPERIMENT
     if name not in _plugins():
         known = ", ".join(experiment_names())
@@ -101,7 +98,7 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
             raise ValueError(f"task {task}: {complaint}") from None
         except ValueError as error:
             raise ValueError(f"task {task}: {error}") from None
-    return [found[name] for name in experiment_names() if name in found]
+    return sorted(found.values(), key=lambda one: (one.experiment.order, one.experiment.name))
 
 
 def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Asked:
@@ -127,7 +124,7 @@ def all_asked(spec: DatasetSpec, where: object) -> Iterator[Asked]:
 
 def measure_entry(name: str) -> str:
     """Return where the measuring half of an experiment is: what its results depend on."""
-    if name in BUILT_IN:
+    if name in _built_in():
         return f"ajgdata.experiments.{name}:measure"
     measure = experiment(name).measure
     return f"{measure.__module__}:{measure.__name__}"

@@ -31,6 +31,8 @@ SCORE_COLUMNS = (
     Column("statistic", "Statistic"), Column("value", "Value"),
 )  # fmt: skip
 STATISTICS = ("mean", "sd", "pooled", "chance")
+#: Metrics that are read first, for people.
+METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 
 
@@ -198,6 +200,7 @@ class Experiment:
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
+    order: int = 50  #: place in the report
     kinds: tuple[Kind, ...] = ("regression", "classification")
     reads_recordings: bool = False
 

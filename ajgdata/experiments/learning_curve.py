@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.experiments.base import (
+    METRIC_NAMES,
     Experiment,
     Inputs,
     Lookup,
@@ -25,8 +26,6 @@ from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
 
 
 class Settings(Strict):
@@ -151,6 +150,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
 
 EXPERIMENT = Experiment(
     name="learning_curve",
+    order=30,
     title="Learning curve",
     settings=Settings,
     measure=measure,

@@ -21,6 +21,10 @@ YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to com
 PARTLY, UNCLEAR = "partly", "cannot be told: within the spread"
 #: The same of numbers: ours is lower, or higher.
 VAGUE = f"{UNCLEAR}, ours is lower", f"{UNCLEAR}, ours is higher"
+#: What the paper says of a model that does no better than a guess.
+NEAR_CHANCE = "near chance"
+#: The verdict on a model that works where the paper's fails.
+WORKS = "no: it works"
 #: Standard deviations within which numbers agree.
 REACH = 2.0
 

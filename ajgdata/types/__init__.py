@@ -18,20 +18,19 @@ from ajgdata.types.session import (
     is_reserved,
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.tasks import Curve, FeatureChange, Sorting, Stft, Task
+from ajgdata.types.tasks import CROSS_VALIDATION, Task
 
 __all__ = [
+    "CROSS_VALIDATION",
     "NAME",
     "RECORDING_COLUMNS",
     "SESSION_COLUMNS",
     "STORE_NAMES",
     "AudioSettings",
-    "Curve",
     "DataError",
     "DatasetSpec",
     "Embedding",
     "Excitation",
-    "FeatureChange",
     "FeatureSettings",
     "Finding",
     "ImportSettings",
@@ -43,8 +42,6 @@ __all__ = [
     "RecipeObject",
     "Recording",
     "Session",
-    "Sorting",
-    "Stft",
     "Strict",
     "Target",
     "Task",

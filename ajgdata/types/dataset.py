@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from ajgdata.types.base import Kind, Name, Strict
 from ajgdata.types.embedding import Embedding
@@ -96,16 +96,6 @@ class DatasetSpec(Strict):
                 for key in ("withhold", "period_deg"):
                     if getattr(task, key):
                         raise ValueError(f"task {name}: {key} is for a number, not for classes")
-            else:
-                for key in ("sorting", "energy"):
-                    if getattr(task, key):
-                        raise ValueError(f"task {name}: {key} is for classes, not for a number")
-            measured = self.features.quantity, self.features.normalisation
-            if task.energy and measured != ("power", "none"):
-                raise ValueError(
-                    f"task {name}: energy needs features.quantity power and "
-                    "features.normalisation none"
-                )
         return self
 
     @model_validator(mode="after")
@@ -118,25 +108,8 @@ class DatasetSpec(Strict):
                     raise ValueError(f"embedding {name}: {column!r} is a number, not a class")
         return self
 
-    @model_validator(mode="after")
-    def _feature_changes_fit(self) -> DatasetSpec:
-        for name in self.tasks:
-            try:
-                self.feature_variants(name)
-            except ValidationError as error:
-                message = error.errors()[0]["msg"].removeprefix("Value error, ")
-                raise ValueError(f"task {name}: stft.settings: {message}") from None
-        return self
-
-    def feature_variants(self, task: str) -> list[FeatureSettings]:
-        """The feature settings whose error and run time a task compares, its own first."""
-        asked = self.tasks[task].stft
-        own = self.features.model_dump()
-        changes = [one.model_dump(exclude_none=True) for one in asked.settings] if asked else []
-        return [FeatureSettings(**(own | change)) for change in ({}, *changes)]
-
-    def evaluation(self, task: str) -> dict[str, Any]:
-        """What an evaluation of `task` must know, by name."""
+    def task_settings(self, task: str) -> dict[str, Any]:
+        """Return what every measurement on `task` must know, by name."""
         settings = self.tasks[task]
         target = self.targets[settings.target]
         return {
@@ -145,22 +118,9 @@ class DatasetSpec(Strict):
             "unit": target.unit,
             "groups": settings.groups,
             "folds": settings.folds,
-            "compare_random": settings.compare_random,
             "withhold": list(settings.withhold),
             "period_deg": settings.period_deg,
-            "test_on": list(settings.test_on),
-            "silent": list(settings.silent),
         }
-
-    def experiment(self, task: str) -> dict[str, Any]:
-        """What the further experiments on `task` must know, by name."""
-        left_out = ("compare_random", "test_on", "silent")
-        return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
-
-    def labelled(self, task: str) -> dict[str, Any]:
-        """What must be known of `task` where nothing is trained, by name."""
-        wanted = ("target", "kind", "unit", "groups")
-        return {k: v for k, v in self.evaluation(task).items() if k in wanted}
 
     @property
     def kinds(self) -> dict[str, Kind]:
@@ -169,4 +129,4 @@ class DatasetSpec(Strict):
 
     def training(self, task: str) -> dict[str, Any]:
         """What training a model for `task` must know, by name."""
-        return {k: v for k, v in self.evaluation(task).items() if k in TRAINING}
+        return {k: v for k, v in self.task_settings(task).items() if k in TRAINING}

@@ -1,0 +1,247 @@
+"""Conformal intervals: whether a stated uncertainty holds on grasps never met, and its width.
+
+Intervals by CV+ (Barber, Candès, Ramdas, Tibshirani 2021, Ann. Statist. 49(1)) within the training
+part of each fold; grasps, not recordings, are exchangeable, so each grasp has the same weight
+however many recordings it has (Lee, Barber, Willett 2023, arXiv 2306.06342).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from ajgdata.experiments.base import (
+    SCORES,
+    Experiment,
+    Inputs,
+    Outcome,
+    Result,
+    TaskResults,
+    score_table,
+)
+from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.format import Caption, Score, mean_sd, number
+from ajgdata.types import ModelName, Strict
+from ajgdata.types.table import table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Settings(Strict):
+    """Prediction intervals of stated coverage for a number."""
+
+    coverages: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = Field(
+        (0.5, 0.8, 0.9, 0.95),
+        min_length=1,
+        description="shares of truths that intervals shall hold",
+    )
+    models: tuple[ModelName, ...] = Field(
+        ("linear", "knn"), min_length=1, description="models that get intervals"
+    )
+    inner_folds: int = Field(5, ge=2, description="folds of the training part, for its residuals")
+
+
+def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> np.ndarray:
+    """Return the least of `values` (m, n) per column whose `weights` (m,) add up to `share`.
+
+    Infinity where all of them together do not.
+    """
+    order = np.argsort(values, axis=0)
+    reached = np.cumsum(weights[order], axis=0) >= share - 1e-12
+    first = np.argmax(reached, axis=0)
+    found = np.take_along_axis(np.take_along_axis(values, order, 0), first[None], 0)[0]
+    return np.where(reached.any(axis=0), found, np.inf)
+
+
+def grasp_weights(groups: np.ndarray) -> np.ndarray:
+    """Return weights (m,) that are equal for all groups and leave 1 / (groups + 1) for a new one."""
+    _, inverse, counts = np.unique(groups, return_inverse=True, return_counts=True)
+    return 1.0 / (counts[inverse] * (len(counts) + 1))
+
+
+def cv_plus(
+    predictions: np.ndarray,
+    residuals: np.ndarray,
+    fold: np.ndarray,
+    groups: np.ndarray,
+    coverages: Sequence[float],
+    period: float | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return centres (n,) and the ends of intervals about them, low and high (coverages, n).
+
+    `predictions` (inner folds, n) of n new recordings by each inner fold's model; `residuals` (m,)
+    of the training recordings by the model that had not met them, that of `fold` (m,). With a
+    `period` ends lie within half of it.
+    """
+    from ajgdata.evaluate.metrics import middle, wrapped
+
+    columns = predictions.T
+    centre = np.array([middle(each, period) for each in columns])
+    offset = wrapped(predictions - centre, period)[fold]
+    weights, half = grasp_weights(groups), np.inf if period is None else period / 2
+    low, high = [], []
+    for coverage in coverages:
+        low.append(-weighted_quantile(residuals[:, None] - offset, weights, coverage))
+        high.append(weighted_quantile(residuals[:, None] + offset, weights, coverage))
+    return centre, np.clip(low, -half, half), np.clip(high, -half, half)
+
+
+def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+    """Return coverage and width of intervals on held-out grasps for each stated coverage."""
+    from threadpoolctl import threadpool_limits
+
+    from ajgdata.evaluate.metrics import wrapped
+    from ajgdata.evaluate.splits import grouped_folds
+
+    data, period = inputs.data(), inputs.period_deg
+    folds = min(inputs.folds, len(np.unique(data.group)))
+    scores, rows, spent = [], [], 0.0
+    with threadpool_limits(limits=1):
+        parts = grouped_folds(data.value, data.group, inputs.kind, folds, inputs.seed)
+        for fold, (train, test) in enumerate(parts):
+            begun = time.process_time()
+            known = data.where(np.isin(np.arange(len(data.value)), train))
+            predictions, residuals, inner = _inner(
+                inputs, settings, model, known, data.feature[test]
+            )
+            centre, low, high = cv_plus(
+                predictions, residuals, inner, known.group, settings.coverages, period
+            )
+            spent += time.process_time() - begun
+            away = wrapped(data.value[test] - centre, period)
+            for n, coverage in enumerate(settings.coverages):
+                held = float(np.mean((low[n] <= away) & (away <= high[n])))
+                width = float(np.mean(high[n] - low[n]))
+                part = f"intervals:{100 * coverage:g} %"
+                scores += [(model, part, "coverage", f"fold {fold}", held)]
+                scores += [(model, part, "width", f"fold {fold}", width)]
+                rows.append({"coverage": coverage, "fold": fold, "held": held, "width": width})
+    width_title = f"Width, {inputs.unit}" if inputs.unit else "Width"
+    columns = {"coverage": "Stated", "fold": "Fold", "held": "Held", "width": width_title}
+    title = "Conformal intervals"
+    cost = [(model, "cost of intervals", "train_cpu_s", "measured", spent)]
+    return Outcome(
+        (score_table(scores, title), table_of("intervals", title, rows, **columns)),
+        (score_table(cost, title),),
+    )
+
+
+def _inner(
+    inputs: Inputs, settings: Settings, model: str, known: Any, features: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return predictions (inner folds, n) of new features, residuals (m,) and their inner folds."""
+    from ajgdata.evaluate.metrics import wrapped
+    from ajgdata.evaluate.splits import grouped_folds
+    from ajgdata.models import make_model
+
+    count = min(settings.inner_folds, len(np.unique(known.group)))
+    residuals, fold = np.empty(len(known.value)), np.empty(len(known.value), int)
+    predictions = []
+    parts = grouped_folds(known.value, known.group, inputs.kind, count, inputs.seed)
+    for number_of, (train, test) in enumerate(parts):
+        fitted = make_model(model, inputs.kind, inputs.seed, inputs.period_deg)
+        fitted.fit(known.feature[train], known.value[train])
+        away = wrapped(known.value[test] - fitted.predict(known.feature[test]), inputs.period_deg)
+        residuals[test], fold[test] = np.abs(away), number_of
+        predictions.append(fitted.predict(features))
+    return np.array(predictions), residuals, fold
+
+
+def _scores(result: Result, key: str) -> list[Score]:
+    """Return mean and sd over folds of `held` or `width` for each stated coverage."""
+    parts = result.tables["intervals"].parted("coverage").values()
+    values = [part.numbers(key) for part in parts]
+    return [Score(v.mean(), v.std(ddof=1) if len(v) > 1 else np.nan) for v in values]
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return the share of truths held, and the width of intervals, against what was stated."""
+    from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+
+    drawn = new_figure(
+        (WIDTH_IN, 3.4),
+        f"{results.title} · conformal intervals",
+        "CV+ within the training part, on held-out grasps; mean ± sd over folds",
+        [results.source],
+    )
+    left, right = drawn.subplots(1, 2)
+    stated = 100 * np.array(results.settings.coverages)
+    left.plot([0, 100], [0, 100], color=GREY, ls=(0, (5, 3)), lw=1.1, label="as stated")
+    for i, result in enumerate(results.results):
+        style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+        held, width = (np.array([s[:2] for s in _scores(result, k)]).T for k in ("held", "width"))
+        left.errorbar(stated, 100 * held[0], 100 * held[1], label=result.label, **style)
+        right.errorbar(stated, width[0], width[1], **style)
+    left.set(xlabel="stated coverage (%)", ylabel="truths held (%)", xlim=(0, 102), ylim=(0, 104))
+    left.legend(loc="upper left")
+    right.set(xlabel="stated coverage (%)", ylabel=f"width of the interval ({results.unit})")
+    right.set_ylim(bottom=0)
+    return drawn
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    listed = "; ".join(
+        f"{result.label}: {_sentence(results, result)}" for result in results.results
+    )
+    return Caption(
+        f"{results.title}, {results.source}: does an interval that shall hold a given share of the "
+        "truths do so on grasps that were never met, and how wide is it? Residuals come from inner "
+        f"folds of the training part that keep grasps whole. {listed}.",
+        f"Truths held and width of intervals against stated coverage. {listed}.",
+    )
+
+
+def _sentence(results: TaskResults, result: Result) -> str:
+    pairs = zip(
+        results.settings.coverages, _scores(result, "held"), _scores(result, "width"), strict=True
+    )
+    return ", ".join(
+        f"stated {100 * c:g} %, held {number(100 * held.mean)} %, "
+        f"width {mean_sd(width, results.unit)}"
+        for c, held, width in pairs
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the one figure of all models."""
+    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+
+
+def tables(results: TaskResults) -> list[ShownTable]:
+    """Return coverage, width and run time of every model."""
+    heads = ("Model", "Stated|", "Held|", "Width|", "Processor, s|")
+    rows = []
+    for result in results.results:
+        spent = result.cost[SCORES].numbers("value")[0]
+        each = zip(
+            results.settings.coverages, _scores(result, "held"), _scores(result, "width"),
+            strict=True,
+        )  # fmt: skip
+        rows += [
+            (
+                result.label, f"{100 * coverage:g} %", mean_sd(held, "%", 100),
+                mean_sd(width, results.unit), number(spent),
+            )
+            for coverage, held, width in each
+        ]  # fmt: skip
+    told = "Truths held and width, mean ± sd over folds; time of all folds and coverages together."
+    return [ShownTable(told, heads, tuple(rows))]
+
+
+EXPERIMENT = Experiment(
+    name="conformal_intervals",
+    order=35,
+    title="Conformal intervals",
+    settings=Settings,
+    measure=measure,
+    figures=figures,
+    tables=tables,
+    by_model=True,
+    kinds=("regression",),
+)

@@ -1,0 +1,214 @@
+"""Cross-gripper: a task's models on other grippers, with a few of their grasps to calibrate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from ajgdata.experiments.base import (
+    METRIC_NAMES,
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    TaskResults,
+    score_table,
+)
+from ajgdata.experiments.cross_validation import PAPER_MODEL
+from ajgdata.report.blocks import Illustration, ResultRow
+from ajgdata.report.comparison import WORKS, PaperComparison, holds, together
+from ajgdata.report.format import Caption, Score, mean_sd
+from ajgdata.types import ModelName, Name, Strict
+from ajgdata.types.table import Table, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Settings(Strict):
+    """The task on other grippers, with a few of their grasps added to the training."""
+
+    test_on: tuple[Name, ...] = Field(min_length=1, description="data sets of the other grippers")
+    grasps: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+        (0, 1, 2, 4), min_length=1, description="calibration grasps of each class, or value"
+    )
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), min_length=1, description="models that are taken there"
+    )
+
+
+def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+    """Return the errors of `model` on each other gripper for each number of calibration grasps."""
+    from ajgdata.evaluate.cross_gripper import cross_gripper
+    from ajgdata.evaluate.crossval import ExtraTestSet
+
+    data = inputs.data()
+    own = ExtraTestSet(data.feature, data.value, data.group)
+    scores, rows = [], []
+    for name in settings.test_on:
+        theirs = inputs.data(name)
+        other = ExtraTestSet(theirs.feature, theirs.value, theirs.group)
+        points = cross_gripper(own, other, model=model, sizes=settings.grasps, **inputs.split)
+        for point in points:
+            part, fold = f"transfer:{name}:{point.grasps}", f"fold {point.fold}"
+            for metric, value in point.scores.items():
+                scores.append((model, part, metric, fold, value))
+                row = {"other": name, "grasps": point.grasps, "fold": point.fold, "metric": metric}
+                row |= {"value": value, "chance": point.chance[metric]}
+                rows.append(row | {"home": point.home.get(metric), "recordings": point.recordings})
+            for metric, value in point.home.items():
+                scores.append((model, f"transfer:home:{name}", metric, fold, value))
+    columns = {"other": "Other gripper", "grasps": "Calibration grasps", "fold": "Fold"}
+    columns |= {"metric": "Metric", "value": "Value", "chance": "Chance", "home": "At home"}
+    columns |= {"recordings": "Recordings"}
+    title = "On another gripper"
+    return Outcome((score_table(scores, title), table_of("folds", title, rows, **columns)))
+
+
+class Line(NamedTuple):
+    """One model on one other gripper: calibration grasps of each class (n,), mean and sd (n,) of
+    the metric over folds; `home` (mean, sd) on the gripper that it was trained on, or NaN."""
+
+    label: str
+    dataset: str
+    title: str
+    grasps: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+    home: Score
+    chance: float
+
+
+def lines_of(results: TaskResults) -> list[Line]:
+    """Return every model on every other gripper, as it is shown; shares are in per cent."""
+    return [
+        _line(results, name, result.label, result.tables["folds"])
+        for name in results.settings.test_on
+        for result in results.results
+    ]
+
+
+def _line(results: TaskResults, name: str, label: str, table: Table) -> Line:
+    chosen = table.where(other=name, metric=results.metric)
+    by_size = chosen.parted("grasps")
+    score = results.scale * np.array([by_size[size].numbers("value") for size in sorted(by_size)])
+    home = results.scale * chosen.numbers("home")
+    home = home[np.isfinite(home)]
+    return Line(
+        label=label,
+        dataset=name,
+        title=results.others[name].title,
+        grasps=np.array(sorted(by_size)),
+        mean=score.mean(axis=1),
+        sd=score.std(axis=1, ddof=1),
+        home=Score(home.mean(), home.std(ddof=1)) if len(home) > 1 else Score(np.nan, np.nan),
+        chance=results.scale * float(chosen.numbers("chance").mean()),
+    )
+
+
+def rows(results: TaskResults) -> list[ResultRow]:
+    """Return every model on every gripper, with few and many calibration grasps."""
+    name = METRIC_NAMES[results.metric]
+    return [
+        ResultRow(
+            line.label, f"{name} on {line.title}, {line.grasps[at]} calibration grasps",
+            _told(results, line.mean[at], line.sd[at]), paper=results.paper,
+        )
+        for line in lines_of(results)
+        for at in sorted({0, len(line.grasps) - 1})
+    ]  # fmt: skip
+
+
+def _told(results: TaskResults, mean: float, sd: float) -> str:
+    return mean_sd(Score(mean, sd), results.shown_unit)
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return the metric against calibration grasps, a panel for each gripper; dashed: at home."""
+    from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+
+    folds = len(set(results.results[0].tables["folds"].column("fold")))
+    drawn = new_figure(
+        (WIDTH_IN, 3.6),
+        f"{results.title} · on another gripper",
+        f"{METRIC_NAMES[results.metric]}, mean ± sd over {folds} folds; dashed: on "
+        "the gripper that was trained on",
+        [results.source],
+    )
+    every = lines_of(results)
+    panels = drawn.subplots(1, len(results.settings.test_on), sharey=True, squeeze=False)[0]
+    for axes, name in zip(panels, results.settings.test_on, strict=True):
+        lines = [line for line in every if line.dataset == name]
+        for i, line in enumerate(lines):
+            style = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+            axes.errorbar(line.grasps, line.mean, line.sd, label=line.label, **style)
+            if np.isfinite(line.home.mean):
+                axes.axhline(line.home.mean, color=COLOURS[i], ls=(0, (5, 3)), lw=0.9)
+        axes.axhline(lines[0].chance, color=GREY, ls=":", lw=1.1, label="chance")
+        axes.set_title(lines[0].title)
+        axes.set_xlabel("calibration grasps of each class")
+        axes.set_xticks(lines[0].grasps)
+    panels[0].set_ylim(bottom=0)  # of all panels, once all is drawn
+    panels[0].set_ylabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
+    drawn.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=4)
+    return drawn
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    listed = "; ".join(_sentence(results, line) for line in lines_of(results))
+    paper = f" The paper: {results.paper.text}." if results.paper else ""
+    return Caption(
+        f"Models of {results.title}, {results.source}, on recordings of another "
+        f"gripper, and with a few of its grasps added to the training. What is tested is trained "
+        f"on in neither gripper.{paper}",
+        f"{METRIC_NAMES[results.metric]} against calibration grasps. {listed}.",
+    )
+
+
+def _sentence(results: TaskResults, line: Line) -> str:
+    reached = ", ".join(
+        f"{_told(results, mean, sd)} with {count}"
+        for count, mean, sd in zip(line.grasps, line.mean, line.sd, strict=True)
+    )
+    known = np.isfinite(line.home.mean)
+    home = f"; at home {mean_sd(line.home, results.shown_unit)}" if known else ""
+    return f"{line.label} on {line.title}: {reached}{home}"
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the figure of all models on all grippers."""
+    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+
+
+def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
+    """Yield the paper's model at home, and on each other gripper without calibration."""
+    named = {result.label for result in results.results if result.model == PAPER_MODEL}
+    lines = [line for line in lines_of(results) if not named or line.label in named]
+    if results.paper is None or not lines:
+        return
+    sign = 1 if results.kind == "classification" else -1
+    gaps = [Score(sign * (line.home.mean - line.mean[0]), line.home.sd) for line in lines]
+    verdicts = {holds(gap, WORKS) for gap in gaps}
+    told = [f"{_told(results, line.mean[0], line.sd[0])} on {line.title}" for line in lines]
+    home = mean_sd(lines[0].home, results.shown_unit)
+    yield PaperComparison(
+        results.paper, results.dataset, results.task, results.source,
+        f"{home} where it was trained, {', '.join(told)}", lines[0].label, together(verdicts),
+    )  # fmt: skip
+
+
+EXPERIMENT = Experiment(
+    name="cross_gripper",
+    order=60,
+    title="On other grippers",
+    settings=Settings,
+    measure=measure,
+    figures=figures,
+    rows=rows,
+    paper_comparison=paper_comparison,
+    by_model=True,
+)

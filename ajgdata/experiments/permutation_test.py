@@ -1,0 +1,147 @@
+"""Permutation test: whether a model does better than chance (paper: 30 mm spheres near chance)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import Field
+
+from ajgdata.experiments.base import (
+    METRIC_NAMES,
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    TaskResults,
+    score_table,
+)
+from ajgdata.experiments.cross_validation import paper_model_result
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.comparison import HIGHER, NEAR_CHANCE, YES, PaperComparison
+from ajgdata.report.format import Caption, number, with_unit
+from ajgdata.types import CROSS_VALIDATION, Strict
+from ajgdata.types.table import table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Hundreds of times trained: of the models that train at once, the better one on ycb's inner folds
+#: (docs/models.md).
+MODEL = "ridge"
+LEVEL = 0.05  #: of significance
+
+
+class Settings(Strict):
+    """Test against chance with permuted labels."""
+
+    permutations: int = Field(ge=1, description="labels permuted so often")
+
+
+def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
+    """Return the metric of all held-out predictions with true labels, and with permuted ones."""
+    from ajgdata.evaluate.permutations import permutation_test
+
+    data = inputs.data()
+    found = permutation_test(
+        data.feature, data.value, data.group,
+        model=MODEL, permutations=settings.permutations, **inputs.split,
+    )  # fmt: skip
+    scores = [
+        (MODEL, "permutations", found.metric, "pooled", found.value),
+        (MODEL, "permutations", "p", f"of {len(found.null)}", found.p),
+    ]
+    title = "Test against chance"
+    null = ({"permutation": n, "value": value} for n, value in enumerate(found.null))
+    return Outcome(
+        (
+            score_table(scores, title),
+            table_of("null", title, null, permutation="Permutation", value="Value"),
+        ),
+        about={"model": MODEL},
+    )
+
+
+def tested(results: TaskResults) -> tuple[float, float, np.ndarray]:
+    """Return p, the metric with true labels, and that with permuted ones (n,), as shown."""
+    tables = results.results[0].tables
+    p = tables["scores"].where(metric="p").numbers("value")[0]
+    value = tables["scores"].where(metric=results.metric).numbers("value")[0]
+    return p, results.scale * value, results.scale * tables["null"].numbers("value")
+
+
+def verdict(results: TaskResults) -> str:
+    """Return the result of the test in a sentence."""
+    p, value, null = tested(results)
+    reached, by_chance = (with_unit(number(x), results.shown_unit) for x in (value, null.mean()))
+    differs = "differs" if p < LEVEL else "cannot be told"
+    return (
+        f"Permutation test: {METRIC_NAMES[results.metric]} of {results.results[0].label}, all "
+        f"held-out predictions together, is {reached}; with labels exchanged between groups it is "
+        f"{by_chance} on average of {len(null)}; p = {number(p, 2)}: it {differs} from chance at "
+        f"{100 * LEVEL:g} %."
+    )
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return what the model reaches, among what it reaches with labels exchanged between groups."""
+    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
+
+    p, value, null = tested(results)
+    said = "differs from chance" if p < LEVEL else "cannot be told from chance"
+    drawn = new_figure(
+        (WIDTH_IN, 2.6),
+        f"{results.title} · test against chance",
+        f"{results.results[0].label}, {len(null)} permutations: p = {number(p, 2)}, {said}",
+        [results.source],
+    )
+    axes = drawn.subplots()
+    axes.hist(null, bins="fd", color=COLOURS[4], label="labels exchanged")
+    axes.axvline(null.mean(), color=GREY, ls=(0, (5, 3)), lw=1.1, label="their mean")
+    axes.axvline(value, color=COLOURS[1], lw=2, label="true labels")
+    axes.set_xlabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
+    axes.set_ylabel("permutations")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return drawn
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    text = verdict(results)
+    return Caption(
+        f"{results.title}, {results.source}: whole groups (grasps) exchange their labels, "
+        f"folds are made anew and the model is trained and tested again. {text}",
+        f"Histogram of {METRIC_NAMES[results.metric]} under permuted labels. {text}",
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the figure of the test."""
+    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield a figure that the paper calls near chance: it agrees if ours cannot be told from it."""
+    evaluated = lookup(CROSS_VALIDATION, results.dataset, results.task)
+    model = paper_model_result(evaluated) if evaluated else None
+    paper = evaluated.papers.get("known") if evaluated else None
+    if model is None or paper is None or paper.text != NEAR_CHANCE:
+        return
+    p, _, _ = tested(results)
+    told = f"{model.headline}; {results.results[0].label} against chance: p = {number(p, 2)}"
+    yield PaperComparison(
+        paper, results.dataset, results.task, results.source, told, model.label,
+        HIGHER if p < LEVEL else YES,
+    )  # fmt: skip
+
+
+EXPERIMENT = Experiment(
+    name="permutation_test",
+    order=20,
+    title="Test against chance",
+    settings=Settings,
+    measure=measure,
+    figures=figures,
+    paper_comparison=paper_comparison,
+)
