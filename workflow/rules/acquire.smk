@@ -20,6 +20,6 @@ rule acquire:
     params:
         root=str(PATHS.root),
     message:
-        "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
+        "Recording session {wildcards.session} of {wildcards.dataset}"
     script:
         "../scripts/acquire.py"
