@@ -49,13 +49,19 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     Recordings that are rejected or that cannot be used are left out, and a UserWarning says how
     many. Raises DataError when there is none, FileNotFoundError outside a project.
     """
-    from ajgdata.pipeline.recorded import recorded
-    from ajgdata.store.sessions import read_dataset
-    from ajgdata.store.waveforms import waveforms
+    from ajgdata.acquire.recipe import session_names
+    from ajgdata.store.sessions import read_dataset, whole_sessions
+    from ajgdata.store.waveforms import takes_of, waveforms
+    from ajgdata.types import DataError
 
     paths = _paths(project)
     spec = read_dataset(paths, name)
-    takes, columns, left_out = recorded(paths, spec)
+    virtual = session_names(spec.recipe) if spec.recipe else ()
+    folders = [paths.session(name, session) for session in whole_sessions(paths, name, virtual)]
+    takes, columns, left_out = takes_of(folders, spec)
+    if not takes:
+        fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata acquire`"
+        raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     if left_out:
         first = left_out[0]
         warnings.warn(

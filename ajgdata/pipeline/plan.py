@@ -11,14 +11,21 @@ from dataclasses import dataclass
 from functools import partial
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
-from ajgdata.paths import SESSION_FILE, Paths, Tree
+from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper
 from ajgdata.store import manifest
 from ajgdata.store.files import json_bytes, link_or_copy, write_if_changed
 from ajgdata.store.report_files import read_paper
-from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
+from ajgdata.store.sessions import (
+    dropped_sessions,
+    incomplete_sessions,
+    list_datasets,
+    list_sessions,
+    read_dataset,
+    whole_sessions,
+)
 from ajgdata.types import DataError, DatasetSpec
 
 
@@ -50,11 +57,12 @@ def plan(
         if refresh:
             if virtual:
                 write_scenes(paths, spec, virtual)
-            unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
+            dropped = dropped_sessions(paths, name, virtual)
+            unready = {*incomplete_sessions(paths, name, virtual), *dropped}
             looking = partial(when_slow, what=f"reading new recordings of {name}")
             manifest.refresh(paths, name, incomplete=unready, each=looking)
             _notice_removed(paths, name)
-        held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
+        held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
         elif only is not None:
@@ -72,8 +80,7 @@ def plan(
 def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
     """Sessions of a data set that are on disk, whole, and asked for."""
     virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
-    unready = {*_incomplete(paths, spec.name, virtual), *_dropped(paths, spec.name, virtual)}
-    return sorted(set(list_sessions(paths, spec.name)) - unready)
+    return whole_sessions(paths, spec.name, virtual)
 
 
 def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
@@ -145,19 +152,6 @@ def _how_to_import(name: str) -> str:
     return f"get some with `ajgdata import FOLDER --dataset {name}`"
 
 
-def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
-    """Simulated sessions that the recipe no longer asks for: left on disk, and out of the run."""
-    dropped = set()
-    for name in set(list_sessions(paths, dataset)) - set(virtual) if virtual else ():
-        try:
-            session = read_session(paths.session(dataset, name))
-        except DataError:
-            continue  # reported as a finding, like any broken session
-        if session.source == "virtual":
-            dropped.add(name)
-    return dropped
-
-
 def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:
     """Write what each virtual session shall hold, if that changed. Raises DataError for a recipe
     with a scene that the gripper does not know."""
@@ -165,8 +159,3 @@ def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> Non
     for session, grasps in zip(virtual, planned, strict=True):
         content = [{**vars(grasp), "targets": dict(grasp.targets)} for grasp in grasps]
         write_if_changed(paths.scenes(spec.name, session), json_bytes(content))
-
-
-def _incomplete(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
-    """Virtual sessions whose acquisition has not ended: their manifest is still to be made."""
-    return {s for s in virtual if not (paths.session(dataset, s) / SESSION_FILE).is_file()}
