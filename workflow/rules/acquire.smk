@@ -3,7 +3,7 @@ VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
 
 rule acquire:
     input:
-        scenes=PATHS.scenes("{dataset}", "{session}"),
+        scenes=of_session(PATHS.scenes),
         before=ancient(solved_before),
     output:
         audio=PATHS.audio_manifest("{dataset}", "{session}"),

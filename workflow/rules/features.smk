@@ -12,7 +12,7 @@ FEATURE_CODE = code_digest(
 
 rule features:
     input:
-        manifest=PATHS.audio_manifest("{dataset}", "{session}"),
+        manifest=of_session(PATHS.audio_manifest),
     output:
         shard=PATHS.shard("{dataset}", "{session}"),
         findings=PATHS.shard_findings("{dataset}", "{session}"),
