@@ -20,8 +20,7 @@ from rich.console import Console
 from rich.table import Table
 from torch.func import functional_call, stack_module_state, vmap
 
-from ajgdata.embed.batches import draw_batches
-from ajgdata.embed.contrastive import Pairs, contrastive_loss, pair_weights
+from ajgdata.embed.contrastive import Pairs, contrastive_loss, draw_batches, pair_weights
 from ajgdata.embed.encoder import new_network
 from ajgdata.embed.stacked_encoders import StackedEncoders
 from ajgdata.models.cnn import CnnClassifier

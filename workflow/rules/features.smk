@@ -1,7 +1,7 @@
 FEATURE_CODE = code_digest(
     "features",
     "store/audio",
-    "store/resampling",
+    "store/conversion",
     "store/riff",
     "store/features",
     "store/findings",
