@@ -17,6 +17,7 @@ from ajgdata.pipeline.experiments import (
     experiments_of,
     runs_of,
 )
+from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.studies import (
     EMBEDDING,
@@ -51,9 +52,9 @@ except WorkflowError as error:  # one line instead of the whole schema
 
 PATHS = Paths()
 REPORT_FILES = report_files_digest(PATHS)
-# Only the main process looks at the recordings; its jobs see the manifests that it left.
+# Jobs run what the main process has checked.
 try:
-    PLANS = plan(PATHS, config["datasets"], refresh=workflow.is_main_process)
+    PLANS = plan(PATHS, config["datasets"], check=workflow.is_main_process)
     PUBLISHED = published(PLANS, config["publish"])
 except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback

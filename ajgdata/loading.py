@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -49,13 +49,19 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     Recordings that are rejected or that cannot be used are left out, and a UserWarning says how
     many. Raises DataError when there is none, FileNotFoundError outside a project.
     """
-    from ajgdata.pipeline.recorded import recorded
-    from ajgdata.store.sessions import read_dataset
-    from ajgdata.store.waveforms import waveforms
+    from ajgdata.acquire.recipe import session_names
+    from ajgdata.store.sessions import read_dataset, whole_sessions
+    from ajgdata.store.waveforms import takes_of, waveforms
+    from ajgdata.types import DataError
 
     paths = _paths(project)
     spec = read_dataset(paths, name)
-    takes, columns, left_out = recorded(paths, spec)
+    virtual = session_names(spec.recipe) if spec.recipe else ()
+    folders = [paths.session(name, session) for session in whole_sessions(paths, name, virtual)]
+    takes, columns, left_out = takes_of(folders, spec)
+    if not takes:
+        fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata acquire`"
+        raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
     if left_out:
         first = left_out[0]
         warnings.warn(
@@ -86,9 +92,28 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     Returns a fitted scikit-learn estimator that takes features (n, n_features) as `load_features`
     gives them. Raises DataError when it has not been, or could not be, trained.
     """
-    from ajgdata.pipeline.train import load_model as load
+    return read_model(_paths(project).model(name, task, model))[0]
 
-    return load(_paths(project).model(name, task, model))[0]
+
+def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
+    """Return the trained model in `folder`, and what is known of it.
+
+    Raises DataError if there is none to be had, and for a file that holds other types than the
+    model's entry in the registry trusts.
+    """
+    from ajgdata.models import restored_network, trusted_types
+    from ajgdata.store.models import read_about, read_estimator, read_network
+    from ajgdata.types import DataError
+
+    about = read_about(folder)
+    name, kind = about["model"], about["kind"]
+    try:
+        if "network" not in about:
+            return read_estimator(folder, trusted_types(name)), about
+        arrays = read_network(folder)
+        return restored_network(name, kind, about["period"], arrays, about["network"]), about
+    except ValueError as error:  # of the registry: a package that is no longer there
+        raise DataError(folder, str(error), "install the package it came from") from None
 
 
 def _paths(project: Project) -> Paths:

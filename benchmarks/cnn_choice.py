@@ -25,9 +25,11 @@ from torch.nn import functional
 
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData, task_data
-from ajgdata.models import MODELS, make_model
-from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
+from ajgdata.models import make_model
+from ajgdata.models.cnn import CnnClassifier
+from ajgdata.models.network import SpectrumCnn
 from ajgdata.store.features import read_store
+from ajgdata.types import MODELS
 
 #: Everything that is tried, in this order. The first value of each is where the search begins.
 CHOICES: dict[str, tuple[Any, ...]] = {
@@ -186,7 +188,7 @@ def main(
         final = tried(rows, partial(Candidate, settings), "the choice")
         print(told("CNN", begun, final, rows.group))
         print(told("CNN", final, final, rows.group))
-        for name in MODELS:
+        for name in MODELS.own:
             other = tried(rows, partial(make_model, name, "classification"), "")
             print(told(MODELS[name].classification, other, final, rows.group), flush=True)
     print(f"\n{len(rows.value)} recordings of {len(np.unique(rows.group))} grasps: {settings}")

@@ -20,11 +20,11 @@ from rich.console import Console
 from rich.table import Table
 from torch.func import functional_call, stack_module_state, vmap
 
-from ajgdata.embed.batches import draw_batches
-from ajgdata.embed.contrastive import Pairs, contrastive_loss, pair_weights
+from ajgdata.embed.contrastive import Pairs, contrastive_loss, draw_batches, pair_weights
 from ajgdata.embed.encoder import new_network
 from ajgdata.embed.stacked_encoders import StackedEncoders
-from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
+from ajgdata.models.cnn import CnnClassifier
+from ajgdata.models.network import SpectrumCnn
 from ajgdata.types import Embedding
 
 BINS, THINGS, GRASPS, SAMPLES = 1025, 16, 16, 2  # the training rows of a fold of ycb

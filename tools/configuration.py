@@ -3,16 +3,16 @@
 import builtins
 import json
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import yaml
-from pydantic import BaseModel
+from pydantic import AfterValidator, BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from ajgdata import gripper
-from ajgdata.types import DatasetSpec, Recording, Session
+from ajgdata.types import MODELS, SOURCES, DatasetSpec, Recording, Session
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"
@@ -60,7 +60,7 @@ def kind_of(field: FieldInfo) -> str:
     if models := models_in(field.annotation):
         several = "mapping of " if typing.get_origin(field.annotation) is dict else ""
         return several + " or ".join(dict.fromkeys(m.__name__ for m in models))
-    return _said(field.annotation)
+    return _named(field.metadata) or _said(field.annotation)
 
 
 PLAIN: dict[object, str] = {
@@ -78,7 +78,7 @@ def _said(annotation: object) -> str:
         case typing.Literal:
             said = ", ".join(f"`{one}`" for one in parts)
         case typing.Annotated:
-            said = _said(parts[0])
+            said = _named(parts[1:]) or _said(parts[0])
         case builtins.dict:
             said = f"mapping to {_said(parts[1])}"
         case builtins.tuple if parts[-1] is Ellipsis:
@@ -90,6 +90,15 @@ def _said(annotation: object) -> str:
         case _:
             said = " or ".join(dict.fromkeys(map(_said, parts)))
     return said
+
+
+def _named(metadata: Sequence[object]) -> str:
+    """Our names of the registry that a value is checked against; "" if there is none."""
+    for registry in (MODELS, SOURCES):
+        if AfterValidator(registry.checked) in metadata:
+            own = ", ".join(f"`{name}`" for name in registry.own)
+            return f"{own} or a {registry.noun} that a package registers"
+    return ""
 
 
 def default_of(field: FieldInfo) -> str:

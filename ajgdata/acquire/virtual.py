@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import ValidationError
 
 from ajgdata import gripper
-from ajgdata.acquire.solving import Solver
+from ajgdata.acquire.solving import Solver, solving
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.types import describe
@@ -30,9 +32,14 @@ class VirtualGripper:
         self.sample_rate_hz: int = gripper.SAMPLE_RATE_HZ
         self._scene = scene_of("recipe", setup)
         self._chain = chain_of("recipe: signal", signal or {})
-        self._solver = solver
+        self._solver, self._before = solver, solver.solved
         self._sweep = gripper.excitation_sweep()
         self._solved: tuple[str, gripper.ImpulseResponse] | None = None
+
+    @property
+    def solved(self) -> int:
+        """Scenes that had to be simulated since this source was made."""
+        return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
         """One-second logarithmic sweep, 20 Hz to 20 kHz; None of a silent speaker."""
@@ -65,6 +72,16 @@ class VirtualGripper:
             "device": "virtual gripper",
             "scene": {**kept, "signal": self._chain.model_dump(mode="json")},
         }
+
+
+@contextmanager
+def open_virtual(folder: Path, cores: int) -> Iterator[Callable[..., VirtualGripper]]:
+    """Yield a function (setup, signal) -> VirtualGripper for each session (types.SourceMaker).
+
+    Responses are kept in `folder`; `cores` processes solve scenes, and end with this one.
+    """
+    with solving(folder, cores) as solver:
+        yield lambda setup, signal: VirtualGripper(setup, solver, signal)
 
 
 def _variant(made: Gripper) -> str:

@@ -21,8 +21,9 @@ SETUP_COLUMN = "setup_sha256"
 
 
 class Acquired(NamedTuple):
-    """What an acquisition did: recordings made, recordings that were there already, grasps that
-    could not be made, with the reason, and scenes that had to be simulated for it."""
+    """An acquisition's outcome: recordings made, recordings that were there already, grasps that
+    could not be made, with the reason, and scenes that had to be simulated for it (`solved` of a
+    source that has it)."""
 
     recorded: int
     kept: int
@@ -75,7 +76,7 @@ def acquire_session(
     if source.kind == "virtual":
         _remove_others(folder, wanted)
     remove_abandoned(folder)  # by acquisitions that were killed
-    return Acquired(recorded, kept, skipped)
+    return Acquired(recorded, kept, skipped, getattr(source, "solved", 0))
 
 
 def _rows(

@@ -10,12 +10,11 @@ import torch
 from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from ajgdata.embed.batches import draw_batches
-from ajgdata.embed.contrastive import contrastive_loss, pair_weights
+from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
 from ajgdata.embed.stacked_encoders import StackedEncoders
 from ajgdata.models.baselines import Compress
-from ajgdata.models.cnn import CnnClassifier, SpectrumCnn
-from ajgdata.models.reproducible import reproducible
+from ajgdata.models.cnn import CnnClassifier
+from ajgdata.models.network import SpectrumCnn, reproducible
 
 CHUNK = 256  # rows per forward pass: bounds memory
 

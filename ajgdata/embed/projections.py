@@ -1,4 +1,4 @@
-"""Many dimensions -> two, to be looked at: PCA, UMAP and t-SNE.
+"""Fewer dimensions: PCA and UMAP as rivals of a latent, and planes to be looked at, t-SNE too.
 
 PCA and UMAP are fitted on training points and then applied to the others. t-SNE has no way to
 place a further point: it is fitted on all, and shows what it shows of all.
@@ -6,22 +6,53 @@ place a further point: it is fitted on all, and shows what it shows of all.
 
 from __future__ import annotations
 
-from typing import Any
+import warnings
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.manifold import TSNE
 from threadpoolctl import threadpool_limits
-
-from ajgdata.embed.reducers import make_reducer
 
 Real = NDArray[np.floating]
 
+ReducerName = Literal["pca", "umap"]
+REDUCERS: tuple[ReducerName, ...] = ("pca", "umap")
 METHODS = ("pca", "umap", "tsne")
 #: UMAP looks at 15 neighbours of a point: with fewer distinct training points only PCA is done.
 FEWEST = 16
 #: t-SNE's default, less where there are fewer points.
 PERPLEXITY = 30.0
+
+
+class Reducer(Protocol):
+    """Both methods take (n, f) and give (n, dimension)."""
+
+    def fit_transform(self, X: np.ndarray) -> np.ndarray:
+        """Learn from X, and where X then lies."""
+        ...
+
+    def transform(self, X: np.ndarray) -> np.ndarray:
+        """Where further points lie."""
+        ...
+
+
+def make_reducer(name: ReducerName, dimension: int, seed: int) -> Reducer:
+    """An unfitted reducer with its library's defaults; the same seed gives the same points."""
+    if name == "pca":
+        from sklearn.decomposition import PCA
+
+        return cast(Reducer, PCA(dimension, random_state=seed))
+    with warnings.catch_warnings():  # about TensorFlow, which only parametric UMAP needs
+        warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)
+        from umap import UMAP
+    seeds = {"random_state": seed, "transform_seed": seed}
+    return cast(Reducer, UMAP(n_components=dimension, n_jobs=1, **seeds))
+
+
+def reducible(dimension: int, rows: int) -> bool:
+    """Whether `rows` recordings can be reduced to so many dimensions: UMAP begins with as many
+    eigenvectors of their graph, and one more."""
+    return dimension + 1 < rows
 
 
 def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[str, Real]:
@@ -67,6 +98,8 @@ def _umap(points: Real, training: NDArray[np.bool_], seed: int) -> Real:
 
 
 def _tsne(points: Real, seed: int) -> Real:
+    from sklearn.manifold import TSNE
+
     settings: dict[str, Any] = {"init": "pca", "random_state": seed, "n_jobs": 1}
     return TSNE(2, perplexity=min(PERPLEXITY, (len(points) - 1) / 3), **settings).fit_transform(
         points

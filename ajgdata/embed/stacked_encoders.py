@@ -14,7 +14,7 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from ajgdata.models.cnn import SpectrumCnn
+from ajgdata.models.network import SpectrumCnn
 
 
 class StackedEncoders(nn.Module):

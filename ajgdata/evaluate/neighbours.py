@@ -14,7 +14,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from threadpoolctl import threadpool_limits
 
 from ajgdata.embed.encoder import raw_scaling
-from ajgdata.embed.reducers import ReducerName, make_reducer, reducible
+from ajgdata.embed.projections import ReducerName, make_reducer, reducible
 from ajgdata.models.baselines import NEIGHBOURS
 
 #: Rows of the untimed call that lets UMAP compile.

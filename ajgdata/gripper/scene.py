@@ -28,6 +28,8 @@ HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.
 PACKING_SIGMAS = 3.0
 SAMPLE_RATE_HZ = 44_100
+Scheme = Literal["wide", "second"]
+Precision = Literal["float32", "float64"]
 
 #: Grain diameter in mm and porosity. Diameters: the paper (coffee: medium grind); porosities:
 #: random loose packing of spheres, and of ground coffee.
@@ -101,7 +103,7 @@ class Numerics(SceneModel):
     dx_mm: Annotated[float, Field(ge=0.8, le=6)] = Field(
         4.2, description="nearly the finest grid with four steps a sample"
     )
-    scheme: Literal["wide", "second"] = Field(
+    scheme: Scheme = Field(
         "wide",
         description="wide: four-point differences of little dispersion, and the dispersion of the "
         "time step undone; second: two-point differences, as marched",
@@ -112,7 +114,7 @@ class Numerics(SceneModel):
     cfl: Annotated[float, Field(gt=0, lt=1)] = Field(
         0.99, description="upper bound of the time step in units of its limit at 30 °C"
     )
-    precision: Literal["float32", "float64"] = "float32"
+    precision: Precision = "float32"
     decay_db: Annotated[float, Field(ge=20, le=160)] = Field(
         50.0, description="stop when the energy in the cavity has fallen by this much"
     )

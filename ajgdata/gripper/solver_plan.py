@@ -17,7 +17,7 @@ from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, derive_seed
+from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, derive_seed
 from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
@@ -99,6 +99,11 @@ def wide_weight(dx_m: float) -> float:
     return float((half / np.sin(half) - 1) / (3 - np.sin(3 * half) / np.sin(half)))
 
 
+def stencil_weight(scheme: Scheme, dx_m: float) -> float:
+    """Return the weight of the four-point differences in `scheme`, 0 for the plain one."""
+    return wide_weight(dx_m) if scheme == "wide" else 0.0
+
+
 def build_plan(scene: Scene) -> Plan:
     """Geometry, grid, medium, walls and modes of `scene`. Raises SceneError (a ValueError)."""
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
@@ -108,7 +113,7 @@ def build_plan(scene: Scene) -> Plan:
     )
     air = _air(scene)
     grains = _grains(scene, cells, air)
-    wide = wide_weight(h) if scene.numerics.scheme == "wide" else 0.0
+    wide = stencil_weight(scene.numerics.scheme, h)
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
     parts, object_walls, modes = _parts(scene, shape, cells, air)
     membrane = any(part.name == "membrane" and part.kept for part in parts)

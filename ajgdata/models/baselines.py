@@ -5,7 +5,6 @@ One setting for all tasks, none tuned to a data set.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -128,15 +127,3 @@ def perceptron(kind: Kind, seed: int) -> Pipeline:
     if kind == "regression":
         return _after_scaling(_scaled_target(MLPRegressor(**MLP, random_state=seed)))
     return _after_scaling(MLPClassifier(**MLP, random_state=seed))
-
-
-#: By the names of `models.MODELS`.
-BASELINES: dict[str, Callable[[Kind, int], Pipeline]] = {
-    "linear": linear,
-    "ridge": ridge,
-    "knn": nearest_neighbours,
-    "svm": support_vectors,
-    "boosting": boosting,
-    "forest": forest,
-    "mlp": perceptron,
-}

@@ -1,4 +1,4 @@
-"""The paper's model: three 1-D convolutions and one fully connected layer, in one file.
+"""The paper's model as scikit-learn estimators: how the network is trained, used and kept.
 
 The paper gives the layers, softmax with cross-entropy for classes and a linear output with mean
 squared error for numbers. Everything else below is ours: chosen on the inner folds of one data
@@ -9,7 +9,6 @@ The two estimators follow scikit-learn's conventions (`fit`, `predict`, `get_par
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -22,70 +21,8 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ajgdata.models.reproducible import reproducible
-
-CHUNK = 256  # rows per forward pass: bounds memory, and stays in cache
-
-
-class SpectrumCnn(nn.Module):
-    """From a feature as stored to class scores or a number; scaling included, so it exports whole.
-
-    Input (n, n_features), output (n, n_outputs), float32. Buffers hold what is learned from the
-    training rows by counting, not by gradient: `scale` () of the compression, `mean` and `std`
-    (n_features,) of the compressed bins, `target_mean` and `target_std` (n_outputs,) of regression.
-    """
-
-    scale: Tensor
-    mean: Tensor
-    std: Tensor
-    target_mean: Tensor
-    target_std: Tensor
-
-    def __init__(
-        self,
-        n_features: int,
-        n_outputs: int,
-        channels: Sequence[int],
-        kernel: int,
-        stride: int,
-        dropout: float,
-    ) -> None:
-        super().__init__()
-        layers: list[nn.Module] = []
-        length, before = n_features, 1
-        for width in channels:
-            layers.append(nn.Conv1d(before, width, kernel, stride, padding=kernel // 2))
-            layers += [nn.BatchNorm1d(width), nn.ReLU()]
-            length, before = (length + 2 * (kernel // 2) - kernel) // stride + 1, width
-        self.convolutions = nn.Sequential(*layers)
-        self.dropout = nn.Dropout(dropout)
-        self.dense = nn.Linear(before * length, n_outputs)
-        self.register_buffer("scale", torch.ones(()))
-        self.register_buffer("mean", torch.zeros(n_features))
-        self.register_buffer("std", torch.ones(n_features))
-        self.register_buffer("target_mean", torch.zeros(n_outputs))
-        self.register_buffer("target_std", torch.ones(n_outputs))
-
-    def compress(self, x: Tensor) -> Tensor:
-        """asinh(x / scale): logarithmic for loud bins, linear for quiet ones, defined at 0."""
-        return torch.asinh(x / self.scale)
-
-    def trunk(self, z: Tensor) -> Tensor:
-        """Scores (n, n_outputs) of standardised bins (n, n_features)."""
-        z = z.unsqueeze(1)  # (n, n_features) -> (n, 1, n_features)
-        z = self.convolutions(z)  # -> (n, channels, length)
-        z = z.flatten(1)  # -> (n, channels * length)
-        return self.dense(self.dropout(z))  # -> (n, n_outputs)
-
-    def forward(self, x: Tensor) -> Tensor:
-        """Class scores, or the target in its own unit, of features as stored."""
-        scores = self.trunk((self.compress(x) - self.mean) / self.std)
-        return scores * self.target_std + self.target_mean
-
-
-def _chunks(X: np.ndarray) -> Iterator[Tensor]:
-    for start in range(0, len(X), CHUNK):
-        yield torch.from_numpy(X[start : start + CHUNK].copy())
+from ajgdata.models.network import SpectrumCnn, in_chunks, reproducible
+from ajgdata.types import Kind
 
 
 class _Cnn(BaseEstimator):
@@ -134,7 +71,7 @@ class _Cnn(BaseEstimator):
             module = self._module(X.shape[1])
             mean = np.abs(X).mean(dtype=np.float64)
             module.scale.fill_(float(mean * self.compression) or 1.0)
-            compressed = torch.cat([module.compress(x) for x in _chunks(X)])
+            compressed = torch.cat([module.compress(x) for x in in_chunks(X)])
             scaler = StandardScaler().fit(compressed.numpy())
             module.mean.copy_(torch.from_numpy(scaler.mean_))
             module.std.copy_(torch.from_numpy(scaler.scale_))
@@ -185,7 +122,7 @@ class _Cnn(BaseEstimator):
         check_is_fitted(self)
         X = validate_data(self, X, reset=False, dtype=np.float32)
         with reproducible(0), torch.inference_mode():
-            return np.concatenate([self.module_(x).double().numpy() for x in _chunks(X)])
+            return np.concatenate([self.module_(x).double().numpy() for x in in_chunks(X)])
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """All there is to a fitted model: float32 arrays by name, and a dict that JSON can hold."""
@@ -296,3 +233,8 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
 
     def _restore(self, about: dict[str, Any]) -> None:
         self.n_outputs_, self.flat_ = about["n_outputs"], about["flat"]
+
+
+def cnn(kind: Kind, seed: int) -> CnnClassifier | CnnRegressor:
+    """Return the paper's model, unfitted."""
+    return (CnnClassifier if kind == "classification" else CnnRegressor)(random_state=seed)

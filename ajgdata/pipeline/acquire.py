@@ -1,18 +1,20 @@
-"""Recipe -> sessions recorded with the virtual gripper, and their manifests."""
+"""Recipe -> sessions recorded by the source that it names, and their manifests."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
 
 from ajgdata.acquire.recipe import session_names
-from ajgdata.acquire.solving import solving
-from ajgdata.acquire.virtual import VirtualGripper
+from ajgdata.acquire.source import Source
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
 from ajgdata.store import manifest
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DataError
+from ajgdata.types import SOURCES, DataError
+from ajgdata.types.registry import resolve
 
 Started = Callable[[int], Callable[[], object]]
 
@@ -51,11 +53,22 @@ def acquire_all(
         (grasps,) = planned_grasps(paths.dataset(dataset), specs[dataset], [session])
         plans.append((dataset, session, recipe, grasps))
     advance = started(sum(grasp.samples for *_, grasps in plans for grasp in grasps))
-    with solving(paths.responses, cores) as solver:
+    with ExitStack() as stack:
+        makers = {
+            name: stack.enter_context(_opened(name, paths.responses, cores))
+            for name in dict.fromkeys(recipe.source for _, _, recipe, _ in plans)
+        }
         for dataset, session, recipe, grasps in plans:
-            source = VirtualGripper(grasps[0].setup, solver, recipe.signal)
+            source = makers[recipe.source](grasps[0].setup, recipe.signal)
             folder = paths.session(dataset, session)
-            before = solver.solved
             acquired = acquire_session(folder, source, grasps, progress=advance)
             manifest.write(paths, dataset, session)
-            yield dataset, session, acquired._replace(solved=solver.solved - before)
+            yield dataset, session, acquired
+
+
+def _opened(name: str, folder: Path, cores: int) -> AbstractContextManager[Callable[..., Source]]:
+    """Return what opens a source by its name. Raises DataError if it cannot be imported."""
+    try:
+        return resolve(SOURCES[name].open)(folder, cores)
+    except ValueError as error:
+        raise DataError("recipe.source", str(error), "the recipe may name another") from None

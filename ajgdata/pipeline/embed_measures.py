@@ -69,7 +69,7 @@ def _scored(
     logged: Logged, found: Latents, value: np.ndarray, settings: Embedding, seed: int
 ) -> Iterator[tuple[str, int | None, list[Any]]]:
     """Space, dimension and what each run scored."""
-    from ajgdata.embed.reducers import REDUCERS
+    from ajgdata.embed.projections import REDUCERS
     from ajgdata.evaluate import neighbours
 
     present = value != ""
@@ -150,7 +150,7 @@ def _spaces(
 
 
 def _distances(logged: Logged, found: Latents, settings: Embedding) -> dict[str, Any]:
-    from ajgdata.evaluate.separation import mean_distances
+    from ajgdata.evaluate.distances import mean_distances
 
     category = logged.column(settings.category or settings.target).astype(str)
     categories, objects = np.unique(category[category != ""]), np.unique(logged.instance)
@@ -239,7 +239,7 @@ def probe_rows(
 
 
 def _silhouettes(logged: Logged, found: Latents, settings: Embedding) -> Iterator[dict[str, Any]]:
-    from ajgdata.evaluate.separation import silhouette
+    from ajgdata.evaluate.distances import silhouette
 
     labels = dict.fromkeys([settings.instance, settings.category or settings.target])
     for space, runs in _spaces(logged, found.latent[settings.shown], found.validation_fold):
@@ -250,7 +250,7 @@ def _silhouettes(logged: Logged, found: Latents, settings: Embedding) -> Iterato
 
 
 def _retrieval(logged: Logged, found: Latents, settings: Embedding) -> dict[str, Any]:
-    from ajgdata.evaluate.retrieval import precision_at
+    from ajgdata.evaluate.distances import precision_at
 
     if found.unseen is None:
         raise ValueError("retrieval_folds is 0: no network left things out")

@@ -12,7 +12,7 @@ from ajgdata.pipeline.embed_documents import read_embedded
 from ajgdata.pipeline.studies import EMBEDDING_CODE
 from ajgdata.report.paper import parse_paper
 from ajgdata.store.audio import AudioError, read_audio
-from ajgdata.store.clips import BYTES_PER_SECOND, mp3_clip
+from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.files import write_bytes
 from ajgdata.store.manifest import read_manifest
 from ajgdata.store.provenance import code_digest, software

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from ajgdata.store.features import Shard, concatenate, read_store, write_store
 from ajgdata.store.files import link_or_copy, read_csv, sha256_of
-from ajgdata.store.findings import read_findings, without_rejected, write_findings
-from ajgdata.store.labels import labelled, rejected, select, with_columns, without_copies
+from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
+from ajgdata.store.labels import labelled, select, with_columns, without_copies
 from ajgdata.store.provenance import software
 from ajgdata.types import Finding, Target
 

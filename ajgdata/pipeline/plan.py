@@ -1,44 +1,52 @@
 """What a run of the workflow is about: data sets, their sessions, tasks and models.
 
 Called while Snakemake parses, in every one of its processes: light imports only, and nothing is
-written unless `refresh` is asked for.
+written. What a run brings up to date is done by `ajgdata.pipeline.inputs`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
-from ajgdata.paths import SESSION_FILE, Paths, Tree
-from ajgdata.pipeline.progress import when_slow
+from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper
-from ajgdata.store import manifest
-from ajgdata.store.files import json_bytes, link_or_copy, write_if_changed
+from ajgdata.store.files import json_bytes
 from ajgdata.store.report_files import read_paper
-from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_session
+from ajgdata.store.sessions import (
+    dropped_sessions,
+    list_datasets,
+    list_sessions,
+    read_dataset,
+    whole_sessions,
+)
 from ajgdata.types import DataError, DatasetSpec
 
 
 @dataclass(frozen=True)
 class DatasetPlan:
-    """One data set of a run. `virtual` are the sessions that its recipe makes."""
+    """One data set of a run.
+
+    `virtual` are the sessions that its recipe makes; `scenes` says in JSON what each of them shall
+    hold (empty if the recipes were not checked).
+    """
 
     spec: DatasetSpec
     virtual: tuple[str, ...]
     sessions: tuple[str, ...]
+    scenes: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def plan(
-    paths: Paths, only: Sequence[str] | None = None, *, refresh: bool = False
+    paths: Paths, only: Sequence[str] | None = None, *, check: bool = False
 ) -> dict[str, DatasetPlan]:
-    """Data sets by name: those of `only`, else every one that has sessions or a recipe.
+    """Return data sets by name: those of `only`, else every one that has sessions or a recipe.
 
-    With `refresh` the manifests and the scenes of virtual sessions are brought up to date first.
-    Data sets that a task is tested on, or an embedding is based on, come with it. Raises DataError
-    for a declaration that cannot be used and when there is nothing to run.
+    With `check` every scene of a recipe is planned. Data sets that a task is tested on, or an
+    embedding is based on, come with it. Raises DataError for a declaration that cannot be used
+    (with `check`: also for a scene that the gripper does not know) and if there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
@@ -47,16 +55,10 @@ def plan(
         names += _tested_on(paths, spec, names)
         _check_paper(paths, spec)
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
-        if refresh:
-            if virtual:
-                write_scenes(paths, spec, virtual)
-            unready = {*_incomplete(paths, name, virtual), *_dropped(paths, name, virtual)}
-            looking = partial(when_slow, what=f"reading new recordings of {name}")
-            manifest.refresh(paths, name, incomplete=unready, each=looking)
-            _notice_removed(paths, name)
-        held = set(list_sessions(paths, name)) - _dropped(paths, name, virtual)
+        scenes = scenes_of(paths, spec, virtual) if check and virtual else {}
+        held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if sessions := sorted({*virtual, *held}):
-            plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
+            plans[name] = DatasetPlan(spec, virtual, tuple(sessions), scenes)
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
     for name, one in plans.items():
@@ -70,10 +72,9 @@ def plan(
 
 
 def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
-    """Sessions of a data set that are on disk, whole, and asked for."""
+    """Return the sessions of a data set that are on disk, whole, and asked for."""
     virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
-    unready = {*_incomplete(paths, spec.name, virtual), *_dropped(paths, spec.name, virtual)}
-    return sorted(set(list_sessions(paths, spec.name)) - unready)
+    return whole_sessions(paths, spec.name, virtual)
 
 
 def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
@@ -95,14 +96,6 @@ def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> s
     origin = recipe.grasps_of or dataset
     first = origin if origin in same else same[0]
     return None if dataset == first else first
-
-
-def _notice_removed(paths: Paths, dataset: str) -> None:
-    """What people get is not what Snakemake looks at: see to it that it is there, or made again."""
-    if paths.merged(dataset).is_file() and not paths.features(dataset).is_file():
-        link_or_copy(paths.merged(dataset), paths.features(dataset))
-    if not (paths.published(dataset) / Tree.SUMS).is_file():
-        paths.receipt(dataset).unlink(missing_ok=True)
 
 
 def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]:
@@ -145,28 +138,13 @@ def _how_to_import(name: str) -> str:
     return f"get some with `ajgdata import FOLDER --dataset {name}`"
 
 
-def _dropped(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
-    """Simulated sessions that the recipe no longer asks for: left on disk, and out of the run."""
-    dropped = set()
-    for name in set(list_sessions(paths, dataset)) - set(virtual) if virtual else ():
-        try:
-            session = read_session(paths.session(dataset, name))
-        except DataError:
-            continue  # reported as a finding, like any broken session
-        if session.source == "virtual":
-            dropped.add(name)
-    return dropped
+def scenes_of(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> dict[str, bytes]:
+    """Return what each virtual session shall hold, as JSON.
 
-
-def write_scenes(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> None:
-    """Write what each virtual session shall hold, if that changed. Raises DataError for a recipe
-    with a scene that the gripper does not know."""
+    Raises DataError for a recipe with a scene that the gripper does not know.
+    """
     planned = planned_grasps(paths.dataset(spec.name), spec, virtual)
-    for session, grasps in zip(virtual, planned, strict=True):
-        content = [{**vars(grasp), "targets": dict(grasp.targets)} for grasp in grasps]
-        write_if_changed(paths.scenes(spec.name, session), json_bytes(content))
-
-
-def _incomplete(paths: Paths, dataset: str, virtual: Sequence[str]) -> set[str]:
-    """Virtual sessions whose acquisition has not ended: their manifest is still to be made."""
-    return {s for s in virtual if not (paths.session(dataset, s) / SESSION_FILE).is_file()}
+    return {
+        session: json_bytes([{**vars(one), "targets": dict(one.targets)} for one in grasps])
+        for session, grasps in zip(virtual, planned, strict=True)
+    }

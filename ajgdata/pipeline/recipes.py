@@ -5,7 +5,7 @@ Called while Snakemake parses: light imports only.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.files import line_of, write_bytes
 from ajgdata.store.provenance import code_digest
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
-from ajgdata.types import DataError, DatasetSpec, Recipe, describe
+from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe
 
 
 def with_recipe(paths: Paths) -> list[str]:
@@ -40,16 +40,25 @@ def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
 def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
     """The grasps of each session of the recipe of `spec`, which stands in the file `path`.
 
-    Raises DataError with file, line, key and fix for a scene or a signal chain that cannot be.
+    The setups of another source than the virtual gripper are its own to check. Raises
+    DataError with file, line, key and fix for a scene or a signal chain that cannot be.
     """
-    recipe, code = recipe_of(path, spec), code_digest("gripper")
+    recipe = recipe_of(path, spec)
+    code = SOURCES.origin(recipe.source) or code_digest("gripper")
+    planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
+    if recipe.source == "virtual":
+        _check_scenes(path, recipe, dict(zip(sessions, planned, strict=True)))
+    return planned
+
+
+def _check_scenes(path: Path, recipe: Recipe, planned: Mapping[str, Sequence[Grasp]]) -> None:
+    """Raise DataError for the first signal chain or scene that the virtual gripper refuses."""
     try:
         gripper.SignalChain.model_validate(recipe.signal)
     except ValidationError as error:
         line = line_of(path, ("recipe", "signal", *error.errors()[0]["loc"]))
         raise describe(error, f"{path}:{line}: recipe, signal") from None
-    planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
-    for session, grasps in zip(sessions, planned, strict=True):
+    for session, grasps in planned.items():
         for grasp in grasps:
             try:
                 gripper.Scene.model_validate(grasp.setup)
@@ -57,7 +66,6 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
                 where = yaml_place(recipe, session, grasp.object, error.errors()[0]["loc"])
                 problem = f"{path}:{line_of(path, where)}: recipe, {grasp.object}"
                 raise describe(error, problem) from None
-    return planned
 
 
 def declare_from(paths: Paths, file: Path) -> str:

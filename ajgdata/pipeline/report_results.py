@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.models import MODELS
+from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.pipeline.evaluate import WITHHELD
 from ajgdata.report.content import (
@@ -120,7 +120,7 @@ def _elsewhere(
 
 
 def _label(model: str, document: Mapping[str, Any]) -> str:
-    return str(getattr(MODELS[model], document["kind"]))
+    return model_label(model, document["kind"])
 
 
 def _scores(scores: Mapping[str, Any]) -> dict[str, Score]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.models import MODELS
+from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import documents_of
 from ajgdata.report.content import SkippedTask
@@ -48,7 +48,7 @@ def _about(spec: DatasetSpec, task: str, document: Mapping[str, Any]) -> About:
 
 def _label(document: Mapping[str, Any]) -> str:
     model = document["model"]
-    return str(getattr(MODELS[model], document["kind"])) if model else ""
+    return model_label(model, document["kind"]) if model else ""
 
 
 def _paper(task: Task, part: str, paper: Mapping[str, PaperFigure]) -> PaperFigure | None:

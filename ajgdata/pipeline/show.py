@@ -16,7 +16,7 @@ from ajgdata.gripper.object_materials import Material
 from ajgdata.gripper.pressure_slices import Film, slices
 from ajgdata.report.format import number
 from ajgdata.store.files import write_bytes
-from ajgdata.store.scenes import read_scene
+from ajgdata.store.responses import read_scene
 from ajgdata.types import DataError
 
 #: Frames of an animation, and the simulated time from one to the next.

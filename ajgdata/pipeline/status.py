@@ -21,6 +21,8 @@ from ajgdata.types import DataError
 
 #: Snakemake's words for a file that is old only because something before it is.
 FOLLOWS = ("ok", "no update")
+#: Columns of its summary: file, date, rule, log files, status, plan.
+COLUMNS = 6
 
 
 @dataclass(frozen=True)
@@ -35,19 +37,19 @@ class Group:
 def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[Group]]:
     """How many results are current, and those that are not, in the order of the work.
 
-    Asks Snakemake (`snakemake --summary`, with the arguments `more`), which runs nothing. Raises
-    DataError with what Snakemake complains of.
+    Asks Snakemake (`snakemake --summary`, with the arguments `more`), which runs nothing and, told
+    that this is a dry run, writes no log. Raises DataError with what Snakemake complains of.
     """
     snakefile = paths.snakefile if paths.snakefile.is_file() else PACKAGE.parent / "Snakefile"
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile), "--directory"]
-    done = subprocess.run(
-        [*command, str(paths.root), "--summary", *more], check=False, capture_output=True, text=True
-    )
+    command += [str(paths.root), "--summary", "--dry-run", *more]
+    both = subprocess.STDOUT  # a dry run says on the one what other runs say on the other
+    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)
+    said = [line for line in done.stdout.splitlines() if line.strip()]
     if done.returncode:
-        said = [line for line in done.stderr.splitlines() if line.strip()]
         problem = said[-1].strip() if said else "snakemake stopped without a word"
         raise DataError(paths.root, problem, "`snakemake --dry-run` says more")
-    return summarised(done.stdout)
+    return summarised("\n".join(line for line in said if line.count("\t") == COLUMNS - 1))
 
 
 def summarised(table: str) -> tuple[int, list[Group]]:

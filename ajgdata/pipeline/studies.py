@@ -18,7 +18,7 @@ GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")
 EMBEDDING = "embedding"
 #: What the page on embeddings depends on, and those on which recordings are heard.
 EMBEDDING_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
-EXPLORER_CODE = (*EMBEDDING_CODE, "store/clips", "store/audio", "store/resampling")
+EXPLORER_CODE = (*EMBEDDING_CODE, "store/audio", "store/conversion")
 STUDY_CODE = ("gripper", "studies", "features", "types", "pipeline/studies")
 
 

@@ -3,34 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ajgdata.evaluate.task_data import task_data
 from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.models import (
-    ABOUT_FILE,
-    read_about,
-    read_estimator,
-    read_network,
-    write_estimator,
-    write_network,
-)
+from ajgdata.store.models import ABOUT_FILE, write_estimator, write_network
 from ajgdata.store.tables import plain
 from ajgdata.types import Kind
-
-if TYPE_CHECKING:
-    from sklearn.base import BaseEstimator
-
-#: Classes inside scikit-learn pipelines that skops must be told to trust: ours, and what trees and
-#: networks hold.
-TRUSTED = (
-    "ajgdata.models.baselines.Compress",
-    "ajgdata.models.circular.Circular",
-    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
-    "sklearn.neural_network._stochastic_optimizers.AdamOptimizer",
-    "sklearn.tree._tree.Tree",
-)
 
 
 def train_model(
@@ -52,8 +32,7 @@ def train_model(
     """
     from threadpoolctl import threadpool_limits
 
-    from ajgdata.models import make_model
-    from ajgdata.models.circular import Circular
+    from ajgdata.models import make_model, network_state
 
     shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
@@ -66,28 +45,9 @@ def train_model(
         write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
         return
     about |= {"recordings": len(names), "frequency_hz": shard.frequency_hz}
-    network = estimator.estimator_ if isinstance(estimator, Circular) else estimator
-    if hasattr(network, "state"):
-        arrays, about["network"] = network.state()
+    if state := network_state(estimator):
+        arrays, about["network"] = state
         write_network(folder, arrays)
     else:
         write_estimator(folder, estimator)
     write_bytes(folder / ABOUT_FILE, json_bytes(plain(about)))
-
-
-def load_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
-    """A trained model, and what is known of it. Raises DataError if there is none to be had."""
-    about = read_about(folder)
-    if "network" not in about:
-        return read_estimator(folder, TRUSTED), about
-    from ajgdata.models.cnn import CnnClassifier, CnnRegressor
-
-    cnn = CnnClassifier if about["kind"] == "classification" else CnnRegressor
-    network = cnn.from_state(read_network(folder), about["network"])
-    if about["period"] is None:
-        return network, about
-    from ajgdata.models.circular import Circular
-
-    circular = Circular(network, about["period"])
-    circular.estimator_ = network
-    return circular, about

@@ -17,8 +17,8 @@ from ajgdata.pipeline.recordings import (
     read_excitation,
 )
 from ajgdata.store.audio import Remark, file_sha256
-from ajgdata.store.findings import without_rejected
-from ajgdata.store.labels import bad_label, copies, label_problem, rejected
+from ajgdata.store.findings import rejected, without_rejected
+from ajgdata.store.labels import bad_label, copies, label_problem
 from ajgdata.store.manifest import HashCache, survey
 from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.store.conversion import resample
 from ajgdata.store.files import write_bytes
-from ajgdata.store.resampling import resample
 from ajgdata.store.riff import Wave, decode, encode_pcm24, parse_wave
 from ajgdata.types import AudioSettings, DataError
 

@@ -1,9 +1,9 @@
-"""Tables of findings: what was found of each recording, by shard and of a whole data set."""
+"""Findings: their tables, by shard and of a whole data set, and those of rejected recordings."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ajgdata.store.files import csv_bytes, read_csv, write_bytes
@@ -21,6 +21,21 @@ def read_findings(path: Path) -> list[Finding]:
 def write_findings(path: Path, findings: Sequence[Finding]) -> None:
     """Write a table of findings, sorted."""
     write_bytes(path, csv_bytes(FINDING_COLUMNS, [vars(f) for f in sorted(findings)]))
+
+
+def is_rejected(row: Mapping[str, str]) -> bool:
+    """Whether somebody marked this recording as not to be used."""
+    return row["quality"].lower() == "reject"
+
+
+def rejected(session: str, table: Mapping[str, Mapping[str, str]]) -> dict[str, Finding]:
+    """A note for each recording of a session that is marked `reject`, by recording_id."""
+    problem, fix = "quality is `reject`", "set quality to ok to use it"
+    return {
+        name: Finding(session, name, "", "note", "rejected", problem, fix)
+        for name, row in table.items()
+        if is_rejected(row)
+    }
 
 
 def without_rejected(findings: Iterable[Finding], notes: Sequence[Finding]) -> list[Finding]:

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.findings import is_rejected
 from ajgdata.types import Finding, Target
 
 #: Columns of the label manifest that identify rows; all others become coordinates as they are.
@@ -46,21 +47,6 @@ def select(
         elif row is None or not is_rejected(row):
             told.append(bad_label(session, str(name), problem))
     return take_rows(shard, np.asarray(keep, int)), told
-
-
-def is_rejected(row: Mapping[str, str]) -> bool:
-    """Whether somebody marked this recording as not to be used."""
-    return row["quality"].lower() == "reject"
-
-
-def rejected(session: str, table: Mapping[str, Mapping[str, str]]) -> dict[str, Finding]:
-    """A note for each recording of a session that is marked `reject`, by recording_id."""
-    problem, fix = "quality is `reject`", "set quality to ok to use it"
-    return {
-        name: Finding(session, name, "", "note", "rejected", problem, fix)
-        for name, row in table.items()
-        if is_rejected(row)
-    }
 
 
 def bad_label(session: str, recording_id: str, problem: str) -> Finding:

@@ -77,11 +77,10 @@ def refresh(
     incomplete: Collection[str] = (),
     each: Callable[[list[str]], Iterable[str]] = iter,
 ) -> list[str]:
-    """Bring the manifests of a data set up to date; returns the sessions that have one.
+    """Bring the manifests of a data set up to date; return the sessions that have one.
 
-    Idempotent, and writes nothing when nothing changed: a dry run may call it. Sessions of
-    `incomplete` are still being acquired and get no manifest. `each` goes through the sessions, and
-    may show how far it is.
+    Idempotent, and writes nothing when nothing changed. Sessions of `incomplete` are still being
+    acquired and get no manifest. `each` goes through the sessions, and may show how far it is.
     """
     cache = HashCache(paths.hash_cache)
     sessions = [name for name in list_sessions(paths, dataset) if name not in incomplete]
@@ -92,13 +91,44 @@ def refresh(
     return sessions
 
 
+def outdated(
+    paths: Paths,
+    dataset: str,
+    incomplete: Collection[str] = (),
+    each: Callable[[list[str]], Iterable[str]] = iter,
+) -> dict[Path, bytes]:
+    """Return the content that `refresh` would write, by file, and write nothing.
+
+    A session that has no manifest yet is not read: the content of its manifests is given as empty.
+    """
+    cache = HashCache(paths.hash_cache)
+    changed: dict[Path, bytes] = {}
+    sessions = [name for name in list_sessions(paths, dataset) if name not in incomplete]
+    for name in each(sessions):
+        files = paths.audio_manifest(dataset, name), paths.label_manifest(dataset, name)
+        if all(file.is_file() for file in files):
+            new = contents(paths, dataset, name, cache)
+            changed |= {file: new[file] for file in files if file.read_bytes() != new[file]}
+        else:
+            changed |= dict.fromkeys(files, b"")
+    return changed
+
+
 def write(paths: Paths, dataset: str, session: str, cache: HashCache | None = None) -> None:
     """Bring the manifests of one session up to date."""
     known = cache if cache is not None else HashCache(paths.hash_cache)
-    content, labels = survey(paths, dataset, session, known)
-    write_if_changed(paths.audio_manifest(dataset, session), json_bytes(content))
+    for file, content in contents(paths, dataset, session, known).items():
+        write_if_changed(file, content)
+
+
+def contents(paths: Paths, dataset: str, session: str, cache: HashCache) -> dict[Path, bytes]:
+    """Return what the two manifests of a session should hold now, by file."""
+    files, labels = survey(paths, dataset, session, cache)
     columns = list(labels[0]) if labels else [*LABEL_COLUMNS, *SESSION_COLUMNS]
-    write_if_changed(paths.label_manifest(dataset, session), csv_bytes(columns, labels))
+    return {
+        paths.audio_manifest(dataset, session): json_bytes(files),
+        paths.label_manifest(dataset, session): csv_bytes(columns, labels),
+    }
 
 
 def survey(

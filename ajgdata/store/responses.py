@@ -1,4 +1,4 @@
-"""Impulse responses already made: each scene is solved once, whoever asks for it.
+"""Scenes and their impulse responses: each scene is solved once, whoever asks for it.
 
 One file a response, named by its scene and the gripper's code, so that a file never goes stale and
 whoever writes it writes the same bytes. The folder may be deleted at any time, and any file in it
@@ -14,11 +14,12 @@ import os
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
 from ajgdata import gripper
-from ajgdata.store.files import sha256_of, write_bytes
+from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
 from ajgdata.store.provenance import code_digest
-from ajgdata.types import DataError
+from ajgdata.types import DataError, describe
 
 log = logging.getLogger(__name__)
 #: Room for about 45,000 responses of the default gripper, 7,000 where it holds no grains.
@@ -145,3 +146,13 @@ def _decode(body: bytes) -> gripper.ImpulseResponse:
     about = json.loads(head)
     values = np.frombuffer(samples, dtype="<f8", count=about["samples"]).astype(np.float64)
     return gripper.ImpulseResponse(**{**about, "samples": values})
+
+
+def read_scene(path: Path) -> gripper.Scene:
+    """The scene in a YAML or JSON file. Raises DataError with file, line, key and fix."""
+    content = read_yaml(path)
+    try:
+        return gripper.Scene.model_validate(content)
+    except ValidationError as error:
+        line = line_of(path, error.errors()[0]["loc"])
+        raise describe(error, f"{path}:{line}") from None

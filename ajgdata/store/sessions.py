@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +121,34 @@ def list_sessions(paths: Paths, dataset: str) -> list[str]:
             fix = "rename it (letters, digits, _ and -) or move it elsewhere"
             raise DataError(folder / name, "a session cannot have this name", fix)
     return names
+
+
+def incomplete_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> set[str]:
+    """Return those of the sessions `virtual`, which a recipe makes, that are not recorded yet."""
+    return {s for s in virtual if not (paths.session(dataset, s) / SESSION_FILE).is_file()}
+
+
+def dropped_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> set[str]:
+    """Return the simulated sessions on disk that are not among those that the recipe makes.
+
+    They are left on disk, and out of every run. Of a data set without recipe there are none.
+    """
+    dropped = set()
+    for name in set(list_sessions(paths, dataset)) - set(virtual) if virtual else ():
+        try:
+            session = read_session(paths.session(dataset, name))
+        except DataError:
+            continue  # reported as a finding, like any broken session
+        if session.source == "virtual":
+            dropped.add(name)
+    return dropped
+
+
+def whole_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> list[str]:
+    """Return the sessions on disk that are complete and, if a recipe makes them, asked for."""
+    incomplete = incomplete_sessions(paths, dataset, virtual)
+    dropped = dropped_sessions(paths, dataset, virtual)
+    return sorted(set(list_sessions(paths, dataset)) - incomplete - dropped)
 
 
 def read_session(folder: Path) -> Session:

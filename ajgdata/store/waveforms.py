@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,12 @@ from ajgdata.store.audio import (
     inspect_audio,
     read_audio,
 )
-from ajgdata.store.features import Column
+from ajgdata.store.features import Column, Shard, concatenate, text_column
+from ajgdata.store.labels import labelled, select, with_columns
+from ajgdata.store.manifest import label_rows
 from ajgdata.store.riff import parse_wave
-from ajgdata.types import AudioSettings
+from ajgdata.store.sessions import audio_path, read_recordings, read_session
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 
 HEAD_BYTES = 4096  # in which the header of a plain WAV ends
 
@@ -121,3 +124,51 @@ def waveforms(
         {"long_name": "sound pressure, full scale ±1", "units": "1"},
     )
     return xr.Dataset({"waveform": variable}, coordinates, {**attrs, **rate})
+
+
+def takes_of(
+    folders: Sequence[Path], spec: DatasetSpec
+) -> tuple[list[Take], Mapping[str, Column], list[Finding]]:
+    """Return every recording of sessions that header and labels let one use, its labels (n,) by
+    column as the feature store has them, and a finding for each recording that is left out.
+
+    No sample is read. Raises DataError when a session cannot be read.
+    """
+    takes: list[Take] = []
+    parts: list[Shard] = []
+    findings: list[Finding] = []
+    for folder in folders:
+        used, part, left_out = _takes_of_session(folder, spec)
+        takes, parts, findings = takes + used, [*parts, part], findings + left_out
+    if not takes:
+        return takes, {}, findings
+    columns = {name for part in parts for name in part.columns}
+    joined = concatenate([with_columns(part, columns, spec.targets) for part in parts])
+    return takes, joined.columns, findings
+
+
+def _takes_of_session(folder: Path, spec: DatasetSpec) -> tuple[list[Take], Shard, list[Finding]]:
+    session = read_session(folder)
+    recordings, findings = read_recordings(folder)
+    table = {row["recording_id"]: row for row in label_rows(session, recordings)}
+    takes = {}
+    for recording in recordings:
+        try:
+            takes[recording.recording_id] = look(
+                audio_path(folder, session, recording), recording.sha256, spec.audio
+            )
+        except DataError as error:
+            findings.append(
+                Finding(
+                    folder.name, recording.recording_id, recording.file, "error",
+                    "unusable", error.problem, error.fix,
+                )
+            )  # fmt: skip
+    columns = {
+        "recording": text_column(list(takes)),
+        "sha256": text_column([t.sha256 for t in takes.values()], long_name="SHA-256 of the file"),
+    }
+    shard = Shard(np.empty((len(takes), 0), np.float32), np.empty(0), columns, {})
+    kept, more = select(shard, table, spec.targets, folder.name)
+    used = [takes[str(name)] for name in kept.columns["recording"].values]
+    return used, labelled(kept, table, spec.targets, folder.name), findings + more

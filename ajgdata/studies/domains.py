@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
-from ajgdata.gripper.scene import SAMPLE_RATE_HZ
+from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scheme
 from ajgdata.gripper.solver import Probe, State, at_rest
-from ajgdata.gripper.solver_plan import steps_per_sample, wide_weight
+from ajgdata.gripper.solver_plan import stencil_weight, steps_per_sample
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 
@@ -75,7 +75,7 @@ def time_step(h: float, wide: float = 0.0) -> float:
     return 1 / (SAMPLE_RATE_HZ * steps_per_sample(h, 0.99, wide=wide))
 
 
-def lossy_bowl(h: float, dtype: type = np.float64, wide: bool = False) -> System:
+def lossy_bowl(h: float, dtype: type = np.float64, scheme: Scheme = "second") -> System:
     """Grains with varying packing, light, stiff, heavy and resistive walls."""
     cells = cut_cells(bowl(), h, *BOWL)
     ratio = 1 + 0.1 * np.sin(np.arange(np.prod(cells.shape))).reshape(cells.shape)
@@ -85,7 +85,7 @@ def lossy_bowl(h: float, dtype: type = np.float64, wide: bool = False) -> System
         + WallList.uniform(cells.housing, 0.0, 2e5, 0.0)
     )
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, ratio)
-    weight = wide_weight(h) if wide else 0.0
+    weight = stencil_weight(scheme, h)
     return assemble(cells, air_fluid(AIR), time_step(h, weight), grains, walls, dtype, wide=weight)
 
 
@@ -97,11 +97,11 @@ def closed(
     top: float,
     courant: float = 0.0,
     dtype: type = np.float64,
-    wide: bool = False,
+    scheme: Scheme = "second",
 ) -> tuple[Cells, System]:
     """Lossless air in rigid walls, at the usual time step or at a fraction of the largest."""
     cells = cut_cells(region, h, half, bottom, top)
-    weight = wide_weight(h) if wide else 0.0
+    weight = stencil_weight(scheme, h)
     dt = time_step(h, weight)
     if courant:
         dt = courant * h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * weight))

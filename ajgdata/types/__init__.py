@@ -4,10 +4,20 @@ Nothing here opens a file. Every model forbids unknown keys, so that a typing er
 `describe` turns pydantic's complaint into the one line that a person can act on.
 """
 
-from ajgdata.types.base import NAME, DataError, Finding, Kind, ModelName, Name, Strict, describe
+from ajgdata.types.base import (
+    NAME,
+    DataError,
+    Finding,
+    ModelName,
+    Name,
+    SourceName,
+    Strict,
+    describe,
+)
 from ajgdata.types.dataset import DatasetSpec, ImportSettings
 from ajgdata.types.embedding import Embedding
 from ajgdata.types.recipe import Recipe, RecipeObject
+from ajgdata.types.registry import MODELS, SOURCES, Kind, Model, Registry, SourceMaker
 from ajgdata.types.session import (
     RECORDING_COLUMNS,
     SESSION_COLUMNS,
@@ -22,9 +32,11 @@ from ajgdata.types.tasks import CROSS_VALIDATION, Task
 
 __all__ = [
     "CROSS_VALIDATION",
+    "MODELS",
     "NAME",
     "RECORDING_COLUMNS",
     "SESSION_COLUMNS",
+    "SOURCES",
     "STORE_NAMES",
     "AudioSettings",
     "DataError",
@@ -36,12 +48,16 @@ __all__ = [
     "ImportSettings",
     "Kind",
     "Level",
+    "Model",
     "ModelName",
     "Name",
     "Recipe",
     "RecipeObject",
     "Recording",
+    "Registry",
     "Session",
+    "SourceMaker",
+    "SourceName",
     "Strict",
     "Target",
     "Task",

@@ -7,15 +7,17 @@ import re
 import reprlib
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from ajgdata.types.registry import MODELS, SOURCES
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
-Kind = Literal["regression", "classification"]
-ModelName = Literal["cnn", "linear", "ridge", "knn", "svm", "boosting", "forest", "mlp"]
+ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
+SourceName = Annotated[Name, AfterValidator(SOURCES.checked)]
 
 
 class DataError(Exception):

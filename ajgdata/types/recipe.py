@@ -1,12 +1,10 @@
-"""How the virtual gripper makes a data set."""
+"""How a source, most often the virtual gripper, makes a data set."""
 
 from __future__ import annotations
 
-from typing import Literal
-
 from pydantic import Field, JsonValue, field_validator, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Name, SourceName, Strict
 
 #: Stands in the grasp_id of a reference, where nothing is held.
 EMPTY = "empty"
@@ -28,7 +26,7 @@ class RecipeObject(Strict):
 class Recipe(Strict):
     """How the virtual gripper makes a data set."""
 
-    source: Literal["virtual"] = Field("virtual", description="the physics simulation")
+    source: SourceName = Field("virtual", description="what records it; virtual: the simulation")
     seed: int = Field(0, description="of everything that is drawn")
     sessions: int = Field(1, ge=1, description="sessions, each with every object")
     grasps_per_object: int = Field(

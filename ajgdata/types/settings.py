@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Kind, Strict
+from ajgdata.types.base import Strict
+from ajgdata.types.registry import Kind
 
 
 class FeatureSettings(Strict):

@@ -19,8 +19,8 @@ RANKS = {
     "studies": 6,
     "acquire": 7,
     "report": 7,
-    "pipeline": 8,
-    "loading": 9,
+    "loading": 8,
+    "pipeline": 9,
     "cli": 10,
 }
 #: Packages that use nothing of ours but what is named.

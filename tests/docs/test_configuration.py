@@ -70,6 +70,7 @@ def test_types_are_said_in_words():
     fields = {f"{m.__name__}.{k}": m.model_fields[k] for m, k in KEYS}
     said = {
         "Task.withhold": "list of number",
+        "Recipe.source": "`virtual` or a source that a package registers",
         "AudioSettings.channel": "`mono`, `mean` or whole number",
         "FeatureSettings.band_hz": "list of 2: number, number or null",
         "DatasetSpec.targets": "mapping of Target",

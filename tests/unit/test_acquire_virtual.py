@@ -123,7 +123,7 @@ def test_noise_gain_and_excitation_need_no_new_response(project, solved):
     added = two / 10 ** (-6 / 20) - one
     full_scale_pa = np.sqrt(2) * 20e-6 * 10 ** (130 / 20)
     level = 20 * np.log10(np.std(added) * full_scale_pa / 20e-6)
-    alone = gripper.outside_noise(44_100, 80, 0.3, 100.0, seed=1)
+    alone = gripper.external_noise_pa(44_100, 80, 0.3, 100.0, seed=1)
     # Two takes of this noise differ in level by 4 / sqrt(time x band), band about 700 Hz.
     assert level == pytest.approx(20 * np.log10(np.std(alone) / 20e-6), abs=8.7 * 4 / 700**0.5)
 

@@ -14,7 +14,7 @@ from ajgdata.store.audio import (
     read_audio,
     write_pcm24,
 )
-from ajgdata.store.resampling import resample
+from ajgdata.store.conversion import resample
 from ajgdata.types import AudioSettings, DataError
 
 AS_IS = AudioSettings()

@@ -8,8 +8,8 @@ import torch
 from sklearn.utils.estimator_checks import parametrize_with_checks
 from torch import nn
 
-from ajgdata.models.cnn import CnnClassifier, CnnRegressor, SpectrumCnn
-from ajgdata.models.reproducible import reproducible
+from ajgdata.models.cnn import CnnClassifier, CnnRegressor
+from ajgdata.models.network import SpectrumCnn, reproducible
 
 QUICK = {"epochs": 1, "min_steps": 60}
 

@@ -5,11 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ajgdata.evaluate.distances import mean_distances, precision_at, silhouette
 from ajgdata.evaluate.latent_transfer import calibration_draws, transfer_accuracy
 from ajgdata.evaluate.neighbours import score_latent, score_raw, score_reduced
 from ajgdata.evaluate.probes import Property, probe, probe_within
-from ajgdata.evaluate.retrieval import precision_at
-from ajgdata.evaluate.separation import mean_distances, silhouette
 
 EVEN, ODD = np.arange(0, 80, 2), np.arange(1, 80, 2)
 

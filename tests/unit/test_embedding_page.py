@@ -31,7 +31,7 @@ from ajgdata.report.embedding_page import figures, render_embeddings
 from ajgdata.report.page import Link
 from ajgdata.report.paper import parse_paper
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.clips import BYTES_PER_SECOND, mp3_clip
+from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.features import Column
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.latents import Latents, write_latents

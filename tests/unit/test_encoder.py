@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from ajgdata.embed.batches import draw_batches
-from ajgdata.embed.contrastive import contrastive_loss, pair_weights
+from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
 from ajgdata.embed.encoder import Training, new_network, train_encoders
 from ajgdata.embed.stacked_encoders import StackedEncoders
 from ajgdata.models.cnn import CnnClassifier

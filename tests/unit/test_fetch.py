@@ -161,7 +161,7 @@ def test_another_name_and_tests_on_sets_that_are_not_here(tree, elsewhere):
     assert told.dropped == ("absent",)
     spec = read_dataset(elsewhere.paths, "mine")
     assert (spec.tasks["edge"].test_on, spec.tasks["edge"].papers) == ((), {})
-    assert list(plan(elsewhere.paths, refresh=True)) == ["mine"]
+    assert list(plan(elsewhere.paths, check=True)) == ["mine"]
 
 
 @pytest.mark.parametrize("ranges", [True, False])

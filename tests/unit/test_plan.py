@@ -4,6 +4,7 @@ import pytest
 import yaml
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline.inputs import update
 from ajgdata.pipeline.plan import plan, published
 from ajgdata.store.sessions import write_session
 from ajgdata.types import DataError, Recording, Session
@@ -46,14 +47,22 @@ def test_only_what_has_sessions_or_a_recipe_is_run(tmp_path):
     assert not paths.results.exists()  # nothing is written unless it is asked for
 
 
-def test_refreshing_twice_writes_once(tmp_path):
+def updated(paths):
+    """Plans, with the manifests brought up to date."""
+    plans = plan(paths, check=True)
+    for name, one in plans.items():
+        update(paths, name, one)
+    return plans
+
+
+def test_updating_twice_writes_once(tmp_path):
     paths = Paths(tmp_path)
     declare(paths, "made", recipe=RECIPE)
-    plan(paths, refresh=True)
+    updated(paths)
     assert paths.scenes("made", "virtual-01").is_file()
     assert not paths.audio_manifest("made", "virtual-01").exists()  # not acquired yet
     before = times(paths)
-    plan(paths, refresh=True)
+    updated(paths)
     assert times(paths) == before
 
 
@@ -61,7 +70,7 @@ def test_variants_are_sessions_of_the_same_grasps(tmp_path):
     paths = Paths(tmp_path)
     variants = {"air": {"medium": {"kind": "air"}}, "thick": {"gripper": "thick-membrane"}}
     declare(paths, "made", recipe={**RECIPE, "vary": {"angle_deg": [0, 9]}, "variants": variants})
-    sessions = plan(paths, refresh=True)["made"].sessions
+    sessions = updated(paths)["made"].sessions
     assert sessions == tuple(f"virtual-{v}-0{n}" for v in variants for n in (1, 2))
     grasps = [yaml.safe_load(paths.scenes("made", name).read_text())[0] for name in sessions]
     setups = [grasp["setup"] for grasp in grasps]
@@ -78,7 +87,7 @@ def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk
     for session in ("virtual-01", "virtual-02", "virtual-03"):
         hold(paths, "made", session, source="virtual")
     hold(paths, "made", "day1")
-    assert plan(paths, refresh=True)["made"].sessions == ("day1", "virtual-01", "virtual-02")
+    assert updated(paths)["made"].sessions == ("day1", "virtual-01", "virtual-02")
     assert not paths.audio_manifest("made", "virtual-03").exists()
     assert paths.session("made", "virtual-03").is_dir()
 
@@ -93,10 +102,10 @@ def test_simulated_sessions_without_a_recipe_are_used(tmp_path):
 def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_path):
     paths = Paths(tmp_path)
     declare(paths, "made", recipe=RECIPE)
-    plan(paths, refresh=True)
+    updated(paths)
     first = paths.scenes("made", "virtual-01").read_text()
     declare(paths, "made", recipe={**RECIPE, "grasps_per_object": 2})
-    plan(paths, refresh=True)
+    updated(paths)
     more = yaml.safe_load(paths.scenes("made", "virtual-01").read_text())
     assert [*yaml.safe_load(first), more[1]] == more
 
@@ -163,7 +172,7 @@ def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, cha
     paths = Paths(tmp_path)
     declare(paths, "made", recipe=RECIPE | change)
     with pytest.raises(DataError, match=rf"dataset.yaml:\d+: {said}") as caught:
-        plan(paths, refresh=True)
+        plan(paths, check=True)
     number = int(caught.value.where.split(":")[1])
     assert paths.dataset("made").read_text().splitlines()[number - 1].strip().startswith(line)
     assert not paths.scenes("made", "virtual-01").exists()

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ajgdata.studies.verification.case import Finding, Refinement, fitted_order
+from ajgdata.studies.verification.case import CaseResult, Refinement, fitted_order
 
 
 class Parabola(Refinement):
@@ -28,11 +28,11 @@ def test_the_order_is_the_slope():
 
 
 def test_a_refinement_is_judged_on_its_finest_grid():
-    finding = Parabola().run()
-    assert finding.case == "parabola"
-    assert finding.value == 3.0
-    assert finding.order == pytest.approx(2.0)
-    assert finding.points == ((4.0, 48.0), (2.0, 12.0), (1.0, 3.0))
+    result = Parabola().run()
+    assert result.case == "parabola"
+    assert result.value == 3.0
+    assert result.order == pytest.approx(2.0)
+    assert result.points == ((4.0, 48.0), (2.0, 12.0), (1.0, 3.0))
     assert len(Parabola().run(quick=True).points) == 2
 
 
@@ -41,5 +41,5 @@ def test_a_refinement_is_judged_on_its_finest_grid():
     [(1.0, 2.0, True), (1.1, 2.0, False), (1.0, 1.9, False), (math.nan, 2.0, False)],
 )
 def test_both_limits_count(value, order, passed):
-    finding = Finding("c", "t", "k", value, 1.0, "d", order, 2.0)
-    assert finding.passed is passed
+    result = CaseResult("c", "t", "k", value, 1.0, "d", order, 2.0)
+    assert result.passed is passed

@@ -7,23 +7,10 @@ from ajgdata.studies.domains import AIR
 from ajgdata.studies.verification.piston import (
     LENGTH_M,
     OMEGA,
-    PISTON_CASES,
     PISTONS,
-    OnePiston,
     transfer,
     tube,
 )
-
-
-@pytest.mark.parametrize("case", PISTON_CASES)
-def test_it_has_its_analytic_transfer_function(case):
-    finding = case().run(quick=True)
-    assert finding.passed, finding
-
-
-def test_one_mode_and_a_local_wall_are_the_same_piston():
-    finding = OnePiston().run(quick=True)
-    assert finding.passed, finding
 
 
 @pytest.mark.parametrize("as_mode", [False, True])

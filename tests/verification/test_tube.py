@@ -7,25 +7,8 @@ from ajgdata.gripper.medium import Packing, fit_fluid
 from ajgdata.studies.domains import AIR, PLASTIC
 from ajgdata.studies.verification.tube import (
     LAYER_M,
-    BedAgainstTheory,
-    BedLayer,
-    CoffeeBedLayer,
-    MetalBedLayer,
-    WideBedLayer,
     reflection,
 )
-
-
-@pytest.mark.parametrize("case", [BedLayer, WideBedLayer, MetalBedLayer, CoffeeBedLayer])
-def test_a_layer_in_a_tube_reflects_like_its_fluid(case):
-    finding = case().run(quick=True)
-    assert finding.passed, finding
-    assert finding.value < 4e-3  # on the grid of 4 mm
-
-
-def test_scheme_and_fit_together_reflect_like_the_theory():
-    finding = BedAgainstTheory().run(quick=True)
-    assert finding.passed, finding
 
 
 def test_the_analytic_reflection_has_its_limits():

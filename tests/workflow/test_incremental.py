@@ -178,12 +178,6 @@ def test_a_failed_merge_leaves_the_old_features(project):
     assert project.paths.features("tones").read_bytes() == before
 
 
-def test_removed_features_come_back(project):
-    project.paths.features("tones").unlink()
-    assert project.planned(*END) == {}
-    assert project.paths.features("tones").is_file()
-
-
 def test_results_of_what_is_no_longer_declared_do_not_disturb_the_checks(project):
     renamed = {"other": DECLARATION["tasks"]["pitch"]}
     redeclare(project, tasks=renamed)

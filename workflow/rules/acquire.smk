@@ -3,7 +3,7 @@ VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
 
 rule acquire:
     input:
-        scenes=PATHS.scenes("{dataset}", "{session}"),
+        scenes=of_session(PATHS.scenes),
         before=ancient(solved_before),
     output:
         audio=PATHS.audio_manifest("{dataset}", "{session}"),
@@ -20,6 +20,6 @@ rule acquire:
     params:
         root=str(PATHS.root),
     message:
-        "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
+        "Recording session {wildcards.session} of {wildcards.dataset}"
     script:
         "../scripts/acquire.py"

@@ -1,7 +1,24 @@
+def process_mode():
+    """Tell whether this process executes jobs: known when Snakemake builds their graph."""
+    if not workflow.is_main_process:
+        return "job"
+    return "look" if workflow.executor_plugin is None or workflow.dryrun else "run"
+
+
+INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
+
+
+def of_session(path):
+    """The session of a job, for one kind of file."""
+    return lambda wildcards: INPUTS.of(
+        wildcards.dataset, path(wildcards.dataset, wildcards.session)
+    )
+
+
 def of_sessions(path):
     """All sessions of a data set, for one kind of file."""
     return lambda wildcards: [
-        path(wildcards.dataset, session)
+        INPUTS.of(wildcards.dataset, path(wildcards.dataset, session))
         for session in PLANS[wildcards.dataset].sessions
     ]
 
@@ -24,7 +41,8 @@ def declared(wildcards):
 def solved_before(wildcards):
     """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
     first = solved_by(PLANS, wildcards.dataset, wildcards.session)
-    return [PATHS.audio_manifest(first, wildcards.session)] if first else []
+    path = PATHS.audio_manifest(first, wildcards.session) if first else None
+    return [INPUTS.of(first, path)] if first else []
 
 
 def data_of(path, tasks):

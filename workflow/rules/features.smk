@@ -1,7 +1,7 @@
 FEATURE_CODE = code_digest(
     "features",
     "store/audio",
-    "store/resampling",
+    "store/conversion",
     "store/riff",
     "store/features",
     "store/findings",
@@ -12,7 +12,7 @@ FEATURE_CODE = code_digest(
 
 rule features:
     input:
-        manifest=PATHS.audio_manifest("{dataset}", "{session}"),
+        manifest=of_session(PATHS.audio_manifest),
     output:
         shard=PATHS.shard("{dataset}", "{session}"),
         findings=PATHS.shard_findings("{dataset}", "{session}"),

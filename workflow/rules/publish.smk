@@ -8,6 +8,7 @@ rule publish_dataset:
         store=PATHS.merged("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
         audio=of_sessions(PATHS.audio_manifest),
+        lost=lambda wildcards: INPUTS.lost_tree(wildcards.dataset),
     output:
         receipt=PATHS.receipt("{dataset}"),
     log:

@@ -11,7 +11,7 @@ from ajgdata.evaluate.task_data import TaskData
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep, record
 from ajgdata.gripper.external_noise import transmission
-from ajgdata.models import MODELS
+from ajgdata.models import model_label
 from ajgdata.pipeline.ablations.bench import QUIET, Bench
 from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
 from ajgdata.types import FeatureSettings
@@ -95,7 +95,7 @@ def _row(model: str, trained: str, found: CrossValidation) -> dict[str, Value]:
         f"rmse_{level}": float(np.mean(folds_of(found, "rmse", level).values))
         for level in found.extra_tests
     }
-    name = MODELS[model].regression
+    name = model_label(model, "regression")
     return {"model": name, "trained": trained, **errors, "seconds": found.cost.train_cpu_s}
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from ajgdata.evaluate.crossval import CrossValidation, Scores
 from ajgdata.evaluate.paired_fold_test import Expected, paired_fold_test
-from ajgdata.models import MODELS
+from ajgdata.models import model_label
+from ajgdata.types import Kind
 from ajgdata.types.table import Column, Table, Value
 
 NAMES = {"rmse": "RMSE", "accuracy": "accuracy", "r2": "R²"}
@@ -57,12 +58,12 @@ class Trial:
         before, after = self.before.values, self.after.values
         lower = self.metric == "rmse"
         found = paired_fold_test(before, after, lower_is_better=lower, paired=self.paired)
-        kind = "classification" if self.metric == "accuracy" else "regression"
+        kind: Kind = "classification" if self.metric == "accuracy" else "regression"
         return {
             "hypothesis": self.hypothesis.claim,
             "change": self.hypothesis.change,
             "expected": self.hypothesis.expected,
-            "model": getattr(MODELS[self.model], kind),
+            "model": model_label(self.model, kind),
             "metric": NAMES[self.metric] + (f" ({self.unit})" if self.unit else ""),
             "before": float(np.mean(before)),
             "before_sd": float(np.std(before, ddof=1)),

@@ -5,14 +5,16 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 
+EPS = float(np.finfo(float).eps)
+
 
 @dataclass(frozen=True)
-class Finding:
+class CaseResult:
     """What a case measured: `value` must not exceed `cap`, nor `order` fall below `least_order`.
 
     `points` are the pairs of grid spacing (m) and error that the order is fitted to.
@@ -30,13 +32,18 @@ class Finding:
 
     @property
     def passed(self) -> bool:
-        """Whether both limits hold; never for a value that is not a number."""
+        """True if both limits hold; never for a value that is not a number."""
         enough = self.order is None or self.least_order is None or self.order >= self.least_order
         return bool(self.value <= self.cap and enough)
 
 
+@dataclass(eq=False)
 class Case(ABC):
-    """One claim about the solver, with a limit derived from something other than the result."""
+    """One claim about the solver, with a limit derived from something other than the result.
+
+    Fields of a subclass, such as the scheme, make variants of the claim; those that are not at
+    their default stand in the variant's name and title.
+    """
 
     title: ClassVar[str]
     derived: ClassVar[str]
@@ -44,11 +51,21 @@ class Case(ABC):
 
     @property
     def name(self) -> str:
-        """The class's name in snake case."""
-        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(self).__name__).lower()
+        """The class's name in snake case and the values that make the variant."""
+        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(self).__name__).lower()
+        return "_".join([words, *self._variant().values()])
+
+    def _variant(self) -> dict[str, str]:
+        values = {field.name: (getattr(self, field.name), field.default) for field in fields(self)}
+        return {name: value for name, (value, default) in values.items() if value != default}
+
+    def result(self, value: float, cap: float, **refined: Any) -> CaseResult:
+        """Return what was measured under the name and title of this case."""
+        title = ", ".join([self.title, *(f"{v} {name}" for name, v in self._variant().items())])
+        return CaseResult(self.name, title, self.kind, value, cap, self.derived, **refined)
 
     @abstractmethod
-    def run(self, quick: bool = False) -> Finding:
+    def run(self, quick: bool = False) -> CaseResult:
         """Measure; `quick` on fewer steps and coarser grids."""
 
 
@@ -65,16 +82,20 @@ class Bound(Case):
     def cap(self, quick: bool) -> float:
         """Its limit."""
 
-    def run(self, quick: bool = False) -> Finding:
+    def run(self, quick: bool = False) -> CaseResult:
         """See Case."""
-        value, cap = self.deviation(quick), self.cap(quick)
-        return Finding(self.name, self.title, self.kind, value, cap, self.derived)
+        return self.result(self.deviation(quick), self.cap(quick))
 
 
 class Identity(Bound):
-    """Holds up to rounding, on every grid."""
+    """Holds up to rounding, on every grid: `roundings` of one ε each."""
 
     kind = "round-off"
+    roundings: ClassVar[float]
+
+    def cap(self, quick: bool) -> float:
+        """See `derived`."""
+        return self.roundings * EPS
 
 
 class Refinement(Case):
@@ -83,7 +104,11 @@ class Refinement(Case):
     kind = "rate and cap"
     sizes: ClassVar[tuple[float, ...]]
     quick_sizes: ClassVar[tuple[float, ...]]
-    least_order: ClassVar[float]
+
+    @property
+    @abstractmethod
+    def least_order(self) -> float:
+        """What the order may not fall below."""
 
     @abstractmethod
     def error(self, h: float) -> float:
@@ -93,20 +118,16 @@ class Refinement(Case):
     def cap(self, h: float) -> float:
         """What the finest grid, of spacing `h`, may err by."""
 
-    def run(self, quick: bool = False) -> Finding:
+    def run(self, quick: bool = False) -> CaseResult:
         """See Case."""
         sizes = self.quick_sizes if quick else self.sizes
         points = tuple((h, self.error(h)) for h in sizes)
-        return Finding(
-            self.name,
-            self.title,
-            self.kind,
+        return self.result(
             points[-1][1],
             self.cap(sizes[-1]),
-            self.derived,
-            fitted_order(sizes, [error for _, error in points]),
-            self.least_order,
-            points,
+            order=fitted_order(sizes, [error for _, error in points]),
+            least_order=self.least_order,
+            points=points,
         )
 
 

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid, fit_fluid
 from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, State, at_rest, march
+from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import WallList
 from ajgdata.studies.discrete_operator import energies
@@ -23,9 +25,13 @@ from ajgdata.studies.domains import (
     two_probes,
 )
 from ajgdata.studies.verification.case import Identity
+from ajgdata.studies.verification.identities import (
+    EnergyConstant,
+    EnergyNeverGrows,
+    Reciprocity,
+)
 
 Real = NDArray[np.floating]
-EPS = float(np.finfo(float).eps)
 #: Modal m (kg), r (kg/s), k (N/m): massless, heavy, soft, stiff and resonant far above Nyquist,
 #: free; then a mere resistance, and nothing at all.
 EXTREMES = np.array(
@@ -43,20 +49,21 @@ LOSSLESS = np.delete(EXTREMES[:5], 2, axis=0)
 H = 4e-3
 
 
-def moving_bowl(modes: Real, lossy: bool, h: float = H) -> System:
-    """The bowl with `modes` on the cells where grains would be; grains and walls if `lossy`."""
-    cells = cut_cells(bowl(), h, *BOWL)
+def moving_bowl(modes: Real, lossy: bool, scheme: Scheme = "second") -> System:
+    """The bowl with `modes` (N, 3) of m (kg), r (kg/s), k (N/m) on the cells where grains would be;
+    grains and walls if `lossy`."""
+    cells, weight = cut_cells(bowl(), H, *BOWL), stencil_weight(scheme, H)
     grains = Packed(fit_fluid(PLASTIC, AIR), PLASTIC.porosity, np.ones(cells.shape))
     cell = np.flatnonzero(cells.bed)
-    weight = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * h**2
-    walls = WallList.uniform(cells.membrane, 0.3, 450.0 * lossy, 1e5)
+    moved = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * H**2
     return assemble(
         cells,
         air_fluid(AIR),
-        time_step(h),
+        time_step(H, weight),
         grains if lossy else None,
-        walls,
-        modes=ModeList(cell, weight, *modes.T),
+        WallList.uniform(cells.membrane, 0.3, 450.0 * lossy, 1e5),
+        modes=ModeList(cell, moved, *modes.T),
+        wide=weight,
     )
 
 
@@ -69,69 +76,50 @@ def disturbed(system: System) -> State:
     return state
 
 
-class EnergyConstantWithModes(Identity):
+class EnergyConstantWithModes(EnergyConstant):
     """Four lossless modes, from massless to 1e6 kg, in a lossless cavity."""
 
     title = "energy is constant with lossless modes and walls"
     derived = "the inverse of the modes' matrix is rounded once, for all steps alike: steps ε"
+    power = 1.0
 
-    def deviation(self, quick: bool) -> float:
-        """Largest less smallest energy over the first."""
-        system = moving_bowl(LOSSLESS, lossy=False)
-        energy = energies(system, disturbed(system), self._steps(quick))
-        return float(np.ptp(energy) / energy[0])
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return self._steps(quick) * EPS
-
-    def _steps(self, quick: bool) -> int:
-        return 500 if quick else 2_000
+    def struck(self) -> tuple[System, State]:
+        """See EnergyConstant."""
+        system = moving_bowl(LOSSLESS, lossy=False, scheme=self.scheme)
+        return system, disturbed(system)
 
 
-class EnergyNeverGrowsWithModes(Identity):
+class EnergyNeverGrowsWithModes(EnergyNeverGrows):
     """Seven modes among grains and walls."""
 
     title = "energy never grows with modes among grains and walls"
-    derived = "the roundings of one step, all alike: 4 ε of the energy"
+    left = 0.9
 
-    def deviation(self, quick: bool) -> float:
-        """Largest growth in a step, relative to the energy before it."""
-        system = moving_bowl(EXTREMES, lossy=True)
-        energy = energies(system, disturbed(system), 300 if quick else 2_000)
-        if not 0 < energy[-1] < 0.9 * energy[0]:
-            return np.inf  # it must dissipate, or the claim is empty
-        return float(max(0.0, np.max(np.diff(energy) / energy[:-1])))
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return 4 * EPS
+    def struck(self) -> tuple[System, State]:
+        """See EnergyNeverGrows."""
+        system = moving_bowl(EXTREMES, lossy=True, scheme=self.scheme)
+        return system, disturbed(system)
 
 
-class ReciprocityWithModes(Identity):
+class ReciprocityWithModes(Reciprocity):
     """Though an object moves between them."""
 
     title = "speaker and microphone may change places though something moves"
-    derived = "one rounding a step, at random: √steps ε, of the largest pressure"
     steps = 800
 
+    def ends(self) -> tuple[System, Probe, Probe]:
+        """See Reciprocity."""
+        system = moving_bowl(EXTREMES, lossy=True)
+        return system, *two_probes(system)
+
     def deviation(self, quick: bool) -> float:
-        """Largest difference over the largest pressure."""
-        ends = two_probes(moving_bowl(EXTREMES, lossy=True))
-        there, back = (self._heard(EXTREMES, pair) for pair in (ends, ends[::-1]))
-        still = self._heard(EXTREMES[1:2], ends)
-        peak = float(np.max(np.abs(there)))
-        if np.max(np.abs(there - still)) < 1e-3 * peak:
-            return np.inf  # what moves must be heard, or the claim is empty
-        return float(np.max(np.abs(there - back)) / peak)
-
-    def _heard(self, modes: Real, ends: tuple[Probe, Probe]) -> Real:
-        system = moving_bowl(modes, lossy=True)
-        return march(system, at_rest(system), ends[0], ends[1], np.ones(1), self.steps)
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return self.steps**0.5 * EPS
+        """See Reciprocity; infinite if what moves is not heard, since the claim is empty then."""
+        system, one, other = self.ends()
+        there = self.heard(system, one, other)
+        still = self.heard(moving_bowl(EXTREMES[1:2], lossy=True), one, other)
+        if np.max(np.abs(there - still)) < 1e-3 * np.max(np.abs(there)):
+            return np.inf
+        return super().deviation(quick)
 
 
 class StaticPressure(Identity):
@@ -140,11 +128,12 @@ class StaticPressure(Identity):
     title = "what a cavity settles at: p (V/γP + grains + S/k + W²/k) is the volume pushed in"
     derived = "what is held may be rounded in each step, all alike: steps ε"
     steps, height, width, h = 30_000, 0.032, 0.040, 4e-3
+    roundings = steps
     wall = (0.3, 2e4, 1e7)
     mode = (1e-3, 30.0, 2e4)
 
     def deviation(self, quick: bool) -> float:
-        """Relative error of the pressure at the end."""
+        """Return the relative error of the pressure at the end."""
         fluid, bed = fit_fluid(PLASTIC, AIR), self.height / 2
         cells = cut_cells(
             box(self.width, self.width, self.height, bed), self.h, 0.024, 0.0, self.height
@@ -165,7 +154,3 @@ class StaticPressure(Identity):
         yielding = area * (bed * dense + (self.height - bed) * air.compressibility)
         yielding += area / self.wall[2] + area**2 / self.mode[2]
         return float(abs(heard[-1] * yielding / dt - 1))
-
-    def cap(self, quick: bool) -> float:
-        """See `derived`."""
-        return self.steps * EPS

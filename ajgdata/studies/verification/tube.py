@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import Fluid, Packing, air_fluid, fit_fluid, wave
+from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, at_rest, march
-from ajgdata.gripper.solver_plan import wide_weight
+from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.studies.domains import AIR, PLASTIC, box, time_step
 from ajgdata.studies.verification.case import Bound, Refinement
@@ -22,10 +23,12 @@ LAYER_M, AIR_M, PROBE_M = 0.040, 2.0, 0.5
 GATE_S, END_S = 2.3e-3, 8.4e-3
 PULSE_S = 1 / (2 * np.pi * 3_000)
 BANDS_HZ = np.geomspace(200, 3_000, 40)
+#: Of ground coffee the drag rules.
+BEDS = {"plastic": PLASTIC, "metal": Packing(4.5e-3, 0.40), "coffee": Packing(0.7e-3, 0.50)}
 
 
 def reflection(rho: Complex, compressibility: Complex, omega: Real) -> Complex:
-    """Of a layer on a rigid ground, seen from air, at normal incidence.
+    """Reflection of a layer on a rigid ground, seen from air, at normal incidence.
 
     Z = -i z cot(k L), R = (Z - ρc)/(Z + ρc) (Allard & Atalla 2009, section 2.3).
     """
@@ -35,7 +38,7 @@ def reflection(rho: Complex, compressibility: Complex, omega: Real) -> Complex:
 
 
 def echo(h: float, fluid: Fluid | None, porosity: float, weight: float = 0.0) -> Real:
-    """Of the layer, or of a rigid wall in its place, at a probe half a metre above it."""
+    """Echo (n,) of the layer, or of a rigid wall in its place, half a metre above it."""
     layer, width = LAYER_M if fluid else 0.0, 2 * h
     top = layer + np.round(AIR_M / h) * h
     cells = cut_cells(box(width, width, top, layer), h, width, 0.0, top)
@@ -56,14 +59,14 @@ def _pulse(dt: float) -> Real:
     return np.exp(-((np.arange(-half, half + 1) * dt / PULSE_S) ** 2) / 2)
 
 
-def measured(h: float, fluid: Fluid, porosity: float, *, wide: bool = False) -> Complex:
+def measured(h: float, fluid: Fluid, porosity: float, scheme: Scheme = "second") -> Complex:
     """Reflection of the layer over that of the rigid wall at BANDS_HZ.
 
     The wide scheme is heard at the frequencies that its time steps make of them.
     """
-    weight = wide_weight(h) if wide else 0.0
+    weight = stencil_weight(scheme, h)
     dt, omega = time_step(h, weight), 2 * np.pi * BANDS_HZ
-    if wide:
+    if scheme == "wide":
         omega = 2 / dt * np.arcsin(omega * dt / 2)
     kernel = np.exp(-1j * omega[:, None] * np.arange(int(END_S / dt)) * dt)
     layer, wall = (echo(h, what, porosity, weight) for what in (fluid, None))
@@ -75,50 +78,34 @@ def rms(difference: Real | Complex) -> float:
     return float(np.sqrt(np.mean(np.abs(difference) ** 2)))
 
 
+@dataclass(eq=False)
 class BedLayer(Refinement):
-    """40 mm of plastic grains in a tube: what the grid adds to the fluid that is marched."""
+    """40 mm of grains in a tube: what the grid adds to the fluid that is marched."""
 
-    title = "reflection of a bed of plastic grains below 3 kHz, error of the scheme"
+    title = "reflection of a bed below 3 kHz, error of the scheme"
     derived = "dispersion (k h)²/24 on the way through the bed and back, rms over the band"
     sizes = (8e-3, 5e-3, 4e-3, 2e-3, 1e-3)
     quick_sizes = (8e-3, 5e-3, 4e-3)
-    least_order: ClassVar[float] = 1.9
-    packing = PLASTIC
-    wide = False
+    grains: str
+    scheme: Scheme = "second"
+
+    @property
+    def least_order(self) -> float:
+        """The wide scheme's change of stencil where the grains end costs an order."""
+        return 1.9 if self.scheme == "second" else 1.0
 
     def error(self, h: float) -> float:
-        """Rms error of the complex reflection."""
-        fluid, omega = fit_fluid(self.packing, AIR), 2 * np.pi * BANDS_HZ
+        """Return the rms error of the complex reflection."""
+        packing, omega = BEDS[self.grains], 2 * np.pi * BANDS_HZ
+        fluid = fit_fluid(packing, AIR)
         exact = reflection(*fluid.response(omega), omega)
-        return rms(measured(h, fluid, self.packing.porosity, wide=self.wide) - exact)
+        return rms(measured(h, fluid, packing.porosity, self.scheme) - exact)
 
     def cap(self, h: float) -> float:
         """See `derived`."""
         omega = 2 * np.pi * BANDS_HZ
-        k, _ = wave(*fit_fluid(self.packing, AIR).response(omega), omega)
+        k, _ = wave(*fit_fluid(BEDS[self.grains], AIR).response(omega), omega)
         return rms(2 * k * LAYER_M * (k * h) ** 2 / 24)
-
-
-class WideBedLayer(BedLayer):
-    """By the four-point scheme; the change of stencil where the grains end costs an order."""
-
-    title = "reflection of a bed of plastic grains below 3 kHz, error of the wide scheme"
-    least_order = 1.0
-    wide = True
-
-
-class MetalBedLayer(BedLayer):
-    """The same with metal grains."""
-
-    title = "reflection of a bed of metal grains below 3 kHz, error of the scheme"
-    packing = Packing(4.5e-3, 0.40)
-
-
-class CoffeeBedLayer(BedLayer):
-    """The same with ground coffee, whose drag rules."""
-
-    title = "reflection of a bed of coffee below 3 kHz, error of the scheme"
-    packing = Packing(0.7e-3, 0.50)
 
 
 class BedAgainstTheory(Bound):
@@ -128,7 +115,7 @@ class BedAgainstTheory(Bound):
     derived = "the error of a fit with two poles, as a prototype measured it beforehand"
 
     def deviation(self, quick: bool) -> float:
-        """Rms error of the complex reflection."""
+        """Return the rms error of the complex reflection."""
         fluid, omega = fit_fluid(PLASTIC, AIR), 2 * np.pi * BANDS_HZ
         exact = reflection(*PLASTIC.jca(omega, AIR), omega)
         return rms(measured(4e-3 if quick else 2e-3, fluid, PLASTIC.porosity) - exact)

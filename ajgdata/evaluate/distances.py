@@ -1,4 +1,4 @@
-"""Finding other recordings of a thing by their nearness."""
+"""Distances in a space: how far recordings lie apart, and finding others of a thing by nearness."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.distance import cdist
+from sklearn.metrics import silhouette_score
 
 
 @dataclass(frozen=True)
@@ -48,3 +49,26 @@ def precision_at(
         chance=float(np.mean(wanted[enough].sum(axis=1) / (~own[enough]).sum(axis=1))),
         queries=int(enough.sum()),
     )
+
+
+def mean_distances(
+    space: np.ndarray, label: np.ndarray, names: np.ndarray, apart: np.ndarray
+) -> np.ndarray:
+    """Mean Euclidean distance (c, c) between the recordings of each two of `names`.
+
+    `space` (n, d), `label` (n,); only pairs that differ in `apart` (n,) count, such as the grasp.
+    NaN where there is none. The diagonal holds the distances within a label.
+    """
+    distance = cdist(space, space)
+    counts = (apart[:, None] != apart[None]).astype(float)
+    member = (label[:, None] == names[None]).astype(float)  # (n, c)
+    number = member.T @ counts @ member
+    total = member.T @ (distance * counts) @ member
+    return np.where(number > 0, total / np.where(number > 0, number, 1), np.nan)
+
+
+def silhouette(space: np.ndarray, label: np.ndarray) -> float:
+    """Mean silhouette (Rousseeuw 1987), NaN unless there are 2 to n - 1 labels."""
+    if not 2 <= len(np.unique(label)) < len(label):
+        return float("nan")
+    return float(silhouette_score(space, label))

@@ -1,0 +1,114 @@
+"""The manifests that the workflow's jobs depend on: a run updates them, a look only compares.
+
+Snakemake tells whether it will execute jobs only when it builds their graph, hence the manifests of
+a data set are dealt with when the inputs of its first job are asked for, not while it parses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.plan import DatasetPlan
+from ajgdata.pipeline.progress import when_slow
+from ajgdata.store import manifest
+from ajgdata.store.files import link_or_copy, write_bytes, write_if_changed
+from ajgdata.store.sessions import dropped_sessions, incomplete_sessions
+
+#: `run` executes jobs, `look` does not (a dry run, a summary), `job` is the process of one job.
+Mode = Literal["run", "look", "job"]
+
+
+class Inputs:
+    """Files that jobs depend on, of the data sets of a run.
+
+    `mode` is asked when the graph of jobs is built. When looking, a manifest that a run would write
+    is written below `scratch` instead, and stands for the one in the project: it is newer than
+    every result, so the jobs that a run would execute are announced.
+    """
+
+    def __init__(
+        self,
+        paths: Paths,
+        plans: Mapping[str, DatasetPlan],
+        mode: Callable[[], Mode],
+        scratch: Path,
+    ) -> None:
+        self.paths, self.plans, self.mode, self.scratch = paths, plans, mode, scratch
+        self._replaced: dict[str, dict[Path, Path]] = {}
+
+    def of(self, dataset: str, path: Path) -> Path:
+        """Return the file that a job depends on: `path`, up to date, or what stands for it."""
+        if dataset not in self._replaced:
+            self._replaced[dataset] = self._prepared(dataset)
+        return self._replaced[dataset].get(path, path)
+
+    def lost_tree(self, dataset: str) -> list[Path]:
+        """Return a file if the published tree of `dataset` is gone and a run would publish it
+        again."""
+        receipt = self.paths.receipt(dataset)
+        found = self.of(dataset, receipt)
+        return [found] if found != receipt else []
+
+    def _prepared(self, dataset: str) -> dict[Path, Path]:
+        mode = self.mode()
+        if mode == "run":
+            update(self.paths, dataset, self.plans[dataset])
+        if mode != "look":
+            return {}
+        replaced = {}
+        for path, content in pending(self.paths, dataset, self.plans[dataset]).items():
+            replaced[path] = self.scratch / path.absolute().relative_to(self.paths.root.absolute())
+            write_bytes(replaced[path], content)
+        return replaced
+
+
+def update(paths: Paths, dataset: str, plan: DatasetPlan) -> None:
+    """Bring the scenes and the manifests of a data set up to date, each only if it changed.
+
+    What people get is not what Snakemake looks at: a removed link to the features is made again,
+    and the receipt of a removed published tree is removed, so that it is published again.
+    """
+    for session, content in plan.scenes.items():
+        write_if_changed(paths.scenes(dataset, session), content)
+    without = _unready(paths, dataset, plan)
+    manifest.refresh(paths, dataset, incomplete=without, each=_noticed(dataset))
+    if paths.merged(dataset).is_file() and not paths.features(dataset).is_file():
+        link_or_copy(paths.merged(dataset), paths.features(dataset))
+    if _tree_is_lost(paths, dataset):
+        paths.receipt(dataset).unlink()
+
+
+def pending(paths: Paths, dataset: str, plan: DatasetPlan) -> dict[Path, bytes]:
+    """Return the content of what `update` would write or remove, by file, and change nothing.
+
+    A session that will be recorded anew keeps its old manifests: the recording replaces them.
+    """
+    changed, anew = {}, set()
+    for session, content in plan.scenes.items():
+        scenes = paths.scenes(dataset, session)
+        if not (scenes.is_file() and scenes.read_bytes() == content):
+            changed[scenes] = content
+            anew |= {session} if paths.audio_manifest(dataset, session).is_file() else set()
+    without = _unready(paths, dataset, plan) | anew
+    changed |= manifest.outdated(paths, dataset, incomplete=without, each=_noticed(dataset))
+    if _tree_is_lost(paths, dataset):
+        changed[paths.receipt(dataset)] = b""
+    return changed
+
+
+def _unready(paths: Paths, dataset: str, plan: DatasetPlan) -> set[str]:
+    dropped = dropped_sessions(paths, dataset, plan.virtual)
+    return dropped | incomplete_sessions(paths, dataset, plan.virtual)
+
+
+def _noticed(dataset: str) -> Callable[[list[str]], Iterable[str]]:
+    return partial(when_slow, what=f"reading new recordings of {dataset}")
+
+
+def _tree_is_lost(paths: Paths, dataset: str) -> bool:
+    whole = (paths.published(dataset) / Tree.SUMS).is_file()
+    return paths.receipt(dataset).is_file() and not whole

@@ -1,0 +1,90 @@
+"""What every registered model and source must do, ours and those of installed packages."""
+
+import numpy as np
+import pytest
+from sklearn.base import clone, is_classifier, is_regressor
+
+from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.loading import read_model
+from ajgdata.models import make_model
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.types import MODELS, SOURCES, Recipe, Session
+from ajgdata.types.registry import resolve
+
+TARGETS = {"edge_mm": "regression", "shape": "classification"}
+RECIPE = Recipe(
+    grasps_per_object=1,
+    scene={"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
+    objects=[{"name": "cube", "shape": {"kind": "cube", "edge_mm": 20}}],
+)
+
+
+def features() -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """24 spectra that grow with the edge, and both targets."""
+    edge = np.repeat(np.arange(8.0), 3)
+    noise = np.random.default_rng(0).uniform(0.9, 1.1, (24, 64))
+    x = (noise * (1 + edge[:, np.newaxis] / 4)).astype(np.float32)
+    return x, {"edge_mm": edge, "shape": np.where(edge < 4, "cube", "ball")}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("name", MODELS.names())
+class TestModels:
+    def test_takes_features_and_predicts_what_it_was_given(self, name, target):
+        kind, (x, y) = TARGETS[target], features()
+        model = make_model(name, kind, seed=3)
+        assert (is_classifier if kind == "classification" else is_regressor)(model)
+        before = x.copy()
+        predicted = clone(model).fit(x, y[target]).predict(x[:5])
+        assert predicted.shape == (5,)
+        assert np.array_equal(x, before)
+        if kind == "classification":
+            assert set(predicted) <= {"cube", "ball"}
+        else:
+            assert np.isfinite(predicted).all()
+
+    def test_repeats_itself(self, name, target):
+        x, y = features()
+        first, second = (
+            make_model(name, TARGETS[target], seed=3).fit(x, y[target]).predict(x) for _ in "ab"
+        )
+        assert np.array_equal(first, second)
+
+    def test_comes_back_from_disk_as_it_was(self, name, target, tmp_path):
+        (x, y), store = features(), tmp_path / "d.nc"
+        columns = {
+            "recording": text_column([f"s/{n:02d}" for n in range(24)]),
+            "grasp_id": text_column([f"s/{n}" for n in range(24)]),
+            "edge_mm": Column(y["edge_mm"], {"units": "mm"}),
+            "shape": text_column(y["shape"]),
+        }
+        write_store(store, Shard(x, np.arange(64.0), columns, {}), {"units": "1"})
+        kind = TARGETS[target]
+        train_model(store, target=target, kind=kind, unit="", groups="grasp_id", model=name,
+                    seed=3, folder=tmp_path / "model")  # fmt: skip
+        loaded, about = read_model(tmp_path / "model")
+        fitted = make_model(name, kind, 3).fit(x, y[target])
+        assert np.array_equal(loaded.predict(x), fitted.predict(x))
+        assert (about["model"], about["recordings"]) == (name, 24)
+
+    def test_has_a_label(self, name, target):
+        assert MODELS[name].label(TARGETS[target])
+
+
+@pytest.mark.parametrize("name", SOURCES.names())
+def test_a_source_plays_records_and_says_what_it_is(name, tmp_path):
+    recipe = RECIPE.model_copy(update={"source": name})
+    (grasp,) = plan_session(recipe, "d", session_names(recipe)[0], "")
+    with resolve(SOURCES[name].open)(tmp_path, 1) as made:
+        source = made(grasp.setup, recipe.signal)
+        sound = source.excitation()
+        assert sound is None or (sound.ndim == 1 and np.abs(sound).max() <= 1)
+        source.expect([grasp])
+        samples = source.take(grasp, 0).samples
+        assert samples.ndim == 1
+        assert 0 < np.abs(samples).max() <= 1
+        if source.kind == "virtual":
+            assert np.array_equal(source.take(grasp, 0).samples, samples)
+        Session(session_id="s", source=source.kind, sample_rate_hz=source.sample_rate_hz,
+                **source.describe())  # fmt: skip

@@ -1,0 +1,242 @@
+"""Models and sources of other packages: found, used, and harmless when they are broken."""
+
+import sys
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from ajgdata.loading import read_model
+from ajgdata.models import make_model, model_label
+from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire import acquire_all
+from ajgdata.pipeline.recipes import recipe_sessions
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.audio import read_audio
+from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.store.sessions import read_session
+from ajgdata.types import MODELS, SOURCES, AudioSettings, DataError, ModelName, Task
+
+MODULE = """
+from contextlib import contextmanager
+
+import numpy as np
+from sklearn.base import BaseEstimator, RegressorMixin
+
+from ajgdata.acquire.source import Take
+from ajgdata.types import Model, SourceMaker
+
+
+class Median(RegressorMixin, BaseEstimator):
+    def fit(self, X, y):
+        self.median_ = float(np.median(y))
+        return self
+
+    def predict(self, X):
+        return np.full(len(X), self.median_)
+
+
+def median(kind, seed):
+    return Median()
+
+
+MEDIAN = Model("lab:median", "median", "median", trusted=("lab.Median",))
+UNTRUSTED = Model("lab:median", "median", "median")
+ASTRAY = Model("lab:nowhere", "astray", "astray")
+
+
+class Tone:
+    kind, sample_rate_hz = "virtual", 8000
+
+    def __init__(self, setup, signal):
+        self.setup, self.level = setup, signal["level"]
+
+    def excitation(self):
+        return None
+
+    def expect(self, grasps):
+        pass
+
+    def take(self, grasp, sample):
+        pitch = grasp.setup["object"]["pitch_hz"]
+        return Take(self.level * np.sin(2 * np.pi * pitch * np.arange(800) / 8000))
+
+    def describe(self):
+        return {"gripper": "tone", "device": self.setup["room"]}
+
+
+@contextmanager
+def bench(folder, cores):
+    yield Tone
+
+
+TONES = SourceMaker("lab:bench")
+"""
+ENTRIES = """
+[ajgdata.models]
+median = lab:MEDIAN
+untrusted = lab:UNTRUSTED
+astray = lab:ASTRAY
+number = lab:MODULE_NUMBER
+broken = lab_broken:MODEL
+cnn = lab:MEDIAN
+[ajgdata.sources]
+tones = lab:TONES
+broken = lab_broken:SOURCE
+"""
+
+
+def install(folder, name="lab", entries=ENTRIES):
+    """What pip leaves of a package that registers `entries`."""
+    info = folder / f"{name}-1.2.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n")
+    (info / "entry_points.txt").write_text(entries)
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    """An environment in which a package `lab` is installed, of which one module is broken."""
+    site = tmp_path / "site"
+    site.mkdir()
+    (site / "lab.py").write_text(MODULE + "MODULE_NUMBER = 3\n")
+    (site / "lab_broken.py").write_text("import no_such_package\n")
+    install(site)
+    monkeypatch.syspath_prepend(site)
+    yield site
+    for module in ("lab", "lab_broken"):
+        sys.modules.pop(module, None)
+
+
+@pytest.fixture
+def store(tmp_path):
+    columns = {
+        "recording": text_column([f"s/{n}" for n in range(6)]),
+        "grasp_id": text_column([f"s/{n}" for n in range(6)]),
+        "edge_mm": Column(np.array([1.0, 2, 3, 7, 8, 9]), {"units": "mm"}),
+    }
+    feature = np.ones((6, 4), np.float32)
+    write_store(tmp_path / "d.nc", Shard(feature, np.arange(4.0), columns, {}), {"units": "1"})
+    return tmp_path / "d.nc"
+
+
+def train(store, model):
+    train_model(store, target="edge_mm", kind="regression", unit="mm", groups="grasp_id",
+                model=model, seed=0, folder=store.parent / model)  # fmt: skip
+    return store.parent / model
+
+
+def test_a_task_may_name_a_model_of_another_package(lab):
+    assert Task(target="edge_mm", models=["median", "cnn"]).models == ("median", "cnn")
+    assert MODELS.origin("median") == "lab 1.2"
+    assert MODELS.origin("cnn") == ""
+
+
+def test_names_are_checked_without_importing_what_they_stand_for(lab):
+    assert MODELS.names()[:2] == ["cnn", "linear"]
+    assert MODELS.names()[-5:] == ["astray", "broken", "median", "number", "untrusted"]
+    assert Task(target="edge_mm", models=["broken"]).models == ("broken",)
+    assert not {"lab", "lab_broken"} & set(sys.modules)
+
+
+def test_an_unknown_name_is_answered_with_the_known_ones(lab):
+    known = "cnn, linear, ridge, knn, svm, boosting, forest, mlp, astray, broken, median"
+    with pytest.raises(ValidationError, match=f"unknown model 'medain': choose one of {known}"):
+        TypeAdapter(ModelName).validate_python("medain")
+    with pytest.raises(ValueError, match="unknown source 'tone': choose one of virtual, broken"):
+        SOURCES.checked("tone")
+
+
+def test_ours_counts_where_a_package_takes_its_name(lab):
+    assert MODELS["cnn"] is MODELS.own["cnn"]
+
+
+def test_a_model_of_another_package_is_trained_kept_and_labelled(lab, store):
+    loaded, about = read_model(train(store, "median"))
+    assert loaded.predict(np.zeros((2, 4))).tolist() == [5, 5]  # of 1, 2, 3, 7, 8, 9
+    assert about["model"] == "median"
+    assert model_label("median", "regression") == "median"
+
+
+def test_a_type_that_it_does_not_declare_is_not_loaded(lab, store):
+    with pytest.raises(DataError, match=r"Untrusted types.*Median"):
+        read_model(train(store, "untrusted"))
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("broken", "model 'broken' of lab 1.2 cannot be imported (ModuleNotFoundError: "
+                   "No module named 'no_such_package'): mend or remove it"),
+        ("number", "model 'number' of lab 1.2 is of type int, not Model"),
+        ("astray", "lab:nowhere cannot be imported (AttributeError: module 'lab' has no attribute "
+                   "'nowhere'): mend or remove it"),
+    ],
+)  # fmt: skip
+def test_a_broken_model_is_one_line_and_no_other_is_lost(lab, store, name, problem):
+    with pytest.raises(ValueError) as told:
+        make_model(name, "regression")
+    assert str(told.value) == problem
+    with pytest.raises(DataError, match="was not trained: ") as told:
+        read_model(train(store, name))
+    assert problem in str(told.value)
+    assert make_model("median", "regression").fit(np.zeros((1, 1)), [4.0]).median_ == 4
+    assert model_label("broken", "regression") == "broken"
+
+
+def test_a_model_whose_package_is_gone_says_so(lab, store, monkeypatch):
+    folder = train(store, "median")
+    monkeypatch.setattr("sys.path", [p for p in sys.path if p != str(lab)])
+    with pytest.raises(DataError, match=r"unknown model 'median'.*install the package it came"):
+        read_model(folder)
+
+
+def test_two_packages_of_one_name_are_told_apart(lab):
+    install(lab, "den", "[ajgdata.models]\nmean = den:MEAN\n")
+    other = lab / "more"
+    other.mkdir()
+    install(other, "pit", "[ajgdata.models]\nmean = pit:MEAN\n")
+    sys.path.append(str(other))
+    with pytest.raises(
+        ValueError, match=r"model 'mean' of (den|pit) 1\.2 is also of (pit|den) 1\.2"
+    ):
+        MODELS["mean"]
+
+
+RECIPE = """
+name: d
+audio: {sample_rate_hz: 8000}
+recipe:
+  source: SOURCE
+  grasps_per_object: 2
+  signal: {level: 0.5}
+  scene: {room: cellar}
+  objects: [{name: low, shape: {pitch_hz: 100}}, {name: high, shape: {pitch_hz: 1000}}]
+"""
+
+
+def declared(tmp_path, source):
+    paths = Paths(tmp_path / "project")
+    paths.dataset("d").parent.mkdir(parents=True)
+    paths.dataset("d").write_text(RECIPE.replace("SOURCE", source))
+    return paths
+
+
+def test_a_recipe_may_name_a_source_of_another_package(lab, tmp_path):
+    paths = declared(tmp_path, "tones")
+    wanted = [("d", session) for session in recipe_sessions(paths, "d")]
+    ((_, session, done),) = acquire_all(paths, wanted, cores=1)
+    assert (done.recorded, done.kept, done.solved) == (4, 0, 0)
+    folder = paths.session("d", session)
+    assert (read_session(folder).gripper, read_session(folder).device) == ("tone", "cellar")
+    heard = read_audio(next(folder.glob("audio/*high*")), AudioSettings(sample_rate_hz=8000))
+    strength = np.abs(np.fft.rfft(heard.samples))
+    assert np.argmax(strength) * 8000 / 800 == 1000  # Hz
+    assert next(acquire_all(paths, wanted, cores=1))[2].kept == 4
+
+
+def test_a_broken_source_is_one_line(lab, tmp_path):
+    paths = declared(tmp_path, "broken")
+    wanted = [("d", session) for session in recipe_sessions(paths, "d")]
+    with pytest.raises(DataError, match=r"source 'broken' of lab 1\.2 cannot be imported"):
+        list(acquire_all(paths, wanted, cores=1))

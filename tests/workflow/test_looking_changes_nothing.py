@@ -1,0 +1,248 @@
+"""A dry run, a summary, a lint and `ajgdata status` leave every byte where it was, and the dry run
+announces exactly what the next run does."""
+
+import contextlib
+import csv
+import hashlib
+import io
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+from conftest import DECLARATION, ROOT, write_tone
+from snakemake.cli import main as snakemake_main
+
+from ajgdata.paths import RECORDINGS_FILE
+from ajgdata.pipeline.inputs import pending, update
+from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.status import workflow_status
+from ajgdata.types import DataError
+
+#: Snakemake leaves files of its own open.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+REPORT, STORE = "results/report/index.html", "results/features/tones/merged/tones.nc"
+SEEN = [["--dry-run"], ["--summary"], ["--lint"], ["--list-rules"], ["--dag"], ["--list-untracked"]]
+
+
+def snakemake(project, *arguments):
+    """What Snakemake says; in this process, which is quicker than a new one."""
+    command = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(project.root)]
+    command += ["--configfile", str(project.root / "settings.yaml"), "--cores", "1", *arguments]
+    said = io.StringIO()
+    with (
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(said),
+        pytest.raises(SystemExit) as stopped,
+    ):
+        snakemake_main(command)
+    assert not stopped.value.code, said.getvalue()
+    return said.getvalue()
+
+
+def jobs(said):
+    """Names of jobs in what Snakemake says: the messages of their rules."""
+    return sorted(re.findall(r"^Job \d+: (.+)$", said, flags=re.M))
+
+
+#: Snakemake's own, whatever the workflow does: a log of what is no dry run, opened before it reads
+#: the workflow, and file times that only `--trust-io-cache` after a dry run uses.
+SNAKEMAKES_OWN = {(".snakemake", "log"), (".snakemake", "iocache")}
+
+
+def snapshot(root, besides=SNAKEMAKES_OWN):
+    """Every file with its bytes and time, and every folder but the empty ones of `.snakemake`."""
+    content = {}
+    for path in sorted(root.rglob("*")):
+        inside = path.relative_to(root).parts
+        if path.is_file() and inside[:2] not in besides:
+            digest = hashlib.sha256(path.read_bytes()).hexdigest()
+            content[inside] = (path.stat().st_mtime_ns, digest)
+        elif inside[0] != ".snakemake":
+            content[inside] = None
+    return content
+
+
+def edit_rows(project, session, change):
+    path = project.folder(session) / RECORDINGS_FILE
+    rows = change(list(csv.DictReader(io.StringIO(path.read_text()))))
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def new_recording(project):
+    write_tone(project.folder("day1") / "audio/new.wav", 500, seed=7)
+    new = {"recording_id": "new", "file": "audio/new.wav", "grasp_id": "new", "sha256": ""}
+    edit_rows(project, "day1", lambda rows: [*rows, rows[0] | new])
+
+
+def relabelled(project):
+    edit_rows(project, "day2", lambda rows: [rows[0] | {"pitch": "high"}, *rows[1:]])
+
+
+def removed_session(project):
+    shutil.rmtree(project.folder("day2"))
+
+
+def new_session(project):
+    shutil.copytree(project.folder("day2"), project.folder("day3"))
+    settings = project.folder("day3") / "session.yaml"
+    settings.write_text(settings.read_text().replace("day2", "day3"))
+
+
+def fresh(project):
+    for made in ("results", ".ajgdata", ".snakemake"):
+        shutil.rmtree(project.root / made)
+
+
+def nothing(project):
+    pass
+
+
+FEATURES = "Spectra of session {} of tones"
+MERGE, END = "Features and labels of tones", ["Report on tones"]
+TRIED = ["Cross-validating knn on pitch of tones"]
+CHANGES = [
+    (nothing, []),
+    (new_recording, [FEATURES.format("day1"), MERGE, *TRIED, *END]),
+    (relabelled, [MERGE, *TRIED, *END]),
+    (removed_session, [MERGE, *TRIED, *END]),
+    (new_session, [FEATURES.format("day3"), MERGE, *TRIED, *END]),
+    (fresh, [FEATURES.format("day1"), FEATURES.format("day2"), MERGE, *TRIED, *END]),
+]
+
+
+@pytest.mark.parametrize("state", [fresh, nothing, new_recording, removed_session])
+def test_looking_changes_nothing(project, state):
+    state(project)
+    before = snapshot(project.root)
+    for arguments in SEEN:
+        snakemake(project, *arguments)
+        assert snapshot(project.root) == before, arguments
+    before = snapshot(project.root, besides=())
+    settings = str(project.root / "settings.yaml")
+    current, groups = workflow_status(project.paths, ["--configfile", settings])
+    assert snapshot(project.root, besides=()) == before
+    assert bool(current) is (state is not fresh)
+    assert ("features" in {one.rule for one in groups}) is (state in (fresh, new_recording))
+
+
+@pytest.mark.parametrize(("change", "wanted"), CHANGES)
+def test_a_dry_run_announces_what_the_run_does(project, change, wanted):
+    """The run touches what it would make: its jobs are those of a real one."""
+    change(project)
+    announced = jobs(snakemake(project, REPORT, "--dry-run"))
+    assert announced == sorted(wanted)
+    assert jobs(snakemake(project, REPORT, "--touch")) == announced
+    if change is not fresh:  # where there is nothing to touch
+        assert jobs(snakemake(project, REPORT, "--dry-run")) == []
+
+
+def test_a_published_tree_that_is_gone_is_announced_and_made_again(project):
+    (project.root / "settings.yaml").write_text(yaml.safe_dump({"pages": []}))
+    receipt, tree = project.paths.receipt("tones"), project.paths.published("tones")
+    tree.mkdir(parents=True)
+    receipt.touch()
+    (tree / "SHA256SUMS").touch()
+    snakemake(project, "publish", "--touch")
+    assert "Publishing tones" not in jobs(snakemake(project, "publish", "--dry-run"))
+    shutil.rmtree(tree)
+    before = snapshot(project.root)
+    announced = jobs(snakemake(project, "publish", "--dry-run"))
+    assert snapshot(project.root) == before
+    assert "Publishing tones" in announced
+    assert jobs(snakemake(project, "publish", "--touch")) == announced
+    assert not receipt.exists()  # which is what makes a run publish it
+
+
+def test_a_run_makes_the_link_to_the_features_again(project):
+    project.paths.features("tones").unlink()
+    assert jobs(snakemake(project, STORE, "--dry-run")) == []
+    assert not project.paths.features("tones").exists()
+    snakemake(project, STORE)
+    assert project.paths.features("tones").samefile(project.paths.merged("tones"))
+
+
+RECIPE = {
+    "sessions": 2,
+    "grasps_per_object": 1,
+    "objects": [{"name": "a", "shape": {"kind": "cube", "edge_mm": 10}}],
+}
+
+
+def made(project, **changes):
+    """A data set of the virtual gripper, recorded as far as the workflow can tell."""
+    declaration = project.paths.dataset("made")
+    declaration.parent.mkdir(exist_ok=True)
+    content = DECLARATION | {"name": "made", "recipe": RECIPE | changes, "tasks": {}}
+    declaration.write_text(yaml.safe_dump(content | {"targets": {}}))
+    return [f"Recording session virtual-0{n} of made with the virtual gripper" for n in (1, 2)]
+
+
+@pytest.fixture
+def recorded(project):
+    """The project with such a data set whose jobs are done: touched, not simulated."""
+    recordings = made(project)
+    for session in ("virtual-01", "virtual-02"):
+        folder = project.paths.session("made", session)
+        shutil.copytree(project.folder("day1"), folder)
+        settings = (folder / "session.yaml").read_text()
+        (folder / "session.yaml").write_text(
+            settings.replace("session_id: day1", f"session_id: {session}")
+        )
+        for output in (project.paths.shard, project.paths.shard_findings):
+            output("made", session).parent.mkdir(exist_ok=True)
+            output("made", session).touch()
+    for output in (project.paths.merged("made"), project.paths.quarantine("made")):
+        output.parent.mkdir(exist_ok=True)
+        output.touch()
+    target = str(project.paths.merged("made").relative_to(project.root))
+    assert not set(jobs(snakemake(project, target, "--dry-run"))) & set(recordings)
+    snakemake(project, target, "--touch")
+    return project, target, recordings
+
+
+@pytest.mark.parametrize("change", ["nothing", "recipe", "session", "label"])
+def test_recordings_of_the_virtual_gripper_are_announced(recorded, change):
+    project, target, recordings = recorded
+    session = project.paths.session("made", "virtual-02")
+    if change == "recipe":
+        made(project, grasps_per_object=2)
+    elif change == "session":
+        shutil.rmtree(session)
+    elif change == "label":
+        table = session / RECORDINGS_FILE
+        table.write_text(table.read_text().replace("high", "low"))
+    before = snapshot(project.root)
+    announced = jobs(snakemake(project, target, "--dry-run"))
+    assert snapshot(project.root) == before
+    assert jobs(snakemake(project, target, "--touch")) == announced
+    wanted = recordings if change == "recipe" else []
+    assert [one for one in announced if one.startswith("Recording")] == wanted
+    assert bool(announced) is (change in ("recipe", "label"))  # a removed session: when needed
+
+
+def test_what_is_pending_is_what_an_update_writes(project):
+    new_recording(project)
+    relabelled(project)
+    one = plan(project.paths, ["tones"], check=True)["tones"]
+    told = pending(project.paths, "tones", one)
+    manifests = {
+        path: path.read_bytes() for path in (project.paths.results / "manifest").rglob("*.*")
+    }
+    update(project.paths, "tones", one)
+    written = {
+        path: path.read_bytes() for path in manifests if path.read_bytes() != manifests[path]
+    }
+    assert told == written
+    assert len(told) == 3  # the new recording has a file and labels
+    assert pending(project.paths, "tones", one) == {}
+
+
+def test_status_says_what_snakemake_complains_of(project):
+    with pytest.raises(DataError, match="no such data set"):
+        workflow_status(project.paths, ["--config", "datasets=[absent]"])
+    assert Path.cwd() != project.root
