@@ -157,6 +157,11 @@ class Paths:
         return self.results / "metrics.csv"
 
     @property
+    def predictions(self) -> Path:
+        """Return every held-out prediction of cross-validation, one a row."""
+        return self.results / "predictions.csv"
+
+    @property
     def runs(self) -> Path:
         """What the report is about: data sets, and triples of data set, task and model."""
         return self.report.with_name(RUNS_FILE)

@@ -1,75 +1,166 @@
-"""What a run is asked for: evaluated models and further experiments, and who asks for them.
+"""Experiments of a run: which are asked for, their measurement as a job, and their results.
 
-Called while Snakemake parses: light imports only.
+Called while Snakemake parses, too: light imports only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any
 
+from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
+from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
+from ajgdata.models import model_label
 from ajgdata.paths import Paths
-from ajgdata.types import DatasetSpec
+from ajgdata.store.features import read_store
+from ajgdata.store.manifest import read_manifest
+from ajgdata.store.tables import read_tables, write_tables
+from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Kind
 
-Run = tuple[str, str, str]  #: data set, task, model
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ajgdata.report.paper import PaperFigure
+
 TaskKey = tuple[str, str]  #: data set, task
 
 
-class Document(NamedTuple):
-    """A further experiment on a task, and where its result is."""
-
-    kind: str  #: as in `results/metrics.json`
-    dataset: str
-    task: str
-    model: str  #: "" where none is named
-    path: Path
+def asked_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Asked]:
+    """Return every experiment that the tasks ask for, in the order of the report."""
+    return [one for dataset, task in tasks for one in asked_of(specs[dataset], task)]
 
 
-def runs_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Run]:
-    """Every model that the tasks evaluate."""
+def models_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[tuple[str, ...]]:
+    """Return every model that the tasks evaluate, as data set, task and model."""
     return [(d, task, model) for d, task in tasks for model in specs[d].tasks[task].models]
 
 
-def documents_of(
-    paths: Paths, specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]
-) -> list[Document]:
-    """Every further experiment that the tasks ask for."""
-    found = []
-    for dataset, task in tasks:
-        settings = specs[dataset].tasks[task]
-        by_model = {
-            "curves": (settings.curve, paths.curve),
-            "sorting": (settings.sorting, paths.sorting),
-            "transfers": (settings.calibrate, paths.transfer),
-        }
-        by_task = {
-            "permutations": (settings.permutations, paths.permutations),
-            "stft": (settings.stft, paths.stft),
-            "energies": (settings.energy, paths.energies),
-        }
-        for kind, (asked, path) in by_model.items():
-            for model in asked.models if asked else ():
-                found.append(Document(kind, dataset, task, model, path(dataset, task, model)))
-        for kind, (wanted, path_of) in by_task.items():
-            if wanted:
-                found.append(Document(kind, dataset, task, "", path_of(dataset, task)))
-    return found
-
-
 def datasets_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[str]:
-    """Data sets that the tasks are about, those that they are tested on included."""
+    """Return the data sets that the tasks are about, those that they are tested on included."""
     found = dict.fromkeys(dataset for dataset, _ in tasks)
     for dataset, task in tasks:
         found |= dict.fromkeys(specs[dataset].tasks[task].others)
     return list(found)
 
 
-def experiments_of(specs: Mapping[str, DatasetSpec]) -> dict[str, list[TaskKey]]:
-    """Tasks by the name of their experiment: that of their data set, unless they name some."""
+def tasks_by_report(specs: Mapping[str, DatasetSpec]) -> dict[str, list[TaskKey]]:
+    """Return tasks by the name of their report: that of their data set, unless they name some."""
     found: dict[str, list[TaskKey]] = {}
     for dataset, spec in specs.items():
         for name, task in spec.tasks.items():
-            for experiment in task.experiments or (dataset,):
-                found.setdefault(experiment, []).append((dataset, name))
+            for report in task.reports or (dataset,):
+                found.setdefault(report, []).append((dataset, name))
     return found
+
+
+def run_experiment(
+    store: Path,
+    *,
+    kind: str,
+    dataset: str,
+    task: str,
+    settings: Mapping[str, Any],
+    split: Mapping[str, Any],
+    others: Mapping[str, Path],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    root: Path,
+    manifests: Sequence[Path],
+    seed: int,
+    tables: Path,
+    cost: Path,
+) -> None:
+    """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
+
+    `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
+    `others` are the stores of further data sets. What is the same for the same inputs is written to
+    `tables`, what is measured to `cost`. A task that lacks what the experiment needs is written as
+    skipped, with the reason: the rest of the run goes on.
+    """
+    name, _, model = kind.partition("-")
+    one, shard = EXPERIMENTS[name], read_store(store)
+    about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
+    about |= {**split, "settings": settings, "provenance": dict(shard.attrs)}
+    inputs = Inputs(
+        dataset=dataset,
+        task=task,
+        **split,
+        seed=seed,
+        store=shard,
+        others={other: read_store(path) for other, path in others.items()},
+        audio=audio,
+        features=features,
+        samples=lambda names, window: _samples(root, manifests, audio, names, window),
+    )
+    try:
+        outcome = one.measure(inputs, one.settings.model_validate(settings), model)
+    except ValueError as error:
+        write_tables(cost, [])
+        write_tables(tables, [], **about, skipped=str(error))
+        return
+    write_tables(cost, outcome.cost)
+    write_tables(tables, outcome.tables, **(about | dict(outcome.about)))
+
+
+def _samples(
+    root: Path, manifests: Sequence[Path], audio: AudioSettings, names: Sequence[str], window: int
+) -> Iterator[np.ndarray]:
+    """Yield the samples of recordings. Raises ValueError for one that cannot be used."""
+    from ajgdata.pipeline.recordings import examine
+
+    where: dict[str, str] = {}
+    for path in manifests:
+        content = read_manifest(path)[0]
+        session = content["session_id"]
+        where |= {f"{session}/{e['recording_id']}": e["path"] for e in content["recordings"]}
+    for name in names:
+        samples = examine(root / where[name], audio, window).samples
+        if samples is None:
+            problem = f"recording {name!r} cannot be used with a window of {window}"
+            raise ValueError(f"{problem}: see its data set's quarantine, or lower the window")
+        yield samples
+
+
+def read_results(
+    paths: Paths,
+    asked: Asked,
+    specs: Mapping[str, DatasetSpec],
+    paper: Mapping[str, PaperFigure],
+) -> tuple[TaskResults, dict[str, str]]:
+    """Return the results of an experiment on a task, and why models were skipped, by label."""
+    spec, results, skipped = specs[asked.dataset], [], {}
+    task = spec.tasks[asked.task]
+    target = spec.targets[task.target]
+    source = "recorded"
+    for model, kind in zip(asked.models, asked.kinds, strict=True):
+        about, tables = read_tables(paths.experiment(asked.dataset, asked.task, kind))
+        _, costs = read_tables(paths.experiment_cost(asked.dataset, asked.task, kind))
+        label = _label(model or about["model"], target.kind)
+        source = about["provenance"]["source"]
+        if "skipped" in about:
+            skipped[label] = about["skipped"]
+        else:
+            named, cost = ({t.name: t for t in some} for some in (tables, costs))
+            results.append(Result(model or about["model"], label, about, named, cost))
+    return TaskResults(
+        experiment=asked.experiment.name,
+        dataset=spec.name,
+        dataset_title=spec.title or spec.name,
+        task=asked.task,
+        kind=target.kind,
+        target=task.target,
+        unit=target.unit,
+        groups=task.groups,
+        source="simulated" if source == "simulated" else "recorded",
+        settings=asked.settings,
+        results=tuple(results),
+        papers={part: paper[name] for part, name in task.papers.items()},
+        others={n: Other(specs[n].title or n, specs[n].level) for n in asked.others if n in specs},
+        level=spec.level,
+        period_deg=task.period_deg,
+    ), skipped
+
+
+def _label(model: str, kind: Kind) -> str:
+    return model_label(model, kind) if model else ""

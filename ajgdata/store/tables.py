@@ -16,7 +16,7 @@ from ajgdata.types.table import Column, Table
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and what is to be known `about` them, to `path` (JSON) in one step."""
-    write_bytes(path, json_bytes(plain({**about, "tables": [_as_json(t) for t in tables]})))
+    write_bytes(path, json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
 
 
 def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
@@ -32,7 +32,7 @@ def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
     return content, tables
 
 
-def _as_json(table: Table) -> dict[str, Any]:
+def as_json(table: Table) -> dict[str, Any]:
     """Return the table with its rows as lists in the order of the columns."""
     keys = [column.key for column in table.columns]
     return {

@@ -9,8 +9,8 @@ from ajgdata.pipeline.log import logged
 with logged(snakemake.log[0]):
     collect(
         Paths(Path(snakemake.params.root)),
-        tasks=[tuple(task) for task in snakemake.params.tasks],
-        embeddings=[tuple(one) for one in snakemake.params.embeddings],
+        [tuple(one) for one in snakemake.params.documents],
         document=Path(snakemake.output.document),
         table=Path(snakemake.output.table),
+        predictions=Path(snakemake.output.predictions),
     )

@@ -1,0 +1,54 @@
+# Every experiment on every task: cross-validation, learning curves, and what else is asked for.
+rule experiment:
+    input:
+        store=PATHS.merged("{dataset}"),
+        others=lambda wildcards: [PATHS.merged(other) for other in asked(wildcards).others],
+    output:
+        tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
+        cost=PATHS.experiment_cost("{dataset}", "{task}", "{kind}"),
+    log:
+        "results/logs/experiment/{dataset}.{task}.{kind}.log",
+    benchmark:
+        "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        settings=lambda wildcards: asked(wildcards).settings.model_dump(mode="json"),
+        split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
+        others=lambda wildcards: list(asked(wildcards).others),
+        audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
+        features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(mode="json"),
+        manifests=lambda wildcards: list(
+            map(str, of_sessions(PATHS.audio_manifest)(wildcards))
+        ),
+        root=str(PATHS.root),
+        seed=config["seed"],
+        code=lambda wildcards: experiment_code(asked(wildcards)),
+    message:
+        "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
+    script:
+        "../scripts/experiment.py"
+
+
+rule collect:
+    input:
+        tables=of_experiments(PATHS.experiment, TASKS),
+        costs=of_experiments(PATHS.experiment_cost, TASKS),
+    output:
+        document=PATHS.all_metrics,
+        table=PATHS.metrics_table,
+        predictions=PATHS.predictions,
+    log:
+        "results/logs/collect.log",
+    benchmark:
+        "results/benchmarks/collect.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        documents=documents_of(TASKS),
+        code=code_digest("ajgdata.pipeline.collect:collect"),
+    message:
+        "All results in one table"
+    script:
+        "../scripts/collect.py"

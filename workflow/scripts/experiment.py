@@ -1,0 +1,26 @@
+"""Maps the names of rule `experiment` to a call."""
+
+from pathlib import Path
+
+from ajgdata.pipeline.experiments import run_experiment
+from ajgdata.pipeline.log import logged
+from ajgdata.types import AudioSettings, FeatureSettings
+
+params, wildcards = snakemake.params, snakemake.wildcards
+with logged(snakemake.log[0]):
+    run_experiment(
+        Path(snakemake.input.store),
+        kind=wildcards.kind,
+        dataset=wildcards.dataset,
+        task=wildcards.task,
+        settings=params.settings,
+        split=params.split,
+        others=dict(zip(params.others, map(Path, snakemake.input.others), strict=True)),
+        audio=AudioSettings(**params.audio),
+        features=FeatureSettings(**params.features),
+        root=Path(params.root),
+        manifests=[Path(path) for path in params.manifests],
+        seed=params.seed,
+        tables=Path(snakemake.output.tables),
+        cost=Path(snakemake.output.cost),
+    )
