@@ -21,7 +21,7 @@ def build_study_page(paths: Paths, name: str, pages: Sequence[str]) -> None:
 
 
 def build_ablations_page(paths: Paths, names: Sequence[str], pages: Sequence[str]) -> None:
-    """One page on the ablations `names`, linked with those of `pages`."""
+    """Write one page on the ablations `names`, linked with those of `pages`."""
     read = [read_tables(paths.ablation(name)) for name in names]
     tables = [table for _, some in read for table in some]
     _tables_page(paths, ABLATIONS_PAGE, read[0][0], tables, pages)
@@ -34,18 +34,15 @@ def _tables_page(
     tables: Sequence[Table],
     pages: Sequence[str],
 ) -> None:
-    from ajgdata.report.canvas import save_figure
+    from ajgdata.report.render import draw_figures
     from ajgdata.report.study_figures import study_figures
     from ajgdata.report.study_page import page_links, render_study
 
-    figures = study_figures(name, tables)
-    svgs = {}
-    for ones in figures.values():
-        for figure, illustration in ones.items():
-            svg, *_ = save_figure(illustration.draw(), paths.page_figure(name, figure))
-            svgs[figure] = svg.read_bytes()
-    html = render_study(name, provenance, tables, figures, svgs, page_links(pages), paths)
-    paths.page_figures(name).mkdir(parents=True, exist_ok=True)  # also if it holds none
+    by_table = study_figures(name, tables)
+    figures = draw_figures((one for some in by_table.values() for one in some),
+                           paths.page_figures(name))  # fmt: skip
+    placed = {table: [one.name for one in some] for table, some in by_table.items()}
+    html = render_study(name, provenance, tables, figures, placed, page_links(pages), paths)
     write_bytes(paths.page(name), html.encode())
 
 
@@ -54,24 +51,17 @@ def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) ->
     from ajgdata.gripper import build_plan, simulate
     from ajgdata.pipeline.show import filmed
     from ajgdata.report.animation import animate
-    from ajgdata.report.canvas import save_figure
-    from ajgdata.report.gallery import FILM, PAGE, RESPONSE, Exhibit, groups, render_gallery
-    from ajgdata.report.scenes import exhibit_figure, response_figure
+    from ajgdata.report.gallery import FILM, PAGE, groups, illustrations, render_gallery
+    from ajgdata.report.render import draw_figures
     from ajgdata.report.study_page import page_links
 
     shown = groups(quick)
-    figures = {
-        one.name: exhibit_figure(one.scene, one.title) for group in shown for one in group.exhibits
-    }
-    star: Exhibit = shown[0].exhibits[1]
+    star = shown[0].exhibits[1]
     plan = build_plan(star.scene)
-    figures[RESPONSE] = response_figure(simulate(plan), star.title, star.scene.numerics)
-    svgs = {}
-    for name, figure in figures.items():
-        svg, *_ = save_figure(figure, paths.page_figure(PAGE, name))
-        svgs[name] = svg.read_bytes()
+    drawings = illustrations(shown, star, lambda: simulate(plan))
+    figures = draw_figures(drawings, paths.page_figures(PAGE))
     gif = animate(star.scene, filmed(plan))
     write_bytes(paths.page_figure(PAGE, FILM), gif)
     made = {**software(), "code": code_digest(*GALLERY_CODE)}
-    html = render_gallery(shown, svgs, (star, gif), made, page_links(pages), paths)
+    html = render_gallery(shown, figures, star, gif, made, page_links(pages), paths)
     write_bytes(paths.page(PAGE), html.encode())

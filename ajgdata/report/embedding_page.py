@@ -15,8 +15,8 @@ from ajgdata.report.embedding_blocks import blocks, flat
 from ajgdata.report.format import number
 from ajgdata.report.latents import clusters_text
 from ajgdata.report.neighbours import gain_text
-from ajgdata.report.page import Link, data_uri, environment
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.render import Link, data_uri, environment
 from ajgdata.report.study_page import LEADS
 
 PAGE = "embedding"

@@ -1,18 +1,21 @@
-"""Which scenes the gallery shows, and its page."""
+"""The gallery: the scenes that it shows, and its page."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
+from ajgdata.gripper import ImpulseResponse
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.scene import Scene
-from ajgdata.paths import FIGURE_FORMATS, Paths
+from ajgdata.paths import Paths
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Caption, number
-from ajgdata.report.page import Link, data_uri, environment
-from ajgdata.report.scenes import Section, section
+from ajgdata.report.render import Link, Picture, data_uri, render
+from ajgdata.report.scenes import Section, exhibit_figure, response_figure, section
 from ajgdata.report.study_page import LEADS
 
 PAGE = "gallery"
@@ -66,7 +69,7 @@ class Group:
 
 
 def caption(exhibit: Exhibit) -> Caption:
-    """What the drawn geometry measures, in words."""
+    """Return the measures of the drawn geometry, in words."""
     cut: Section = section(exhibit.scene)
     cavity = cut.roof > cut.floor
     clearance = float((cut.roof - cut.surface)[cavity].max())
@@ -79,50 +82,46 @@ def caption(exhibit: Exhibit) -> Caption:
     return Caption(text, f"Cross-section of the cavity, cut at y = 0. {text}")
 
 
+def illustrations(
+    groups: Sequence[Group], star: Exhibit, response: Callable[[], ImpulseResponse]
+) -> list[Illustration]:
+    """Return a figure of each exhibit, and one, called RESPONSE, of what is heard in `star`."""
+    words = Caption(RESPONSE_TEXT, f"Impulse response and spectrum with {star.title}.")
+    listed = [Illustration(RESPONSE, words, lambda: response_figure(
+        response(), star.title, star.scene.numerics
+    ))]  # fmt: skip
+    for one in (one for group in groups for one in group.exhibits):
+        draw = partial(exhibit_figure, one.scene, one.title)
+        listed.append(Illustration(one.name, caption(one), draw))
+    return listed
+
+
 def render_gallery(
     groups: Sequence[Group],
-    svgs: Mapping[str, bytes],
-    film: tuple[Exhibit, bytes],
+    figures: Mapping[str, Picture],
+    star: Exhibit,
+    gif: bytes,
     provenance: Mapping[str, Any],
     pages: Sequence[Link] = (),
     project: Paths | None = None,
 ) -> str:
-    """The page as HTML text; `svgs` by name of exhibit, and one called RESPONSE of the film's."""
-
-    def shown(name: str, words: Caption) -> dict[str, Any]:
-        links = {suffix: f"{PAGE}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
-        return {"id": name, "image": data_uri(svgs[name]), "caption": words, "links": links}
-
-    filmed, gif = film
-    template = environment(project).get_template("gallery.html.j2")
-    return template.render(
+    """Return the page as HTML text; `figures` are the `illustrations`, `gif` the film of `star`."""
+    film = {"title": star.title, "text": FILM_TEXT, "link": f"{PAGE}/{FILM}"}
+    return render(
+        "gallery.html.j2",
+        figures,
+        project=project,
         title=LEADS[PAGE].title,
         lead=LEADS[PAGE].text,
         provenance=provenance,
         pages=pages,
-        film={
-            "title": filmed.title,
-            "text": FILM_TEXT,
-            "image": data_uri(gif, "image/gif"),
-            "link": f"{PAGE}/{FILM}",
-        },
-        response=shown(
-            RESPONSE, Caption(RESPONSE_TEXT, f"Impulse response and spectrum with {filmed.title}.")
-        ),
-        groups=[
-            {
-                "id": group.id,
-                "title": group.title,
-                "text": group.text,
-                "pictures": [shown(one.name, caption(one)) for one in group.exhibits],
-            }
-            for group in groups
-        ],
+        film=film | {"image": data_uri(gif, "image/gif")},
+        groups=groups,
     )
 
 
 def groups(quick: bool = False) -> tuple[Group, ...]:
-    """A dozen objects, and every gripper but the default one on a cube; `quick`: two of each."""
+    """Return a dozen objects, and all grippers but the default on a cube; `quick`: two each."""
     grippers = [name for name in GRIPPERS if name != "default"]
     few = 2 if quick else None
     return (

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ajgdata.paths import Paths
 from ajgdata.report.embedded import METHODS, SPACES, Embedded, Picture, Pictured
 from ajgdata.report.format import value, words
-from ajgdata.report.page import environment
 from ajgdata.report.projected import MISSING, NUMBERS, shown_columns, text_colours
+from ajgdata.report.render import environment
 
 SCRIPT = "latents.js"
 #: Drawing area in units of the picture, and the room left around the points.

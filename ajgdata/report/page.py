@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
-from typing import Any, NamedTuple
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markdown_it import MarkdownIt
-from markupsafe import Markup
+from typing import Any
 
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report import illustrations as figures
@@ -18,20 +13,12 @@ from ajgdata.report.beside import absent, beside, evidence
 from ajgdata.report.content import PartResult, Report, TaskResult
 from ajgdata.report.energy_figures import energy_rows
 from ajgdata.report.experiments import spread
+from ajgdata.report.render import Link, data_uri, environment, web_link
 from ajgdata.report.silent_figures import silent_name
 from ajgdata.report.transfer_figures import transfer_rows
-from ajgdata.store.report_files import template_folders
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
-
-
-class Link(NamedTuple):
-    """Another page of the report, relative to this one."""
-
-    link: str
-    title: str
-    about: str
 
 
 def render_page(
@@ -66,42 +53,6 @@ def render_page(
             **_names(),
         )
     )
-
-
-def environment(project: Paths | None = None) -> Environment:
-    """Templates whose values are all escaped and none of which may be missing.
-
-    Those of `project` (default: the working folder) come before the packaged ones.
-    """
-    made = Environment(
-        loader=FileSystemLoader(template_folders(project or Paths())),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters.update(
-        number=wording.number,
-        words=wording.words,
-        markdown=render_markdown,
-        mean_sd=wording.mean_sd,
-        setting=_setting,
-        value=wording.value,
-    )
-    return made
-
-
-def render_markdown(text: str, top: int = 1) -> Markup:
-    """Return Markdown (CommonMark) as HTML; its `#` becomes a heading of level `top`.
-
-    HTML in the text is escaped, and a link that could run a script stays text.
-    """
-    parser = MarkdownIt("commonmark", {"html": False})
-    tokens = parser.parse(text)
-    for token in tokens:
-        if token.type in ("heading_open", "heading_close"):
-            token.tag = f"h{min(int(token.tag[1:]) + top - 1, 6)}"
-    return Markup(parser.renderer.render(tokens, parser.options, {}))
 
 
 def _names() -> dict[str, Any]:
@@ -188,41 +139,9 @@ def published_link(dataset: str) -> str:
     return _from_page(PurePosixPath(Paths().published(dataset).as_posix()))
 
 
-def web_link(url: str) -> str:
-    """`url` if it is a web address that a reader may follow, else nothing."""
-    return url if url.startswith(("https://", "http://")) else ""
-
-
 def _from_page(target: PurePosixPath) -> str:
     """`target` relative to the folder of the page."""
     up, folder = 0, PurePosixPath(Paths().report.as_posix()).parent
     while not target.is_relative_to(folder):
         up, folder = up + 1, folder.parent
     return str(PurePosixPath(*[".."] * up, target.relative_to(folder)))
-
-
-def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
-    """A picture as the address of an image that needs no file."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
-
-
-def _setting(value: object, joint: str = "; ") -> str:
-    """A setting as people write it. Of two numbers `joint` says whether they are a range."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int | float):
-        return wording.number(value, 6)
-    if isinstance(value, tuple | list):
-        return joint.join(_setting(part) for part in value)
-    if isinstance(value, Mapping):
-        given = {name: part for name, part in value.items() if part not in (None, "")}
-        return joint.join(_named(wording.words(name), part) for name, part in given.items())
-    return wording.DASH if value in (None, "") else str(value)
-
-
-def _named(name: str, value: object) -> str:
-    """`pinned yes`, or `angle deg (within object; period deg 180)`."""
-    text = _setting(value)
-    return (
-        f"{name} ({text})".removesuffix(" ()") if isinstance(value, Mapping) else f"{name} {text}"
-    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -224,12 +224,12 @@ FIGURES: dict[tuple[str, str, str], tuple[Caption, Draw]] = {
 }
 
 
-def study_figures(name: str, tables: Sequence[Table]) -> Mapping[str, Mapping[str, Illustration]]:
-    """What to draw for each table of the study `name`; nothing is drawn yet."""
-    found: dict[str, dict[str, Illustration]] = {}
+def study_figures(name: str, tables: Sequence[Table]) -> dict[str, list[Illustration]]:
+    """Return the figures of each table of the study `name`, by table; nothing is drawn yet."""
+    found: dict[str, list[Illustration]] = {}
     filled = {table.name: table for table in tables if table.rows}
     for (study, part, figure), (caption, draw) in FIGURES.items():
         if study == name and part in filled:
-            drawing = Illustration(caption, partial(draw, filled[part]))
-            found.setdefault(part, {})[figure] = drawing
+            drawing = Illustration(figure, caption, partial(draw, filled[part]))
+            found.setdefault(part, []).append(drawing)
     return found

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ajgdata.paths import FIGURE_FORMATS, Paths
-from ajgdata.report.blocks import Illustration
-from ajgdata.report.page import Link, data_uri, environment
+from ajgdata.paths import Paths
+from ajgdata.report.render import Link, Picture, render
 from ajgdata.types.table import Table, Value
 
 
 class Lead(NamedTuple):
-    """What a page is about: its title, the question that it answers, and what it belongs to."""
+    """Title of a page, the question that it answers, and the group of pages that it belongs to."""
 
     title: str
     text: str
@@ -66,7 +65,7 @@ LEADS = {
 
 
 def page_links(names: Sequence[str]) -> list[Link]:
-    """Links between the pages, in the order of the report."""
+    """Return links to the pages `names`, in the order of the report."""
     return [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in names]
 
 
@@ -74,27 +73,24 @@ def render_study(
     name: str,
     provenance: Mapping[str, Any],
     tables: Sequence[Table],
-    figures: Mapping[str, Mapping[str, Illustration]],
-    svgs: Mapping[str, bytes],
+    figures: Mapping[str, Picture],
+    placed: Mapping[str, Sequence[str]],
     pages: Sequence[Link] = (),
     project: Paths | None = None,
 ) -> str:
-    """The page as HTML text. `figures` holds, by table, figures by name; `svgs` their files.
+    """Return the page as HTML text. `figures` by name, `placed` names those of each table.
 
-    Raises ValueError if a figure is missing.
+    Raises jinja2.UndefinedError for a figure that is not drawn.
     """
-    drawn = {figure for ones in figures.values() for figure in ones}
-    if missing := sorted(drawn - set(svgs)):
-        raise ValueError(f"figures not drawn: {', '.join(missing)}")
-    template = environment(project).get_template("study.html.j2")
-    return template.render(
+    return render(
+        "study.html.j2",
+        figures,
+        project=project,
         title=LEADS[name].title,
         lead=LEADS[name].text,
         provenance=provenance,
         tables=tables,
-        figures={table.name: figures.get(table.name, {}) for table in tables},
-        image={figure: data_uri(svgs[figure]) for figure in drawn},
-        links=lambda figure: {suffix: f"{name}/{figure}.{suffix}" for suffix in FIGURE_FORMATS},
+        placed={table.name: placed.get(table.name, ()) for table in tables},
         numeric=numeric,
         passed=passed,
         holds=holds,
@@ -103,7 +99,7 @@ def render_study(
 
 
 def numeric(table: Table, key: str) -> bool:
-    """Whether a column holds numbers, finite or not, and perhaps gaps: it is set flush right."""
+    """Return whether a column holds numbers, finite or not, and perhaps gaps: set flush right."""
     found = [value for value in table.column(key) if value is not None]
     return bool(found) and all(
         value in ("inf", "-inf", "nan") if isinstance(value, str) else not isinstance(value, bool)
@@ -112,7 +108,10 @@ def numeric(table: Table, key: str) -> bool:
 
 
 def holds(row: Mapping[str, Value]) -> bool | None:
-    """Whether a row that says `passed`, or `expected` and `outcome`, says that all is well."""
+    """Return whether a row that says `passed`, or `expected` and `outcome`, says that all is well.
+
+    None for a row that says neither.
+    """
     if "passed" in row:
         return None if row["passed"] is None else bool(row["passed"])
     if {"expected", "outcome"} <= set(row):
@@ -121,6 +120,6 @@ def holds(row: Mapping[str, Value]) -> bool | None:
 
 
 def passed(table: Table) -> str:
-    """`12 of 13 hold`, for a table whose rows can hold or fail, else nothing."""
+    """Return `12 of 13 hold.` for a table whose rows can hold or fail, else nothing."""
     said = [verdict for row in table.rows if (verdict := holds(row)) is not None]
     return f"{sum(said)} of {len(said)} hold." if said else ""

@@ -19,7 +19,7 @@ from embedding_samples import (
     sample,
     transfer,
 )
-from test_report_page import Page
+from html_page import Page
 from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.paths import Paths
@@ -28,8 +28,8 @@ from ajgdata.pipeline.embed_documents import embedded
 from ajgdata.pipeline.embed_page import build_embedding_page, build_explorer, sounds
 from ajgdata.pipeline.projections import make_projections
 from ajgdata.report.embedding_page import figures, render_embeddings
-from ajgdata.report.page import Link
 from ajgdata.report.paper import parse_paper
+from ajgdata.report.render import Link
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.features import Column

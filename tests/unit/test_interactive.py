@@ -9,10 +9,10 @@ import re
 import numpy as np
 import pytest
 from embedding_samples import SCRIPT, THINGS, pictures, sample
+from html_page import Page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from test_report_page import Page
 
 from ajgdata.report.interactive import (
     HEIGHT,

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from ajgdata.paths import Paths
-from ajgdata.report.page import environment, render_markdown
+from ajgdata.report.render import environment, render_markdown
 from ajgdata.store.report_files import (
     PACKAGED,
     read_experiment_text,
@@ -140,7 +140,7 @@ def test_an_installed_package_holds_every_file_of_reports(tmp_path):
     code = (
         "from ajgdata.store.report_files import PACKAGED\n"
         "from ajgdata.store.publishing.about import CC0_FILE\n"
-        "from ajgdata.report.page import environment\n"
+        "from ajgdata.report.render import environment\n"
         "assert environment().get_template('base.html.j2')\n"
         "assert 'CC0' in CC0_FILE.read_text()\n"
         "print(PACKAGED)"

@@ -3,10 +3,10 @@
 import dataclasses
 import itertools
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from html_page import Page
 from report_samples import (
     PAPER,
     SCRIPT,
@@ -22,48 +22,13 @@ from ajgdata.report.format import DASH, Score
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import (
     MAX_FINDINGS,
-    _setting,
     figure_link,
     paper_cells,
     quarantine_link,
     render_page,
 )
+from ajgdata.report.render import setting
 from ajgdata.types import Finding
-
-VOID = {"meta", "img", "br", "link", "input"}
-
-
-class Page(HTMLParser):
-    """Tags with attributes, the text of each table row, and proof that tags are balanced."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.tags, self.rows, self.words, self._open = [], [], [], []
-        self.feed(html)
-        assert self._open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-        if tag == "tr":
-            self.rows.append([])
-        if tag not in VOID:
-            self._open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self._open.pop() == tag
-
-    def handle_data(self, data):
-        if "style" in self._open or not data.strip():
-            return
-        self.words.append(" ".join(data.split()))
-        if "tr" in self._open:
-            self.rows[-1].append(self.words[-1])
-
-    def all(self, tag):
-        return [attributes for name, attributes in self.tags if name == tag]
-
-    def row(self, start):
-        return next(row for row in self.rows if row[: len(start)] == start)
 
 
 def render(report: Report) -> str:
@@ -195,7 +160,7 @@ def test_headings_tables_and_images_are_accessible(html):
     ],
 )  # fmt: skip
 def test_a_setting_is_written_as_people_do_and_a_place_is_no_range(value, said):
-    assert _setting(value) == said
+    assert setting(value) == said
 
 
 def test_settings_and_provenance_are_shown(html):

@@ -5,9 +5,9 @@ import sys
 
 import numpy as np
 import pytest
+from html_page import Page
 from matplotlib.text import Text
 from PIL import Image
-from test_report_page import Page
 
 from ajgdata.cli import main
 from ajgdata.gripper import ImpulseResponse, Scene, build_plan
@@ -17,7 +17,8 @@ from ajgdata.gripper.pressure_slices import slices
 from ajgdata.gripper.scene import Numerics
 from ajgdata.report.animation import BLUE_AT, HEAD_PX, SHADES, WIDTH_PX, animate, loudness, palette
 from ajgdata.report.canvas import encode
-from ajgdata.report.gallery import RESPONSE, caption, groups, render_gallery
+from ajgdata.report.gallery import caption, groups, illustrations, render_gallery
+from ajgdata.report.render import picture
 from ajgdata.report.scenes import (
     cross_section_figure,
     response_figure,
@@ -248,12 +249,15 @@ def test_the_gallery_has_a_dozen_objects_and_every_gripper():
     for one in (*objects.exhibits, *grippers.exhibits):
         said = caption(one)
         assert one.title in said.text and "Air above the bed" in said.alt
-    svgs = {one.name: b"<svg/>" for group in (objects, grippers) for one in group.exhibits}
+    star = objects.exhibits[0]
+    drawings = illustrations(groups(), star, lambda: None)
+    figures = {one.name: picture(one, b"<svg/>", "gallery") for one in drawings}
     made = {"ajgdata_version": "1", "git_commit": "<b>", "code": "c"}
-    film = (objects.exhibits[0], b"GIF89a")
-    html = render_gallery(groups(), {**svgs, RESPONSE: b"<svg/>"}, film, made)
+    html = render_gallery(groups(), figures, star, b"GIF89a", made)
     page = Page(html)
-    assert len(page.all("figure")) == len(svgs) + 2
+    shown = len(objects.exhibits) + len(grippers.exhibits)
+    assert len(page.all("figure")) == shown + 2  # the film and the response
+    assert "gallery/response.svg" in {a["href"] for a in page.all("a")}
     assert "<code><b>" not in html
     ids = [a["id"] for _, a in page.tags if "id" in a]
     assert len(ids) == len(set(ids))

@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from html_page import Page
+from jinja2 import UndefinedError
 from matplotlib.text import Text
-from test_report_page import Page
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_study_page
 from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study
 from ajgdata.report.format import DASH, value
+from ajgdata.report.render import draw_figures, picture
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.store.provenance import code_digest
@@ -126,10 +128,19 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
 
 def test_figures_are_drawn_linked_and_embedded(tmp_path):
     paths = Paths(tmp_path)
-    figures = study_figures("verification", [DRAWN, TABLE])["convergence"]
-    assert set(figures) == {"convergence"}
-    with pytest.raises(ValueError, match="figures not drawn: convergence"):
-        render_study("verification", MADE, [DRAWN], {"convergence": figures}, {})
+    (figure,) = study_figures("verification", [DRAWN, TABLE])["convergence"]
+    assert figure.name == "convergence"
+    placed = {"convergence": ["convergence"]}
+    with pytest.raises(UndefinedError, match="no attribute 'convergence'"):
+        render_study("verification", MADE, [DRAWN], {}, placed)
+    with pytest.raises(ValueError, match=r"figures that study.html.j2 does not show: convergence"):
+        render_study(
+            "verification", MADE, [DRAWN],
+            {"convergence": picture(figure, b"<svg/>", "verification")}, {},
+        )  # fmt: skip
+    with pytest.raises(ValueError, match="would share a file name, convergence"):
+        draw_figures([figure, figure], tmp_path / "nowhere")
+    assert not (tmp_path / "nowhere").exists()
     write_tables(paths.study("verification"), [DRAWN], **MADE)
     build_study_page(paths, "verification", [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
@@ -222,7 +233,8 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
         ("bar", "wide", 4.0, 0.07, 0.1, 0.2, 0.3),
     )
     table = table_of("accuracy", keys, rows)
-    assert set(study_figures("accuracy", [table])["accuracy"]) == {"pareto", "bands"}
+    names = [one.name for one in study_figures("accuracy", [table])["accuracy"]]
+    assert names == ["pareto", "bands"]
     (axes,) = FIGURES["accuracy", "accuracy", "pareto"][1](table).axes
     drawn = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
     assert drawn["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]

@@ -1,0 +1,153 @@
+"""A template, figures and values -> one HTML page that needs no network and no other file.
+
+Every page of a report is made here: figures are drawn in the one style and saved beside the page,
+which holds them as data URIs and links their files.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markdown_it import MarkdownIt
+from markupsafe import Markup
+
+from ajgdata.paths import FIGURE_FORMATS, Paths
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.format import DASH, Caption, mean_sd, number, value, words
+from ajgdata.store.report_files import template_folders
+
+
+class Link(NamedTuple):
+    """Another page of the report, relative to this one."""
+
+    link: str
+    title: str
+    about: str
+
+
+class Picture(NamedTuple):
+    """A figure that is drawn: `image` is its address in the page, `links` its files by suffix.
+
+    `folded` names it where it is shown only on request.
+    """
+
+    name: str
+    caption: Caption
+    image: str
+    links: Mapping[str, str]
+    folded: str = ""
+
+
+def picture(illustration: Illustration, svg: bytes, folder: str) -> Picture:
+    """Return an illustration, drawn as `svg`, whose files lie in `folder` beside the page."""
+    name = illustration.name
+    links = {suffix: f"{folder}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
+    return Picture(name, illustration.caption, data_uri(svg), links, illustration.folded)
+
+
+def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:
+    """Draw figures, save them to `folder`, which lies beside their page, and return them by name.
+
+    Raises ValueError, before anything is drawn, if two would share a file name.
+    """
+    from ajgdata.report.canvas import draw, save_figure
+
+    listed = list(illustrations)
+    names = Counter(one.name for one in listed)
+    if twice := [name for name, count in names.items() if count > 1]:
+        raise ValueError(
+            f"two figures would share a file name, {twice[0]}: rename a data set, task or embedding"
+        )
+    folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
+    drawn = {}
+    for one in listed:
+        svg, *_ = save_figure(draw(one), folder / one.name)
+        drawn[one.name] = picture(one, svg.read_bytes(), folder.name)
+    return drawn
+
+
+def render(
+    template: str, figures: Mapping[str, Picture], *, project: Paths | None = None, **values: object
+) -> str:
+    """Return a page as HTML text: the same figures and values give the same text.
+
+    The template gets `figures` by name, and `values`. Raises jinja2.UndefinedError for a figure or
+    value that it asks for and is not there, ValueError for figures that it does not show.
+    """
+    html = environment(project).get_template(template).render(figures=figures, **values)
+    if unseen := [name for name, one in figures.items() if one.image not in html]:
+        raise ValueError(f"figures that {template} does not show: {', '.join(unseen)}")
+    return html
+
+
+def environment(project: Paths | None = None) -> Environment:
+    """Return templates whose values are all escaped and none of which may be missing.
+
+    Those of `project` (default: the working folder) come before the packaged ones.
+    """
+    templates = Environment(
+        loader=FileSystemLoader(template_folders(project or Paths())),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters.update(
+        number=number,
+        words=words,
+        markdown=render_markdown,
+        mean_sd=mean_sd,
+        setting=setting,
+        value=value,
+    )
+    return templates
+
+
+def render_markdown(text: str, top: int = 1) -> Markup:
+    """Return Markdown (CommonMark) as HTML; its `#` becomes a heading of level `top`.
+
+    HTML in the text is escaped, and a link that could run a script stays text.
+    """
+    parser = MarkdownIt("commonmark", {"html": False})
+    tokens = parser.parse(text)
+    for token in tokens:
+        if token.type in ("heading_open", "heading_close"):
+            token.tag = f"h{min(int(token.tag[1:]) + top - 1, 6)}"
+    return Markup(parser.renderer.render(tokens, parser.options, {}))
+
+
+def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
+    """Return a picture as the address of an image that needs no file."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def web_link(url: str) -> str:
+    """Return `url` if it is a web address that a reader may follow, else nothing."""
+    return url if url.startswith(("https://", "http://")) else ""
+
+
+def setting(given: object, joint: str = "; ") -> str:
+    """Return a setting as people write it; `joint` stands between the parts of several."""
+    if isinstance(given, bool):
+        return "yes" if given else "no"
+    if isinstance(given, int | float):
+        return number(given, 6)
+    if isinstance(given, tuple | list):
+        return joint.join(setting(part) for part in given)
+    if isinstance(given, Mapping):
+        parts = {name: part for name, part in given.items() if part not in (None, "")}
+        return joint.join(_named(words(name), part) for name, part in parts.items())
+    return DASH if given in (None, "") else str(given)
+
+
+def _named(name: str, given: object) -> str:
+    """Return `pinned yes`, or `angle deg (within object; period deg 180)`."""
+    text = setting(given)
+    return (
+        f"{name} ({text})".removesuffix(" ()") if isinstance(given, Mapping) else f"{name} {text}"
+    )
