@@ -16,7 +16,7 @@ import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Source
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
@@ -137,6 +137,12 @@ class TaskResults:
         return f"{self.dataset_title} · {self.task.replace('_', ' ')}"
 
     @property
+    def summary(self) -> str:
+        """Return what the task is, in a sentence."""
+        unit = f" in {self.unit}" if self.unit else ""
+        return f"{self.kind.capitalize()} of {self.target}{unit}; folds keep {self.groups} whole."
+
+    @property
     def paper(self) -> PaperFigure | None:
         """Return the figure of the paper that stands beside the experiment as a whole."""
         return self.papers.get(self.experiment)
@@ -184,7 +190,8 @@ def no_comparison(_: TaskResults, __: Lookup) -> Iterable[PaperComparison]:
 class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
-    `measure(inputs, settings, model)` raises ValueError for a task that lacks what it needs. The
+    `across` draws the results of all tasks together, `training_cost` is what training the paper's
+    model on a task costs. `measure(inputs, settings, model)` raises ValueError for a task that lacks what it needs. The
     settings model's `test_on`, if it has one, names further data sets; its `models`, if `by_model`,
     are measured in jobs of their own. `check(settings, kind, features)` raises ValueError for
     settings that the task cannot have.
@@ -198,6 +205,8 @@ class Experiment:
     tables: Callable[[TaskResults], Iterable[ShownTable]] = no_tables
     rows: Callable[[TaskResults], Iterable[ResultRow]] = no_rows
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
+    across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = lambda results: ()
+    training_cost: Callable[[TaskResults], Cost | None] = lambda results: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report

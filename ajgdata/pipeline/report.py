@@ -1,42 +1,37 @@
-"""Stores, metrics and findings -> the report's page and figures."""
+"""Stores, results of experiments and findings -> the report's page and figures."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
-from ajgdata.pipeline.embed_documents import read_embedded
-from ajgdata.pipeline.experiments import runs_of
-from ajgdata.pipeline.report_results import left_out_of, task_result
-from ajgdata.pipeline.report_rows import (
-    curves_of,
-    energies_of,
-    left_out,
-    sorting_of,
-    stfts_of,
-    tests_of,
-    transfers_of,
-)
+from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.stages import Stopwatch, stages_of
-from ajgdata.report.content import (
+from ajgdata.report.comparison import PaperComparison, in_papers_order
+from ajgdata.report.paper import PaperFigure, parse_paper
+from ajgdata.report.reasons import Reason, reasons_of
+from ajgdata.report.report_data import (
     DatasetSummary,
+    Part,
     Provenance,
     Report,
+    Skipped,
     Spectra,
+    TaskSection,
 )
-from ajgdata.report.paper import parse_paper
-from ajgdata.report.reasons import reasons_of
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import settings_digest, software
-from ajgdata.store.report_files import read_paper
+from ajgdata.store.report_files import read_experiment_text, read_paper
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError, DatasetSpec, FeatureSettings
@@ -52,95 +47,129 @@ def build_report(
     tasks: Sequence[tuple[str, str]],
     page: Path,
     pages: Sequence[str] = (),
-    embeddings: Sequence[tuple[str, str]] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
 ) -> None:
-    """Write the report on `datasets` and on `tasks` and `embeddings`, pairs of data set and name,
-    as `page`, its figures and what it is about beside it.
+    """Write the report on `datasets` and on `tasks`, pairs of data set and name, as `page`.
 
-    `pages` are the other pages that it is linked with, `ablations` those that say why simulation
-    and paper differ; `published` the data sets whose trees are there.
+    Its figures, and what it is about, are written beside it. `pages` are the other pages that it is
+    linked with, `ablations` those that say why simulation and paper differ; `published` the data
+    sets whose trees are there.
     """
-    from ajgdata.report.page import render_page
+    from ajgdata.report.page import illustrations, render_page
+    from ajgdata.report.render import draw_figures
     from ajgdata.report.study_page import page_links
 
     watch = Stopwatch()
     folder = page.parent / FIGURES
-    report = _assembled(paths, datasets, tasks, embeddings, ablations)
-    svgs = _drawn(report, folder, {})
+    report = _assembled(paths, datasets, tasks, ablations)
+    figures = draw_figures(illustrations(report), folder)
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
     report = dataclasses.replace(report, stages=stages)
-    svgs = _drawn(report, folder, svgs)
-    write_bytes(page, render_page(report, svgs, page_links(pages), published, paths).encode())
-    runs = runs_of({name: read_dataset(paths, name) for name in datasets}, tasks)
-    content = {"datasets": list(datasets), "runs": runs, "pages": list(pages)}
+    later = [one for one in illustrations(report) if one.name not in figures]
+    figures |= draw_figures(later, folder)
+    html = render_page(report, figures, page_links(pages), published, project=paths)
+    write_bytes(page, html.encode())
+    specs = {name: read_dataset(paths, name) for name in datasets}
+    content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
     content["published"] = list(published)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
-
-
-def _drawn(report: Report, folder: Path, known: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The SVG files of all figures; those that are not `known` are drawn and written."""
-    from ajgdata.report.canvas import save_figure
-    from ajgdata.report.illustrations import illustrations
-
-    svgs = dict(known)
-    for name, illustration in illustrations(report).items():
-        if name not in known:
-            saved = save_figure(illustration.draw(), folder / name)
-            svgs[name] = next(path for path in saved if path.suffix == ".svg").read_bytes()
-    return svgs
 
 
 def _assembled(
     paths: Paths,
     datasets: Sequence[str],
     tasks: Sequence[tuple[str, str]],
-    embeddings: Sequence[tuple[str, str]],
     ablations: Sequence[str],
 ) -> Report:
-    """All that the report says, but for the time that it took."""
+    """Return all that the report says, but for the time that it took."""
     paper = parse_paper(read_paper(paths))
     specs = {name: read_dataset(paths, name) for name in datasets}
-    stores = {name: read_store(paths.merged(name)) for name in datasets}
-    runs = runs_of(specs, tasks)
-    documents = {run: read_json(paths.metrics(*run)) for run in runs}
-    report = Report(
+    read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
+    results = [one for one, _ in read if one.results]
+    tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
+    return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
-        datasets=tuple(summary(paths, specs[name], stores[name]) for name in datasets),
-        results=tuple(
-            task_result(paths, specs, run, document, paper)
-            for run, document in documents.items()
-            if "skipped" not in document
+        datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in datasets),
+        sections=tuple(_sections(paths, results)),
+        comparisons=tuple(_comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
+        across=tuple(
+            drawing
+            for name in dict.fromkeys(one.experiment for one in results)
+            for drawing in EXPERIMENTS[name].across(
+                [one for one in results if one.experiment == name]
+            )
         ),
         skipped=tuple(
-            left_out_of(run, document)
-            for run, document in documents.items()
-            if "skipped" in document
+            Skipped(one.dataset, f"{one.task}, {_title(one)}", label, reason)
+            for one, reasons in read
+            for label, reason in reasons.items()
         ),
-    )
-    tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
-    listed = [(specs[dataset], task) for dataset, task in tasks]
-    return dataclasses.replace(
-        report,
-        curves=tuple(c for one in listed for c in curves_of(paths, *one, paper)),
-        tests=tuple(t for one in listed for t in tests_of(paths, *one)),
-        sorting=tuple(s for one in listed for s in sorting_of(paths, *one, paper)),
-        transfers=tuple(t for one in listed for t in transfers_of(paths, *one, specs, paper)),
-        stfts=tuple(s for one in listed for s in stfts_of(paths, *one)),
-        energies=tuple(e for one in listed for e in energies_of(paths, *one, paper)),
-        embeddings=tuple(read_embedded(paths, *one, measured=True) for one in embeddings),
         paper=tuple(paper.values()),
-        reasons=tuple(reasons_of(tables, ABLATIONS_PAGE)),
-        skipped=(*report.skipped, *(s for one in listed for s in left_out(paths, *one))),
     )
 
 
+def _title(results: TaskResults) -> str:
+    title = EXPERIMENTS[results.experiment].title
+    return title[0].lower() + title[1:]
+
+
+def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSection]:
+    """Yield a section for each task that has a result."""
+    for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
+        own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
+        parts = tuple(_part(paths, one) for one in own)
+        yield TaskSection(dataset, task, own[0].title, own[0].summary, own[0].source, parts)
+
+
+def _part(paths: Paths, results: TaskResults) -> Part:
+    one = EXPERIMENTS[results.experiment]
+    return Part(
+        experiment=one.name,
+        title=one.title,
+        text=read_experiment_text(paths, one.name),
+        rows=tuple(one.rows(results)),
+        figures=tuple(one.figures(results)),
+        tables=tuple(one.tables(results)),
+    )
+
+
+def _comparisons(
+    results: Sequence[TaskResults], paper: Mapping[str, PaperFigure], reasons: Sequence[Reason]
+) -> list[PaperComparison]:
+    """Return what stands beside the paper, with its cost and the reasons that were found."""
+
+    def lookup(experiment: str, dataset: str, task: str) -> TaskResults | None:
+        """Return results on the task, or else on another of its data set."""
+        there = [r for r in results if (r.experiment, r.dataset) == (experiment, dataset)]
+        return min(there, key=lambda r: r.task != task, default=None)
+
+    rows = [
+        _with_cost(row, lookup)
+        for one in results
+        for row in EXPERIMENTS[one.experiment].paper_comparison(one, lookup)
+    ]
+    return [
+        dataclasses.replace(row, reasons=tuple(r for r in reasons if row.paper.id in r.of))
+        for row in in_papers_order(rows, paper.values())
+    ]
+
+
+def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
+    """Return the row, with what training the paper's model costs where it names a model only."""
+    if row.cost is not None or not row.model:
+        return row
+    for name in EXPERIMENTS.names():
+        found = lookup(name, row.dataset, row.task)
+        cost = EXPERIMENTS[name].training_cost(found) if found else None
+        if cost is not None:
+            return dataclasses.replace(row, cost=cost)
+    return row
 def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
-    """What the report says of a data set."""
+    """Return what the report says of a data set."""
     settings = json.loads(str(store.attrs["settings"]))
     features = FeatureSettings(**settings["features"])
     return DatasetSummary(
@@ -168,7 +197,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
 
 
 def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
-    """What a session of the store says of its source, flattened: `numerics dx_mm`, for instance."""
+    """Return what a session of the store says of its source, flattened: `numerics dx_mm`, for instance."""
     sessions = sorted(set(store.columns["session_id"].values.tolist()))
     try:
         session = read_session(paths.session(dataset, sessions[0]))
@@ -183,7 +212,7 @@ def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
 
 
 def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
-    """Mean spectrum of each class, or of equally filled bins, of the first task's target."""
+    """Return the mean spectrum of each class, or of equally filled bins, of the first task's target."""
     name = next((task.target for task in spec.tasks.values()), "")
     if name not in store.columns:
         return None

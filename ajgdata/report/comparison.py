@@ -8,11 +8,11 @@ the paper's number itself, none at all would agree as well: then it cannot be to
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ajgdata.report.format import Score, Source
+from ajgdata.report.format import Score, Source, number
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.reasons import Reason
 
@@ -92,3 +92,23 @@ def together(verdicts: Collection[str]) -> str:
     """Return one verdict on a statement on several things: partly, if it holds for some alone."""
     distinct = sorted(set(verdicts))
     return PARTLY if YES in distinct and len(distinct) > 1 else "; ".join(distinct)
+
+
+def evidence(reason: Reason) -> str:
+    """Return each change with what it did: `trained at all levels (CNN 5.4 → 0.74)`."""
+    changes: dict[str, list[str]] = {}
+    for one in reason.tests:
+        said = f"{one.model} {number(one.before)} → {number(one.after)}"
+        doubt = "" if one.supported else ", within the spread of folds"
+        changes.setdefault(one.change, []).append(said + doubt)
+    return "; ".join(f"{change} ({', '.join(said)})" for change, said in changes.items())
+
+
+def in_papers_order(
+    rows: Iterable[PaperComparison], paper: Iterable[PaperFigure]
+) -> list[PaperComparison]:
+    """Return the first row of each figure of the paper and data set, in the paper's order."""
+    listed = list(rows)
+    order = list(dict.fromkeys(one.id for one in (*paper, *(row.paper for row in listed))))
+    first = {(row.paper.id, row.dataset): row for row in reversed(listed)}
+    return sorted(reversed(first.values()), key=lambda row: order.index(row.paper.id))
