@@ -1,0 +1,203 @@
+"""Cross-validation: how well a model reads a target from grasps that it has never heard.
+
+`measure` makes the tables; `results` reads them back; what is drawn and shown of them stands in the
+other modules of this package, which are imported when a page is made.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from ajgdata.evaluate.task_data import TaskData, is_among, split_withheld
+from ajgdata.experiments.base import (
+    Experiment,
+    Inputs,
+    Outcome,
+    fold_scores,
+    score_table,
+)
+from ajgdata.types import ModelName, Name, Strict
+from ajgdata.types.table import Table, table_of
+
+if TYPE_CHECKING:
+    from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores, Tested
+
+GROUPED, RANDOM = "grouped", "random"
+WITHHELD = "withheld"  #: part of the recordings that no fold trains on
+OVERALL = "overall"  #: known and withheld recordings together
+MAX_VALUES = 50  #: a target with more distinct values is continuous: no table by value
+PREDICTION_COLUMNS = {
+    "recording": "Recording", "split": "Split", "fold": "Fold", "y_true": "Truth",
+    "y_pred": "Prediction", "probability": "Probability",
+}  # fmt: skip
+VALUE_COLUMNS = {
+    "value": "Value", "withheld": "Withheld", "recordings": "Recordings", "rmse": "RMSE",
+    "rmse_sd": "Deviation of RMSE", "mae": "MAE", "bias": "Bias",
+}  # fmt: skip
+
+
+class Settings(Strict):
+    """Cross-validation of models on a task; they stand in the task itself."""
+
+    models: tuple[ModelName, ...] = Field(
+        ("cnn", "linear", "knn"), description="models that are trained and evaluated"
+    )
+    compare_random: bool = Field(
+        False, description="also evaluate a split that ignores the groups, to show what it flatters"
+    )
+    test_on: tuple[Name, ...] = Field(
+        (), description="data sets whose recordings the folds' models are tested on as well"
+    )
+
+
+def elsewhere(dataset: str) -> str:
+    """Return the part of the results that is of another data set."""
+    return f"on:{dataset}"
+
+
+class Evaluation(NamedTuple):
+    """Cross-validations by split, and the recordings of their parts by name."""
+
+    splits: dict[str, CrossValidation]
+    data: dict[str, TaskData]
+
+
+def evaluate(
+    inputs: Inputs, model: str, test_on: Sequence[str] = (), compare_random: bool = False
+) -> Evaluation:
+    """Cross-validate `model` on a task, with the data sets `test_on` as further test sets.
+
+    Recordings whose target is withheld are trained on by no fold and predicted by all. So are those
+    of the data sets `test_on` whose grasp is not of the task's own, too; of a grasp that is, only
+    the fold that holds it out predicts. Withheld values are left out of these data sets, so that
+    their errors compare with those of the known ones. With fewer groups than folds each group is a
+    fold. Raises ValueError for a task that cannot be evaluated, for instance with a single group.
+    """
+    from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+
+    known, held = split_withheld(inputs.all_data(), inputs.withhold)
+    data = {WITHHELD: held} if inputs.withhold else {}
+    for name in test_on:
+        other = inputs.all_data(name)
+        data[elsewhere(name)] = other.where(~is_among(other.value, inputs.withhold))
+    extra = {part: ExtraTestSet(d.feature, d.value, d.group) for part, d in data.items()}
+    named = inputs.split | {"folds": min(inputs.folds, len(np.unique(known.group)))}
+    splits = {}
+    for split in (GROUPED, RANDOM) if compare_random else (GROUPED,):
+        grouped = split == GROUPED
+        with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
+            splits[split] = cross_validate(
+                known.feature, known.value, known.group if grouped else None,
+                model=model, extra_tests=extra if grouped else None, **named,
+            )  # fmt: skip
+        if not _computable(splits[split].scores):
+            problem = f"errors of {inputs.target!r} are too large or too small to compute with"
+            raise ValueError(f"{problem}: give it in another unit")
+    return Evaluation(splits, {**dict.fromkeys(splits, known), **data})
+
+
+def _computable(scores: Scores) -> bool:
+    """Return whether the leading error, its chance and spread are finite and not rounded to 0."""
+    from ajgdata.evaluate.metrics import METRICS
+
+    name = METRICS[scores.kind][0]
+    numbers = (scores.mean[name], scores.sd[name], scores.chance[name])
+    return all(map(math.isfinite, numbers)) and (scores.kind != "regression" or numbers[2] > 0)
+
+
+def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+    """Return errors, predictions and cost of `model` on the folds of a task."""
+    found = evaluate(inputs, model, settings.test_on, settings.compare_random)
+    parts: dict[str, CrossValidation | Tested] = {}
+    for split, result in found.splits.items():
+        parts |= {split: result, **result.extra_tests}
+    scores = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
+    values: Iterable[Mapping[str, Any]] = ()
+    if inputs.kind == "regression":
+        values = _by_value(found.splits[GROUPED], inputs.period_deg)
+        scores += _overall_scores(model, found.splits[GROUPED], inputs.period_deg)
+    predicted = (
+        row for part, one in parts.items() for row in _rows(found.data[part], part, one.predictions)
+    )
+    grouped = found.splits[GROUPED].scores
+    counts = ("recordings", "groups", "folds")
+    about = {part: {c: getattr(one.scores, c) for c in counts} for part, one in parts.items()}
+    return Outcome(
+        (
+            score_table(scores, "Errors"),
+            table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
+            table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
+        ),
+        _cost_tables(model, found.splits),
+        {"parts": about, "classes": list(grouped.classes)},
+    )
+
+
+def _overall_scores(
+    model: str, found: CrossValidation, period: float | None
+) -> Iterator[tuple[str, str, str, str, float]]:
+    """Yield rows of scores of known and withheld recordings together, if some are withheld."""
+    from ajgdata.evaluate.crossval import deviation
+    from ajgdata.evaluate.withheld import overall
+
+    if WITHHELD not in found.extra_tests:
+        return
+    held = found.extra_tests[WITHHELD].predictions
+    for metric, values in overall(found.predictions, held, period).items():
+        for fold, value in enumerate(values):
+            yield model, OVERALL, metric, f"fold {fold}", value
+        yield model, OVERALL, metric, "mean", float(np.mean(values))
+        yield model, OVERALL, metric, "sd", deviation(values)
+
+
+def _by_value(found: CrossValidation, period: float | None) -> list[dict[str, Any]]:
+    """Return errors value by value, withheld ones among them, unless there are too many."""
+    from ajgdata.evaluate.withheld import by_value
+
+    if len(np.unique(found.predictions.y_true)) > MAX_VALUES:
+        return []
+    held = found.extra_tests[WITHHELD].predictions if WITHHELD in found.extra_tests else None
+    return [dataclasses.asdict(one) for one in by_value(found.predictions, held, period)]
+
+
+def _rows(data: TaskData, part: str, found: Predictions) -> Iterator[dict[str, Any]]:
+    probability = [None] * len(found.row) if found.probability is None else found.probability
+    columns = (data.name[found.row], found.fold, found.y_true, found.y_pred, probability)
+    for name, fold, true, predicted, p in zip(*columns, strict=True):
+        row = {"recording": name, "split": part, "fold": fold}
+        yield row | {"y_true": true, "y_pred": predicted, "probability": p}
+
+
+def _cost_tables(model: str, splits: Mapping[str, CrossValidation]) -> tuple[Table, ...]:
+    """Return what training and predicting took, and the training time of each fold."""
+    costs = {split: dataclasses.asdict(result.cost) for split, result in splits.items()}
+    per_fold = {split: cost.pop("train_s_per_fold") for split, cost in costs.items()}
+    measured = (
+        (model, f"cost of {split}", name, "measured", value)
+        for split, cost in costs.items()
+        for name, value in cost.items()
+    )
+    times = (
+        {"split": split, "fold": fold, "train_s": seconds}
+        for split, folds in per_fold.items()
+        for fold, seconds in enumerate(folds)
+    )
+    columns = {"split": "Split", "fold": "Fold", "train_s": "Training, s"}
+    title = "Training time of each fold"
+    return score_table(measured, "Cost"), table_of("train_s_per_fold", title, times, **columns)
+
+
+EXPERIMENT = Experiment(
+    name="cross_validation",
+    title="Cross-validation",
+    settings=Settings,
+    measure=measure,
+    figures=lambda results: (),
+    by_model=True,
+)

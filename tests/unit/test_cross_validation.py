@@ -1,0 +1,224 @@
+"""Recordings in, tables out: errors, predictions, cost; and why a task cannot be evaluated."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from ajgdata.experiments import cross_validation
+from ajgdata.experiments.base import Inputs
+from ajgdata.experiments.cross_validation import Settings
+from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.tables import write_tables
+
+
+def store(**columns) -> Shard:
+    """40 recordings of 10 grasps; the first 100 bins tell the size, the other 300 the class."""
+    generator = np.random.default_rng(0)
+    grasp = np.repeat(np.arange(10), 4)
+    size = 10.0 + grasp
+    feature = generator.uniform(0.99, 1.01, (40, 400)).astype(np.float32)
+    feature[:, :100] *= size[:, np.newaxis]
+    feature[:, 100:] *= 1 + grasp[:, np.newaxis] % 2
+    missing = np.arange(40) < 4
+    kind = np.where(missing, "", np.array(["even", "odd"])[grasp % 2])
+    given = {
+        "recording": text_column([f"s/{n:02d}" for n in range(40)]),
+        "grasp_id": text_column([f"s/g{n}" for n in grasp]),
+        "edge_mm": Column(np.where(missing, np.nan, size), {"units": "mm"}),
+        "kind": text_column(kind.tolist()),
+        "constant": Column(np.full(40, 3.0)),
+        "huge": Column(1e300 * size),  # its square is infinite
+        "tiny": Column(1e-300 * size),  # its square is zero
+        "never": Column(np.full(40, np.nan)),
+        "one_group": text_column(["x"] * 40),
+        "some_group": text_column(["" if n == 20 else "x" for n in range(40)]),
+    }
+    return Shard(feature, np.arange(400.0), given | columns, {"source": "recorded"})
+
+
+def inputs(**changes) -> Inputs:
+    given = {
+        "dataset": "d", "task": "t", "target": "edge_mm", "kind": "regression", "unit": "mm",
+        "groups": "grasp_id", "folds": 3, "seed": 0, "store": store(),
+    }  # fmt: skip
+    return Inputs(**(given | changes))
+
+
+KINDS = {"target": "kind", "kind": "classification", "unit": ""}
+
+
+def measured(model="linear", settings=None, **changes):
+    """Return the tables by name, those of cost, and what else is told."""
+    found = cross_validation.measure(inputs(**changes), settings or Settings(), model)
+    tables, cost = ({t.name: t for t in made} for made in (found.tables, found.cost))
+    return tables, cost, found.about
+
+
+def score(tables, part, metric, statistic="pooled"):
+    (row,) = tables["scores"].where(part=part, metric=metric, statistic=statistic).rows
+    return row["value"]
+
+
+def folds_of(tables, part, metric):
+    rows = tables["scores"].where(part=part, metric=metric).rows
+    return [row["value"] for row in rows if row["statistic"].startswith("fold ")]
+
+
+def test_regression():
+    tables, cost, about = measured()
+    # those whose target is missing are left out
+    assert about["parts"] == {"grouped": {"recordings": 36, "groups": 9, "folds": 3}}
+    predictions = tables["predictions"]
+    assert len(predictions.rows) == 36
+    assert predictions.rows[0]["recording"] == "s/04"
+    assert predictions.rows[0]["probability"] is None
+    errors = predictions.numbers("y_pred") - predictions.numbers("y_true")
+    rmse = np.sqrt(np.mean(np.square(errors)))
+    assert score(tables, "grouped", "rmse") == pytest.approx(rmse, rel=1e-9)
+    assert rmse < score(tables, "grouped", "rmse", "chance") / 2
+    each = folds_of(tables, "grouped", "rmse")
+    assert score(tables, "grouped", "rmse", "mean") == pytest.approx(np.mean(each), rel=1e-12)
+    assert score(tables, "grouped", "rmse", "sd") == pytest.approx(np.std(each, ddof=1), rel=1e-9)
+    assert set(predictions.column("split")) == {"grouped"}
+    folds = {r["recording"]: r["fold"] for r in predictions.rows}
+    for first in range(4, 40, 4):  # the four recordings of a grasp share their fold
+        assert len({folds[f"s/{n:02d}"] for n in range(first, first + 4)}) == 1
+    times = {r["metric"]: r["value"] for r in cost["scores"].rows}
+    assert set(times) == {
+        "train_s", "train_cpu_s", "inference_s_per_recording", "latency_s", "peak_rss_mb",
+        "rss_increase_mb",
+    }  # fmt: skip
+    assert {(r["part"], r["statistic"]) for r in cost["scores"].rows} == {
+        ("cost of grouped", "measured")
+    }
+    each = cost["train_s_per_fold"].numbers("train_s")
+    assert len(each) == 3
+    assert times["train_s"] == pytest.approx(each.sum(), rel=1e-9) and min(each) > 0
+
+
+def test_classification_beside_a_random_split():
+    tables, cost, about = measured("knn", Settings(compare_random=True), **KINDS)
+    assert score(tables, "grouped", "accuracy") == 1.0
+    assert about["classes"] == ["even", "odd"]
+    assert about["parts"]["random"]["groups"] == 36
+    assert tables["predictions"].column("split") == ["grouped"] * 36 + ["random"] * 36
+    assert all(0.5 <= p <= 1 for p in tables["predictions"].numbers("probability"))
+    assert tables["by_value"].rows == ()
+    assert set(cost["scores"].column("part")) == {"cost of grouped", "cost of random"}
+
+
+@pytest.mark.parametrize("model", ["linear", "knn"])
+def test_same_bytes_twice(model, tmp_path):
+    for name in ("one", "two"):
+        tables, _, about = measured(model, Settings(compare_random=True))
+        write_tables(tmp_path / name, list(tables.values()), about=about)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        (
+            {"groups": "one_group"},
+            "all recordings have the same 'one_group': folds need at least two",
+        ),
+        (
+            KINDS | {"target": "one_group"},
+            "every recording has the same 'one_group': there is nothing to tell apart",
+        ),
+        (
+            {"target": "constant"},
+            "every recording has the same 'constant': there is nothing to tell apart",
+        ),
+        (
+            {"target": "huge"},
+            "errors of 'huge' are too large or too small to compute with: give it in another unit",
+        ),
+        (
+            {"target": "tiny"},
+            "errors of 'tiny' are too large or too small to compute with: give it in another unit",
+        ),
+        ({"target": "nope"}, "there is no column 'nope': add it to recordings.csv"),
+        ({"groups": "nope"}, "there is no column 'nope': add it to recordings.csv"),
+        ({"target": "never"}, "no recording has a value of 'never'"),
+        ({"groups": "some_group"}, "recording 's/20' has no 'some_group', which groups folds"),
+        ({"withhold": [12.5]}, "withhold: no recording has the value 12.5"),
+        (
+            {"withhold": np.arange(11.0, 19)},
+            "withhold: at least two values must be left to train on",
+        ),
+    ],
+)
+def test_what_cannot_be_evaluated_is_refused_with_the_reason(changes, reason):
+    with pytest.raises(ValueError, match=f"^{re.escape(reason)}$"):
+        measured(**changes)
+
+
+def test_a_store_without_recordings_is_said():
+    empty = Shard(np.empty((0, 3), np.float32), np.arange(3.0), {"recording": text_column([])}, {})
+    with pytest.raises(ValueError, match="no recording can be used: the quarantine says why"):
+        measured(store=empty)
+
+
+def test_fewer_groups_than_folds_make_a_fold_of_each_group():
+    tables, _, about = measured(folds=10)
+    assert about["parts"]["grouped"]["folds"] == about["parts"]["grouped"]["groups"] == 9
+    assert len(set(tables["predictions"].column("fold"))) == 9
+
+
+def test_withheld_values_are_trained_on_by_no_fold_and_predicted_by_all():
+    tables, _, about = measured(withhold=[13.0, 17.0])
+    assert about["parts"]["grouped"]["recordings"] == 36 - 8
+    assert about["parts"]["withheld"]["recordings"] == 8
+    known, new = (tables["predictions"].where(split=s) for s in ("grouped", "withheld"))
+    assert set(new.column("y_true")) == {13.0, 17.0}
+    assert not set(known.column("y_true")) & {13.0, 17.0}
+    assert sorted(new.column("fold")) == [0] * 8 + [1] * 8 + [2] * 8
+    for fold, rmse in enumerate(folds_of(tables, "withheld", "rmse")):
+        mine = new.where(fold=fold)
+        errors = mine.numbers("y_pred") - mine.numbers("y_true")
+        assert rmse == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+    means = {p: score(tables, p, "rmse", "mean") for p in ("grouped", "withheld", "overall")}
+    low, high = sorted((means["grouped"], means["withheld"]))
+    assert 0.9 * low < means["overall"] < 1.1 * high
+    values = tables["by_value"]
+    assert values.where(withheld=True).column("value") == [13, 17]
+    assert values.numbers("recordings").sum() == 36
+    told = set(tables["scores"].where(part="overall").column("statistic"))
+    assert told == {"fold 0", "fold 1", "fold 2", "mean", "sd"}
+
+
+def test_a_target_that_repeats_is_judged_the_shortest_way_round():
+    tables = measured(period_deg=10.0)[0]
+    assert all(0 <= y < 10 for y in tables["predictions"].numbers("y_pred"))
+    assert max(folds_of(tables, "grouped", "mae")) <= 5  # half a period
+
+
+def narrow(shard: Shard) -> Shard:
+    """Return the same recordings with fewer bins."""
+    fewer = {"feature": shard.feature[:, :300], "frequency_hz": shard.frequency_hz[:300]}
+    return dataclasses.replace(shard, **fewer)
+
+
+def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
+    """A copy: each recording is predicted once, by the fold that holds its grasp out, hence as
+    well as the original; and one with further grasps, which every fold predicts."""
+    new = store(grasp_id=text_column([f"t/{n}" for n in range(40)]))
+    others = {"copy": store(), "new": new}
+    settings = Settings(test_on=("copy", "new"))
+    tables, _, about = measured(settings=settings, others=others, withhold=[15.0])
+    for metric in ("rmse", "mae"):
+        there = folds_of(tables, "on:copy", metric)
+        assert there == folds_of(tables, "grouped", metric)
+    # without the missing, and the withheld value
+    assert about["parts"]["on:copy"]["recordings"] == 32
+    fold_of = [
+        {r["recording"]: r["fold"] for r in tables["predictions"].where(split=split).rows}
+        for split in ("grouped", "on:copy")
+    ]
+    assert fold_of[0] == fold_of[1] and len(fold_of[0]) == 32
+    assert len(tables["predictions"].where(split="on:new").rows) == 3 * 32
+    with pytest.raises(ValueError, match="on:narrow has 300 features, not 400"):
+        measured(settings=Settings(test_on=("narrow",)), others={"narrow": narrow(store())})
