@@ -17,7 +17,7 @@ from ajgdata.types.tasks import Task
 
 
 class ImportSettings(Strict):
-    """How a folder of recordings becomes sessions; the options of `ajgdata import`."""
+    """Rules by which a folder of recordings becomes sessions; the options of `ajgdata import`."""
 
     pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
     table: str = Field("", description="CSV of labels inside the folder, instead of a pattern")
@@ -130,14 +130,14 @@ class DatasetSpec(Strict):
         return self
 
     def feature_variants(self, task: str) -> list[FeatureSettings]:
-        """The feature settings whose error and run time a task compares, its own first."""
+        """Return the feature settings whose error and run time a task compares, its own first."""
         asked = self.tasks[task].stft
         own = self.features.model_dump()
         changes = [one.model_dump(exclude_none=True) for one in asked.settings] if asked else []
         return [FeatureSettings(**(own | change)) for change in ({}, *changes)]
 
     def evaluation(self, task: str) -> dict[str, Any]:
-        """What an evaluation of `task` must know, by name."""
+        """Return what an evaluation of `task` must know, by name."""
         settings = self.tasks[task]
         target = self.targets[settings.target]
         return {
@@ -154,20 +154,20 @@ class DatasetSpec(Strict):
         }
 
     def experiment(self, task: str) -> dict[str, Any]:
-        """What the further experiments on `task` must know, by name."""
+        """Return what the further experiments on `task` must know, by name."""
         left_out = ("compare_random", "test_on", "silent")
         return {k: v for k, v in self.evaluation(task).items() if k not in left_out}
 
     def labelled(self, task: str) -> dict[str, Any]:
-        """What must be known of `task` where nothing is trained, by name."""
+        """Return what must be known of `task` where nothing is trained, by name."""
         wanted = ("target", "kind", "unit", "groups")
         return {k: v for k, v in self.evaluation(task).items() if k in wanted}
 
     @property
     def kinds(self) -> dict[str, Kind]:
-        """What each target is."""
+        """The kind of each target, by name."""
         return {name: target.kind for name, target in self.targets.items()}
 
     def training(self, task: str) -> dict[str, Any]:
-        """What training a model for `task` must know, by name."""
+        """Return what training a model for `task` must know, by name."""
         return {k: v for k, v in self.evaluation(task).items() if k in TRAINING}

@@ -1,4 +1,4 @@
-"""What a data set declares of its tasks: what is predicted, how it is split, what else is asked."""
+"""Tasks of a data set as declared: what is predicted, how it is split, what else is asked."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Calibrate(Strict):
 
 
 class FeatureChange(Strict):
-    """What differs from the data set's own feature settings."""
+    """The settings that differ from the data set's own feature settings."""
 
     window: int | None = Field(None, ge=16, description="STFT window in samples")
     hop: int | None = Field(None, ge=1, description="samples between windows")
