@@ -1,4 +1,4 @@
-"""What `import ajgdata` gives: features, recordings and folds of a data set, ready to use."""
+"""The functions of `import ajgdata`: features, recordings and folds of a data set, ready to use."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Project = str | Path | None
 
 
 def load_features(name: str, project: Project = None) -> xr.Dataset:
-    """Features of the data set `name`, lazily, and its labels.
+    """Return the features of the data set `name`, lazily, and its labels.
 
     Returns an xarray.Dataset with `feature` (recording, frequency), float32, and every label as a
     coordinate along `recording` (numbers: NaN is missing; text: "" is missing). `recording` is
@@ -37,7 +37,8 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
-    """Recordings of the data set `name` as one array, of which only what is asked for is read.
+    """Return the recordings of the data set `name` as one array, of which only what is asked for is
+    read.
 
     Returns an xarray.Dataset with `waveform` (recording, time), float32, full scale ±1; `time` is
     in seconds; the labels are coordinates along `recording`, as in `load_features`, and so are
@@ -76,7 +77,8 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
 
 
 def load_dataset(name: str, project: Project = None) -> Dataset:
-    """The data set `name`: its declaration, features, recordings, and the folds of its tasks.
+    """Return the data set `name`: its declaration, features, recordings, and the folds of its
+    tasks.
 
     Raises DataError when it is not declared, FileNotFoundError outside a project.
     """
@@ -87,7 +89,7 @@ def load_dataset(name: str, project: Project = None) -> Dataset:
 
 
 def load_model(name: str, task: str, model: str = "cnn", project: Project = None) -> BaseEstimator:
-    """The model trained for `task` on all recordings of the data set `name`.
+    """Return the model trained for `task` on all recordings of the data set `name`.
 
     Returns a fitted scikit-learn estimator that takes features (n, n_features) as `load_features`
     gives them. Raises DataError when it has not been, or could not be, trained.
@@ -141,7 +143,7 @@ class Part:
         return len(self.y)
 
     def to_torch(self) -> TensorDataset:
-        """Pairs (feature, label) for a torch DataLoader.
+        """Return pairs (feature, label) for a torch DataLoader.
 
         Features are float32; labels float32 for regression, else the number of the class in
         `classes` (int64).
@@ -167,28 +169,29 @@ class Dataset:
         return tuple(self.spec.tasks)
 
     def features(self) -> xr.Dataset:
-        """As `load_features`."""
+        """Return the features; see `load_features`."""
         return load_features(self.spec.name, self.paths.root)
 
     def recordings(self) -> xr.Dataset:
-        """As `load_recordings`."""
+        """Return the recordings; see `load_recordings`."""
         return load_recordings(self.spec.name, self.paths.root)
 
     def all(self, task: str | None = None) -> Part:
-        """Every recording that has the target of `task` (default: the first task)."""
+        """Return every recording that has the target of `task` (default: the first task)."""
         return _part(*self._rows(task or next(iter(self.spec.tasks), "")))
 
     def to_torch(self, task: str | None = None) -> TensorDataset:
-        """Every recording of `all`, as pairs for a torch DataLoader; see `Part.to_torch`."""
+        """Return every recording of `all`, as pairs for a torch DataLoader; see `Part.to_torch`."""
         return self.all(task).to_torch()
 
     def withheld(self, task: str) -> Part:
-        """The recordings whose value no fold trains on; each fold's model may be tested on them."""
+        """Return the recordings whose value no fold trains on; each fold's model may be tested on
+        them."""
         rows, classes = self._rows(task)
         return _part(self._apart(task, rows)[1], classes)
 
     def split(self, task: str, fold: int, seed: int = 0) -> tuple[Part, Part]:
-        """What to train on and what to test on in `fold` (from 0): as the evaluation does.
+        """Return what to train on and what to test on in `fold` (from 0): as the evaluation does.
 
         See `folds`. Raises DataError for a fold that there is not, too.
         """
@@ -198,7 +201,7 @@ class Dataset:
         return parts[fold]
 
     def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
-        """The folds of the evaluation, as pairs of what to train on and what to test on.
+        """Return the folds of the evaluation, as pairs of what to train on and what to test on.
 
         No two recordings of one group are on both sides. `seed` is the workflow's (0 unless it was
         run with another). Values that the task withholds are in neither part, see `withheld`.
@@ -218,7 +221,7 @@ class Dataset:
         return [(_part(known, classes, a), _part(known, classes, b)) for a, b in pairs]
 
     def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
-        """The recordings that have the target of a task, and the target's classes."""
+        """Return the recordings that have the target of a task, and the target's classes."""
         from ajgdata.evaluate.task_data import task_data
         from ajgdata.store.features import read_store
 

@@ -31,13 +31,13 @@ def _sessions(recipe: Recipe) -> dict[str, _Session]:
 
 
 def session_names(recipe: Recipe) -> list[str]:
-    """Names of the sessions of a recipe, which more sessions do not change."""
+    """Return names of the sessions of a recipe, which more sessions do not change."""
     return list(_sessions(recipe))
 
 
 def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[Grasp]:
-    """Every grasp of one session: of nothing first, then objects in turn as a person would place
-    them.
+    """Return every grasp of one session: of nothing first, then objects in turn as a person would
+    place them.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
     number): adding an object or a grasp changes no other. Variants share their seeds unless each
@@ -69,8 +69,8 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
 
 
 def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:
-    """Whether sessions of one name of two recipes, of data sets `name` and `other`, have scenes in
-    common: then the second to be recorded finds the responses of the first."""
+    """Return True if sessions of one name of two recipes, of data sets `name` and `other`, have
+    scenes in common: then the second to be recorded finds the responses of the first."""
 
     def drawn(of: str, by: Recipe) -> tuple[object, ...]:
         return by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
@@ -83,7 +83,8 @@ def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool
 def yaml_place(
     recipe: Recipe, session: str, made: str, place: tuple[int | str, ...]
 ) -> tuple[int | str, ...]:
-    """Where in a declaration stands what is wrong at `place` of a setup of the object `made`."""
+    """Return the place in a declaration of what is wrong at `place` of a setup of the object
+    `made`."""
     variant = _sessions(recipe)[session].variant
     of_variant = recipe.variants.get(variant, {})
     of_all = ("variants", variant) if place and place[0] in of_variant else ("scene",)

@@ -1,4 +1,4 @@
-"""Who solves scenes: this process, or several that work ahead of whoever asks."""
+"""Solvers of scenes: in this process, or in several that work ahead of whoever asks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Solver(Protocol):
         ...
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
-        """The response of a scene. Raises gripper.SceneError."""
+        """Return the response of a scene. Raises gripper.SceneError."""
         ...
 
 
@@ -49,14 +49,14 @@ class SerialSolver:
 
     @property
     def solved(self) -> int:
-        """As Solver.solved."""
+        """Scenes that were simulated so far (see Solver)."""
         return self._store.solved
 
     def expect(self, scenes: Sequence[gripper.Scene]) -> None:
         """Nothing is done ahead."""
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
-        """As ResponseStore.solve."""
+        """Return the response of a scene. Raises gripper.SceneError."""
         return self._store.solve(scene)
 
 
@@ -116,7 +116,7 @@ def _whole() -> Iterator[None]:
 
 @contextmanager
 def solving(folder: Path, cores: int) -> Iterator[Solver]:
-    """A solver that keeps its responses in `folder`, with `cores` processes (1: this one).
+    """Yield a solver that keeps its responses in `folder`, with `cores` processes (1: this one).
 
     The processes end with this one, whatever becomes of it.
     """
@@ -150,7 +150,7 @@ def _store(folder: Path) -> ResponseStore:
 
 
 def _solve(folder: Path, scene: gripper.Scene) -> tuple[gripper.ImpulseResponse, int]:
-    """The response of a scene, and 1 if it had to be simulated."""
+    """Return the response of a scene, and 1 if it had to be simulated."""
     store = _store(folder)
     before = store.solved
     return store.solve(scene), store.solved - before

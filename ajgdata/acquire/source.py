@@ -1,4 +1,4 @@
-"""What every source of recordings offers, and what is asked of it."""
+"""The protocol of a source of recordings: what it offers, and what is asked of it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Source(Protocol):
 
     @property
     def kind(self) -> Literal["virtual", "soundcard"]:
-        """Whether a recording can be made again, the same (virtual), or not."""
+        """Kind of recordings: "virtual" if they can be made again, the same, else "soundcard"."""
         ...
 
     @property
@@ -57,7 +57,7 @@ class Source(Protocol):
         ...
 
     def excitation(self) -> np.ndarray | None:
-        """The sound that is played, (n,) in [-1, 1]; None where nothing is."""
+        """Return the sound that is played, (n,) in [-1, 1]; None where nothing is."""
         ...
 
     def expect(self, grasps: Sequence[Grasp]) -> None:

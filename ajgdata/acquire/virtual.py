@@ -42,7 +42,7 @@ class VirtualGripper:
         return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
-        """One-second logarithmic sweep, 20 Hz to 20 kHz; None of a silent speaker."""
+        """Return a one-second logarithmic sweep, 20 Hz to 20 kHz; None of a silent speaker."""
         return None if self._chain.level_db_spl is None else self._sweep
 
     def expect(self, grasps: Sequence[Grasp]) -> None:
@@ -63,7 +63,7 @@ class VirtualGripper:
         return Take(taken.samples, taken.clipped_count)
 
     def describe(self) -> Mapping[str, Any]:
-        """What session.yaml keeps of this source."""
+        """Return what session.yaml keeps of this source."""
         scene = self._scene.model_dump(mode="json")
         kept = {key: scene[key] for key in ("gripper", "medium", "environment", "numerics")}
         return {
@@ -89,7 +89,7 @@ def _variant(made: Gripper) -> str:
 
 
 def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
-    """The scene of a grasp's setup; DataError names `where`, key, value and fix."""
+    """Return the scene of a grasp's setup; DataError names `where`, key, value and fix."""
     try:
         return gripper.Scene.model_validate(setup)
     except ValidationError as error:
@@ -97,7 +97,7 @@ def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
 
 
 def chain_of(where: str, signal: Mapping[str, Any]) -> gripper.SignalChain:
-    """The signal chain with the overrides `signal`; DataError as for `scene_of`."""
+    """Return the signal chain with the overrides `signal`; DataError as for `scene_of`."""
     try:
         return gripper.SignalChain.model_validate(signal)
     except ValidationError as error:

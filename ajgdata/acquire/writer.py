@@ -82,7 +82,7 @@ def acquire_session(
 def _rows(
     folder: Path, source: Source, grasp: Grasp, held: Mapping[str, Recording]
 ) -> list[Recording]:
-    """A row for each sample of `grasp`; those that need no recording have their sha256."""
+    """Return a row for each sample of `grasp`; those that need no recording have their sha256."""
     rows = []
     for row in (_row(grasp, sample) for sample in range(grasp.samples)):
         old = held.get(row.recording_id)
@@ -171,7 +171,8 @@ def _held(folder: Path) -> dict[str, Recording]:
 
 
 def _same(folder: Path, old: Recording, row: Recording) -> bool:
-    """Whether `old` was made from the setup of `row` and its file is what was written then."""
+    """Return True if `old` was made from the setup of `row` and its file is what was written
+    then."""
     path = folder / row.file
     return (
         old.labels.get(SETUP_COLUMN) == row.labels[SETUP_COLUMN]

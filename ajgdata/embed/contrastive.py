@@ -26,7 +26,8 @@ class Pairs(NamedTuple):
 
 
 def pair_weights(instance: np.ndarray, grasp: np.ndarray) -> Pairs:
-    """The pair rule: of one thing in different grasps similar, of different things dissimilar.
+    """Return the weights of the pair rule: recordings of one thing in different grasps are similar,
+    of different things dissimilar.
 
     `instance`, `grasp` (..., n) are labels of recordings, from the acquisition log. Two recordings
     of one grasp are neither: they differ by noise alone, and teach nothing of grasps.
@@ -43,7 +44,8 @@ def _normalised(chosen: np.ndarray) -> Tensor:
 
 
 def contrastive_loss(latent: Tensor, pairs: Pairs, margin: float) -> Tensor:
-    """Loss (...) of latents (..., n, d): the mean over similar pairs plus that over dissimilar.
+    """Return the loss (...) of latents (..., n, d): the mean over similar pairs plus that over
+    dissimilar.
 
     Computed in double precision from differences, not from scalar products, which lose what lies
     close together: neither squares of float32 latents of 1e-20 and 1e20 nor identical points are
@@ -65,7 +67,7 @@ def draw_batches(
     epochs: int,
     generator: np.random.Generator,
 ) -> np.ndarray:
-    """Row numbers (steps, instances * recordings): `recordings` of each of some things.
+    """Return row numbers (steps, instances * recordings): `recordings` of each of some things.
 
     `instance`, `grasp` (n,) are labels. A thing's recordings in a batch are of different grasps as
     long as it has such; a thing with fewer grasps stands there with some of them twice, and such a

@@ -37,14 +37,14 @@ class Encoder:
     network: SpectrumCnn
 
     def encode(self, features: np.ndarray) -> np.ndarray:
-        """Latents (n, d), float32, of features (n, n_features)."""
+        """Return latents (n, d), float32, of features (n, n_features)."""
         rows = torch.from_numpy(self.scaling.transform(features)).float()
         with reproducible(0), torch.inference_mode():
             return torch.cat([self.network.trunk(part) for part in rows.split(CHUNK)]).numpy()
 
 
 def raw_scaling() -> Pipeline:
-    """What the baselines do before they learn: compress, standardise."""
+    """Return the first steps of the baselines: compress, standardise."""
     return make_pipeline(Compress(), StandardScaler())
 
 
@@ -58,7 +58,7 @@ def train_encoders(
     seed: int,
     scaling: Pipeline | None = None,
 ) -> list[Encoder]:
-    """An encoder for each of `dimensions`, trained together on the same batches.
+    """Return an encoder for each of `dimensions`, trained together on the same batches.
 
     `features` (n, n_features) as stored; `instance` and `grasp` (n,) are what the acquisition log
     says of physical things and grasps, and all that the pair rule knows. Same seed, same weights.
@@ -92,7 +92,7 @@ def train_encoders(
 
 
 def new_network(n_features: int, dimension: int) -> SpectrumCnn:
-    """The classifier's network with `dimension` outputs and without dropout, which would shake the
-    distances that are trained."""
+    """Return the classifier's network with `dimension` outputs and without dropout, which would
+    shake the distances that are trained."""
     like = CnnClassifier()
     return SpectrumCnn(n_features, dimension, like.channels, like.kernel, like.stride, 0.0)

@@ -28,16 +28,17 @@ class Reducer(Protocol):
     """Both methods take (n, f) and give (n, dimension)."""
 
     def fit_transform(self, X: np.ndarray) -> np.ndarray:
-        """Learn from X, and where X then lies."""
+        """Learn from X (n, f) and return it reduced (n, dimension)."""
         ...
 
     def transform(self, X: np.ndarray) -> np.ndarray:
-        """Where further points lie."""
+        """Return further points (n, f) reduced (n, dimension)."""
         ...
 
 
 def make_reducer(name: ReducerName, dimension: int, seed: int) -> Reducer:
-    """An unfitted reducer with its library's defaults; the same seed gives the same points."""
+    """Return an unfitted reducer with its library's defaults; the same seed gives the same
+    points."""
     if name == "pca":
         from sklearn.decomposition import PCA
 
@@ -50,13 +51,13 @@ def make_reducer(name: ReducerName, dimension: int, seed: int) -> Reducer:
 
 
 def reducible(dimension: int, rows: int) -> bool:
-    """Whether `rows` recordings can be reduced to so many dimensions: UMAP begins with as many
-    eigenvectors of their graph, and one more."""
+    """Return True if `rows` recordings can be reduced to so many dimensions: UMAP begins with as
+    many eigenvectors of their graph, and one more."""
     return dimension + 1 < rows
 
 
 def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[str, Real]:
-    """Points (n, d) in two dimensions by each of METHODS, as (n, 2) float32.
+    """Return points (n, d) in two dimensions by each of METHODS, as (n, 2) float32.
 
     `training` (n,) says which points PCA and UMAP learn from. The same points and seed give the
     same result. Raises ValueError for lengths that differ, values that are not finite, and less

@@ -34,7 +34,7 @@ class StackedEncoders(nn.Module):
         self.heads = nn.ModuleList(_copied(network.dense) for network in networks)
 
     def forward(self, z: Tensor) -> list[Tensor]:
-        """Latents (n, d) of each network."""
+        """Return latents (n, d) of each network."""
         z = z[:, None, None].contiguous(memory_format=torch.channels_last)  # (n, 1, 1, n_features)
         z = self.convolutions(z)  # (n, networks * channels, 1, length)
         z = z.reshape(len(z), len(self.heads), -1)  # (n, networks, channels * length)
@@ -60,7 +60,8 @@ def _copied(dense: nn.Linear) -> nn.Linear:
 
 
 def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:
-    """One layer that does what `parts` do, each on its channels; the first all on the same."""
+    """Return one layer that does what `parts` do, each on its channels; the first all on the
+    same."""
     count, like = len(parts), parts[0]
     made: nn.Conv2d | nn.BatchNorm2d
     if isinstance(like, nn.ReLU):

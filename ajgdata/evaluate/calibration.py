@@ -44,7 +44,7 @@ class Calibrated:
 
 
 def temperature(log_probability: np.ndarray, label: np.ndarray) -> float:
-    """The T that makes `label` (n,), column numbers, most probable under softmax(log p / T).
+    """Return the T that makes `label` (n,), column numbers, most probable under softmax(log p / T).
 
     `log_probability` (n, n_classes).
     """
@@ -59,7 +59,7 @@ def temperature(log_probability: np.ndarray, label: np.ndarray) -> float:
 
 
 def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
-    """softmax(log p / t): the same order of classes, flatter for t > 1."""
+    """Return softmax(log p / t): the same order of classes, flatter for t > 1."""
     return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
 
 
@@ -72,7 +72,7 @@ def calibrated(
     folds: int = 5,
     seed: int = 0,
 ) -> Calibrated:
-    """Out-of-fold probabilities of a classifier, and the same scaled by a temperature.
+    """Return out-of-fold probabilities of a classifier, as they are and scaled by a temperature.
 
     For each fold the temperature is found on groups held out of its training part, by a model
     trained on the rest of that part; the test part has no say. Raises ValueError for a model
@@ -123,6 +123,6 @@ def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = 10) -> li
 
 
 def calibration_error(bins: Sequence[Bin]) -> float:
-    """Expected calibration error: mean |confidence - accuracy| over predictions."""
+    """Return the expected calibration error: mean |confidence - accuracy| over predictions."""
     total = sum(one.count for one in bins)
     return sum(one.count * abs(one.confidence - one.accuracy) for one in bins) / total

@@ -1,4 +1,4 @@
-"""What fitting and predicting take: times and memory of one thread on this machine."""
+"""Cost of fitting and predicting: times and memory of one thread on this machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
 
 @dataclass(frozen=True)
 class Cost:
-    """What it took, one thread, on whatever machine this was.
+    """Times and memory of a cross-validation, one thread, on whatever machine this was.
 
     `train_s` is wall time and `train_cpu_s` processor time of fitting; the latter tells whether
     something else was using the machine. `inference_s_per_recording`: a whole test part
@@ -37,7 +37,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class FoldCost:
-    """The same of one fold, in seconds."""
+    """Times of one fold in seconds."""
 
     train_s: float
     train_cpu_s: float
@@ -46,7 +46,7 @@ class FoldCost:
 
 
 def total_cost(folds: Sequence[FoldCost], rss_mb: float) -> Cost:
-    """Cost of all folds; `rss_mb` is the memory that the process held before."""
+    """Return the cost of all folds; `rss_mb` is the memory that the process held before."""
     peak_mb = memory_mb("VmHWM")
     return Cost(
         train_s=sum(fold.train_s for fold in folds),
@@ -60,7 +60,7 @@ def total_cost(folds: Sequence[FoldCost], rss_mb: float) -> Cost:
 
 
 def median_s(call: Callable[[], object]) -> float:
-    """Median wall time of some calls."""
+    """Return the median wall time of some calls, in s."""
     times: list[float] = []
     while len(times) < REPEATS and sum(times) < TIMING_BUDGET_S:
         start = time.perf_counter()
@@ -70,7 +70,8 @@ def median_s(call: Callable[[], object]) -> float:
 
 
 def memory_mb(field: str) -> float:
-    """Resident memory of this process now (VmRSS) or at most so far (VmHWM), in 1e6 bytes.
+    """Return the resident memory of this process now (VmRSS) or at most so far (VmHWM), in 1e6
+    bytes.
 
     Elsewhere than on Linux both are the most so far. There `ru_maxrss` is the only source; on
     Linux it would include what the process held before it became Python.

@@ -87,7 +87,7 @@ def cross_gripper(
 def _orders(
     class_of: np.ndarray, group: np.ndarray, most: int, generator: np.random.Generator
 ) -> list[np.ndarray]:
-    """The groups of each class, in random order."""
+    """Return the groups of each class, in random order."""
     orders = [generator.permutation(np.unique(group[class_of == c])) for c in np.unique(class_of)]
     if most > (fewest := min(map(len, orders))):
         problem = f"{most} calibration grasps: a class has {fewest} that are not tested"

@@ -208,7 +208,8 @@ def _checked(extra: ExtraTestSet, kind: Kind) -> ExtraTestSet:
 def _fitted(
     model: BaseEstimator, features: np.ndarray, target: np.ndarray, train: Any, test: Any
 ) -> tuple[Any, FoldCost]:
-    """A model trained on the rows `train`, and its cost, with predictions timed on `test`."""
+    """Return a model trained on the rows `train`, and its cost, with predictions timed on
+    `test`."""
     estimator: Any = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
     estimator.fit(features[train], target[train])
@@ -233,7 +234,7 @@ def _predict(
 
 
 def _predictions(one: ExtraTestSet, parts: Sequence[_Part], in_order: bool) -> Predictions:
-    """The folds' predictions together; `in_order`: put back into the order of the rows."""
+    """Return the folds' predictions together; `in_order`: put back into the order of the rows."""
     row = np.concatenate([part.row for part in parts])
     fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
     y_pred = np.concatenate([part.y_pred for part in parts])
@@ -287,5 +288,5 @@ def _scores(
 
 
 def deviation(values: Sequence[float]) -> float:
-    """Sample standard deviation (ddof = 1), NaN for a single value."""
+    """Return the sample standard deviation (ddof = 1), NaN for a single value."""
     return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")

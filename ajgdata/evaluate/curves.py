@@ -1,4 +1,4 @@
-"""How many grasps a model needs: accuracy against the number of training groups per class."""
+"""Learning curves: accuracy against the number of training groups (grasps) per class."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def learning_curve(
 
 
 def _groups_of_classes(y: np.ndarray, group: np.ndarray) -> list[np.ndarray]:
-    """The groups of each class. Raises ValueError for a group that several share."""
+    """Return the groups of each class. Raises ValueError for a group that several share."""
     of_class = [np.unique(group[y == label]) for label in np.unique(y)]
     if sum(map(len, of_class)) > len(np.unique(group)):
         raise ValueError("a group holds several classes: groups of one class cannot be counted")

@@ -28,7 +28,8 @@ def precision_at(
     gallery: np.ndarray,
     at: Sequence[int],
 ) -> Retrieved:
-    """Share of a query's k nearest that are of the same thing; its own grasp does not count.
+    """Return the share of a query's k nearest that are of the same thing; its own grasp does not
+    count.
 
     `space` (n, d) holds a point for each recording, `instance` and `grasp` (n,) its labels;
     `queries` and `gallery` are row numbers. Queries are left out that have fewer than max(k)
@@ -54,7 +55,7 @@ def precision_at(
 def mean_distances(
     space: np.ndarray, label: np.ndarray, names: np.ndarray, apart: np.ndarray
 ) -> np.ndarray:
-    """Mean Euclidean distance (c, c) between the recordings of each two of `names`.
+    """Return the mean Euclidean distance (c, c) between the recordings of each two of `names`.
 
     `space` (n, d), `label` (n,); only pairs that differ in `apart` (n,) count, such as the grasp.
     NaN where there is none. The diagonal holds the distances within a label.
@@ -68,7 +69,7 @@ def mean_distances(
 
 
 def silhouette(space: np.ndarray, label: np.ndarray) -> float:
-    """Mean silhouette (Rousseeuw 1987), NaN unless there are 2 to n - 1 labels."""
+    """Return the mean silhouette (Rousseeuw 1987), NaN unless there are 2 to n - 1 labels."""
     if not 2 <= len(np.unique(label)) < len(label):
         return float("nan")
     return float(silhouette_score(space, label))

@@ -1,4 +1,4 @@
-"""How much sound comes back: energies against those of a reference, e.g. of the empty gripper."""
+"""Energy of the sound that comes back, against that of a reference, e.g. of the empty gripper."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class RelativeEnergy:
 def band_energy(
     power: np.ndarray, frequency_hz: np.ndarray, band_hz: tuple[float, float]
 ) -> np.ndarray:
-    """Energy (n,) of power spectra (n, f), summed over low <= frequency <= high.
+    """Return the energy (n,) of power spectra (n, f), summed over low <= frequency <= high.
 
     Raises ValueError for a band without a frequency.
     """
@@ -40,7 +40,7 @@ def band_energy(
 def relative_energies(
     energy: np.ndarray, label: np.ndarray, group: np.ndarray, matched: np.ndarray, reference: str
 ) -> list[RelativeEnergy]:
-    """Energies of every label against those labelled `reference`, the reference first.
+    """Return energies of every label against those labelled `reference`, the reference first.
 
     `energy`, `label`, `group`, `matched` (n,): recordings of one group (a grasp) are averaged, then
     divided by the mean over the groups of the reference with the same `matched` (the object), so

@@ -24,7 +24,7 @@ class Draw:
 def calibration_draws(
     thing: np.ndarray, grasp: np.ndarray, rows: np.ndarray, grasps: int, seed: int
 ) -> Iterator[Draw]:
-    """Disjoint choices of test grasps, the others being there to calibrate with.
+    """Yield disjoint choices of test grasps, the others being there to calibrate with.
 
     `thing`, `grasp` (n,) are labels, `rows` those of one gripper; of each thing `grasps` are for
     calibration and as many as then are left of the rarest thing are tested on. There are as many
@@ -51,8 +51,8 @@ def calibration_draws(
 def transfer_accuracy(
     space: np.ndarray, thing: np.ndarray, base: np.ndarray, draw: Draw, grasps: int
 ) -> float:
-    """Accuracy on the test rows of `draw`, by the nearest of the rows `base` and of so many
-    calibration grasps. `space` (n, d), `thing` (n,)."""
+    """Return the accuracy on the test rows of `draw`, by the nearest of the rows `base` and of so
+    many calibration grasps. `space` (n, d), `thing` (n,)."""
     known: Sequence[np.ndarray] = [base, *draw.calibration[:grasps]]
     rows = np.concatenate(known)
     model = KNeighborsClassifier(NEAREST).fit(space[rows], thing[rows])

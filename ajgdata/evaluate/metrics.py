@@ -22,14 +22,16 @@ def score(
     period: float | None = None,
     weight: np.ndarray | None = None,
 ) -> dict[str, float]:
-    """All metrics of `kind` for targets and predictions (n,); `weight` (n,) is of a regression."""
+    """Return all metrics of `kind` for targets and predictions (n,); `weight` (n,) is of a
+    regression."""
     if kind == "regression":
         return regression(y_true, y_pred, period, weight)
     return classification(y_true, y_pred)
 
 
 def wrapped(difference: np.ndarray, period: float | None) -> np.ndarray:
-    """`difference`, or with a period the shortest way round, in [-period / 2, period / 2)."""
+    """Return `difference`, or with a period the shortest way round, in [-period / 2, period /
+    2)."""
     if period is None:
         return difference
     return (difference + period / 2) % period - period / 2
@@ -41,7 +43,7 @@ def regression(
     period: float | None = None,
     weight: np.ndarray | None = None,
 ) -> dict[str, float]:
-    """`rmse` and `mae` in the unit of the target; `r2` = 1 - SS_res / SS_tot (1).
+    """Return `rmse` and `mae` in the unit of the target; `r2` = 1 - SS_res / SS_tot (1).
 
     With a `period` differences are the shortest way round, for SS_tot those to the best constant
     known (see `middle`). `r2` is NaN where all targets are equal, as in a fold that holds one
@@ -61,7 +63,8 @@ def regression(
 
 
 def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None) -> float:
-    """The mean, or with a period the circular mean: the angle of the mean of exp(2 pi i y / P)."""
+    """Return the mean, or with a period the circular mean: the angle of the mean of
+    exp(2 pi i y / P)."""
     if period is None:
         return float(np.average(y, weights=weight))
     mean = np.average(np.exp(2j * np.pi * y / period), weights=weight)
@@ -69,8 +72,9 @@ def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None
 
 
 def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
-    """`accuracy`; `balanced_accuracy`: mean recall of the classes in `y_true`; `macro_f1`: mean
-    F1 of the classes in `y_true` or `y_pred`, 0 for a class that was never right. All in 0..1."""
+    """Return `accuracy`; `balanced_accuracy`: mean recall of the classes in `y_true`; `macro_f1`:
+    mean F1 of the classes in `y_true` or `y_pred`, 0 for a class that was never right. All in
+    0..1."""
     present = np.unique(y_true)
     recall = metrics.recall_score(y_true, y_pred, labels=present, average="macro", zero_division=0)
     return {
@@ -81,14 +85,15 @@ def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
 
 
 def confusion(y_true: np.ndarray, y_pred: np.ndarray, classes: np.ndarray) -> np.ndarray:
-    """Counts (n_classes, n_classes): rows true, columns predicted, as `classes`."""
+    """Return counts (n_classes, n_classes): rows true, columns predicted, as `classes`."""
     return metrics.confusion_matrix(y_true, y_pred, labels=classes)
 
 
 def chance(
     y_train: np.ndarray, y_test: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
-    """What a model scores that ignores its input: the training mean, or the commonest class."""
+    """Return the metrics of a model that ignores its input: the training mean, or the commonest
+    class."""
     if kind == "regression":
         return regression(y_test, np.full(len(y_test), middle(y_train, period)), period)
     dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)

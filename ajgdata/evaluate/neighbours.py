@@ -35,7 +35,7 @@ class Scored:
 def score_latent(
     latent: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
 ) -> Scored:
-    """k-NN on latents (n, d); what training took is known elsewhere."""
+    """Return the scores of k-NN on latents (n, d); what training took is known elsewhere."""
     accuracy, query_s = _neighbours(latent[train], latent[test], value[train], value[test])
     return Scored(accuracy, 0.0, 0.0, query_s)
 
@@ -43,7 +43,7 @@ def score_latent(
 def score_raw(
     features: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
 ) -> Scored:
-    """The baseline: k-NN on features (n, f), compressed and standardised."""
+    """Return the scores of the baseline: k-NN on features (n, f), compressed and standardised."""
     scaling = raw_scaling()
     known, fit_s = _timed(lambda: scaling.fit_transform(features[train]))
     asked, transform_s = _timed(lambda: scaling.transform(features[test]))
@@ -61,7 +61,8 @@ def score_reduced(
     dimension: int,
     seed: int,
 ) -> Scored | None:
-    """k-NN after reducing the scaled features; None if the training rows are too few for that."""
+    """Return the scores of k-NN after reducing the scaled features; None if the training rows are
+    too few for that."""
     if not reducible(dimension, len(train)):
         return None
     scaling, made = raw_scaling(), make_reducer(reducer, dimension, seed)

@@ -27,8 +27,8 @@ class FoldDifference:
     high: float
 
     def verdict(self, expected: Expected = "better") -> Verdict:
-        """On the hypothesis that the second is better (or worse): refuted where it is the opposite
-        beyond the interval, not supported where neither can be told."""
+        """Return the verdict on the hypothesis that the second is better (or worse): refuted where
+        it is the opposite beyond the interval, not supported where neither can be told."""
         better, worse = self.low > 0, self.high < 0
         if not (better or worse):
             return "not supported"

@@ -1,4 +1,4 @@
-"""What a space says of the recordings, read by models too simple to find out what it hides.
+"""Probes: properties read from a space by models too simple to find out what it hides.
 
 A space is a point for each recording, (n, d), scaled as it shall be compared.
 """
@@ -28,7 +28,8 @@ WITHIN_FOLDS = 5
 
 @dataclass(frozen=True, eq=False)
 class Property:
-    """What is read: `value` (n,), NaN or "" where it is missing, which repeats after `period`."""
+    """A property to be read: `value` (n,), NaN or "" where it is missing, which repeats after
+    `period`."""
 
     value: np.ndarray
     kind: Kind
@@ -36,14 +37,14 @@ class Property:
 
     @property
     def present(self) -> np.ndarray:
-        """Which recordings have it (n,)."""
+        """Return True for each recording (n,) that has it."""
         return np.isfinite(self.value) if self.kind == "regression" else self.value != ""
 
 
 def probe(
     space: np.ndarray, prop: Property, name: ProbeName, train: np.ndarray, test: np.ndarray
 ) -> dict[str, float]:
-    """Scores of one probe, trained on the rows `train` and tested on `test`.
+    """Return the scores of one probe, trained on the rows `train` and tested on `test`.
 
     Classes: `accuracy`, and `chance`, which is to say always the class that is commonest in both
     parts together (that of the training part alone tends to be rare in the test part: fewer than
@@ -66,10 +67,10 @@ def probe_within(
     group: np.ndarray,
     rows: np.ndarray,
 ) -> dict[str, float]:
-    """The same for a property that means something else for each `part` (n,), as an angle does for
-    each object: each part's probe learns from some of its groups among `rows` and reads the others
-    (5 folds by `group`, (n,)). The scores are of all parts together; a part of one group has no
-    say, and without any other the scores are NaN.
+    """Return the scores of a probe of a property that means something else for each `part` (n,), as
+    an angle does for each object: each part's probe learns from some of its groups among `rows` and
+    reads the others (5 folds by `group`, (n,)). The scores are of all parts together; a part of one
+    group has no say, and without any other the scores are NaN.
     """
     found = []
     rows = rows[prop.present[rows]]
@@ -101,7 +102,7 @@ def _scores(
 def _read(
     space: np.ndarray, prop: Property, name: ProbeName, known: np.ndarray, asked: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """True values, those that the probe reads, and those that need no reading."""
+    """Return true values, those that the probe reads, and those that need no reading."""
     y = _encoded(prop)
     model = _model(name, prop.kind, space.shape[1], len(known)).fit(space[known], y[known])
     read = model.predict(space[asked])
@@ -112,7 +113,7 @@ def _read(
 
 
 def _encoded(prop: Property) -> np.ndarray:
-    """Classes (n,); numbers (n, 1), or (n, 2) with a period."""
+    """Return classes (n,); numbers (n, 1), or (n, 2) with a period."""
     if prop.kind == "classification":
         return prop.value
     if prop.period is None:
@@ -122,7 +123,7 @@ def _encoded(prop: Property) -> np.ndarray:
 
 
 def _model(name: ProbeName, kind: Kind, dimension: int, rows: int) -> BaseEstimator:
-    """The baselines' linear model or k-NN, for a space that is compressed already."""
+    """Return the baselines' linear model or k-NN, for a space that is compressed already."""
     if name == "knn":
         near = min(NEIGHBOURS, rows)
         classes = kind == "classification"

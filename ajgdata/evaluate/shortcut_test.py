@@ -83,7 +83,7 @@ def shortcut_test(
 
 
 def _groups(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Label of each group, and number of the group of each row."""
+    """Return the label of each group, and number of the group of each row."""
     _, first, of = np.unique(group, return_index=True, return_inverse=True)
     labels = y[first]
     if (labels[of] != y).any():
@@ -100,7 +100,7 @@ def _measure(kind: Kind, period: float | None) -> Callable[[np.ndarray, np.ndarr
 
 
 def _circular_correlation(y: np.ndarray, predicted: np.ndarray, period: float) -> float:
-    """sqrt(RV) of the points on the circle, in [0, 1]; 0 where either never changes.
+    """Return sqrt(RV) of the points on the circle, in [0, 1]; 0 where either never changes.
 
     |C_ab| / sqrt(|C_aa| |C_bb|): covariance matrices, Frobenius norms (Robert & Escoufier 1976).
     """
@@ -114,7 +114,7 @@ def _circular_correlation(y: np.ndarray, predicted: np.ndarray, period: float) -
 
 
 def _rank_correlation(y: np.ndarray, predicted: np.ndarray) -> float:
-    """Absolute rank correlation, 0 where either never changes."""
+    """Return the absolute rank correlation, 0 where either never changes."""
     a, b = (rankdata(values) - (len(y) + 1) / 2 for values in (y, predicted))
     scale = float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
     return abs(float(np.sum(a * b))) / scale if scale else 0.0

@@ -27,7 +27,7 @@ class Run:
 
 
 def decide(probability: np.ndarray, threshold: float) -> int | None:
-    """Number of the class to sort into, or None: stop, nothing is probable enough.
+    """Return the number of the class to sort into, or None: stop, nothing is probable enough.
 
     `probability` (n_classes,); of equals the first. The threshold itself is enough.
     """
@@ -36,7 +36,8 @@ def decide(probability: np.ndarray, threshold: float) -> int | None:
 
 
 def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
-    """`decide` for each row of (n, n_classes): numbers of classes (n,), STOP where it is None."""
+    """Return `decide` for each row of (n, n_classes): numbers of classes (n,), STOP where it is
+    None."""
     taken = (decide(row, threshold) for row in probability)
     return np.array([STOP if one is None else one for one in taken])
 
@@ -60,7 +61,7 @@ def sort_stream(taken: np.ndarray, label: np.ndarray, seed: int) -> Run:
 
 @dataclass(frozen=True)
 class Accepted:
-    """Of all recorded grasps: the share accepted, and the share of those that is right (NaN when
+    """Share of all recorded grasps that is accepted, and share of those that is right (NaN when
     none is accepted)."""
 
     share: float
@@ -68,7 +69,7 @@ class Accepted:
 
 
 def accepted(taken: np.ndarray, label: np.ndarray) -> Accepted:
-    """What the threshold lets pass; arguments as for `sort_stream`."""
+    """Return what the threshold lets pass; arguments as for `sort_stream`."""
     passed = taken != STOP
     right = float(np.mean(taken[passed] == label[passed])) if passed.any() else float("nan")
     return Accepted(float(passed.mean()), right)

@@ -26,7 +26,7 @@ Folds = list[tuple[np.ndarray, np.ndarray]]
 def grouped_folds(
     y: Sequence | np.ndarray, groups: Sequence | np.ndarray, kind: Kind, folds: int, seed: int
 ) -> Folds:
-    """Folds in which no group is both trained on and tested on.
+    """Return folds in which no group is both trained on and tested on.
 
     `y` (n,) holds the targets, `groups` (n,) any labels. Classes are spread over the folds as
     evenly as whole groups allow. With as many groups as folds each group is one fold, in sorted
@@ -52,7 +52,7 @@ def grouped_folds(
 
 
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
-    """Folds that ignore groups: what a careless split would report.
+    """Return folds that ignore groups: what a careless split would report.
 
     Raises ValueError when there are fewer rows than folds, and when all rows of a class that is
     rarer than the folds fall into one of them.
@@ -70,7 +70,7 @@ def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) ->
 
 
 def _stratified(y: np.ndarray, group: np.ndarray, folds: int, seed: int) -> Folds:
-    """StratifiedGroupKFold, or plain GroupKFold where it refuses or leaves a fold empty."""
+    """Return StratifiedGroupKFold, or plain GroupKFold where it refuses or leaves a fold empty."""
     plain = GroupKFold(folds, shuffle=True, random_state=seed)
     if np.bincount(_codes(y)).max() < folds:
         return list(plain.split(y, y, group))

@@ -30,7 +30,7 @@ class OneValue:
 def overall(
     known: Predictions, withheld: Predictions, period: float | None = None
 ) -> dict[str, tuple[float, ...]]:
-    """Metrics of known and withheld recordings together, one value per fold.
+    """Return metrics of known and withheld recordings together, one value per fold.
 
     A fold tests a part of the known recordings, but all withheld ones. The weights make the known
     ones count as often as there are of them: each recording of the data set counts once.
@@ -50,7 +50,7 @@ def overall(
 def by_value(
     known: Predictions, withheld: Predictions | None, period: float | None = None
 ) -> tuple[OneValue, ...]:
-    """Errors value by value, in rising order."""
+    """Return errors value by value, in rising order."""
     found = [_of_values(known, False, period)]
     if withheld is not None:
         found.append(_of_values(withheld, True, period))

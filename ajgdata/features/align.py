@@ -1,4 +1,4 @@
-"""When the excitation arrives in a recording: delay, alignment, and delays that stand out.
+"""Alignment: the delay of the excitation in a recording, and delays that stand out.
 
 The delay is the peak of a generalised cross-correlation (C. Knapp and G. Carter, IEEE Trans. ASSP
 24, 1976) in which the recording counts with its phase alone, so that neither low-frequency noise
@@ -20,7 +20,8 @@ _TOLERANCE_S = 0.005  # a buffer's length; less than this is never called an out
 
 
 def delay_samples(recording: NDArray[Any], excitation: NDArray[Any], max_delay: int) -> int:
-    """Samples by which `excitation` (m,) arrives late in `recording` (n,); negative when early.
+    """Return samples by which `excitation` (m,) arrives late in `recording` (n,); negative when
+    early.
 
     Only delays up to +-`max_delay` are considered. Raises ValueError when either is silent, not
     finite, or not one-dimensional.
@@ -50,7 +51,8 @@ def shift(samples: NDArray[Any], delay: int) -> NDArray[Any]:
 
 
 def delay_outliers(delays: ArrayLike, sample_rate_hz: float) -> NDArray[np.bool_]:
-    """Which delays (n,) of one session, in samples, do not belong to the others.
+    """Return True for each delay (n,), in samples, that does not belong to the others of its
+    session.
 
     Those further from the median than five robust standard deviations (1.4826 times the median
     absolute deviation) and than 5 ms: in one session sound card and geometry stay the same.
@@ -64,7 +66,7 @@ def delay_outliers(delays: ArrayLike, sample_rate_hz: float) -> NDArray[np.bool_
 
 
 def _prepared(samples: NDArray[Any], name: str) -> NDArray[np.float64]:
-    """Samples without their mean and scaled to peak 1, in float64."""
+    """Return samples without their mean and scaled to peak 1, in float64."""
     signal = np.asarray(samples, dtype=np.float64)
     if signal.ndim != 1 or not signal.size:
         raise ValueError(f"the {name} must have shape (n,) with n > 0, got {signal.shape}")

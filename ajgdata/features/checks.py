@@ -1,4 +1,4 @@
-"""What can be wrong with the samples of a recording, each with one message and one remedy.
+"""Checks of the samples of a recording: each defect has one message and one remedy.
 
 error (unusable): `too_short`, `not_finite`, `silent`, `constant`, `too_quiet`.
 warning (used, but look): `clipped`, `quiet`. note (unusual and fine): `beyond_full_scale`.
@@ -24,7 +24,7 @@ _GAIN = "lower the gain and record again, or set quality to reject"
 
 
 def check_audio(audio: Audio, window: int) -> list[Remark]:
-    """Everything there is to say of a recording that could be read.
+    """Return every remark on a recording that could be read.
 
     Conversion hides clipping, hence the samples are judged as recorded; but those as converted must
     still make a feature (opposite channels average to silence).
@@ -41,7 +41,7 @@ def check_audio(audio: Audio, window: int) -> list[Remark]:
 
 
 def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Remark]:
-    """Remarks on samples (n,) or (n, channels) as recorded, full scale +-1.
+    """Return remarks on samples (n,) or (n, channels) as recorded, full scale +-1.
 
     `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`): integers clip at full
     scale, float samples may exceed it and clip wherever a flat top shows. `window` is the number of
@@ -69,7 +69,7 @@ def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Rema
 
 
 def _unusable(columns: NDArray[Any], window: int) -> Remark | None:
-    """The first reason why samples (n, channels) have no feature."""
+    """Return the first reason why samples (n, channels) have no feature."""
     count = len(columns)
     if count < window:
         problem = f"{count} samples are fewer than one window of {window}"
@@ -94,12 +94,12 @@ def _unusable(columns: NDArray[Any], window: int) -> Remark | None:
 
 
 def _swing(columns: NDArray[Any]) -> float:
-    """Half the largest peak-to-peak amplitude: the peak without any offset."""
+    """Return half the largest peak-to-peak amplitude: the peak without any offset."""
     return float(np.ptp(columns, axis=0).max()) / 2
 
 
 def _clipped(samples: NDArray[Any], subtype: str) -> int:
-    """How many samples (n,) lie in flat runs at the highest or lowest value."""
+    """Return the number of samples (n,) that lie in flat runs at the highest or lowest value."""
     if subtype in _BITS:
         highest = 1 - 2.0 ** (1 - _BITS[subtype])
         # float32 holds 24 bits: the highest 32-bit codes read as 1
@@ -110,7 +110,8 @@ def _clipped(samples: NDArray[Any], subtype: str) -> int:
 
 
 def _flat_top(samples: NDArray[Any], extreme: float) -> int:
-    """Samples in runs at `extreme`, if the signal leaves it by more than quantisation explains."""
+    """Return samples in runs at `extreme`, if the signal leaves it by more than quantisation
+    explains."""
     at = samples == extreme
     if not (count := _in_runs(at)):
         return 0
@@ -120,7 +121,7 @@ def _flat_top(samples: NDArray[Any], extreme: float) -> int:
 
 
 def _in_runs(hit: NDArray[np.bool_]) -> int:
-    """Number of True in runs of at least _RUN."""
+    """Return the number of True in runs of at least _RUN."""
     if np.count_nonzero(hit) < _RUN:
         return 0
     edges = np.flatnonzero(np.diff(hit, prepend=False, append=False))

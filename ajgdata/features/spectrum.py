@@ -41,7 +41,7 @@ class _Buffers(threading.local):
     absolute: Float32
 
     def of(self, rows: int, window: int) -> tuple[Float32, Float32]:
-        """Frames (rows, window) and their transforms' magnitudes (rows, window/2 + 1)."""
+        """Return frames (rows, window) and their transforms' magnitudes (rows, window/2 + 1)."""
         if self.shape != (rows, window):
             self.shape = rows, window
             self.windowed = np.empty((rows, window), np.float32)
@@ -53,7 +53,7 @@ _buffers = _Buffers()
 
 
 def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
-    """Centre frequencies (n_bins,) of the spectrum's bins in Hz.
+    """Return centre frequencies (n_bins,) of the spectrum's bins in Hz.
 
     Raises ValueError when `band_hz` holds no bin.
     """
@@ -61,7 +61,7 @@ def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[
 
 
 def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
-    """Spectrum (n_bins,) of one recording (n,).
+    """Return the spectrum (n_bins,) of one recording (n,).
 
     A normalised spectrum does not depend on the amplitude of the samples; that of silence is zero
     rather than 0/0. Safe to call from several threads. Raises ValueError for samples that are
@@ -90,7 +90,8 @@ def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSett
 
 
 def spectra(recordings: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
-    """Spectra (m, n_bins) of recordings (m, n), one by one: a joint batch would leave the cache."""
+    """Return spectra (m, n_bins) of recordings (m, n), one by one: a joint batch would leave the
+    cache."""
     bins = _band(sample_rate_hz, settings)
     result = np.empty((len(recordings), bins.stop - bins.start), np.float32)
     for row, samples in zip(result, recordings, strict=True):
@@ -99,7 +100,7 @@ def spectra(recordings: NDArray[Any], sample_rate_hz: float, settings: FeatureSe
 
 
 def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
-    """Exponent of two of the peak of usable samples, None when they are silent."""
+    """Return the exponent of two of the peak of usable samples, None when they are silent."""
     if samples.ndim != 1:
         raise ValueError(f"need samples of shape (n,), got {samples.shape}")
     if len(samples) < settings.window:
@@ -114,7 +115,7 @@ def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
 
 
 def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArray[np.float64]:
-    """Sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
+    """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
     window = np.ldexp(_window(settings.window_shape, settings.window), exponent)
     frames = sliding_window_view(samples, settings.window)[:: settings.hop]
     step = max(1, _BLOCK // settings.window)
@@ -133,7 +134,7 @@ def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArr
 
 @lru_cache(maxsize=8)
 def _window(shape: str, length: int) -> Float32:
-    """Periodic window."""
+    """Return a periodic window (length,), float32."""
     return get_window(shape, length, fftbins=True).astype(np.float32)
 
 
@@ -145,7 +146,7 @@ def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArra
 
 @lru_cache(maxsize=32)
 def _band(sample_rate_hz: float, settings: FeatureSettings) -> slice:
-    """Bins within `band_hz`."""
+    """Return bins within `band_hz`."""
     frequencies = _all_frequencies(sample_rate_hz, settings)
     if settings.band_hz is None:
         return slice(0, len(frequencies))

@@ -1,9 +1,11 @@
 """The virtual gripper: a 3-D wave simulation of the cavity, usable alone.
 
-    from ajgdata.gripper import Scene, excitation_sweep, record, simulate
-
-    scene = Scene.model_validate({"object": {"kind": "cube", "edge_mm": 20}})
-    take = record(simulate(scene), excitation_sweep(), seed=1)
+>>> from ajgdata.gripper import Scene, excitation_sweep, record, simulate
+>>> numerics = {"dx_mm": 6, "max_time_s": 0.01}  # coarse and short; leave it out to trust the sound
+>>> scene = Scene.model_validate({"object": {"kind": "cube", "edge_mm": 20}, "numerics": numerics})
+>>> take = record(simulate(scene), excitation_sweep(), seed=1)
+>>> take.samples.shape, take.clipped_count
+((44100,), 0)
 
 Scenes are plain data; the solver and its compiler are imported when they are first used.
 """

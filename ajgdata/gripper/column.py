@@ -42,7 +42,7 @@ class Body:
 
     @property
     def imprint_radius(self) -> float:
-        """Of a circle of the same area, m."""
+        """Radius of a circle of the same area, m."""
         return float(np.sqrt(self.imprint_m2 / np.pi))
 
     @property
@@ -52,7 +52,7 @@ class Body:
 
     @property
     def skin_flexibility(self) -> float:
-        """Of the skin, m/Pa."""
+        """Flexibility of the skin, m/Pa."""
         flexibility, _ = _rods(self, self.core, self.height, 8)
         return float(flexibility.sum()) * self.imprint_m2
 
@@ -94,7 +94,8 @@ def spread(poisson: float) -> float:
 
 
 def rod_areas(body: Body, z: Real) -> Real:
-    """Area (m²) that carries the load at the heights `z`: the section within both cones."""
+    """Area (m²) that carries the load at the heights `z` (m), of its shape: the section within both
+    cones."""
     slope = spread(body.material.poisson)
     depth = body.height - z
     upper = np.pi * (np.sqrt(body.imprint_m2 / np.pi) + slope * depth) ** 2
@@ -188,7 +189,8 @@ def _grain_rods(bed: Bed, body: Body) -> Real:
 
 
 def solve(column: Stack) -> StackModes:
-    """All modes of the column; each has the loss of its strain energy (Johnson & Kienholz 1982)."""
+    """Return all modes of the column; each has the loss of its strain energy (Johnson & Kienholz
+    1982)."""
     square, vectors = eigh(column.stiffness, column.mass)
     # What is as heavy as it is soft has frequencies that drown in rounding, below zero too.
     square, shape = np.maximum(square, np.finfo(float).eps * square[-1]), vectors.T

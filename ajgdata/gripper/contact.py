@@ -68,7 +68,7 @@ class Pack:
 
     @property
     def density(self) -> float:
-        """Of the packing without its air, kg/m³."""
+        """Density of the packing without its air, kg/m³."""
         return self.grain.density_kg_m3 * (1 - self.porosity)
 
     @property
@@ -77,7 +77,8 @@ class Pack:
         return 6 * (1 - self.porosity) / (np.pi * self.diameter**2)
 
     def moduli(self, stress: ArrayLike, rough: bool = True) -> tuple[Real, Real]:
-        """Bulk and shear modulus (Pa) under the isotropic `stress` (Pa), both ∝ stress^(1/3).
+        """Bulk and shear modulus (Pa, of the shape of `stress`) under an isotropic stress (Pa),
+        both ∝ stress^(1/3).
 
         Walton, J. Mech. Phys. Solids 35 (1987) 213; for rough spheres the same as Digby, J. Appl.
         Mech. 48 (1981) 803, without initial bonds. `rough`: no slip at the contacts
@@ -92,13 +93,14 @@ class Pack:
         return bulk, 0.6 * bulk * ((5 * b + a) / (2 * b + a) if rough else 1.0)
 
     def frame(self, stress: float) -> Frame:
-        """Under lateral restraint, M = K + 4G/3; sound crosses it at √(M/ρ) ∝ stress^(1/6)."""
+        """Return the frame under lateral restraint, M = K + 4G/3; sound crosses it at √(M/ρ) ∝
+        stress^(1/6)."""
         bulk, shear = self.moduli(max(stress, LOOSEST_PA))
         return Frame(self.density, float(bulk + 4 / 3 * shear), self.grain.loss)
 
 
 def plane_modulus(young: ArrayLike, poisson: ArrayLike) -> Real:
-    """E/(1-ν²) in Pa."""
+    """E/(1-ν²) in Pa; the arrays broadcast."""
     return np.asarray(young, float) / (1 - np.square(poisson))
 
 
@@ -109,19 +111,23 @@ def contact_modulus(one: Material, other: Material) -> float:
 
 
 def hertz_approach(force: ArrayLike, radius: ArrayLike, modulus: ArrayLike) -> Real:
-    """Approach (m) of a sphere and a half-space: (9F²/(16 R E*²))^(1/3) (Johnson, eq. 4.23)."""
+    """Approach (m) of a sphere and a half-space: (9F²/(16 R E*²))^(1/3) (Johnson, eq. 4.23).
+
+    Of a force (N), radius (m) and `contact_modulus` E* (Pa); the arrays broadcast.
+    """
     return np.cbrt(9 * np.square(force) / (16 * np.asarray(radius) * np.square(modulus)))
 
 
 def hertz_stiffness(force: ArrayLike, radius: ArrayLike, modulus: ArrayLike) -> Real:
-    """dF/dδ = (6 E*² R F)^(1/3) in N/m, twice E* times the radius of the contact."""
+    """dF/dδ of `hertz_approach`, (6 E*² R F)^(1/3) in N/m, twice E* times the contact's radius;
+    the arrays broadcast."""
     return np.cbrt(6 * np.square(modulus) * np.asarray(radius) * np.asarray(force))
 
 
 def mindlin_ratio(poisson: ArrayLike) -> Real:
     """Tangential over normal stiffness of two like spheres that do not slip, 2(1-ν)/(2-ν).
 
-    Mindlin, J. Appl. Mech. 16 (1949) 259.
+    For an array of Poisson's ratios, of its shape. Mindlin, J. Appl. Mech. 16 (1949) 259.
     """
     return 2 * (1 - np.asarray(poisson, float)) / (2 - np.asarray(poisson, float))
 
@@ -130,7 +136,7 @@ def microslip_loss(tangential: ArrayLike, normal: ArrayLike, friction: ArrayLike
     """Loss factor of a contact that slips at its rim, 2T/(9π μN), T the amplitude of the force.
 
     Mindlin & Deresiewicz, J. Appl. Mech. 20 (1953) 327: of the stored T²/(2kₜ) a cycle loses
-    4T/(9μN), to first order in T/μN. It grows with the amplitude: not linear.
+    4T/(9μN), to first order in T/μN. It grows with the amplitude: not linear. The arrays broadcast.
     """
     ratio = np.asarray(tangential, float) / (np.asarray(friction, float) * np.asarray(normal))
     return 2 / (9 * np.pi) * ratio
@@ -141,7 +147,8 @@ BONDED = np.array([1.0, 1.133, 1.283, 0.769, 0.0975])
 
 
 def layer_force(approach: ArrayLike, radius: float, thickness: float, young: float) -> Real:
-    """Force (N) that presses a rigid sphere by `approach` (m) into an incompressible layer.
+    """Force (N) that presses a rigid sphere by `approach` (m, any shape) into an incompressible
+    layer; its thickness and the radius in m, Young's modulus in Pa.
 
     16/9 E √R δ^(3/2) (1 + 1.133χ + 1.283χ² + 0.769χ³ + 0.0975χ⁴), χ = √(Rδ)/h: Dimitriadis et
     al., Biophys. J. 82 (2002) 2798, eq. 13, for a layer bonded to a rigid ground; Hertz as χ → 0.
@@ -177,12 +184,14 @@ def layer_stiffness(force: float, radius: float, thickness: float, young: float)
 
 def spread_compliance(modulus: ArrayLike, radius: ArrayLike) -> Real:
     """Mean sinking per force (m/N) of a half-space of plane modulus E/(1-ν²) under a disc of
-    uniform pressure, 16/(3π² E* a) (Love 1929; Johnson, eq. 3.29)."""
+    uniform pressure, 16/(3π² E* a) (Love 1929; Johnson, eq. 3.29). Modulus in Pa, radius a in m;
+    the arrays broadcast."""
     return 16 / (3 * np.pi**2 * np.asarray(modulus, float) * np.asarray(radius))
 
 
 def seat(stress: float, pack: Pack, object_: Material | None, latex: Latex = Latex()) -> Spring:
-    """What lies between the lowest grains and the object: latex, then both solids' surfaces.
+    """Return the spring between the lowest grains and the object: latex, then both solids'
+    surfaces.
 
     Each grain bears stress/seats on the latex (`layer_stiffness`), which hands the force on over
     a patch of radius a = √(Rδ), or Hertz's (3FR/4E*)^(1/3) where that is wider, under which both
@@ -212,7 +221,8 @@ def rest(
     radius: float,
     rubber: tuple[Material, float] | None,
 ) -> Spring:
-    """Under a sphere of `radius` (m) pressed by `force` (N) on what it rests on, per `area` (m²).
+    """Return the spring under a sphere of `radius` (m) that `force` (N) presses down, per `area`
+    (m²).
 
     On the rigid ground the sphere itself gives way (`hertz_stiffness`); on `rubber`, a sheet of
     some thickness, the sheet does (`layer_stiffness`): it is a thousand times softer.
@@ -225,14 +235,15 @@ def rest(
 
 
 def resonance_hz(stiffness: ArrayLike, mass: ArrayLike) -> Real:
-    """√(k/m)/2π."""
+    """√(k/m)/2π in Hz of stiffness (N/m) and mass (kg); the arrays broadcast."""
     return np.sqrt(np.asarray(stiffness, float) / np.asarray(mass)) / (2 * np.pi)
 
 
 def thermal_admittance(
     omega: ArrayLike, effusivity_ratio: ArrayLike, sound_speed: float = 344.4
 ) -> Complex:
-    """ρc/Z of the thermal boundary layer, (γ-1)√(iωα)/c / (1 + e_air/e_wall).
+    """ρc/Z of the thermal boundary layer, (γ-1)√(iωα)/c / (1 + e_air/e_wall), of the shape of
+    `omega` (rad/s).
 
     Pierce, Acoustics (1981), eq. 10-4.12, for an isothermal wall; continuity of temperature and
     heat flow with a wall of finite effusivity e = √(κρc_p) gives the last factor.
@@ -250,7 +261,8 @@ def stack_admittance(
     mass_per_area: float,
     support: Spring | None,
 ) -> Complex:
-    """Velocity per pressure (m/s/Pa) of the top of the grains, pressed against a held object.
+    """Velocity per pressure (m/s/Pa, of the shape of `omega` in rad/s) of the top of the grains,
+    pressed against a held object.
 
     A line of length `depth` (m) and impedance √(ρM) that ends on seat, object (a mass per area)
     and support in series; no `support`: the rigid ground holds the object.

@@ -24,7 +24,7 @@ SHAPE = 2.30 * TAPS
 
 
 def undisperse(marched: Real, factor: int, latency: int) -> Real:
-    """Samples at 44.1 kHz of a response `marched` with `factor` steps a sample.
+    """Samples (n // factor,) at 44.1 kHz of a response `marched` (n,) with `factor` steps a sample.
 
     `latency`, in samples, is that of the source pulse; it is kept. The source acts half a step
     before the pressure that is heard: that half step is taken out. The band ends smoothly between
@@ -45,7 +45,8 @@ def undisperse(marched: Real, factor: int, latency: int) -> Real:
 
 
 def transform(signal: Real, radians: Real) -> Complex:
-    """Σ signal[n] e^{-i radians n} at any angular frequencies (per sample).
+    """Σ signal[n] e^{-i radians n}, (m,), of a signal (n,) at any angular frequencies (m,), per
+    sample.
 
     Non-uniform fast Fourier transform with a Kaiser-Bessel kernel (Fessler & Sutton 2003).
     """

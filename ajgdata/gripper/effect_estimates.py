@@ -1,4 +1,4 @@
-"""What a scene needs: what each part of its physics is worth for the feature, before any marching.
+"""The plan of a scene: what each part of its physics is worth for the feature, before any marching.
 
 The estimate is a circuit. A part that gives way by ΔY (m³/s per Pa) at the surface of the grains
 changes what the microphone hears by about ΔY Z, where Z (Pa s/m³) is how far the cavity answers a
@@ -34,8 +34,8 @@ OMEGA = 2 * np.pi * np.linspace(*BAND_HZ, 261)
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the physics: whether it is solved, what it is worth as a relative change of the
-    feature (None where there is nothing to estimate), and why, in a sentence."""
+    """One part of the physics: kept or left out, its effect as a relative change of the feature
+    (None where there is nothing to estimate), and why, in a sentence."""
 
     name: PartName
     kept: bool
@@ -55,14 +55,15 @@ class Circuit:
     reach: Real
 
     def profile(self, rise: Real) -> Complex:
-        """Pressure at the fractions `rise` of the bed over that on its surface: (len(rise), ω)."""
+        """Pressure at the fractions `rise` (k,) of the bed over that on its surface: (k, ω)."""
         if self.wavenumber is None:
             return np.ones((len(rise), len(OMEGA)), complex)
         phase = self.wavenumber * self.depth
         return np.cos(phase * rise[:, None]) / np.cos(phase)
 
     def skin(self, wall: tuple[float, float, float]) -> Complex:
-        """Admittance of a locally reacting wall under the grains, seen at their surface."""
+        """Admittance (ω,) of a locally reacting wall of mass, resistance and stiffness per area
+        (SI) under the grains, seen at their surface."""
         mass, resistance, stiffness = wall
         # No wall at all is a vacuum, and like the solver's walls not quite one.
         impedance = WEAKEST + 1j * OMEGA * mass + resistance + stiffness / (1j * OMEGA)
@@ -93,7 +94,7 @@ class Circuit:
         return np.asarray(motion * met * (self.area * driven) ** 2)
 
     def effect(self, change: Complex) -> float:
-        """Relative change of the feature by an admittance (m³/s per Pa) at OMEGA."""
+        """Relative change of the feature by an admittance (ω,) in m³/s per Pa at OMEGA."""
         size = np.abs(change) * self.answer
         mean = float(np.sqrt(np.mean((size / (1 + size)) ** 2)))
         return min(SAFETY * mean, FURTHEST)

@@ -1,4 +1,4 @@
-"""Which scenes are one and the same: settings that nothing reads are set to their defaults."""
+"""Scenes that are one and the same: settings that nothing reads are set to their defaults."""
 
 from __future__ import annotations
 
@@ -17,11 +17,15 @@ BED = ("roughness_mm", "slope_deg", "packing")
 
 
 def canonical(scene: Scene) -> Scene:
-    """The scene that stands for all whose response is the same, bit for bit.
+    """Return the scene that stands for all whose response is the same, bit for bit.
 
     An empty gripper has no grains whose size could matter; without an object there is no pose; what
     is rigid does not feel what it rests on; a random field of no strength has no correlation
     length; without any nuisance, no seed.
+
+    >>> turned = Scene.model_validate({"object": None, "grasp": {"angle_deg": 33}})
+    >>> canonical(turned) == canonical(Scene())
+    True
     """
     gripper, medium, support, grasp = scene.gripper, scene.medium, scene.support, scene.grasp
     nuisance = grasp.nuisance

@@ -19,7 +19,8 @@ FIELD_LIMIT_DEG = 78.0
 
 
 def a_weighting(frequency_hz: Real) -> Real:
-    """Gain (not dB) of A-weighting, 1 at 1 kHz: IEC 61672-1:2013, annex E, analytic form."""
+    """Gain (not dB, of the shape of `frequency_hz`) of A-weighting, 1 at 1 kHz: IEC 61672-1:2013,
+    annex E, analytic form."""
     square = np.square(frequency_hz, dtype=np.float64)
     poles = np.array([20.598997, 107.65265, 737.86223, 12194.217]) ** 2
 
@@ -31,7 +32,8 @@ def a_weighting(frequency_hz: Real) -> Real:
 
 
 def transmission(frequency_hz: Real, mass_kg_m2: float) -> Real:
-    """Share of the sound power that a limp wall of `mass_kg_m2` lets through, field incidence.
+    """Share of the sound power that a limp wall of `mass_kg_m2` lets through, field
+    incidence; of the shape of `frequency_hz`.
 
     Mass law 1/(1 + (a cos θ)²), a = ω m / (2 ρ c), averaged over a diffuse field up to 78° from
     the normal (Fahy & Gardonio, Sound and Structural Vibration, 2nd ed., section 5.4):
@@ -48,7 +50,7 @@ def transmission(frequency_hz: Real, mass_kg_m2: float) -> Real:
 def external_noise_pa(
     count: int, dba: float, mass_kg_m2: float, coupling_hz: float, seed: int
 ) -> Real:
-    """Pressure (Pa) at the microphone, (count,), of sound that is white and `dba` dB(A) outside.
+    """Return the pressure (Pa) at the microphone, (count,), of white sound of `dba` dB(A) outside.
 
     Gaussian noise, filtered in the frequency domain by membrane and AC coupling; another level is
     the same noise, scaled.

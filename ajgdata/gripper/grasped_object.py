@@ -1,4 +1,4 @@
-"""What of the grasped object is solved: the parts worth it, as walls and modes."""
+"""The parts of the grasped object that are worth solving, as walls and modes."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Grasped:
 
 
 def spared(effects: dict[PartName, float], numerics: Numerics) -> set[PartName]:
-    """What is left out: the parts of least effect that together stay below the tolerance (root of
-    the sum of squares; no two features differ by more than FURTHEST), but none that is asked for.
+    """Return the parts to leave out: those of least effect that together stay below the tolerance
+    (root of the sum of squares; no two features differ by more than FURTHEST), none asked for.
     """
     left_out: set[PartName] = set()
     total = 0.0
@@ -59,7 +59,7 @@ def spared(effects: dict[PartName, float], numerics: Numerics) -> set[PartName]:
 def judged(
     effects: dict[PartName, float], numerics: Numerics, what: dict[PartName, str]
 ) -> dict[PartName, Part]:
-    """Each part with its effect, whether it is kept, and why."""
+    """Return each part with its effect, kept or not, and why."""
     left_out = spared(effects, numerics)
     parts = {}
     for name, effect in effects.items():

@@ -143,7 +143,7 @@ def _sides(floor, roof, base, h, nz):
 
 
 def _slope(height: Real, spacing: float) -> Real:
-    """How far the boundary rises across one sample, never quite zero.
+    """Rise of the boundary across one sample, never quite zero.
 
     The smaller of the two one-sided differences, so that a sample beside a cliff is not taken for
     a part of it.

@@ -59,7 +59,7 @@ class Imprint:
 
 
 def imprint(shape: Cavity, cells: Cells) -> Imprint:
-    """Where the membrane of `shape` lies on the object, on the columns of `cells`."""
+    """Return the imprint: where the membrane of `shape` lies on the object, column by column."""
     fine = (np.arange(len(cells.x) * FINER) + 0.5) * cells.h / FINER
     fine += cells.x[0] - cells.h / 2
     at = np.meshgrid(*2 * [(fine - shape.axis[0]) / RASTER_M], indexing="ij")
@@ -149,7 +149,8 @@ def mode_weights(where: Imprint, cells: Cells, shapes: Real) -> tuple[NDArray, R
 def mode_list(
     where: Imprint, cells: Cells, modes: StackModes, chosen: NDArray[np.int64]
 ) -> ModeList:
-    """The `chosen` modes with their loss as a resistance at their own frequency."""
+    """Return the `chosen` modes (indices), with their loss as a resistance at their own
+    frequency."""
     cell, weight = mode_weights(where, cells, modes.shape[chosen])
     square = modes.square[chosen]
     resistance = modes.loss[chosen] * np.sqrt(square)
@@ -183,7 +184,8 @@ def bending(
 def bending_list(
     where: Imprint, cells: Cells, modes: PlateModes, shapes: Real, chosen: NDArray[np.int64]
 ) -> ModeList:
-    """The `chosen` bending modes, driven by the pressure on the imprint."""
+    """Return the `chosen` bending modes (indices) of `shapes` (N, columns), driven by the pressure
+    on the imprint."""
     cell = where.lowest * cells.shape[1] * cells.shape[2] + where.column
     square = modes.square[chosen]
     resistance = modes.loss[chosen] * np.sqrt(square)

@@ -62,7 +62,8 @@ class Packing:
     porosity: float
 
     def jca(self, omega: Real, air: Air) -> tuple[Complex, Complex]:
-        """Equivalent density (kg/m3) and compressibility (1/Pa) seen by the mean flow.
+        """Equivalent density (kg/m³) and compressibility (1/Pa) seen by the mean flow, of the shape
+        of `omega` (rad/s).
 
         Johnson et al. (1987) and Champoux & Allard (1991) as in Allard & Atalla (2009);
         the packing's parameters by Kozeny-Carman and Bruggeman (tortuosity φ^-1/2).
@@ -85,7 +86,8 @@ class Packing:
 
 @dataclass(frozen=True)
 class Fluid:
-    """What the solver marches: density ρ∞, drag σ', compressibility C∞ and relaxation poles."""
+    """The fluid that the solver marches: density ρ∞, drag σ', compressibility C∞ and relaxation
+    poles."""
 
     density: float
     drag: float
@@ -94,7 +96,7 @@ class Fluid:
     times: tuple[float, ...] = ()
 
     def response(self, omega: Real) -> tuple[Complex, Complex]:
-        """Density and compressibility at angular frequencies `omega`."""
+        """Density (kg/m³) and compressibility (1/Pa), of the shape of `omega` (rad/s)."""
         iw = 1j * omega
         relaxed = 1 + sum(
             (c / (1 + iw * t) for c, t in zip(self.strengths, self.times, strict=True)),
@@ -109,7 +111,8 @@ def air_fluid(air: Air) -> Fluid:
 
 
 def wave(rho: Complex, compressibility: Complex, omega: Real) -> tuple[Complex, Complex]:
-    """Wavenumber (1/m) and characteristic impedance (Pa s/m) of an equivalent fluid."""
+    """Wavenumber (1/m) and characteristic impedance (Pa s/m) of an equivalent fluid, of the shape
+    of `omega` (rad/s)."""
     return np.asarray(omega * np.sqrt(rho * compressibility)), np.sqrt(rho / compressibility)
 
 

@@ -64,7 +64,8 @@ NO_MODES = ModeList(np.zeros(0, np.int64), np.zeros((0, 0)), *(np.zeros(0) for _
 
 
 def coupled(modes: ModeList, yield_: Real, dt: float) -> Modes:
-    """Coefficients for time step `dt`; `yield_` (Pa per m³/s) is the cells', walls included.
+    """Coefficients for time step `dt` (s); `yield_` (cells,) in Pa per m³/s is the cells', walls
+    included.
 
     Raises ValueError if modes without mass, resistance and stiffness move the same volume.
     """

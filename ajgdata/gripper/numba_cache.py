@@ -28,8 +28,8 @@ def sources_digest(folder: Path) -> str:
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """As numba.njit(**options), with machine code kept beside the sources, or where numba keeps it
-    if that folder cannot be written."""
+    """Do as numba.njit(**options), with machine code kept beside the sources, or where numba keeps
+    it if that folder cannot be written."""
 
     def compiled(function: Callable[..., Any]) -> Any:
         before = config.CACHE_DIR

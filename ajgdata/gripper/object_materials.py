@@ -1,4 +1,4 @@
-"""What objects and their support are made of: plain data, SI units."""
+"""Materials of objects and of their support: plain data, SI units."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ MATERIALS: dict[MaterialName, Material] = {
 
 
 class Support(SceneModel):
-    """What the object rests on: the rigid ground, or a sheet of rubber on it."""
+    """Support of the object: the rigid ground, or a sheet of rubber on it."""
 
     kind: Literal["rigid", "rubber"] = "rigid"
     thickness_mm: Annotated[float, Field(ge=0, le=1000)] = Field(

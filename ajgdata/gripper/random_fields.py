@@ -32,7 +32,7 @@ class RandomField:
         return cls(vectors, rng.uniform(0.0, 2 * np.pi, MODES))
 
     def on_axes(self, *axes: Real) -> Real:
-        """Values on the grid spanned by one axis a dimension, last axis fastest."""
+        """Values (n, m, …) on the grid spanned by one axis a dimension, last axis fastest."""
         first = np.exp(1j * (np.outer(axes[0], self.vectors[:, 0]) + self.phases))
         waves = first.reshape(len(axes[0]), MODES)
         for axis, positions in enumerate(axes[1:-1], start=1):

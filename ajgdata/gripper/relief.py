@@ -49,7 +49,7 @@ class Relief:
 
 
 def relief(scene: Scene, x: Real, y: Real) -> Relief:
-    """Relief of the scene's object over the table on the grid x, y (m)."""
+    """Relief of the scene's object over the table on the grid x, y (m), both (ny, nx)."""
     shape, grasp = scene.object, scene.grasp
     assert shape is not None
     steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
@@ -74,7 +74,7 @@ def _primitives(shape: Object) -> Iterator[Object]:
 
 
 def _curved(shape: Object) -> bool:
-    """Whether the top of a shape may be steeper than the drape, so that the raster must drape."""
+    """True if the top of a shape may be steeper than the drape, so that the raster must drape."""
     return isinstance(shape, Rod | Sphere | Ellipsoid)
 
 

@@ -1,4 +1,4 @@
-"""What physically surrounds a recording: plain data, checked before anything runs.
+"""Everything that physically surrounds a recording: plain data, checked before anything runs.
 
 Frame of the gripper: z points up, z = 0 is the rim where the balloon meets the housing, the axis of
 the gripper is x = y = 0. Sizes are millimetres, as on a drawing; the solver works in SI units.
@@ -63,7 +63,7 @@ class Medium(SceneModel):
 
 
 class Nuisance(SceneModel):
-    """What differs between two grasps of the same object in the same pose (standard deviations)."""
+    """Differences between two grasps of the same object in the same pose (standard deviations)."""
 
     roughness_mm: Annotated[float, Field(ge=0, le=5)] = Field(
         1.0, description="free surface of the bed"
@@ -132,6 +132,10 @@ class Scene(SceneModel):
 
     `gripper` and `object` may be given by name (grippers.GRIPPERS, library.OBJECTS); the scene
     holds what the name stands for, so that its digest depends on sizes and not on names.
+
+    >>> scene = Scene.model_validate({"object": "cube_20p7", "medium": {"kind": "coffee"}})
+    >>> scene.object.edge_mm, scene.medium.grain_diameter_mm, scene.grasp.force_n
+    (20.7, 0.7, 8.0)
     """
 
     gripper: Gripper = Gripper()
@@ -187,7 +191,11 @@ def _known(name: str, what: str, names: Iterable[str]) -> str:
 
 
 def parse_scene(text: str) -> Scene:
-    """The scene that a YAML or JSON text describes. Raises SceneError, one line."""
+    """Return the scene that a YAML or JSON text describes; raise SceneError, one line.
+
+    >>> parse_scene("object: {kind: cube, edge_mm: 20}").object.edge_mm
+    20.0
+    """
     import yaml
 
     try:
@@ -203,7 +211,7 @@ def parse_scene(text: str) -> Scene:
 
 
 def one_line(error: ValidationError) -> str:
-    """Where, what and which value of the first problem, and how many more there are."""
+    """Say in one line where the first problem is, what it is, and how many more there are."""
     problems = error.errors(include_url=False)
     first = problems[0]
     where = ".".join(str(part) for part in first["loc"])
@@ -219,16 +227,19 @@ def one_line(error: ValidationError) -> str:
 
 
 def derive_seed(*parts: str | int) -> int:
-    """Seed of 63 bits from names and numbers, e.g. `derive_seed(7, "cube_10", 3)`.
+    """Return a seed of 63 bits from names and numbers.
 
-    The SHA-256 of the parts' JSON: one scene's seed depends on no other scene and on no machine.
+    >>> derive_seed(7, "cube_10", 3)
+    4718857417853082337
+
+    It is the SHA-256 of the parts' JSON: one scene's seed depends on no other one, on no machine.
     """
     digest = hashlib.sha256(json.dumps(parts).encode()).digest()
     return int.from_bytes(digest[:8], "big") >> 1
 
 
 def scene_digest(scene: Scene) -> str:
-    """SHA-256 (hex) of the scene's canonical JSON and the version of the physics."""
+    """Return the SHA-256 (hex) of the scene's canonical JSON and the version of the physics."""
     content = {"physics": PHYSICS_VERSION, "scene": scene.model_dump(mode="json")}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()

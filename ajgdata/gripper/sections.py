@@ -14,7 +14,7 @@ Real = NDArray[np.floating]
 
 
 def section(shape: Object, z: Real) -> Real:
-    """Area (m²) of the object's material at the heights `z` (m) over its foot.
+    """Area (m²) of the object's material at the heights `z` (m) over its foot, of their shape.
 
     Where the parts of a compound overlap, the overlap counts once at most as the sum of both.
     """

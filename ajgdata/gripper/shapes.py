@@ -32,7 +32,7 @@ AnyMaterial = Annotated[
 
 
 class Solid(SceneModel):
-    """What all objects share: they are rigid, or of a material that moves, yields and rings.
+    """Base of all objects: they are rigid, or of a material that moves, yields and rings.
 
     With `shell_mm` the object is hollow, with walls of that thickness.
     """

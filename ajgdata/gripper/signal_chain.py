@@ -27,7 +27,7 @@ DEFAULT_CHAIN = SignalChain()
 
 @dataclass(frozen=True)
 class ImpulseResponse:
-    """Pressure (Pa) at the microphone per volume velocity (m³/s) at the speaker.
+    """Pressure (Pa) at the microphone per volume velocity (m³/s) at the speaker, `samples` (n,).
 
     p[n] = Σ samples[m] q[n - m + latency_samples]; the latency is that of the linear-phase
     decimation filter. `static` is what the response settles at, for ever on this time scale,
@@ -60,7 +60,14 @@ def excitation_sweep(
     amplitude: float = 0.9,
     fade_s: float = 0.005,
 ) -> Real:
-    """Logarithmic sweep (Farina 2000) with raised-cosine fades, (n,) in [-1, 1]."""
+    """Return a logarithmic sweep (Farina 2000) with raised-cosine fades, (n,) in [-1, 1].
+
+    Raises ValueError for limits out of order or beyond the band, and for fades that meet.
+
+    >>> sweep = excitation_sweep(duration_s=0.5, amplitude=0.9)
+    >>> sweep.shape, bool(abs(sweep).max() <= 0.9)
+    ((22050,), True)
+    """
     if not (0 < low_hz < high_hz < SAMPLE_RATE_HZ / 2 and 0 < 2 * fade_s <= duration_s):
         raise ValueError("a sweep needs 0 < low_hz < high_hz < 22050 and 0 < 2 fade_s <= duration")
     time = np.arange(round(duration_s * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
@@ -74,7 +81,7 @@ def excitation_sweep(
 
 @lru_cache(maxsize=8)
 def transducers(chain: SignalChain) -> Real:
-    """Second-order sections of speaker and microphone together, unit gain at 1 kHz.
+    """Second-order sections (N, 6) of speaker and microphone together, unit gain at 1 kHz.
 
     A bell b(s) = (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per armature resonance, two first-order
     high passes, one second-order low pass; mapped by the bilinear rule.
@@ -111,7 +118,14 @@ def record(
     Recording = (excitation ∗ speaker ∗ h ∗ microphone + noise) gain, clipped and quantised to 24
     bits; playing and recording start together. Noise is the chain's floor, through the membrane the
     sound outside, and the motor that holds the gripper at `angle_deg`. `seed` draws all of it for
-    this one take. Of a silent speaker only the length of `excitation` counts.
+    this one take. Of a silent speaker only the length of `excitation` counts. Raises ValueError for
+    an excitation that is not (n,) or not finite.
+
+    >>> click = ImpulseResponse(np.ones(1), 0.0, SAMPLE_RATE_HZ, 0, {}, membrane_kg_m2=0.3)
+    >>> quiet = SignalChain(noise_db_spl=None)
+    >>> take = record(click, excitation_sweep(), quiet)
+    >>> take.samples.shape, bool(np.all(take.samples * 2**23 % 1 == 0))
+    ((44100,), True)
     """
     excitation = np.asarray(excitation, dtype=np.float64)
     if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
@@ -135,7 +149,7 @@ def record(
 
 
 def _played(ir: ImpulseResponse, excitation: Real, chain: SignalChain, level_db: float) -> Real:
-    """What the microphone hears of the speaker (Pa), (n,)."""
+    """Pressure (Pa) of the speaker at the microphone, (n,)."""
     late = ir.latency_samples
     driven = sosfilt(transducers(chain), excitation)
     pressure = fftconvolve(driven, ir.samples)[late : late + len(excitation)]

@@ -214,9 +214,10 @@ def _march(state, faces, reach, capacities, walls, modes, span, source, receiver
 def march(
     system: System, state: State, source: Probe, receiver: Probe, drive: Real, steps: int
 ) -> Real:
-    """Advance `state` in place by `steps`; return the pressure at `receiver` after each.
+    """Advance `state` in place by `steps`; return the pressure (Pa) at `receiver` after each,
+    (steps,).
 
-    `drive` is the volume velocity (m³/s) at `source` in each step; missing steps are silent.
+    `drive` (n,) is the volume velocity (m³/s) at `source` in each step; missing steps are silent.
     """
     out = np.zeros(steps)
     dtype = state.p.dtype

@@ -46,7 +46,7 @@ class Plan:
 
     @property
     def left_out(self) -> list[str]:
-        """What is not solved, with the estimate of its effect where there is one."""
+        """Names of the parts that are not solved, with the estimated effect where there is one."""
         absent = [
             part.name if part.effect is None else f"{part.name} (effect about {part.effect:.2g})"
             for part in self.parts
@@ -105,7 +105,12 @@ def stencil_weight(scheme: Scheme, dx_m: float) -> float:
 
 
 def build_plan(scene: Scene) -> Plan:
-    """Geometry, grid, medium, walls and modes of `scene`. Raises SceneError (a ValueError)."""
+    """Return geometry, grid, medium, walls and modes of `scene`; raise SceneError (a ValueError).
+
+    >>> plan = build_plan(Scene.model_validate({"object": "cube_20p7", "numerics": {"dx_mm": 6}}))
+    >>> [part.name for part in plan.parts if part.kept]
+    ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'frame']
+    """
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
     shape = cavity(scene)
     cells = cut_cells(
@@ -138,7 +143,7 @@ def build_plan(scene: Scene) -> Plan:
 def _parts(
     scene: Scene, shape: Cavity, cells: Cells, air: Air
 ) -> tuple[tuple[Part, ...], WallList, ModeList]:
-    """What is worth solving, and the walls and modes of what is grasped."""
+    """Return the parts, kept or not, and the walls and modes of what is grasped."""
     gripper, medium = scene.gripper, scene.medium
     where, full = where_grasped(scene, shape, cells), medium.kind != "air"
     packing = Packing(medium.grain_diameter_mm * MM, medium.porosity) if full else None

@@ -212,7 +212,7 @@ def _share_out(capacity: Real, least: Real) -> Real:
 
 
 def aligned(size: int, dtype: DTypeLike) -> NDArray:
-    """Zeros that begin where a cache line does."""
+    """Return zeros, (size,), that begin where a cache line does."""
     nbytes = size * np.dtype(dtype).itemsize
     room = np.zeros(nbytes + LINE, np.uint8)
     start = -room.ctypes.data % LINE

@@ -56,7 +56,7 @@ NO_WALLS = WallList(np.zeros(0, np.int64), *(np.zeros(0) for _ in range(4)))
 
 
 def connected(walls: WallList, live: NDArray[np.bool_]) -> WallList:
-    """Drop the walls of cells that no open face connects to anything."""
+    """Drop the walls of cells that no open face connects to anything; `live` (nz, ny, nx)."""
     keep = live.ravel()[walls.cell]
     return WallList(*(values[keep] for values in vars(walls).values()))
 

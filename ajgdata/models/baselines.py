@@ -67,7 +67,7 @@ class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
         return self
 
     def transform(self, X: Any) -> np.ndarray:
-        """Compressed features (n, n_features), float64."""
+        """Return compressed features (n, n_features), float64."""
         check_is_fitted(self)
         return np.arcsinh(validate_data(self, X, reset=False, dtype=np.float64) / self.scale_)
 
@@ -77,12 +77,12 @@ def _after_scaling(model: BaseEstimator) -> Pipeline:
 
 
 def _scaled_target(model: BaseEstimator) -> BaseEstimator:
-    """For regressors whose settings suppose a target of order one."""
+    """Return `model` with its target scaled: its settings suppose one of order one."""
     return TransformedTargetRegressor(model, transformer=StandardScaler())
 
 
 def linear(kind: Kind, seed: int) -> Pipeline:
-    """Logistic regression (lbfgs, C = 1), or ridge."""
+    """Return logistic regression (lbfgs, C = 1), or ridge."""
     if kind == "regression":
         return ridge(kind, seed)
     # a few dozen steps are usual; the limit leaves room for data that separate perfectly
@@ -90,40 +90,42 @@ def linear(kind: Kind, seed: int) -> Pipeline:
 
 
 def ridge(kind: Kind, seed: int) -> Pipeline:
-    """Least squares with a penalty; for classes on -1 and 1 of each. Solved at once, hence fast."""
+    """Return least squares with a penalty; for classes on -1 and 1 of each. Solved at once, hence
+    fast."""
     cls = Ridge if kind == "regression" else RidgeClassifier
     return _after_scaling(cls(alpha=RIDGE_ALPHA))
 
 
 def nearest_neighbours(kind: Kind, seed: int) -> Pipeline:
-    """k-NN on the Euclidean distance; needs at least k training rows."""
+    """Return k-NN on the Euclidean distance; it needs at least k training rows."""
     knn = KNeighborsRegressor if kind == "regression" else KNeighborsClassifier
     return _after_scaling(knn(n_neighbors=NEIGHBOURS))
 
 
 def support_vectors(kind: Kind, seed: int) -> Pipeline:
-    """Support vector machine with a Gaussian (RBF) kernel. As a classifier it has no probabilities:
-    its margins are not any, and fitting some to them would take a split of its own."""
+    """Return a support vector machine with a Gaussian (RBF) kernel. As a classifier it has no
+    probabilities: its margins are not any, and fitting some to them would take a split of its
+    own."""
     if kind == "regression":
         return _after_scaling(_scaled_target(SVR(C=SVM_C)))
     return _after_scaling(SVC(C=SVM_C))
 
 
 def boosting(kind: Kind, seed: int) -> Pipeline:
-    """Gradient boosting of histogram trees."""
+    """Return gradient boosting of histogram trees."""
     if kind == "regression":
         return _after_scaling(HistGradientBoostingRegressor(**BOOSTING, random_state=seed))
     return _after_scaling(HistGradientBoostingClassifier(**BOOSTING, random_state=seed))
 
 
 def forest(kind: Kind, seed: int) -> Pipeline:
-    """Random forest, each split among the root of the number of bins."""
+    """Return a random forest, each split among the root of the number of bins."""
     trees = RandomForestRegressor if kind == "regression" else RandomForestClassifier
     return _after_scaling(trees(**FOREST, random_state=seed))
 
 
 def perceptron(kind: Kind, seed: int) -> Pipeline:
-    """Multilayer perceptron with one hidden layer, trained by Adam."""
+    """Return a multilayer perceptron with one hidden layer, trained by Adam."""
     if kind == "regression":
         return _after_scaling(_scaled_target(MLPRegressor(**MLP, random_state=seed)))
     return _after_scaling(MLPClassifier(**MLP, random_state=seed))

@@ -30,7 +30,8 @@ class Circular(MetaEstimatorMixin, RegressorMixin, BaseEstimator):
         return self
 
     def predict(self, X: Any) -> np.ndarray:
-        """Target (n,): the direction of the predicted point, however near to the centre."""
+        """Return the target (n,): the direction of the predicted point, however near to the
+        centre."""
         check_is_fitted(self)
         sine, cosine = self.estimator_.predict(X).T
         turns = np.arctan2(sine, cosine) / (2 * np.pi)

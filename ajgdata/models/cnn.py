@@ -26,7 +26,7 @@ from ajgdata.types import Kind
 
 
 class _Cnn(BaseEstimator):
-    """What classifier and regressor share: settings, training, prediction, state."""
+    """Settings, training, prediction and state that classifier and regressor share."""
 
     module_: SpectrumCnn
     n_features_in_: int
@@ -93,7 +93,7 @@ class _Cnn(BaseEstimator):
     def descent(
         self, module: nn.Module, steps: int
     ) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-        """Optimiser, and the schedule of its learning rate."""
+        """Return the optimiser, and the schedule of its learning rate."""
         optimiser = torch.optim.Adam(
             module.parameters(), self.max_learning_rate, weight_decay=self.weight_decay, fused=True
         )
@@ -118,14 +118,15 @@ class _Cnn(BaseEstimator):
             schedule.step()
 
     def _outputs(self, X: Any) -> np.ndarray:
-        """Output of the network (n, n_outputs) for features (n, n_features)."""
+        """Return the output of the network (n, n_outputs) for features (n, n_features)."""
         check_is_fitted(self)
         X = validate_data(self, X, reset=False, dtype=np.float32)
         with reproducible(0), torch.inference_mode():
             return np.concatenate([self.module_(x).double().numpy() for x in in_chunks(X)])
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """All there is to a fitted model: float32 arrays by name, and a dict that JSON can hold."""
+        """Return all there is to a fitted model: float32 arrays by name, and a dict that JSON can
+        hold."""
         check_is_fitted(self)
         arrays = {name: value.numpy().copy() for name, value in self.module_.state_dict().items()}
         params = self.get_params() | {"channels": list(self.channels)}
@@ -134,7 +135,7 @@ class _Cnn(BaseEstimator):
 
     @classmethod
     def from_state(cls, arrays: dict[str, np.ndarray], about: dict[str, Any]) -> Self:
-        """The model that `state` described. Raises ValueError if it was of another class."""
+        """Return the model that `state` described. Raises ValueError if it was of another class."""
         if about["estimator"] != cls.__name__:
             raise ValueError(f"state of a {about['estimator']}, not of a {cls.__name__}")
         model = cls(**about["params"] | {"channels": tuple(about["params"]["channels"])})
@@ -173,16 +174,16 @@ class CnnClassifier(ClassifierMixin, _Cnn):
         return functional.cross_entropy(scores, target)
 
     def predict_proba(self, X: Any) -> np.ndarray:
-        """Probability (n, n_classes) of each of `classes_`."""
+        """Return the probability (n, n_classes) of each of `classes_`."""
         return torch.from_numpy(self._outputs(X)).softmax(dim=1).numpy()
 
     def predict(self, X: Any) -> np.ndarray:
-        """Most probable class (n,)."""
+        """Return the most probable class (n,)."""
         best = self._outputs(X).argmax(axis=1)
         return self.classes_[best]
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """As for the base class, with the classes."""
+        """Return the state of the base class, with the classes."""
         arrays, about = super().state()
         return arrays, about | {"classes": self.classes_.tolist()}
 
@@ -222,12 +223,12 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
         return functional.mse_loss(scores, target)
 
     def predict(self, X: Any) -> np.ndarray:
-        """Target (n,) or (n, k), as it was given, in its own unit."""
+        """Return the target (n,) or (n, k), as it was given, in its own unit."""
         outputs = self._outputs(X)
         return outputs[:, 0] if self.flat_ else outputs
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """As for the base class, with the shape of the targets."""
+        """Return the state of the base class, with the shape of the targets."""
         arrays, about = super().state()
         return arrays, about | {"n_outputs": self.n_outputs_, "flat": self.flat_}
 

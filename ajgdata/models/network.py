@@ -52,18 +52,19 @@ class SpectrumCnn(nn.Module):
         self.register_buffer("target_std", torch.ones(n_outputs))
 
     def compress(self, x: Tensor) -> Tensor:
-        """asinh(x / scale): logarithmic for loud bins, linear for quiet ones, defined at 0."""
+        """Return asinh(x / scale): logarithmic for loud bins, linear for quiet ones, defined at
+        0."""
         return torch.asinh(x / self.scale)
 
     def trunk(self, z: Tensor) -> Tensor:
-        """Scores (n, n_outputs) of standardised bins (n, n_features)."""
+        """Return scores (n, n_outputs) of standardised bins (n, n_features)."""
         z = z.unsqueeze(1)  # (n, n_features) -> (n, 1, n_features)
         z = self.convolutions(z)  # -> (n, channels, length)
         z = z.flatten(1)  # -> (n, channels * length)
         return self.dense(self.dropout(z))  # -> (n, n_outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Class scores, or the target in its own unit, of features as stored."""
+        """Return class scores, or the target in its own unit, of features as stored."""
         scores = self.trunk((self.compress(x) - self.mean) / self.std)
         return scores * self.target_std + self.target_mean
 

@@ -53,7 +53,8 @@ class AudioError(DataError):
 
 @dataclass(frozen=True)
 class AudioInfo:
-    """What an audio file is. `format` and `subtype` are libsndfile's names.
+    """Container, encoding, rate, channels and length of an audio file. `format` and `subtype` are
+    libsndfile's names.
 
     `declared_frames` is what the header says, None when it leaves the length open (a stream).
     """
@@ -124,7 +125,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
 
 
 def _content(path: Path) -> bytes:
-    """Every byte of a file that may be audio."""
+    """Return every byte of a file that may be audio."""
     try:
         content = path.read_bytes()
     except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
@@ -144,7 +145,7 @@ def _content(path: Path) -> bytes:
 
 
 def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
-    """Header of a file, checked against what the file holds."""
+    """Return the header of a file, checked against what the file holds."""
     is_wave = content[:4] == b"RIFF" and content[8:12] == b"WAVE"
     wave = parse_wave(content) if is_wave else None
     if wave and wave.subtype:
@@ -168,7 +169,7 @@ def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
 
 
 def _ogg_is_whole(content: bytes) -> bool:
-    """Whether the last page is complete and marked as the end of the stream (RFC 3533)."""
+    """Return True if the last page is complete and marked as the end of the stream (RFC 3533)."""
     at = content.rfind(b"OggS")
     if at + 27 > len(content):
         return False
@@ -208,7 +209,7 @@ def _unsupported(path: Path, what: str) -> AudioError:
 
 
 def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> Float32:
-    """Samples (frames, channels), full scale ±1."""
+    """Return samples (frames, channels), full scale ±1."""
     if wave and wave.subtype:
         return decode(content, wave)
     import soundfile
@@ -252,7 +253,7 @@ def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
 
 
 def _take_channel(samples: Float32, channel: str | int) -> tuple[Float32, Remark | None]:
-    """The channels (frames, used) that a data set uses."""
+    """Return the channels (frames, used) that a data set uses."""
     count = samples.shape[1]
     if isinstance(channel, int):
         samples = np.ascontiguousarray(samples[:, channel : channel + 1])
@@ -278,7 +279,7 @@ def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:
 
 
 def file_sha256(path: Path) -> str:
-    """Hexadecimal SHA-256 of a file's bytes. Raises AudioError when it is missing."""
+    """Return the hexadecimal SHA-256 of a file's bytes. Raises AudioError when it is missing."""
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""What Snakemake measured of each job: its benchmark files."""
+"""Benchmark files of Snakemake: time and memory of each job."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class Job:
 
 
 def read_benchmarks(folder: Path) -> list[Job]:
-    """Jobs by the file names `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`, in their order.
+    """Return jobs by the file names `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`, in their
+    order.
 
     Raises DataError for a file that is none of Snakemake's.
     """

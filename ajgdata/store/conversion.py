@@ -22,7 +22,7 @@ BYTES_PER_SECOND = 7500
 
 @lru_cache(maxsize=8)
 def _lowpass(up: int, down: int) -> NDArray[np.float64]:
-    """`scipy.signal.resample_poly`'s default filter, kept: 44,101 Hz needs 882,021 taps."""
+    """Return `scipy.signal.resample_poly`'s default filter, kept: 44,101 Hz needs 882,021 taps."""
     from scipy.signal import firwin
 
     widest = max(up, down)
@@ -30,7 +30,7 @@ def _lowpass(up: int, down: int) -> NDArray[np.float64]:
 
 
 def resample(samples: NDArray[np.float32], from_hz: int, to_hz: int) -> NDArray[np.float32]:
-    """Polyphase resampling of (n,) samples to ceil(n to/from); zeros are assumed outside."""
+    """Return samples (n,) at another rate, ceil(n to/from) of them: polyphase, zeros outside."""
     from scipy.signal import resample_poly
 
     common = math.gcd(from_hz, to_hz)
@@ -39,7 +39,7 @@ def resample(samples: NDArray[np.float32], from_hz: int, to_hz: int) -> NDArray[
 
 
 def mp3_clip(samples: NDArray[Any], sample_rate_hz: int, gain: float = 1.0) -> bytes:
-    """Samples (n,), full scale ±1 after `gain`, as MP3: the same bytes each time.
+    """Return samples (n,), full scale ±1 after `gain`, as MP3: the same bytes each time.
 
     Rates that MP3 does not have are converted to 44.1 kHz. What exceeds full scale is clipped.
     """

@@ -52,7 +52,7 @@ class Shard:
 
 
 def text_column(values: Sequence[str], **attrs: str) -> Column:
-    """A column of text; the empty string is a missing value. Raises ValueError for text that
+    """Return a column of text; the empty string is a missing value. Raises ValueError for text that
     holds NUL, which ends a text in netCDF."""
     if any("\0" in value for value in values):
         raise ValueError("a text holds a NUL character")
@@ -93,7 +93,7 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
 
 
 def _checked_chunks(rows: int, width: int) -> dict[str, Any]:
-    """Chunks with a checksum; HDF5 takes neither for an array without rows.
+    """Return chunks with a checksum; HDF5 takes neither for an array without rows.
 
     Spectra are not compressed: gzip saves a quarter of the file, and reading it takes five times
     as long.
@@ -102,7 +102,7 @@ def _checked_chunks(rows: int, width: int) -> dict[str, Any]:
 
 
 def _compressed(rows: int, width: int) -> dict[str, Any]:
-    """Chunks and compression, which has a checksum of its own."""
+    """Return chunks and compression, which has a checksum of its own."""
     if not rows:
         return _NO_CHUNKS
     packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
@@ -132,7 +132,7 @@ def write_column(store: h5netcdf.File, name: str, column: Column) -> None:
 
 
 def read_store(path: Path) -> Shard:
-    """A whole store in memory."""
+    """Return a whole store in memory."""
     with reading(path) as store:
         spectra, frequency, columns, attrs = contents(store)
         feature = spectra[...]
@@ -141,7 +141,7 @@ def read_store(path: Path) -> Shard:
 
 @contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
-    """A store, which is closed at the end. Raises DataError for what is none."""
+    """Yield a store, which is closed at the end. Raises DataError for what is none."""
     _check_made(path)
     try:
         with h5py.File(path, "r") as store:
@@ -153,8 +153,8 @@ def reading(path: Path) -> Iterator[h5py.File]:
 def contents(
     store: h5py.File,
 ) -> tuple[h5py.Dataset, Column, dict[str, Column], dict[str, str | float | int]]:
-    """The spectra, which are not read yet, and what else a store holds: frequencies (with their
-    attributes), columns, attributes. Raises one of `DAMAGE`."""
+    """Return the spectra, which are not read yet, and what else a store holds: frequencies (with
+    their attributes), columns, attributes. Raises one of `DAMAGE`."""
     variables = _variables(store)
     attrs = {k: plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
     spectra = variables.pop("feature")
@@ -168,8 +168,8 @@ def contents(
 
 
 def _variables(store: h5py.File) -> dict[str, h5py.Dataset]:
-    """The arrays of a store, which may come from anywhere: raises ValueError for what lies in
-    another file, and for sizes that are only claimed."""
+    """Return the arrays of a store, which may come from anywhere: raises ValueError for what lies
+    in another file, and for sizes that are only claimed."""
     variables = {}
     for name in store:
         variable = store[name] if isinstance(store.get(name, getlink=True), h5py.HardLink) else None
@@ -190,7 +190,7 @@ def _check_made(path: Path) -> None:
 
 
 def axes_of(variable: h5py.Dataset) -> list[str]:
-    """Names of a variable's dimensions; none for a variable that is itself a dimension."""
+    """Return names of a variable's dimensions; none for a variable that is itself a dimension."""
     if "DIMENSION_LIST" not in variable.attrs:
         return []
     owner = variable.file
@@ -198,7 +198,7 @@ def axes_of(variable: h5py.Dataset) -> list[str]:
 
 
 def read_column(variable: h5py.Dataset) -> Column:
-    """A column that `write_column` wrote."""
+    """Return a column that `write_column` wrote."""
     values = variable[...]
     if values.dtype.kind == "S":
         values = _texts(values)
@@ -206,14 +206,14 @@ def read_column(variable: h5py.Dataset) -> Column:
 
 
 def attrs_of(variable: h5py.Dataset) -> dict[str, str]:
-    """Attributes of an array, without those that only HDF5 and netCDF need."""
+    """Return attributes of an array, without those that only HDF5 and netCDF need."""
     internal = ("_", "DIMENSION", "REFERENCE", "CLASS", "NAME", "coordinates")
     named = [name for name in variable.attrs if not name.startswith(internal)]
     return {name: str(plain(variable.attrs[name])) for name in named}
 
 
 def _texts(characters: np.ndarray) -> np.ndarray:
-    """Texts (n,) of UTF-8 characters (n, width)."""
+    """Return texts (n,) of UTF-8 characters (n, width)."""
     rows, width = characters.shape
     if not rows:
         return np.empty(0, "U1")
@@ -224,7 +224,7 @@ def _texts(characters: np.ndarray) -> np.ndarray:
 
 
 def plain(value: Any) -> str | float | int:
-    """An attribute as HDF5 gives it, as text or a number."""
+    """Return an attribute as HDF5 gives it, as text or a number."""
     if isinstance(value, bytes):
         return value.decode()
     if isinstance(value, np.ndarray):
@@ -233,7 +233,7 @@ def plain(value: Any) -> str | float | int:
 
 
 def concatenate(shards: Sequence[Shard]) -> Shard:
-    """Shards of one data set, one after the other.
+    """Return shards of one data set, one after the other.
 
     Raises ValueError when bins, settings or columns differ, or when a recording stands in two
     shards.
@@ -259,5 +259,5 @@ def concatenate(shards: Sequence[Shard]) -> Shard:
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
-    """Settings as one JSON attribute."""
+    """Return the settings as one JSON attribute."""
     return json.dumps(settings, sort_keys=True)

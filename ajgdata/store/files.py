@@ -46,7 +46,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 def _alive(process: int) -> bool:
-    """Whether a process of this machine has that number."""
+    """Return True if a process of this machine has that number."""
     try:
         os.kill(process, 0)  # sends nothing
     except (ProcessLookupError, OverflowError):
@@ -104,19 +104,19 @@ def write_if_changed(path: Path, content: bytes) -> bool:
 
 
 def bytes_below(path: Path) -> int:
-    """Size of a file, or of all files of a folder; 0 for what is not there."""
+    """Return the size of a file, or of all files of a folder; 0 for what is not there."""
     if path.is_file():
         return path.stat().st_size
     return sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
 
 
 def sha256_of(content: bytes) -> str:
-    """Hexadecimal SHA-256."""
+    """Return the hexadecimal SHA-256."""
     return hashlib.sha256(content).hexdigest()
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file (a byte-order mark is tolerated)."""
+    """Return the text of a UTF-8 file (a byte-order mark is tolerated)."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
@@ -145,7 +145,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
-    """A YAML mapping (safe loader)."""
+    """Return a YAML mapping (safe loader)."""
     loader = None
     try:
         loader = _Loader(read_text(path))
@@ -167,7 +167,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 
 def has_aliases(text: str) -> bool:
-    """Whether YAML repeats parts of itself (`*name`): some lines can thus mean gigabytes."""
+    """Return True if YAML repeats parts of itself (`*name`): some lines can thus mean gigabytes."""
     try:
         return any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text))
     except yaml.YAMLError:
@@ -175,7 +175,7 @@ def has_aliases(text: str) -> bool:
 
 
 def line_of(path: Path, place: Iterable[int | str]) -> int:
-    """Line of a YAML file on which `place` (keys and numbers of elements) begins.
+    """Return the line of a YAML file on which `place` (keys and numbers of elements) begins.
 
     Where it leads to what is not there (a key that is missing, the name of an alternative), the
     line is that of the last thing that is.
@@ -199,12 +199,12 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
 
 
 def yaml_bytes(content: Mapping[str, Any]) -> bytes:
-    """YAML in the given key order."""
+    """Return YAML in the given key order."""
     return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True).encode()
 
 
 def read_json(path: Path) -> Any:
-    """A JSON document."""
+    """Return a JSON document."""
     try:
         return json.loads(read_text(path))
     except json.JSONDecodeError as error:
@@ -214,12 +214,12 @@ def read_json(path: Path) -> Any:
 
 
 def json_bytes(content: Any) -> bytes:
-    """JSON with sorted keys; NaN is refused, since JSON has none."""
+    """Return JSON with sorted keys; NaN is refused, since JSON has none."""
     return (json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
 
 
 def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[dict[str, str]]]:
-    """Header and rows of a CSV file; every row has every column, as stripped text.
+    """Return the header and rows of a CSV file; every row has every column, as stripped text.
 
     Raises DataError for a missing, nameless or doubled column and for a row of another length.
     """
@@ -230,7 +230,8 @@ def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[
 def numbered_rows(
     path: Path, required: Iterable[str] = ()
 ) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """As `read_csv`, each row with the line on which it ends (empty lines are left out)."""
+    """Return what `read_csv` does, each row with the line on which it ends; empty lines are left
+    out."""
     reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
     rows = []
     try:
@@ -269,7 +270,7 @@ def _check_header(path: Path, header: Sequence[str], required: Iterable[str]) ->
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:
-    """CSV with Unix line ends."""
+    """Return CSV with Unix line ends."""
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, header, lineterminator="\n", extrasaction="raise")
     writer.writeheader()

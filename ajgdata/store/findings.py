@@ -24,12 +24,12 @@ def write_findings(path: Path, findings: Sequence[Finding]) -> None:
 
 
 def is_rejected(row: Mapping[str, str]) -> bool:
-    """Whether somebody marked this recording as not to be used."""
+    """Return True if somebody marked this recording as not to be used."""
     return row["quality"].lower() == "reject"
 
 
 def rejected(session: str, table: Mapping[str, Mapping[str, str]]) -> dict[str, Finding]:
-    """A note for each recording of a session that is marked `reject`, by recording_id."""
+    """Return a note for each recording of a session that is marked `reject`, by recording_id."""
     problem, fix = "quality is `reject`", "set quality to ok to use it"
     return {
         name: Finding(session, name, "", "note", "rejected", problem, fix)

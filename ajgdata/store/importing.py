@@ -123,7 +123,7 @@ def _held(target: Path) -> dict[str, Recording]:
 def _before(
     target: Path, *, copy: bool, folder: Path
 ) -> tuple[Session | None, dict[str, Recording]]:
-    """What a session was before, after checking that recordings may be added to it."""
+    """Return the session as it was, after checking that recordings may be added to it."""
     held = _held(target)
     if not (target / SESSION_FILE).is_file():  # new, or an import that was interrupted
         return None, held
@@ -142,8 +142,8 @@ def _before(
 
 
 def _ids(members: Sequence[Found], held: Mapping[str, Recording], *, copy: bool) -> list[str]:
-    """The id that a file has, else its path inside the folder without suffix; with suffix where
-    two files would share it."""
+    """Return the id that a file has, else its path inside the folder without suffix; with suffix
+    where two files would share it."""
     known = {recording.file: name for name, recording in held.items()}
     stems = [one.path.with_suffix("").as_posix() for one in members]
     counts = Counter(stems)
@@ -215,7 +215,7 @@ def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation |
 
 
 def _rates(folder: Path, members: Sequence[Found]) -> set[int]:
-    """Rates of the readable recordings."""
+    """Return rates of the readable recordings."""
     rates = set()
     for one in members:
         try:

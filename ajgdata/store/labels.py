@@ -36,8 +36,8 @@ def select(
     targets: Mapping[str, Target],
     session: str,
 ) -> tuple[Shard, list[Finding]]:
-    """The rows of a shard that are not rejected and whose labels can be used, and a finding for
-    each row with a bad label."""
+    """Return the rows of a shard that are not rejected and whose labels can be used, and a finding
+    for each row with a bad label."""
     told, keep = [], []
     for index, name in enumerate(shard.columns["recording"].values):
         row = table.get(str(name))
@@ -50,13 +50,13 @@ def select(
 
 
 def bad_label(session: str, recording_id: str, problem: str) -> Finding:
-    """A label that cannot be used."""
+    """Return a label that cannot be used."""
     fix = "correct recordings.csv, or declare the text under `missing` of the target"
     return Finding(session, recording_id, "", "error", "bad_label", problem, fix)
 
 
 def label_problem(row: Mapping[str, str], targets: Mapping[str, Target]) -> str | None:
-    """Why a row of labels cannot be used; None if it can."""
+    """Return why a row of labels cannot be used; None if it can."""
     if is_rejected(row):
         return "quality is `reject`"
     for name, target in targets.items():
@@ -68,7 +68,7 @@ def label_problem(row: Mapping[str, str], targets: Mapping[str, Target]) -> str 
 
 
 def parse_label(text: str, target: Target) -> float | str:
-    """A cell as the value of a target; a missing value is NaN or "".
+    """Return a cell as the value of a target; a missing value is NaN or "".
 
     Raises ValueError for a regression target that is not a finite number.
     """
@@ -81,7 +81,8 @@ def parse_label(text: str, target: Target) -> float | str:
 
 
 def number(text: str) -> float:
-    """A finite number as people write it. Raises ValueError for any other text, 1_0 included."""
+    """Return a finite number as people write it. Raises ValueError for any other text, 1_0
+    included."""
     value = float(text)
     if not math.isfinite(value) or "_" in text:
         raise ValueError(f"{text!r} is not a finite number")
@@ -89,7 +90,7 @@ def number(text: str) -> float:
 
 
 def take_rows(shard: Shard, rows: np.ndarray) -> Shard:
-    """Some rows of a shard."""
+    """Return some rows of a shard."""
     columns = {n: Column(c.values[rows], c.attrs) for n, c in shard.columns.items()}
     return dataclasses.replace(shard, feature=shard.feature[rows], columns=columns)
 
@@ -100,8 +101,8 @@ def labelled(
     targets: Mapping[str, Target],
     session: str,
 ) -> Shard:
-    """The shard with its labels as columns; `recording` and `grasp_id` become unique in the data
-    set by putting the session before them."""
+    """Return the shard with its labels as columns; `recording` and `grasp_id` become unique in the
+    data set by putting the session before them."""
     names = [str(name) for name in shard.columns["recording"].values]
     rows = [table[name] for name in names]
     columns = dict(shard.columns)
@@ -121,12 +122,12 @@ def labelled(
 
 
 def _standard(name: str, values: Sequence[str]) -> Column:
-    """A column of text that is no target, with its meaning if every store has it."""
+    """Return a column of text that is no target, with its meaning if every store has it."""
     return text_column(values, **({"long_name": MEANINGS[name]} if name in MEANINGS else {}))
 
 
 def target_column(values: Sequence[float | str], target: Target) -> Column:
-    """Values of a target with their unit and meaning."""
+    """Return values of a target with their unit and meaning."""
     attrs = {"long_name": target.description} if target.description else {}
     if target.kind == "classification":
         return text_column([str(v) for v in values], **attrs, role="target")
@@ -136,7 +137,8 @@ def target_column(values: Sequence[float | str], target: Target) -> Column:
 
 
 def with_columns(shard: Shard, names: set[str], targets: Mapping[str, Target]) -> Shard:
-    """The shard with every column of `names`; a session that lacks one has missing values."""
+    """Return the shard with every column of `names`; a session that lacks one has missing
+    values."""
     columns = dict(shard.columns)
     empty = [""] * len(shard.feature)
     for name in names - set(columns):
@@ -149,7 +151,7 @@ def with_columns(shard: Shard, names: set[str], targets: Mapping[str, Target]) -
 
 
 def without_copies(shard: Shard, targets: Sequence[str]) -> tuple[Shard, list[Finding]]:
-    """The shard without recordings whose bytes stand twice (see `copies`)."""
+    """Return the shard without recordings whose bytes stand twice (see `copies`)."""
     names = [str(name) for name in shard.columns["recording"].values]
     columns = [shard.columns[t].values for t in targets if t in shard.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
@@ -161,7 +163,7 @@ def without_copies(shard: Shard, targets: Sequence[str]) -> tuple[Shard, list[Fi
 def copies(
     recordings: Sequence[str], digests: Sequence[str], labels: Sequence[tuple[str, ...]]
 ) -> dict[int, Finding]:
-    """Findings, by row, of recordings that cannot be used because their bytes stand twice.
+    """Return findings, by row, of recordings that cannot be used because their bytes stand twice.
 
     Of equal labels these are all but the first, since copies would leak between folds; of different
     labels all, since nobody can tell which is right. `recordings` are `<session>/<recording_id>`.

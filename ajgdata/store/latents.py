@@ -78,7 +78,7 @@ def _write(
 
 
 def read_latents(path: Path) -> Latents:
-    """What `write_latents` wrote."""
+    """Return the latents in a file. Raises DataError for a file that is none."""
     try:
         with h5py.File(path, "r") as store:
             columns = {
@@ -105,7 +105,7 @@ def _is_unseen(name: str) -> bool:
 
 
 def open_latents(path: Path) -> xr.Dataset:
-    """The same as an xarray.Dataset, lazily; use it in a `with` block."""
+    """Return the latents in a file as a lazy xarray.Dataset; use it in a `with` block."""
     import xarray as xr
 
     if not path.is_file():

@@ -40,7 +40,7 @@ class HashCache:
         self.changed = False
 
     def sha256(self, file: Path) -> str:
-        """Hash of `file`; raises OSError when it cannot be read."""
+        """Return the hash of `file`; raises OSError when it cannot be read."""
         stat = file.stat()
         key = str(file.absolute())
         mark = [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
@@ -62,7 +62,8 @@ class HashCache:
 
 
 def _known_hashes(path: Path) -> dict[str, list[Any]]:
-    """What a cache file holds; nothing if it cannot be read, since hashes can be made again."""
+    """Return the hashes in a cache file; none if it cannot be read, since they can be made
+    again."""
     try:
         known = read_json(path)
     except DataError:
@@ -134,7 +135,8 @@ def contents(paths: Paths, dataset: str, session: str, cache: HashCache) -> dict
 def survey(
     paths: Paths, dataset: str, name: str, cache: HashCache
 ) -> tuple[dict[str, Any], list[dict[str, str]]]:
-    """One session's audio manifest and label rows. Never raises: what is wrong is a finding."""
+    """Return one session's audio manifest and label rows. Never raises: what is wrong is a
+    finding."""
     folder = paths.session(dataset, name)
     try:
         session = read_session(folder)
@@ -181,7 +183,7 @@ def _excitation(
 
 
 def read_manifest(path: Path) -> tuple[dict[str, Any], list[Finding]]:
-    """An audio manifest: its content and the findings in it."""
+    """Return an audio manifest: its content and the findings in it."""
     content = read_json(path)
     return content, [Finding(**finding) for finding in content["findings"]]
 
@@ -236,7 +238,7 @@ def _spelled(paths: Paths, path: Path) -> str:
 
 
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:
-    """A row of labels for each recording of a session, all as text."""
+    """Return a row of labels for each recording of a session, all as text."""
     columns = sorted({column for r in recordings for column in r.labels})
     return [
         {c: str(getattr(r, c)) for c in LABEL_COLUMNS}

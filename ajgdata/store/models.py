@@ -29,7 +29,7 @@ def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_network(folder: Path) -> dict[str, np.ndarray]:
-    """Weights that `write_network` wrote."""
+    """Return the arrays that `write_network` wrote, by name."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
@@ -48,8 +48,8 @@ def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
 
 
 def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
-    """An estimator that `write_estimator` wrote; types that are neither scikit-learn's nor numpy's
-    nor `trusted` are refused."""
+    """Return the estimator that `write_estimator` wrote. Types that are neither scikit-learn's nor
+    numpy's nor `trusted` are refused with DataError."""
     from skops.io import load
     from skops.io.exceptions import UntrustedTypesFoundException
 
@@ -60,7 +60,7 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """What is known of a trained model; DataError when it could not be trained."""
+    """Return what is known of a trained model. Raises DataError when it could not be trained."""
     about = read_json(folder / ABOUT_FILE)
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "mend the task first")

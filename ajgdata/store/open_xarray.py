@@ -25,7 +25,7 @@ class Spectra(BackendArray):
         self.array, self.shape, self.dtype, self.opened = array, array.shape, array.dtype, opened
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        """The values that `key` picks."""
+        """Return the values that `key` picks."""
         if not self.array:
             raise ValueError("the store is closed: use it in its `with` block, or .load() it there")
         support = indexing.IndexingSupport.OUTER_1VECTOR
@@ -33,7 +33,7 @@ class Spectra(BackendArray):
 
 
 def open_store(path: Path) -> xr.Dataset:
-    """A store as a lazy xarray.Dataset: `feature` (recording, frequency) with labels as
+    """Return a store as a lazy xarray.Dataset: `feature` (recording, frequency) with labels as
     coordinates. Use it in a `with` block, or call `.load()` and `.close()`. Raises DataError.
     """
     with ExitStack() as stack:

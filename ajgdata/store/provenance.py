@@ -1,4 +1,4 @@
-"""What made a result: version, commit, code, settings."""
+"""Provenance of a result: version, commit, code, settings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 @functools.cache
 def software() -> dict[str, str]:
-    """`ajgdata_version` and `git_commit` (`+` after it: the tree had changes; empty: no git)."""
+    """Return `ajgdata_version` and `git_commit` (`+` after it: the tree had changes; empty: no
+    git)."""
     return {"ajgdata_version": version("ajgdata"), "git_commit": _commit()}
 
 
@@ -32,8 +33,8 @@ def _commit() -> str:
 
 @functools.cache
 def commit_date() -> str:
-    """Day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so that the
-    same inputs give the same bytes on any day."""
+    """Return the day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so
+    that the same commit makes the same bytes."""
     try:
         _git("ls-files", "--error-unmatch", "paths.py")
         return _git("show", "--no-patch", "--format=%cs", "HEAD")
@@ -49,7 +50,7 @@ def _git(*arguments: str) -> str:
 
 @functools.cache
 def code_digest(*parts: str) -> str:
-    """Digest of the sources of the named sub-packages or modules of ajgdata.
+    """Return the digest of the sources of the named sub-packages or modules of ajgdata.
 
     Snakemake does not see changes in imported modules; rules pass this as a parameter. Raises
     FileNotFoundError for a name that is neither.
@@ -65,6 +66,6 @@ def code_digest(*parts: str) -> str:
 
 
 def settings_digest(*settings: BaseModel) -> str:
-    """Digest of settings, defaults included."""
+    """Return the digest of settings, defaults included."""
     content = [s.model_dump(mode="json") for s in settings]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]

@@ -48,7 +48,7 @@ def read_experiment_text(project: Paths, kind: str) -> str:
 
 
 def report_files_digest(project: Paths, *names: str) -> str:
-    """Digest of the files `names` of `reports/` (default: all that pages are made of).
+    """Return the digest of the files `names` of `reports/` (default: all that pages are made of).
 
     Rules that render pages pass it as a parameter: Snakemake then notices an edit.
     """

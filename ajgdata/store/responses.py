@@ -48,7 +48,7 @@ class ResponseStore:
         self.solved = 0  #: scenes that were simulated, since nothing was kept of them
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
-        """The response of `scene`: the one that is kept, else simulated now and kept.
+        """Return the response of `scene`: the one that is kept, else simulated now and kept.
 
         Scenes that are the same by `gripper.canonical` share one. Raises gripper.SceneError.
         """
@@ -61,13 +61,13 @@ class ResponseStore:
         return known
 
     def path(self, scene: gripper.Scene) -> Path:
-        """Where the response of `scene` is kept."""
+        """Return the file in which the response of `scene` is kept."""
         text = f"{gripper.scene_digest(gripper.canonical(scene))} {self._code}"
         key = sha256_of(text.encode())
         return self.folder / key[0] / f"{key}{SUFFIX}"
 
     def read(self, scene: gripper.Scene) -> gripper.ImpulseResponse | None:
-        """The kept response of `scene`; None if there is none that can be read."""
+        """Return the kept response of `scene`; None if there is none that can be read."""
         path = self.path(scene)
         try:
             content = path.read_bytes()
@@ -135,7 +135,7 @@ def _head(body: bytes) -> bytes:
 
 
 def _encode(response: gripper.ImpulseResponse) -> bytes:
-    """A line of JSON, then the samples as little-endian float64."""
+    """Return a line of JSON, then the samples as little-endian float64."""
     about = {**vars(response), "samples": len(response.samples)}
     text = json.dumps(about, sort_keys=True, allow_nan=False)
     return text.encode() + b"\n" + np.asarray(response.samples, dtype="<f8").tobytes()
@@ -149,7 +149,7 @@ def _decode(body: bytes) -> gripper.ImpulseResponse:
 
 
 def read_scene(path: Path) -> gripper.Scene:
-    """The scene in a YAML or JSON file. Raises DataError with file, line, key and fix."""
+    """Return the scene in a YAML or JSON file. Raises DataError with file, line, key and fix."""
     content = read_yaml(path)
     try:
         return gripper.Scene.model_validate(content)

@@ -48,7 +48,7 @@ class Wave:
 
     @property
     def is_cut(self) -> bool:
-        """Whether frames that the header declares are missing."""
+        """True if frames that the header declares are missing."""
         return self.declared is not None and self.frames < self.declared // self.frame_bytes
 
     @property
@@ -88,7 +88,7 @@ def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
 
 
 def decode(content: bytes, wave: Wave) -> NDArray[np.float32]:
-    """Samples (frames, channels), full scale +-1, of a wave whose `subtype` is not None."""
+    """Return samples (frames, channels), full scale +-1, of a wave whose `subtype` is not None."""
     count = wave.frames * wave.channels
     if wave.subtype == "FLOAT":
         flat = np.frombuffer(content, "<f4", count, wave.start).astype(np.float32)
@@ -107,7 +107,7 @@ def decode(content: bytes, wave: Wave) -> NDArray[np.float32]:
 
 
 def encode_pcm24(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
-    """A mono 24-bit file of samples (n,) within +-1, rounded to the nearest code."""
+    """Return a mono 24-bit file of samples (n,) within +-1, rounded to the nearest code."""
     codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1).astype("<i4")
     data = codes.view(np.uint8).reshape(-1, 4)[:, :3].tobytes()
     padding = b"\0" * (len(data) & 1)

@@ -41,7 +41,7 @@ class Found:
 
 @dataclass
 class Scan:
-    """What a folder holds. `skipped` says for each file left out why."""
+    """Recordings found in a folder. `skipped` says for each file left out why."""
 
     found: list[Found] = field(default_factory=list)
     excitations: dict[str, Path] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class Scan:
 
 
 def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
-    """Every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
+    """Return every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
 
     `name` is the session of recordings whose session nothing tells. Raises DataError when the
     folder, the pattern or the table cannot be used, or when nothing in the folder matches.
@@ -78,17 +78,18 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
 
 
 def slug(text: str) -> str:
-    """`text` with everything but letters, digits and - made _ (the charset of names)."""
+    """Return `text` with everything but letters, digits and - made _ (the charset of names)."""
     return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_-") or "x"
 
 
 def label_column(text: str) -> str:
-    """The column that holds the labels called `text`: a name that every reader can take."""
+    """Return the column that holds the labels called `text`: a name that every reader can take."""
     return slug(text) + ("_" if is_reserved(slug(text)) else "")
 
 
 def audio_files(folder: Path) -> list[Path]:
-    """Files below `folder` that look like audio, sorted, relative to it; hidden ones are none."""
+    """Return files below `folder` that look like audio, sorted, relative to it; hidden ones are
+    none."""
     suffixes = AUDIO_SUFFIXES | UNREADABLE_SUFFIXES
     inside = (p.relative_to(folder) for p in folder.rglob("*") if p.suffix.lower() in suffixes)
     shown = (p for p in inside if not any(part.startswith(".") for part in p.parts))
@@ -96,7 +97,7 @@ def audio_files(folder: Path) -> list[Path]:
 
 
 def _audio_files(folder: Path, result: Scan) -> list[Path]:
-    """Audio files that can be imported; the others go to `result.skipped`."""
+    """Return audio files that can be imported; the others go to `result.skipped`."""
     files = []
     for path in audio_files(folder):
         name, suffix = path.as_posix(), path.suffix.lower()
@@ -164,7 +165,7 @@ def _by_table(folder: Path, settings: ImportSettings, name: str) -> Scan:
 
 
 def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
-    """A template such as '{stone}' with its fields put in."""
+    """Return a template such as '{stone}' with its fields put in."""
     try:
         keys = [key for _, key, _, _ in string.Formatter().parse(template) if key is not None]
         if unknown := [key for key in keys if key not in fields]:

@@ -33,12 +33,12 @@ from ajgdata.types import (
 
 
 def list_datasets(paths: Paths) -> list[str]:
-    """Names of the declared data sets."""
+    """Return names of the declared data sets."""
     return sorted(file.parent.name for file in paths.datasets.glob("*/dataset.yaml"))
 
 
 def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
-    """The declaration of a data set; DataError names file, key, value and fix."""
+    """Return the declaration of a data set; DataError names file, key, value and fix."""
     path = paths.dataset(dataset)
     if not path.is_file():
         known = ", ".join(list_datasets(paths)) or "none"
@@ -51,7 +51,7 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
 
 
 def read_declaration(path: Path) -> DatasetSpec:
-    """A declaration, wherever it lies; DataError names file, line, key, value and fix.
+    """Return a declaration, wherever it lies; DataError names file, line, key, value and fix.
 
     One that is `from` another takes over what that declares and says what differs, see `_derived`.
     """
@@ -66,7 +66,7 @@ def read_declaration(path: Path) -> DatasetSpec:
 
 
 def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
-    """The declaration that `from` names, with the differences of `content`, key by key.
+    """Return the declaration that `from` names, with the differences of `content`, key by key.
 
     Tasks and embeddings are not taken over, and its recipe draws the same grasps: a derived data
     set is there to test the other's models on.
@@ -88,7 +88,7 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
-    """`base` with the values of `by`; mappings in both are joined in the same way."""
+    """Return `base` with the values of `by`; mappings in both are joined in the same way."""
     joined = dict(base)
     for key, value in by.items():
         old = joined.get(key)
@@ -108,7 +108,7 @@ def write_dataset(paths: Paths, spec: DatasetSpec) -> Path:
 
 
 def list_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Session folders of a data set (complete or not); hidden folders are none.
+    """Return session folders of a data set (complete or not); hidden folders are none.
 
     Raises DataError for a folder whose name no session can have: it would be left out unseen.
     """
@@ -152,7 +152,7 @@ def whole_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> list
 
 
 def read_session(folder: Path) -> Session:
-    """session.yaml of a session folder."""
+    """Return session.yaml of a session folder."""
     path = folder / SESSION_FILE
     if not path.is_file():
         raise DataError(path, "there is no such file", "finish the import or acquisition")
@@ -168,7 +168,7 @@ def read_session(folder: Path) -> Session:
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
-    """Rows of recordings.csv in order of recording_id, and a finding for each row left out.
+    """Return rows of recordings.csv in order of recording_id, and a finding for each row left out.
 
     Raises DataError when the table itself cannot be read (no such file, a column missing or with a
     name that the feature store cannot take).
@@ -230,13 +230,14 @@ def write_session(folder: Path, session: Session, recordings: Sequence[Recording
 
 
 def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
-    """Where a recording's file is; DataError when the name would leave its folder."""
+    """Return a recording's file. Raises DataError when the name would leave its folder."""
     base = folder if session.audio_root is None else Path(session.audio_root)
     return inside(base, recording.file)
 
 
 def inside(base: Path, file: str) -> Path:
-    """`base / file`; DataError when that lies elsewhere, be it by `..` or by a symbolic link."""
+    """Return `base / file`; DataError when that lies elsewhere, be it by `..` or by a symbolic
+    link."""
     parts = file.split("/")
     leaves = file.startswith("/") or ".." in parts
     steps = ["/".join([str(base), *parts[: n + 1]]) for n in range(len(parts))]

@@ -41,7 +41,7 @@ class Take:
 
 
 def look(path: Path, sha256: str, audio: AudioSettings) -> Take:
-    """How long a recording is, from its header alone if it is a plain WAV.
+    """Return a recording's length, from its header alone if it is a plain WAV.
 
     Raises AudioError, as `read_audio` does, as far as the header tells.
     """
@@ -74,7 +74,7 @@ class Waveforms(BackendArray):
         self.dtype = np.dtype(np.float32)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
-        """The samples that `key` picks."""
+        """Return the samples that `key` picks."""
         outer = indexing.IndexingSupport.OUTER
         return indexing.explicit_indexing_adapter(key, self.shape, outer, self._read)
 
@@ -88,7 +88,7 @@ class Waveforms(BackendArray):
         return read.reshape(rows.shape + times.shape)
 
     def _samples(self, take: Take) -> np.ndarray:
-        """All samples (n,) of one file, which must be the one that was recorded."""
+        """Return all samples (n,) of one file, which must be the one that was recorded."""
         if take.sha256 and file_sha256(take.path) != take.sha256:
             problem = "its bytes are not those that were recorded (sha256 differs)"
             fix = "restore the file, or accept it with `ajgdata seal`"
@@ -99,7 +99,8 @@ class Waveforms(BackendArray):
 def waveforms(
     takes: Sequence[Take], columns: dict[str, Column], audio: AudioSettings, attrs: dict[str, str]
 ) -> xr.Dataset:
-    """The lazy array of `takes` with its time axis in seconds, and `columns` (n,) as coordinates.
+    """Return the lazy array of `takes` with its time axis in seconds, and `columns` (n,) as
+    coordinates.
 
     `frames` says how many samples each recording has. A label that has the name of something here
     gets `label_` before it.

@@ -39,7 +39,7 @@ REPEATS = 2
 
 @dataclass(frozen=True)
 class Settings:
-    """Which grids; `reference_mm` is the finest, that all others are compared with."""
+    """Choice of grids; `reference_mm` is the finest, that all others are compared with."""
 
     reference_mm: float = 1.5
     check_mm: float = 2.0
@@ -73,7 +73,7 @@ COST = (
 
 @dataclass(frozen=True)
 class Run:
-    """What one simulation gave and cost."""
+    """Result and cost of one simulation."""
 
     feature: Real
     time_s: float
@@ -88,8 +88,8 @@ def scene(name: str, numbers: Numbers) -> Scene:
 
 
 def feature(samples: Real) -> Real:
-    """Hann 2048/512 STFT magnitude summed over time, unit norm: as `ajgdata.features` defines it,
-    before any scaling of its own."""
+    """Hann 2048/512 STFT magnitude (1025,) of `samples` (n,), summed over time, unit norm: as
+    `ajgdata.features` defines it, before any scaling of its own."""
     frames = np.lib.stride_tricks.sliding_window_view(samples, FRAME)[::HOP]
     window = np.hanning(FRAME + 1)[:-1]
     magnitude = np.abs(np.fft.rfft(frames * window, axis=1)).sum(0)
@@ -114,12 +114,12 @@ def run(what: Scene, repeats: int = 1) -> Run:
 
 
 def relative_error(found: Real, reference: Real) -> float:
-    """Relative L2 over the whole band."""
+    """Relative L2 difference of two features (1025,)."""
     return float(np.linalg.norm(found - reference) / np.linalg.norm(reference))
 
 
 def decibels(found: Real, reference: Real) -> list[float]:
-    """Root mean square of the level's error in each of BANDS_KHZ."""
+    """Root mean square of the error in level (dB) of a feature (1025,) in each of BANDS_KHZ."""
     khz = np.fft.rfftfreq(FRAME, 1e3 / SAMPLE_RATE_HZ)
     level = 20 * np.log10(found / reference)
     return [
@@ -197,7 +197,7 @@ def _sweep_of(name: str, reference: Real, settings: Settings) -> list[dict[str, 
 
 
 def _checks(references: dict[str, Real], settings: Settings) -> Table:
-    """How far the reference is from what it stands for."""
+    """Compare the reference with a coarser grid."""
     rows: list[dict[str, Value]] = []
     for name, reference in references.items():
         case: Numbers = {"scheme": "wide", "dx_mm": settings.check_mm}

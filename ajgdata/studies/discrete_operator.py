@@ -1,4 +1,4 @@
-"""What the marched equations conserve, and their resonances, read off the kernel itself."""
+"""The operator that is marched, read off the kernel: its energy, limit and resonances."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Real = NDArray[np.floating]
 
 
 def energies(system: System, state: State, steps: int) -> Real:
-    """The discrete energy before each of `steps` steps, marching `state`.
+    """Return the discrete energy (J) before each of `steps` steps, (steps,), marching `state`.
 
     ½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls + modes, with a and b the decay and
     gain of a face. Its change in a step is -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and what poles, walls and
@@ -68,7 +68,8 @@ def _double(values: NDArray) -> Real:
 
 
 def operator(system: System) -> csc_array:
-    """A in p₊ - 2p + p₋ = -A p of a lossless `system`, cell by cell from what the kernel does.
+    """Return A in p₊ - 2p + p₋ = -A p of a lossless `system`, cell by cell from what the kernel
+    does.
 
     A step from rest leaves p - A p. Unit pressures far enough apart not to be confused are
     marched at once. Raises ValueError if the kernel reaches further than three cells.
@@ -87,7 +88,7 @@ def operator(system: System) -> csc_array:
 
 
 def applied(system: System, p: Real) -> Real:
-    """A p of `operator` for a pressure in all cells (flat)."""
+    """Return A p of `operator` for a pressure in all cells, both (cells,)."""
     state = at_rest(system)
     state.p[:] = p
     march(system, state, SILENT, SILENT, np.zeros(0), 1)
@@ -129,8 +130,9 @@ def fastest(system: System) -> float:
 
 
 def frequencies(system: System, count: int, *, steps_exact: bool = False) -> Real:
-    """Lowest `count` resonances (Hz) of the lossless `system` as marched, but the static one; with
-    `steps_exact`, as heard where the dispersion of the time steps is taken out of the response.
+    """Return the lowest resonances (Hz), (count,), of the lossless `system` as marched, but the
+    static one; with `steps_exact`, as heard where the dispersion of the time steps is taken out of
+    the response.
 
     Lanczos on the symmetric form of `operator`, in which the static pressure, known exactly, is
     moved to the other end of the spectrum.

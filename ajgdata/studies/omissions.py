@@ -1,4 +1,4 @@
-"""What a plan leaves out: the estimate, the error that it really makes, and the time it saves."""
+"""Parts that a plan leaves out: their estimate, the error really made, and the time saved."""
 
 from __future__ import annotations
 
@@ -85,8 +85,8 @@ def heard(plan: Plan) -> Heard:
 
 
 def without(part: PartName) -> tuple[tuple[PartName, ...], tuple[PartName, ...]]:
-    """What is kept with and without `part`. The frame carries the object's modes with it, so that
-    they are judged where there is no frame."""
+    """Return the parts kept with and without `part`. The frame carries the object's modes with it,
+    so that they are judged where there is no frame."""
     kept = tuple(p for p in ALL if p != "frame") if part in ("motion", "elastic") else ALL
     return kept, tuple(p for p in kept if p != part)
 

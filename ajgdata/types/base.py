@@ -1,4 +1,4 @@
-"""What every declaration shares: names, complaints in one line, strict models."""
+"""Names, complaints in one line, and the strict model that every declaration is made of."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class DataError(Exception):
 
 @dataclasses.dataclass(frozen=True, order=True)
 class Finding:
-    """What a check says of one recording (or, with recording_id `*`, of a whole session).
+    """A check's verdict on one recording (or, with recording_id `*`, on a whole session).
 
     `level` is *error* (unusable: the recording is quarantined), *warning* (used, but somebody
     should look) or *note* (unusual and fine). `code` is a stable slug such as `truncated`.
@@ -50,7 +50,7 @@ class Finding:
 
     @property
     def leaves_out(self) -> bool:
-        """Whether the recording is not in the feature store."""
+        """True if the recording is not in the feature store."""
         return self.level == "error" or self.code in ("copy", "rejected")
 
 

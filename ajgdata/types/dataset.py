@@ -17,7 +17,7 @@ from ajgdata.types.tasks import Task
 
 
 class ImportSettings(Strict):
-    """How a folder of recordings becomes sessions; the options of `ajgdata import`."""
+    """Rules by which a folder of recordings becomes sessions; the options of `ajgdata import`."""
 
     pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
     table: str = Field("", description="CSV of labels inside the folder, instead of a pattern")
@@ -125,9 +125,9 @@ class DatasetSpec(Strict):
 
     @property
     def kinds(self) -> dict[str, Kind]:
-        """What each target is."""
+        """The kind of each target, by name."""
         return {name: target.kind for name, target in self.targets.items()}
 
     def training(self, task: str) -> dict[str, Any]:
-        """What training a model for `task` must know, by name."""
+        """Return what training a model for `task` must know, by name."""
         return {k: v for k, v in self.task_settings(task).items() if k in TRAINING}

@@ -1,4 +1,4 @@
-"""What a data set declares of its embeddings: which pairs are similar, and what is asked of it."""
+"""Embeddings of a data set as declared: which pairs are similar, and what is asked of the space."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Dimension = Annotated[int, Field(ge=1, le=256)]
 
 
 class Probed(Strict):
-    """How a property is read from a space."""
+    """The way in which a property is read from a space."""
 
     within: str = Field(
         "",

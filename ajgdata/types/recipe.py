@@ -1,4 +1,4 @@
-"""How a source, most often the virtual gripper, makes a data set."""
+"""Recipes: how a source, most often the virtual gripper, makes a data set."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RecipeObject(Strict):
 
 
 class Recipe(Strict):
-    """How the virtual gripper makes a data set."""
+    """A recipe by which a source, most often the virtual gripper, makes a data set."""
 
     source: SourceName = Field("virtual", description="what records it; virtual: the simulation")
     seed: int = Field(0, description="of everything that is drawn")

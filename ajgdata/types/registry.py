@@ -1,4 +1,4 @@
-"""What a declaration may name: models and sources, ours and those of installed packages.
+"""Registries of what a declaration may name: models and sources, ours and of installed packages.
 
 This is the one list of them: choices in dataset.yaml, labels in the report, the types that a
 model's file may hold, documentation and contract tests all follow from it. A package adds its own
@@ -103,7 +103,8 @@ class Registry(Generic[Entry]):
 
 @cache
 def _entry_points(group: str, path: tuple[str, ...]) -> dict[str, list[EntryPoint]]:
-    """Entry points by name; read once, since that takes some 10 ms (again if `path` changes)."""
+    """Return entry points by name; read once, since that takes some 10 ms (again if `path`
+    changes)."""
     points: dict[str, list[EntryPoint]] = {}
     for point in entry_points(group=group):
         points.setdefault(point.name, []).append(point)

@@ -1,4 +1,4 @@
-"""What a session and a recording say of themselves."""
+"""Sessions and recordings as they describe themselves."""
 
 from __future__ import annotations
 
@@ -69,6 +69,6 @@ class Recording(Strict):
 
 
 def is_reserved(name: str) -> bool:
-    """Whether a label column cannot have this name, because another column of the store has it."""
+    """Return True if another column of the store has this name, so that no label can."""
     standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, *STORE_NAMES)
     return name in standard or re.fullmatch(r"string\d+", name) is not None  # netCDF dimensions

@@ -1,4 +1,4 @@
-"""What a data set declares of its audio, features and targets."""
+"""Audio, features and targets of a data set as declared."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class FeatureSettings(Strict):
 
 
 class AudioSettings(Strict):
-    """What the recordings of a data set are, and what may be done to those that differ."""
+    """The format of a data set's recordings, and what may be done to those that differ."""
 
     sample_rate_hz: int = Field(44_100, ge=1_000, le=768_000, description="declared rate")
     other_rate: Literal["reject", "resample"] = Field(
@@ -63,7 +63,7 @@ class Target(Strict):
 
 
 class Level(Strict):
-    """What differs between data sets that one model is tested on, as a number."""
+    """A number in which data sets differ that one model is tested on."""
 
     value: float = Field(description="of the quantity")
     unit: str = Field("", description="of the value")

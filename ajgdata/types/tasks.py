@@ -1,4 +1,4 @@
-"""What a data set declares of its tasks: what is predicted, how it is split, what else is asked."""
+"""Tasks of a data set as declared: what is predicted, how it is split, what else is asked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a data set says of itself when it is published."""
+"""Words on a data set that it is published with: who, why, how, under which licence."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ NO_LICENCE = ("", "not stated", "none stated")
 
 @dataclass(frozen=True)
 class About:
-    """Who, what and whence, in words. `answers` are those of a datasheet, by topic (`TOPICS`)."""
+    """The answers to who, what and whence, in words. `answers` are those of a datasheet, by topic
+    (`TOPICS`)."""
 
     name: str
     title: str
@@ -44,12 +45,12 @@ class About:
 
     @property
     def licence_url(self) -> str:
-        """Where the licence can be read; empty if nobody knows."""
+        """Return the address of the licence; empty if nobody knows."""
         return f"https://spdx.org/licenses/{self.spdx}.html" if self.spdx else ""
 
     @property
     def is_unlicensed(self) -> bool:
-        """Whether nobody said what others may do with it."""
+        """Return True if nobody said what others may do with it."""
         return self.licence.strip().lower() in NO_LICENCE
 
     @property
@@ -60,7 +61,7 @@ class About:
 
     @property
     def reference(self) -> str:
-        """How to cite it, on one line."""
+        """Return the citation on one line."""
         year = f" ({self.date[:4]})" if self.date else ""
         own = f"{', '.join(self.authors)}{year}. {self.title}, version {self.version}. Data set."
         return self.citation or own

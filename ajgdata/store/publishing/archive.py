@@ -30,7 +30,7 @@ MAX_YAML_BYTES = 2**22
 
 @contextmanager
 def writing(path: Path) -> Iterator[ZipFile]:
-    """A new archive; add to it with `add`."""
+    """Yield a new archive; add to it with `add`."""
     with ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
         yield archive
 
@@ -45,7 +45,7 @@ def add(archive: ZipFile, name: str, content: bytes) -> None:
 
 @contextmanager
 def reading(path: Path) -> Iterator[ZipFile]:
-    """An archive. Raises DataError when it is none."""
+    """Yield an archive. Raises DataError when it is none."""
     try:
         archive = ZipFile(path)
     except _DAMAGE as error:
@@ -55,7 +55,7 @@ def reading(path: Path) -> Iterator[ZipFile]:
 
 
 def content_of(archive: ZipFile, name: str) -> bytes:
-    """One file of an archive. Raises DataError when it is missing or damaged."""
+    """Return one file of an archive. Raises DataError when it is missing or damaged."""
     where = archive.filename
     if name not in archive.NameToInfo:
         raise DataError(where, f"lacks {name}", "publish the data set again")
@@ -70,9 +70,9 @@ def _damaged(where: object, error: Exception) -> DataError:
 
 
 def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
-    """Name and problem of every entry that may not be unpacked: what leaves `folder`, links,
-    names that stand twice (also where case does not count), and what would fill the disk: ours are
-    never compressed, so that nothing can grow."""
+    """Yield the name and problem of every entry that may not be unpacked: what leaves `folder`,
+    links, names that stand twice (also where case does not count), and what would fill the disk:
+    ours are never compressed, so that nothing can grow."""
     entries = archive.infolist()
     counts = Counter(entry.filename.lower() for entry in entries)
     for entry in entries:
@@ -93,7 +93,7 @@ def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
 
 
 def bad_name(name: str) -> str:
-    """Why `name` cannot be a file inside a tree; empty if it can."""
+    """Return why `name` cannot be a file inside a tree; empty if it can."""
     parts = name.split("/")
     if name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
         return "leaves the folder"

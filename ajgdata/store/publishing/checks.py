@@ -48,7 +48,7 @@ class Defect:
 
 
 def defects(tree: Tree) -> list[Defect]:
-    """Everything wrong with the files and with how they agree, each thing once.
+    """Return everything wrong with the files and with how they agree, each thing once.
 
     Raises DataError when the folder is no published data set.
     """
@@ -69,8 +69,7 @@ def _told(
     tree: Tree,
     hashes: Mapping[str, str],
 ) -> list[Defect]:
-    """What a check finds; a file that cannot be read at all is a defect as well, and what we cannot
-    read is not handed to other readers."""
+    """Return the defects that a check finds; a file that cannot be read at all is one, too."""
     found = []
     try:
         for defect in check(tree, hashes):
@@ -82,7 +81,7 @@ def _told(
 
 
 def _files(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
-    """What is missing, changed, a link, or too many."""
+    """Yield a line for each file that is missing, changed, a link, or too many."""
     there = files_of(tree.root)
     for name in sorted({*hashes, *REQUIRED} - set(there)):
         yield Defect(name, "is missing")
@@ -100,7 +99,7 @@ def _files(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
 
 
 def _table(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
-    """Whether metadata.csv and audio/ name each other, once."""
+    """Yield a line wherever metadata.csv and audio/ do not name each other, once."""
     _, rows = read_table(tree)
     recordings = Counter(row["recording"] for _, row in rows)
     files = Counter(row[FILE_NAME].lower() for _, row in rows)
@@ -121,7 +120,8 @@ def _table(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
 
 
 def published_table(tree: Tree) -> Table:
-    """The table as it follows from features.nc and the names of the files in metadata.csv."""
+    """Return the table as it follows from features.nc and the names of the files in
+    metadata.csv."""
     _, rows = read_table(tree)
     names = {row["recording"]: row[FILE_NAME] for _, row in rows}
     store = read_store(tree / tree.FEATURES)
@@ -131,7 +131,7 @@ def published_table(tree: Tree) -> Table:
 
 
 def feature_defects(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
-    """Whether metadata.csv and features.nc say the same of the same recordings."""
+    """Yield a line wherever metadata.csv and features.nc say different things of a recording."""
     header, rows = read_table(tree)
     table = published_table(tree)
     if header != table.names:
@@ -156,7 +156,7 @@ def feature_defects(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
 
 
 def _archive(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
-    """Whether audio.zip holds what audio/ does."""
+    """Yield a line wherever audio.zip does not hold what audio/ does."""
     wanted = {n for n in hashes if n.startswith(f"{AUDIO_FOLDER}/")}
     with archive.reading(tree / tree.ARCHIVE) as held:
         unsafe = dict(archive.problems(held, AUDIO_FOLDER))
@@ -174,7 +174,8 @@ def _archive(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
 
 
 def _documents(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
-    """Whether croissant.json and datapackage.json name the files and columns that are there."""
+    """Yield a line for each file or column that croissant.json or datapackage.json names
+    wrongly."""
     header, _ = read_table(tree)
     try:
         document: Any = read_json(tree / tree.CROISSANT)
@@ -215,7 +216,8 @@ def _columns(document: str, header: list[str], columns: list[str]) -> Iterator[D
 
 
 def _card(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
-    """Whether the card begins as Hugging Face wants it and its examples are ours."""
+    """Yield a line if the card does not begin as Hugging Face wants it or its examples are not
+    ours."""
     text = read_text(tree / tree.README)
     head = text.split("---\n")[1] if text.startswith("---\n") else ""
     try:
@@ -233,7 +235,7 @@ def _card(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
 
 
 def _declaration(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
-    """Whether dataset.yaml and the sessions are there and readable."""
+    """Yield a line for a dataset.yaml or session that is not there or not readable."""
     spec = read_declaration(tree / tree.DECLARATION)
     store = read_store(tree / tree.FEATURES)
     if store.attrs.get("data_set") != spec.name:

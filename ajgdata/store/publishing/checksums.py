@@ -16,20 +16,20 @@ _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 
 
 def files_of(root: Path) -> list[str]:
-    """Every file and link below `root`, by name, except SHA256SUMS itself."""
+    """Return every file and link below `root`, by name, except SHA256SUMS itself."""
     found = (p for p in root.rglob("*") if p.is_symlink() or not p.is_dir())
     return sorted({p.relative_to(root).as_posix() for p in found} - {Tree.SUMS})
 
 
 def checksums_bytes(root: Path) -> bytes:
-    """SHA256SUMS of a tree."""
+    """Return SHA256SUMS of a tree."""
     lines = [f"{file_sha256(root / name)}  {name}\n" for name in files_of(root)]
     return "".join(lines).encode()
 
 
 def read_checksums(path: Path) -> dict[str, str]:
-    """Hashes by file name. Raises DataError for a line that is none and for a name that would
-    leave the tree or that stands twice (also where case does not count)."""
+    """Return hashes by file name. Raises DataError for a line that is none and for a name that
+    would leave the tree or that stands twice (also where case does not count)."""
     hashes: dict[str, str] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):
         where = f"{path}:{number}"

@@ -58,7 +58,7 @@ CONTEXT: dict[str, Any] = {
 def croissant(
     about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
-    """The document; `hashes` and `sizes` (bytes) are those of the files that it names."""
+    """Return the document; `hashes` and `sizes` (bytes) are those of the files that it names."""
     rai = {
         f"rai:{key}": about.answers[topic]
         for topic, (_, key) in TOPICS.items()
@@ -148,7 +148,8 @@ def _field(column: PublishedColumn) -> dict[str, Any]:
 
 
 def _audio() -> dict[str, Any]:
-    """Name and bytes of each recording; the name is `file_name` of the other record set."""
+    """Return the name and bytes of each recording; the name is `file_name` of the other record
+    set."""
     parts = {
         FILE_NAME: ("sc:Text", "fullpath", "as in the other record set"),
         "content": ("sc:AudioObject", "content", "bytes of the file"),

@@ -16,7 +16,7 @@ LABELS = "metadata"
 def datapackage(
     about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
-    """The descriptor; `hashes` and `sizes` (bytes) are those of the files that it names."""
+    """Return the descriptor; `hashes` and `sizes` (bytes) are those of the files that it names."""
     licence = {"name": about.spdx, "path": about.licence_url} if about.spdx else None
     return {
         "profile": "data-package",

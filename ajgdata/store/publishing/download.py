@@ -24,12 +24,12 @@ CHUNK_BYTES = 2**14
 
 
 def is_web(source: str) -> bool:
-    """Whether this is a web address."""
+    """Return True for a web address."""
     return urlsplit(source).scheme in ("http", "https")
 
 
 def cache_of(folder: Path, address: str) -> Path:
-    """Where the files of an address are kept below `folder`."""
+    """Return the folder below `folder` in which the files of an address are kept."""
     return folder / hashlib.sha256(address.encode()).hexdigest()[:16]
 
 
@@ -42,7 +42,7 @@ class Download:
         self.left = MAX_BYTES
 
     def sums(self, sha256: str = "") -> Path:
-        """SHA256SUMS, always anew; `sha256` is its own hash, if it is known."""
+        """Return SHA256SUMS, always anew; `sha256` is its own hash, if it is known."""
         (self.cache / Tree.SUMS).unlink(missing_ok=True)
         known = f"sha256:{sha256}" if sha256 else None
         self.left = MAX_TEXT_BYTES

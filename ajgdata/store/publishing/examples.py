@@ -14,7 +14,7 @@ _FENCED = re.compile(r"^```python\n(.*?)^```$", re.S | re.M)
 
 
 def examples(table: Table) -> dict[str, str]:
-    """Title and code of each example, to be run in the folder of the data set."""
+    """Return the title and code of each example, to be run in the folder of the data set."""
     label = next((column.name for column in table.columns if column.is_target), "object")
     return {
         "Spectra, with xarray": (
@@ -52,5 +52,5 @@ def examples(table: Table) -> dict[str, str]:
 
 
 def fenced(card: str) -> list[str]:
-    """Code of every Python example in a card."""
+    """Return the code of every Python example in a card."""
     return _FENCED.findall(card)

@@ -71,12 +71,12 @@ class Table:
         return [column.name for column in self.columns]
 
     def encoded(self) -> bytes:
-        """The file."""
+        """Return the bytes of metadata.csv."""
         return csv_bytes(self.names, self.rows)
 
 
 def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
-    """The table of a store; `suffixes` (with the dot) are those of the recordings' files.
+    """Return the table of a store; `suffixes` (with the dot) are those of the recordings' files.
 
     Raises DataError for a label that common readers would take for a missing value, and for a
     column that Hugging Face would take for audio.
@@ -120,15 +120,15 @@ def _column(name: str, store: Shard) -> PublishedColumn:
 
 
 def _texts(values: np.ndarray) -> list[str]:
-    """Cells of a column; numbers in the shortest form that gives the same number again."""
+    """Return cells of a column; numbers in the shortest form that gives the same number again."""
     if values.dtype.kind == "f":
         return ["" if math.isnan(value) else repr(value) for value in values.tolist()]
     return [str(value) for value in values.tolist()]
 
 
 def file_names(recordings: Sequence[str], suffixes: Sequence[str]) -> list[str]:
-    """Names in the tree of recordings `<session>/<recording_id>`, fit for every file system and
-    web address: letters, digits, `.`, `_` and `-`; what would then be equal is numbered."""
+    """Return names in the tree of recordings `<session>/<recording_id>`, fit for every file system
+    and web address: letters, digits, `.`, `_` and `-`; what would then be equal is numbered."""
     taken: set[str] = set()
     names = []
     for recording, suffix in zip(recordings, suffixes, strict=True):
@@ -146,13 +146,13 @@ def file_names(recordings: Sequence[str], suffixes: Sequence[str]) -> list[str]:
 
 
 def read_table(tree: Tree) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """Header of metadata.csv, and its rows with their lines. Raises DataError."""
+    """Return the header of metadata.csv, and its rows with their lines. Raises DataError."""
     needed = (FILE_NAME, "recording", "session_id", "grasp_id", "sample", "sha256")
     return numbered_rows(tree / tree.METADATA, required=needed)
 
 
 def recordings_of(rows: Sequence[Mapping[str, str]]) -> Iterator[tuple[str, Recording]]:
-    """Session and row of recordings.csv for each row of metadata.csv: the way back.
+    """Yield the session and row of recordings.csv for each row of metadata.csv: the way back.
 
     Raises ValueError (pydantic's included) for a row that no recording can be made of.
     """

@@ -45,7 +45,7 @@ Rows = Sequence[Mapping[str, str]]
 
 
 def seen_defects(trees: Sequence[Tree]) -> list[list[Defect]]:
-    """What other readers find wrong with each of `trees`, in one process without network.
+    """Return what other readers find wrong with each of `trees`, in one process without network.
 
     Raises DataError when a reader is not installed.
     """
@@ -104,7 +104,8 @@ def _views(tree: Tree) -> Iterator[Defect]:
 def _tried(
     name: str, check: Callable[[Tree, Rows], Iterable[Defect]], tree: Tree, rows: Rows
 ) -> list[Defect]:
-    """What a reader finds; what it raises, whatever that is, is a defect and not a crash."""
+    """Return the defects that a reader finds; what it raises, whatever that is, is one and not a
+    crash."""
     silent = io.StringIO()
     with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
         with ThreadPoolExecutor(1) as alone:
@@ -119,8 +120,8 @@ def _tried(
 
 
 def same(text: str, seen: object) -> bool:
-    """Whether a reader saw what a cell says: readers make numbers and booleans of texts, and one
-    value for missing of empty ones."""
+    """Return True if a reader saw what a cell says: readers make numbers and booleans of texts, and
+    one value for missing of empty ones."""
     if isinstance(seen, bytes):
         seen = seen.decode()
     if seen is None or (isinstance(seen, float) and math.isnan(seen)):
@@ -134,7 +135,7 @@ def same(text: str, seen: object) -> bool:
 
 
 def _compared(name: str, rows: Rows, seen: Sequence[Mapping[str, Any]]) -> Iterator[Defect]:
-    """A defect for the first cell in which what a reader saw differs from metadata.csv."""
+    """Yield a defect for the first cell in which what a reader saw differs from metadata.csv."""
     if len(seen) != len(rows):
         yield Defect(name, f"reads {len(seen)} recordings, {Tree.METADATA} holds {len(rows)}")
         return
@@ -176,7 +177,8 @@ def _h5py(tree: Tree, rows: Rows) -> Iterator[Defect]:
 
 
 def _datasets(tree: Tree, rows: Rows) -> Iterator[Defect]:
-    """As an audio folder. Paths instead of decoded audio: decoding needs torchcodec and ffmpeg."""
+    """Read it as an audio folder. Paths instead of decoded audio: decoding needs torchcodec and
+    ffmpeg."""
     import soundfile
 
     datasets = import_module("datasets")  # the project's folder has this name

@@ -1,4 +1,4 @@
-"""Materials: what contact physics is worth on paper, and what it does to the sound, simulated."""
+"""Materials: contact physics, estimated on paper, and its effect on the sound, simulated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What contact effects between materials are worth, on paper."""
+"""Contact effects between materials, estimated on paper."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Bench:
         self.base = self.area if self.radius else 0.1 * 0.1
 
     def mass(self, solid: Material) -> float:
-        """Of the object per pressed area, kg/m²."""
+        """Mass of the object per pressed area, kg/m²."""
         return solid.density_kg_m3 * self.volume / self.base
 
     def reflected(self, held: Spring | None, between: Spring, solid: Material, **frame: float) -> R:
@@ -82,7 +82,7 @@ class Bench:
         return 2 * AIR * stack_admittance(OMEGA, grains, self.depth, between, mass, held)
 
     def support(self, solid: Material, rubber: bool) -> Spring | None:
-        """What the object rests on; None where nothing gives way."""
+        """Spring that the object rests on; None where nothing gives way."""
         if self.radius is None:
             held = pad_stiffness(*RUBBER, self.base) / self.base
             return Spring(held, RUBBER[0].loss) if rubber else None

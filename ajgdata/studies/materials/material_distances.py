@@ -1,4 +1,4 @@
-"""What contact physics does to the distance between materials, simulated."""
+"""Distances between materials, effect by effect of contact physics, simulated."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MATERIALS_TRIED = (*HARD, "styrofoam")
 
 @dataclass(frozen=True)
 class Physics:
-    """What is simulated: parts of the plan, the support, the membrane under the grains."""
+    """Physics that is simulated: parts of the plan, the support, the membrane under the grains."""
 
     keep: tuple[PartName, ...]
     support: str = "rigid"

@@ -36,7 +36,7 @@ def rate(system: System, steps: int = STEPS) -> float:
 
 
 def expected(ratio: float) -> float:
-    """Of the highest mode: sin(ωΔt/2) = ratio, which above 1 is e^{μ} with μ = 2 arcosh(ratio)."""
+    """Growth of the highest mode: sin(ωΔt/2) = ratio, above 1 e^{μ} a step, μ = 2 arcosh(ratio)."""
     return float(2 * np.arccosh(max(1.0, ratio)))
 
 

@@ -46,7 +46,7 @@ class Run:
 
     @property
     def finite(self) -> bool:
-        """Whether every pressure is a number."""
+        """True if every pressure is a number."""
         return bool(np.isfinite(self.heard).all()) and bool(np.isfinite(self.growth))
 
 

@@ -15,7 +15,7 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What a case measured: `value` must not exceed `cap`, nor `order` fall below `least_order`.
+    """The outcome of a case: `value` must not exceed `cap`, nor `order` fall below `least_order`.
 
     `points` are the pairs of grid spacing (m) and error that the order is fitted to.
     """
@@ -108,7 +108,7 @@ class Refinement(Case):
     @property
     @abstractmethod
     def least_order(self) -> float:
-        """What the order may not fall below."""
+        """Least order that the error must fall with."""
 
     @abstractmethod
     def error(self, h: float) -> float:
@@ -116,7 +116,7 @@ class Refinement(Case):
 
     @abstractmethod
     def cap(self, h: float) -> float:
-        """What the finest grid, of spacing `h`, may err by."""
+        """Largest error allowed on the finest grid, of spacing `h` (m)."""
 
     def run(self, quick: bool = False) -> CaseResult:
         """See Case."""

@@ -1,4 +1,4 @@
-"""What holds at round-off, whatever the grid: energy, reciprocity, linearity, dispersion."""
+"""Identities that hold at round-off on every grid: energy, reciprocity, linearity, dispersion."""
 
 from __future__ import annotations
 

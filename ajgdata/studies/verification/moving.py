@@ -102,7 +102,7 @@ class EnergyNeverGrowsWithModes(EnergyNeverGrows):
 
 
 class ReciprocityWithModes(Reciprocity):
-    """Though an object moves between them."""
+    """In a bowl with an object that moves."""
 
     title = "speaker and microphone may change places though something moves"
     steps = 800

@@ -47,7 +47,8 @@ PISTONS: dict[str, Parameters] = {
 
 
 def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, float]:
-    """Pressure beside the piston after a pulse of one step at the far end; Δt, cross-section."""
+    """Pressure (n,) beside the piston after a pulse of one step at the far end; Δt (s) and
+    cross-section (m²)."""
     cells = cut_cells(box(2 * h, 2 * h, LENGTH_M, 0.0), h, 2 * h, 0.0, LENGTH_M)
     end, start = np.flatnonzero(cells.volume.any((1, 2)))[[0, -1]].tolist()
     area = np.where(np.arange(len(cells.z))[:, None, None] == end, cells.volume / h, 0.0)
@@ -66,7 +67,7 @@ def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, floa
 
 def transfer(h: float, piston: Parameters) -> Complex:
     """Pressure (Pa) in the middle of the last cell per volume velocity per area (m/s) at the far
-    end, at OMEGA.
+    end, (ω,) at OMEGA.
 
     p = Z cos kx + i ρc sin kx up to a factor, for a piston of impedance Z; u by Euler's equation.
     """

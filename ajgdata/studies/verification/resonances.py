@@ -21,7 +21,7 @@ COURANT = 0.99
 
 
 def box_modes(edges: tuple[float, ...], highest: float) -> Real:
-    """Resonances (Hz) of a rigid box below `highest`, ascending, without the static one."""
+    """Resonances (Hz, (N,)) of a rigid box below `highest`, ascending, without the static one."""
     orders = np.stack(np.meshgrid(*[np.arange(12)] * 3), -1).reshape(-1, 3)
     modes = np.sort(AIR.sound_speed / 2 * np.sqrt(((orders / edges) ** 2).sum(1)))[1:]
     return modes[modes < highest]

@@ -28,7 +28,7 @@ BEDS = {"plastic": PLASTIC, "metal": Packing(4.5e-3, 0.40), "coffee": Packing(0.
 
 
 def reflection(rho: Complex, compressibility: Complex, omega: Real) -> Complex:
-    """Reflection of a layer on a rigid ground, seen from air, at normal incidence.
+    """Reflection (ω,) of a layer on a rigid ground, seen from air, at normal incidence.
 
     Z = -i z cot(k L), R = (Z - ρc)/(Z + ρc) (Allard & Atalla 2009, section 2.3).
     """
@@ -60,7 +60,7 @@ def _pulse(dt: float) -> Real:
 
 
 def measured(h: float, fluid: Fluid, porosity: float, scheme: Scheme = "second") -> Complex:
-    """Reflection of the layer over that of the rigid wall at BANDS_HZ.
+    """Reflection (ω,) of the layer over that of the rigid wall at BANDS_HZ.
 
     The wide scheme is heard at the frequencies that its time steps make of them.
     """
@@ -74,7 +74,7 @@ def measured(h: float, fluid: Fluid, porosity: float, scheme: Scheme = "second")
 
 
 def rms(difference: Real | Complex) -> float:
-    """Root of the mean square modulus."""
+    """Root of the mean square modulus of an array."""
     return float(np.sqrt(np.mean(np.abs(difference) ** 2)))
 
 
