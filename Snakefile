@@ -11,11 +11,12 @@ from ajgdata.pipeline.ablations import (
     ABLATIONS,
     possible,
 )
+from ajgdata.experiments import measure_entry
 from ajgdata.pipeline.experiments import (
+    asked_for,
     datasets_of,
-    documents_of,
-    experiments_of,
-    runs_of,
+    models_of,
+    tasks_by_report,
 )
 from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.plan import plan, published, solved_by
@@ -61,7 +62,12 @@ except DataError as error:
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
 EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
-EXPERIMENTS = experiments_of(SPECS)
+REPORTS = tasks_by_report(SPECS)
+ASKED = {
+    (one.dataset, one.task, kind): one
+    for one in asked_for(SPECS, TASKS)
+    for kind in one.kinds
+}
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
 # Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
 PAGES = [EMBEDDING] if EMBEDDINGS else []
@@ -77,7 +83,8 @@ wildcard_constraints:
     session="[A-Za-z0-9_-]+",
     task="[A-Za-z0-9_-]+",
     embedding="[A-Za-z0-9_-]+",
-    model="[a-z]+",
+    model="[A-Za-z0-9_]+",
+    kind="[a-z0-9_]+(-[A-Za-z0-9_]+)?",
 
 
 include: "workflow/rules/common.smk"
@@ -88,15 +95,14 @@ rule all:
     input:
         PATHS.report,
         PATHS.all_metrics,
-        of_runs(PATHS.model, TASKS),
+        [PATHS.model(*one) for one in models_of(SPECS, TASKS)],
         PATHS.results / "verify" / "summary.txt",
         [PATHS.receipt(name) for name in PUBLISHED],
 
 
 include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
-include: "workflow/rules/evaluate.smk"
-include: "workflow/rules/rows.smk"
+include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
 include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"

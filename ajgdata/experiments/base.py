@@ -191,9 +191,10 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `across` draws the results of all tasks together, `training_cost` is what training the paper's
-    model on a task costs. `measure(inputs, settings, model)` raises ValueError for a task that lacks what it needs. The
-    settings model's `test_on`, if it has one, names further data sets; its `models`, if `by_model`,
-    are measured in jobs of their own. `check(settings, kind, features)` raises ValueError for
+    model on a task costs. `measure(inputs, settings, model)` raises ValueError for a task that
+    lacks what it needs. The settings model's `test_on`, if it has one, names further data sets; its
+    `models`, if `by_model`, are measured in jobs of their own. `check(settings, kind, features)`
+    raises ValueError for
     settings that the task cannot have.
     """
 

@@ -59,7 +59,7 @@ def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> 
 
 
 def grasp_weights(groups: np.ndarray) -> np.ndarray:
-    """Return weights (m,) that are equal for all groups and leave 1 / (groups + 1) for a new one."""
+    """Return weights (m,), equal for all groups, that leave 1 / (groups + 1) for a new one."""
     _, inverse, counts = np.unique(groups, return_inverse=True, return_counts=True)
     return 1.0 / (counts[inverse] * (len(counts) + 1))
 

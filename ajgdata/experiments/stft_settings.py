@@ -269,8 +269,14 @@ def tables(results: TaskResults) -> list[ShownTable]:
     name = "Share that is wrong" if results.kind == "classification" else "RMSE"
     heads = ("Window", "Hop", "Band, kHz", "Bins|", "ms a feature|")
     rows = tuple(
-        (str(p.window), str(p.hop), p.band, f"{p.bins:,}", number(p.feature_ms))
-        + tuple(f"{number(mean)} ± {number(sd, 2)}" for mean, sd in p.errors)
+        (
+            str(p.window),
+            str(p.hop),
+            p.band,
+            f"{p.bins:,}",
+            number(p.feature_ms),
+            *(f"{number(mean)} ± {number(sd, 2)}" for mean, sd in p.errors),
+        )
         for p in points_of(results)
     )
     labels = tuple(f"{label}|" for label in _labels(results))

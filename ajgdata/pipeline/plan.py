@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
+from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper
@@ -54,6 +55,7 @@ def plan(
         spec = read_dataset(paths, name)
         names += _tested_on(paths, spec, names)
         _check_paper(paths, spec)
+        list(all_asked(spec, paths.dataset(name)))
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         scenes = scenes_of(paths, spec, virtual) if check and virtual else {}
         held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)

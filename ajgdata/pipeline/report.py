@@ -168,6 +168,8 @@ def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
         if cost is not None:
             return dataclasses.replace(row, cost=cost)
     return row
+
+
 def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
     """Return what the report says of a data set."""
     settings = json.loads(str(store.attrs["settings"]))
@@ -197,7 +199,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
 
 
 def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
-    """Return what a session of the store says of its source, flattened: `numerics dx_mm`, for instance."""
+    """Return what a session says of its source, flattened: `numerics dx_mm`, for instance."""
     sessions = sorted(set(store.columns["session_id"].values.tolist()))
     try:
         session = read_session(paths.session(dataset, sessions[0]))
@@ -212,7 +214,7 @@ def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
 
 
 def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
-    """Return the mean spectrum of each class, or of equally filled bins, of the first task's target."""
+    """Return the mean spectrum of each class, or of equally filled bins, of the first target."""
     name = next((task.target for task in spec.tasks.values()), "")
     if name not in store.columns:
         return None

@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from ajgdata.evaluate.cost import memory_mb
+from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
 from ajgdata.report.stages import JobTime, Stages
 from ajgdata.store.benchmarks import Job, read_benchmarks
@@ -16,19 +17,12 @@ from ajgdata.store.sessions import list_datasets
 #: Rules whose jobs every report on a data set rests on.
 OF_DATASETS = ("acquire", "features", "merge")
 #: Rules whose jobs are of a data set's task.
-OF_TASKS = ("evaluate", "curve", "permute", "sort", "stft", "energy", "calibrate")
+OF_TASKS = ("experiment",)
 #: What rules make; others are called by their names.
 STAGES = {
     "acquire": "recording",
     "features": "features",
     "merge": "features",
-    "evaluate": "evaluation",
-    "curve": "learning curves",
-    "permute": "permutation tests",
-    "sort": "sorting",
-    "stft": "settings of the STFT",
-    "energy": "energies",
-    "calibrate": "transfer to other grippers",
     "embed": "embeddings",
     "embed_knn": "embeddings",
     "embed_measure": "embeddings",
@@ -46,7 +40,7 @@ STAGES = {
     "collect": "table of results",
 }
 #: Of a report itself nothing is known before it is there.
-REPORTS = ("report", "experiment")
+REPORTS = ("report", "report_alone")
 
 
 class Stopwatch:
@@ -99,6 +93,8 @@ def _belongs(
 
 def _timed(job: Job, datasets: Collection[str]) -> JobTime:
     stage = STAGES.get(job.rule, job.rule.replace("_", " "))
+    if job.rule in OF_TASKS:
+        stage = EXPERIMENTS[job.parts[2].partition("-")[0]].title
     parts = job.parts if job.parts and job.parts[0] in datasets else ()
     return JobTime(stage, parts, job.wall_s, job.cpu_s, job.peak_mb)
 

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, PercentFormatter
+from matplotlib.ticker import FuncFormatter
 
-from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
+from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import Caption, number, words
 from ajgdata.report.report_data import DatasetSummary, Spectra
 

@@ -51,8 +51,8 @@ class Stages:
         return _together("all", list(self.jobs))
 
     def of_tasks(self) -> list[JobTime]:
-        """Jobs of single tasks (data set, task and, for most, model)."""
-        return [job for job in self.jobs if len(job.parts) > 1 and job.stage == "evaluation"]
+        """Return the jobs of single tasks: data set, task and experiment."""
+        return [job for job in self.jobs if len(job.parts) == 3]
 
 
 def _together(stage: str, jobs: list[JobTime]) -> StageTime:

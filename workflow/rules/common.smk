@@ -23,19 +23,19 @@ def of_sessions(path):
     ]
 
 
-def of_runs(path, tasks):
-    """All evaluated models of some tasks, for one kind of file."""
-    return [path(*run) for run in runs_of(SPECS, tasks)]
+def asked(wildcards):
+    """The experiment of a job, as its task asks for it."""
+    return ASKED[wildcards.dataset, wildcards.task, wildcards.kind]
 
 
-def of_experiments(tasks):
-    """What else some tasks ask for."""
-    return [one.path for one in documents_of(PATHS, SPECS, tasks)]
+def documents_of(tasks):
+    """Data set, task and kind of every result of some tasks."""
+    return [key for key in ASKED if key[:2] in tasks]
 
 
-def declared(wildcards):
-    """The task of a job, as it stands in dataset.yaml."""
-    return PLANS[wildcards.dataset].spec.tasks[wildcards.task]
+def of_experiments(path, tasks):
+    """Every result of some tasks, for one kind of file."""
+    return [path(*key) for key in documents_of(tasks)]
 
 
 def solved_before(wildcards):
@@ -51,8 +51,8 @@ def data_of(path, tasks):
 
 
 def part(of):
-    """What `of(tasks)` gives for the tasks of one experiment."""
-    return lambda wildcards: of(EXPERIMENTS[wildcards.experiment])
+    """What `of(tasks)` gives for the tasks of one report."""
+    return lambda wildcards: of(REPORTS[wildcards.report])
 
 
 def declared_embedding(wildcards):

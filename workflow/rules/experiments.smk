@@ -1,8 +1,19 @@
+RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
+
+
+def recordings_of(wildcards):
+    """Where the recordings are, for an experiment that reads them."""
+    if not asked(wildcards).experiment.reads_recordings:
+        return []
+    return of_sessions(PATHS.audio_manifest)(wildcards)
+
+
 # Every experiment on every task: cross-validation, learning curves, and what else is asked for.
 rule experiment:
     input:
         store=PATHS.merged("{dataset}"),
         others=lambda wildcards: [PATHS.merged(other) for other in asked(wildcards).others],
+        manifests=recordings_of,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
         cost=PATHS.experiment_cost("{dataset}", "{task}", "{kind}"),
@@ -18,12 +29,11 @@ rule experiment:
         others=lambda wildcards: list(asked(wildcards).others),
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(mode="json"),
-        manifests=lambda wildcards: list(
-            map(str, of_sessions(PATHS.audio_manifest)(wildcards))
-        ),
         root=str(PATHS.root),
         seed=config["seed"],
-        code=lambda wildcards: experiment_code(asked(wildcards)),
+        code=lambda wildcards: code_digest(
+            RUN_EXPERIMENT, measure_entry(asked(wildcards).experiment.name)
+        ),
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:

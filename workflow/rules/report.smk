@@ -1,13 +1,4 @@
-REPORT_CODE = code_digest(
-    "report",
-    "pipeline/report",
-    "pipeline/report_results",
-    "pipeline/report_rows",
-    "pipeline/embed_documents",
-    "pipeline/experiments",
-    "pipeline/stages",
-    "store/benchmarks",
-)
+REPORT_CODE = code_digest("ajgdata.pipeline.report:build_report")
 
 
 # Ablations that the report draws on.
@@ -18,11 +9,8 @@ rule report:
     input:
         stores=[PATHS.merged(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
-        metrics=of_runs(PATHS.metrics, TASKS),
-        costs=of_runs(PATHS.cost, TASKS),
-        predictions=of_runs(PATHS.predictions, TASKS),
-        documents=of_experiments(TASKS),
-        embeddings=of_embeddings(EMBEDDINGS),
+        tables=of_experiments(PATHS.experiment, TASKS),
+        costs=of_experiments(PATHS.experiment_cost, TASKS),
         projections=of_pictures(PATHS.projections),
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
@@ -41,7 +29,6 @@ rule report:
         root=str(PATHS.root),
         datasets=list(PLANS),
         tasks=TASKS,
-        embeddings=EMBEDDINGS,
         pages=PAGES,
         ablations=REASONS,
         published=PUBLISHED,
@@ -54,31 +41,28 @@ rule report:
         "../scripts/report.py"
 
 
-rule experiment:
+rule report_alone:
     input:
         stores=part(partial(data_of, PATHS.merged)),
         quarantines=part(partial(data_of, PATHS.quarantine)),
-        metrics=part(partial(of_runs, PATHS.metrics)),
-        costs=part(partial(of_runs, PATHS.cost)),
-        predictions=part(partial(of_runs, PATHS.predictions)),
-        documents=part(of_experiments),
+        tables=part(partial(of_experiments, PATHS.experiment)),
+        costs=part(partial(of_experiments, PATHS.experiment_cost)),
     output:
-        page=PATHS.report_on("{experiment}"),
-        runs=PATHS.report_on("{experiment}").with_name(RUNS_FILE),
-        figures=directory(PATHS.report_on("{experiment}").parent / FIGURES),
+        page=PATHS.report_on("{report}"),
+        runs=PATHS.report_on("{report}").with_name(RUNS_FILE),
+        figures=directory(PATHS.report_on("{report}").parent / FIGURES),
     log:
-        "results/logs/experiment/{experiment}.log",
+        "results/logs/report_alone/{report}.log",
     benchmark:
-        "results/benchmarks/experiment/{experiment}.tsv"
+        "results/benchmarks/report_alone/{report}.tsv"
     wildcard_constraints:
-        experiment="|".join(EXPERIMENTS) or "-",
+        report="|".join(REPORTS) or "-",
     conda:
         "../../environment.yml"
     params:
         root=str(PATHS.root),
         datasets=part(partial(datasets_of, SPECS)),
         tasks=part(list),
-        embeddings=[],
         pages=[],
         ablations=[],
         published=[],
@@ -86,16 +70,16 @@ rule experiment:
         code=REPORT_CODE,
         texts=REPORT_FILES,
     message:
-        "Report on experiment {wildcards.experiment}"
+        "Report on {wildcards.report} alone"
     script:
         "../scripts/report.py"
 
 
 # `snakemake report_size`: that experiment, and nothing that it does not need.
-for experiment in EXPERIMENTS:
+for name in REPORTS:
 
     rule:
         name:
-            f"report_{experiment}"
+            f"report_{report}"
         input:
-            PATHS.report_on(experiment),
+            PATHS.report_on(name),

@@ -19,7 +19,7 @@ with logged(snakemake.log[0]):
         audio=AudioSettings(**params.audio),
         features=FeatureSettings(**params.features),
         root=Path(params.root),
-        manifests=[Path(path) for path in params.manifests],
+        manifests=[Path(path) for path in snakemake.input.manifests],
         seed=params.seed,
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),

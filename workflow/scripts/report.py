@@ -1,4 +1,4 @@
-"""Maps the names of rules `report` and `experiment` to a call."""
+"""Maps the names of rules `report` and `report_alone` to a call."""
 
 from pathlib import Path
 
@@ -12,7 +12,6 @@ with logged(snakemake.log[0]):
         datasets=snakemake.params.datasets,
         tasks=[tuple(task) for task in snakemake.params.tasks],
         page=Path(snakemake.output.page),
-        embeddings=[tuple(one) for one in snakemake.params.embeddings],
         pages=snakemake.params.pages,
         ablations=snakemake.params.ablations,
         published=snakemake.params.published,
