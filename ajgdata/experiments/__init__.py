@@ -74,7 +74,7 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
 def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Asked:
     kind = spec.targets[spec.tasks[task].target].kind
     if kind not in one.kinds:
-        raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not for {kind}")
+        raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not {kind}")
     one.check(settings, kind, spec.features)
     models = tuple(settings.models) if one.by_model else ("",)
     return Asked(one, spec.name, task, settings, models)

@@ -17,7 +17,7 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.cross_validation import PAPER_MODEL
+from ajgdata.experiments.cross_validation.results import PAPER_MODEL
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import WORKS, PaperComparison, holds, together
 from ajgdata.report.format import Caption, Score, mean_sd

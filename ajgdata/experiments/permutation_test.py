@@ -17,7 +17,7 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.cross_validation import paper_model_result
+from ajgdata.experiments.cross_validation.results import paper_model, score_of, shown_score
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import HIGHER, NEAR_CHANCE, YES, PaperComparison
 from ajgdata.report.format import Caption, number, with_unit
@@ -124,12 +124,13 @@ def figures(results: TaskResults) -> list[Illustration]:
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
     """Yield a figure that the paper calls near chance: it agrees if ours cannot be told from it."""
     evaluated = lookup(CROSS_VALIDATION, results.dataset, results.task)
-    model = paper_model_result(evaluated) if evaluated else None
+    model = paper_model(evaluated) if evaluated else None
     paper = evaluated.papers.get("known") if evaluated else None
-    if model is None or paper is None or paper.text != NEAR_CHANCE:
+    if evaluated is None or model is None or paper is None or paper.text != NEAR_CHANCE:
         return
     p, _, _ = tested(results)
-    told = f"{model.headline}; {results.results[0].label} against chance: p = {number(p, 2)}"
+    reached = shown_score(evaluated, score_of(evaluated, model.result.model))
+    told = f"{reached}; {results.results[0].label} against chance: p = {number(p, 2)}"
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, told, model.label,
         HIGHER if p < LEVEL else YES,

@@ -1,0 +1,81 @@
+"""A small task, and results of experiments made by hand or measured on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import Inputs, Other, Outcome, Result, TaskResults
+from ajgdata.models import model_label
+from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.types import Kind
+from ajgdata.types.table import Table
+
+OBJECTS = ("ball", "box", "rod")
+
+
+def small_store(seed: int = 0) -> Shard:
+    """30 grasps of three objects, two recordings each; the first bins tell the object."""
+    rng = np.random.default_rng(seed)
+    grasp = np.repeat(np.arange(30), 2)
+    kind = grasp % 3
+    feature = np.exp(rng.normal(size=(30, 60))[grasp] + 0.01 * rng.normal(size=(60, 60)))
+    feature[:, :20] *= np.exp(2 * kind[:, np.newaxis] * np.linspace(-1, 1, 20))
+    columns = {
+        "recording": text_column([f"s/{n}" for n in range(60)]),
+        "grasp_id": text_column([f"s/g{n}" for n in grasp]),
+        "object": text_column([OBJECTS[k] for k in kind]),
+        "size": Column(10.0 * kind, {"units": "mm"}),
+    }
+    attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
+    return Shard(feature.astype(np.float32), np.arange(60.0), columns, attrs)
+
+
+def small_inputs(kind: Kind = "classification", **changes) -> Inputs:
+    """The object (or its size in mm) from `small_store`, five folds by grasp."""
+    numeric = kind == "regression"
+    values = {
+        "dataset": "d", "task": "t", "target": "size" if numeric else "object", "kind": kind,
+        "unit": "mm" if numeric else "", "groups": "grasp_id", "folds": 5, "seed": 0,
+        "store": small_store(),
+    } | changes  # fmt: skip
+    return Inputs(**values)
+
+
+def measured(name: str, inputs: Inputs, model: str = "", **settings) -> Outcome:
+    """What an experiment measures."""
+    one = EXPERIMENTS[name]
+    return one.measure(inputs, one.settings.model_validate(settings), model)
+
+
+def task_results(
+    name: str,
+    outcomes: Mapping[str, Outcome],
+    kind: Kind = "classification",
+    settings: Mapping | None = None,
+    **changes,
+) -> TaskResults:
+    """Results of an experiment by model, as a report gets them."""
+    results = tuple(
+        Result(
+            model, model_label(model, kind) if model else "", outcome.about,
+            {t.name: t for t in outcome.tables}, {t.name: t for t in outcome.cost},
+        )
+        for model, outcome in outcomes.items()
+    )  # fmt: skip
+    values = {
+        "experiment": name, "dataset": "size", "dataset_title": "Cube size", "task": "edge",
+        "kind": kind, "target": "edge_mm", "unit": "mm" if kind == "regression" else "",
+        "groups": "grasp_id", "source": "simulated",
+        "settings": EXPERIMENTS[name].settings.model_validate(settings or {}),
+        "results": results, "others": {n: Other(f"Gripper {n}") for n in ("b", "c")},
+    } | changes  # fmt: skip
+    return TaskResults(**values)
+
+
+def numbers(tables: Sequence[Table], **wanted) -> list[float]:
+    """Values of the rows of the table of scores that have the wanted cells."""
+    scores = next(table for table in tables if table.name == "scores")
+    return scores.where(**wanted).numbers("value").tolist()

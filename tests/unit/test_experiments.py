@@ -1,0 +1,424 @@
+"""Experiments: a task's recordings in, tables out; and what figures, captions and rows make of them."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from experiment_samples import measured, numbers, small_inputs, task_results
+from matplotlib.text import Text
+
+from ajgdata.evaluate.metrics import wrapped
+from ajgdata.experiments import EXPERIMENTS, asked_of
+from ajgdata.experiments.base import Outcome, score_table
+from ajgdata.experiments.conformal_intervals import cv_plus, grasp_weights, weighted_quantile
+from ajgdata.experiments.sorting import LONGEST_RUN, RUNS, parts_of, spread
+from ajgdata.report.canvas import draw
+from ajgdata.report.paper import PaperFigure
+from ajgdata.types import DatasetSpec
+from ajgdata.types.table import table_of
+
+PAPER = PaperFigure(id="x", metric="m", value=80, unit="%", text="coffee loses & loses", where="w")
+
+
+def shown(results):
+    """The first figure of an experiment, drawn, and its caption."""
+    illustration = next(iter(EXPERIMENTS[results.experiment].figures(results)))
+    return draw(illustration), illustration.caption
+
+
+def texts(figure):
+    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
+
+
+def nothing(*_):
+    return None
+
+
+# Learning curve
+
+
+def test_a_curve_is_measured_on_the_same_grasps_for_each_number_of_training_grasps():
+    ask = {"groups": [1, 8], "repeats": 3}
+    outcome = measured("learning_curve", small_inputs(), "linear", **ask)
+    curve = outcome.tables[1].where(metric="accuracy")
+    assert list(zip(curve.column("groups"), curve.column("draw"), strict=True)) == [
+        (n, r) for r in range(3) for n in (1, 8)
+    ]
+    one, eight = (numbers(outcome.tables, part=f"curve:{n}", metric="accuracy") for n in (1, 8))
+    assert np.mean(one) < np.mean(eight)
+    assert measured("learning_curve", small_inputs(), "linear", **ask) == outcome
+    with pytest.raises(ValueError, match="up to 9 training groups"):
+        measured("learning_curve", small_inputs(), "linear", **ask | {"groups": [1, 9]})
+
+
+def curve_results(paper=None, reached=None):
+    rows = [
+        {"groups": n, "draw": d, "recordings": n, "metric": "accuracy", "value": v, "chance": 0.25}
+        for n, mean, sd in ((1, 0.20, 0.05), (4, 0.40, 0.03), (16, 0.50, 0.01))
+        for d, v in enumerate((mean - sd, mean, mean + sd))
+    ]
+    table = table_of("curve", "c", rows, **dict.fromkeys(rows[0], "c"))
+    papers = {}
+    if paper:
+        papers["learning_curve"] = PAPER.model_copy(update={"value": paper, "reached": reached})
+    settings = {"groups": [1, 4, 16], "repeats": 3}
+    return task_results(
+        "learning_curve", {"knn": Outcome((table,))}, settings=settings, papers=papers
+    )
+
+
+def test_a_learning_curve_shows_the_means_of_the_draws():
+    figure, caption = shown(curve_results())
+    line = figure.axes[0].containers[0].lines[0]
+    np.testing.assert_allclose(line.get_xydata(), [[1, 20], [4, 40], [16, 50]])
+    assert figure.axes[0].get_ylabel() == "accuracy (%)"
+    assert set(figure.axes[0].lines[-1].get_ydata()) == {25.0}  # chance
+    assert "simulated" in texts(figure)
+    assert "k-NN: 20 % of 1, 40 % of 4, 50 % of 16" in caption.alt
+
+
+@pytest.mark.parametrize(
+    ("value", "reached", "says", "agrees"),
+    [
+        (3, 39, "4 (50.0 ± 1.0 % with 16)", "yes"),
+        (12, 39, "4 (50.0 ± 1.0 % with 16)", "no: lower"),
+        (12, 80, "more than 16 (50.0 ± 1.0 % with 16)", "yes"),
+        (20, 80, "more than 16 (50.0 ± 1.0 % with 16)", "no number to compare"),
+    ],
+)
+def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees):
+    results = curve_results(value, reached)
+    (row,) = EXPERIMENTS["learning_curve"].paper_comparison(results, nothing)
+    assert (row.result, row.agrees, row.model) == (says, agrees, "k-NN")
+
+
+# Test against chance
+
+
+def test_a_test_against_chance_is_of_whole_grasps():
+    outcome = measured("permutation_test", small_inputs(), permutations=19)
+    assert numbers(outcome.tables, metric="p") == [1 / 20]
+    assert len(outcome.tables[1].rows) == 19
+    assert outcome.about["model"] == "ridge"
+    number = small_inputs("regression", withhold=[10.0])
+    outcome = measured("permutation_test", number, permutations=19)
+    assert len(numbers(outcome.tables, metric="rmse")) == 1
+
+
+def chance_results(p=0.005, kind="classification", value=0.41, scale=1.0):
+    metric = "accuracy" if kind == "classification" else "rmse"
+    rows = [("knn", "permutations", metric, "pooled", value)]
+    rows.append(("knn", "permutations", "p", "of 199", p))
+    null = [{"permutation": n, "value": v} for n, v in enumerate(scale * np.linspace(0.2, 0.3, 199))]
+    table = table_of("null", "n", null, permutation="n", value="v")
+    outcome = Outcome((score_table(rows, "t"), table), about={"model": "knn"})
+    return task_results(
+        "permutation_test", {"knn": outcome}, kind=kind, settings={"permutations": 199}
+    )
+
+
+def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutations():
+    figure, caption = shown(chance_results())
+    (axes,) = figure.axes
+    assert sum(patch.get_height() for patch in axes.patches) == 199
+    mean, value = (line.get_xdata()[0] for line in axes.lines)
+    np.testing.assert_allclose([mean, value], [25, 41])
+    assert any("differs from chance" in text for text in texts(figure))
+    assert "is 41 %; with labels exchanged between groups it is 25 %" in caption.text
+    assert "p = 0.005: it differs from chance" in caption.text
+    assert "cannot be told from chance" in shown(chance_results(0.2))[1].text
+    number = shown(chance_results(kind="regression", value=2.0, scale=20))[1].text
+    assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in number
+
+
+# Sorting
+
+
+def test_sorting_is_calibrated_and_run_many_times():
+    ask = {"objects": ["ball", "rod"], "threshold": 0.6}
+    outcome = measured("sorting", small_inputs(), "linear", **ask)
+    assert outcome.about["recordings"] == 40
+    assert len(outcome.about["temperatures"]) == 5
+    results = task_results("sorting", {"linear": outcome}, settings=ask)
+    for name, part in zip(("plain", "scaled"), parts_of(results.results[0]), strict=True):
+        assert len(part.sorts) == RUNS
+        assert outcome.tables[1].where(part=name).numbers("count").sum() == 40
+        assert 0 <= part.accepted_share <= 1
+        assert (part.before_mistake <= part.sorts).all()
+    plain, scaled = parts_of(results.results[0])
+    assert plain.accuracy == scaled.accuracy
+    with pytest.raises(ValueError, match="there is no object 'x'"):
+        measured("sorting", small_inputs(), "linear", **ask | {"objects": ["x", "rod"]})
+    with pytest.raises(ValueError, match="no probabilities"):
+        measured("sorting", small_inputs(), "svm", **ask)
+
+
+def sorting_results(scaled_sorts=np.arange(101) // 4, temperatures=(2.0,), paper=None):
+    rows, bins, runs = [], [], []
+    for name, error, sorts in (("plain", 0.2, np.arange(101)), ("scaled", 0.05, scaled_sorts)):
+        part = f"sorting, {name}"
+        rows += [("cnn", part, "accuracy", "pooled", 0.85)]
+        rows += [("cnn", part, "calibration_error", "pooled", error)]
+        rows += [("cnn", f"{part}, accepted", "share", "pooled", 0.75)]
+        rows += [("cnn", f"{part}, accepted", "accuracy", "pooled", 0.9)]
+        bins += [{"part": name, "confidence": 0.5, "accuracy": 0.4}]
+        bins += [{"part": name, "confidence": 0.9, "accuracy": 0.8}]
+        runs += [{"part": name, "sorts": int(s), "before_mistake": int(s) // 2} for s in sorts]
+    outcome = Outcome(
+        (
+            score_table(rows, "s"),
+            table_of("reliability", "r", bins, part="p", confidence="c", accuracy="a"),
+            table_of("runs", "r", runs, part="p", sorts="s", before_mistake="b"),
+        ),
+        about={"temperatures": list(temperatures), "recordings": 80},
+    )
+    return task_results(
+        "sorting", {"cnn": outcome}, settings={"objects": ["lock", "screw"]},
+        papers={"sorting": PAPER.model_copy(update={"value": paper, "unit": "sorts"})},
+    )  # fmt: skip
+
+
+def test_a_sorting_figure_shows_reliability_and_the_share_of_runs_as_long():
+    figure, _ = shown(sorting_results())
+    left, right = figure.axes
+    points = next(line for line in left.lines if line.get_label() == "as they are")
+    np.testing.assert_allclose(points.get_xydata(), [[0.5, 0.4], [0.9, 0.8]])
+    assert dict(right.lines[0].get_xydata())[100] == 1 - 100 / 101
+    assert not any("$" in text for text in texts(figure))  # ticks of a log axis are formulas
+    assert "simulated" in texts(figure)
+
+
+def test_a_table_of_sorting_has_percentiles_of_the_runs():
+    (table,) = EXPERIMENTS["sorting"].tables(sorting_results())
+    assert table.rows[0] == ("as they are", "0.2", "75 %", "90 %", "50 (5 to 95)", "25 (2 to 47)")
+    assert "accuracy 85 % of 80 held-out recordings" in table.caption
+    assert spread(np.arange(101)) == "50 (5 to 95)"
+
+
+def test_a_caption_says_which_runs_did_not_end_by_themselves():
+    capped = sorting_results(np.array([3, LONGEST_RUN, LONGEST_RUN]))
+    assert "a run of 1,000 is ended there (0 and 2 were)" in shown(capped)[1].text
+
+
+def test_a_temperature_at_the_end_of_the_search_is_told():
+    results = sorting_results(temperatures=(0.05000002, 0.436, 19.9999))
+    label = parts_of(results.results[0])[1].label
+    assert label == "scaled, temperature 0.44, in 2 of 3 folds at the end of the search"
+    assert parts_of(sorting_results(temperatures=[0.9]).results[0])[1].label.endswith(" 0.9")
+
+
+@pytest.mark.parametrize(
+    ("paper", "agrees"), [(39, "yes"), (4, "no: higher"), (96, "no: lower")]
+)
+def test_the_papers_run_lies_among_ours_or_beyond_most_of_them(paper, agrees):
+    (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)
+    assert (row.result, row.agrees) == ("50 (5 to 95) sorts", agrees)
+
+
+# Reflected energy
+
+
+def test_energies_are_matched_by_object():
+    with pytest.raises(ValueError, match="no energy of 'box' to compare with on 'ball'"):
+        measured("reflected_energy", small_inputs(), reference="box", band_hz=[5, 20])
+
+
+def energy_results():
+    classes = (("air", 4, 1.0, 0.0, {"a": 1.0, "b": 1.0}), ("coffee", 1, 0.1, math.nan, {"a": 0.1}))
+    classes += (("steel_balls", 4, 0.5, 0.05, {"a": 0.45, "b": 0.55}),)
+    rows, grasps = [], []
+    for label, count, mean, sd, objects in classes:
+        part, metric = f"energy:{label}", "energy relative to air"
+        rows += [("", part, metric, "mean", mean), ("", part, metric, "sd", sd)]
+        rows += [("", part, metric, f"mean of {name}", value) for name, value in objects.items()]
+        grasps.append({"label": label, "grasps": count})
+    outcome = Outcome((score_table(rows, "e"), table_of("classes", "c", grasps, label="l", grasps="g")))
+    return task_results(
+        "reflected_energy", {"": outcome}, settings={"reference": "air", "band_hz": [100, 6000]},
+        papers={"reflected_energy": PAPER},
+    )  # fmt: skip
+
+
+def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
+    results = energy_results()
+    figure, caption = shown(results)
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    np.testing.assert_allclose(heights, [100, 50, 10])  # the reference, then the loudest first
+    written = texts(figure)
+    assert "50.0 ± 5.0 %\n−3.0 dB" in written and "100 %\n0.0 dB" in written
+    assert "simulated" in written
+    rows = EXPERIMENTS["reflected_energy"].rows(results)
+    assert [(row.label, row.value) for row in rows] == [
+        ("steel balls", "50.0 ± 5.0 %"),
+        ("coffee", "10 %"),
+    ]
+    assert rows[0].metric == "energy, air = 100 %, over grasps"
+    assert "Energy lost: steel balls 50 %; coffee 90 %" in caption.text
+    (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
+    assert (row.result, row.agrees) == ("lost: coffee 90 %, steel_balls 50 %", "yes")
+
+
+# Other grippers
+
+
+def test_a_gripper_tested_on_itself_is_as_good_as_at_home():
+    ask, others = {"test_on": ["again"], "grasps": [0, 8]}, {"again": small_inputs().store}
+    outcome = measured("cross_gripper", small_inputs(others=others), "linear", **ask)
+    folds = outcome.tables[1].where(metric="accuracy")
+    assert list(zip(folds.column("fold"), folds.column("grasps"), strict=True)) == [
+        (f, n) for f in range(5) for n in (0, 8)
+    ]
+    alone = folds.where(grasps=0)
+    assert alone.column("home") == alone.column("value")
+    assert set(folds.where(grasps=8).column("home")) == {None}
+    with pytest.raises(ValueError, match="8 that are not tested"):
+        measured("cross_gripper", small_inputs(others=others), "linear", **ask | {"grasps": [9]})
+    number = small_inputs("regression", others=others, withhold=[10.0])
+    outcome = measured("cross_gripper", number, "knn", **ask | {"grasps": [1]})
+    assert set(outcome.tables[1].column("recordings")) == {4}  # two values, two samples
+
+
+def test_a_model_on_another_gripper_against_calibration_grasps():
+    rows = [
+        {"other": name, "grasps": n, "fold": f, "metric": "rmse", "value": mean * (1 + d)}
+        | {"chance": 9.0, "home": home and home * (1 + d) if n == 0 else None, "recordings": 2}
+        for name, means, home in (("b", (8.0, 2.0), 1.0), ("c", (17.0, 3.0), None))
+        for n, mean in zip((0, 4), means, strict=True)
+        for f, d in enumerate((-0.1, 0.1))
+    ]
+    outcome = Outcome((table_of("folds", "f", rows, **dict.fromkeys(rows[0], "f")),))
+    results = task_results(
+        "cross_gripper", {"knn": outcome}, kind="regression",
+        settings={"test_on": ["b", "c"], "grasps": [0, 4]}, papers={"cross_gripper": PAPER},
+    )  # fmt: skip
+    figure, caption = shown(results)
+    left, right = figure.axes
+    np.testing.assert_allclose(left.containers[0].lines[0].get_xydata(), [[0, 8], [4, 2]])
+    levels = [[line.get_ydata()[0] for line in axes.lines if len(set(line.get_ydata())) == 1]
+              for axes in (left, right)]  # fmt: skip
+    assert left.get_ylim() == right.get_ylim() and right.get_ylim()[1] > 17 * 1.1  # its bar, too
+    assert levels == [[1, 9], [9]]  # at home, where it is known, and chance
+    assert "simulated" in texts(figure)
+    said = {row.metric: row.value for row in EXPERIMENTS["cross_gripper"].rows(results)}
+    assert said["RMSE on Gripper b, 0 calibration grasps"] == "8.0 ± 1.1 mm"
+    assert said["RMSE on Gripper c, 4 calibration grasps"] == "3.00 ± 0.42 mm"
+    assert "k-NN on Gripper b: 8.0 ± 1.1 mm with 0, 2.00 ± 0.28 mm with 4; at home" in caption.alt
+    (row,) = EXPERIMENTS["cross_gripper"].paper_comparison(results, nothing)
+    assert row.result.startswith("1.00 ± 0.14 mm where it was trained, 8.0 ± 1.1 mm on Gripper b")
+
+
+# Conformal intervals
+
+
+def test_the_weighted_quantile_is_the_least_value_that_reaches_the_share():
+    values = np.array([[3.0, 1], [1, 2], [2, 3]])
+    weights = np.array([0.25, 0.25, 0.25])
+    np.testing.assert_array_equal(weighted_quantile(values, weights, 0.5), [2, 2])
+    np.testing.assert_array_equal(weighted_quantile(values, weights, 0.75), [3, 3])
+    assert np.isinf(weighted_quantile(values, weights, 0.76)).all()
+
+
+def test_grasps_weigh_the_same_however_many_recordings_they_have():
+    weights = grasp_weights(np.array(["a", "a", "a", "b"]))
+    np.testing.assert_allclose(weights, [1 / 9, 1 / 9, 1 / 9, 1 / 3])
+
+
+def test_with_one_recording_a_grasp_and_one_model_intervals_are_those_of_split_conformal():
+    """The ceil((n + 1) c)-th least residual on both sides (Vovk et al. 2005)."""
+    residuals = np.arange(1.0, 20)  # 19: (n + 1) c is whole for c = 0.9
+    centre, low, high = cv_plus(
+        np.full((1, 3), 5.0), residuals, np.zeros(19, int), np.arange(19), [0.5, 0.9, 0.99]
+    )
+    np.testing.assert_array_equal(centre, 5)
+    np.testing.assert_array_equal(high[:, 0], [10, 18, np.inf])
+    np.testing.assert_array_equal(low, -high)
+    half = cv_plus(
+        np.full((1, 1), 5.0), residuals, np.zeros(19, int), np.arange(19), [0.99], period=180
+    )
+    assert half[2][0, 0] == 90  # no angle is further away
+
+
+def test_intervals_hold_what_they_state_for_new_grasps():
+    """200 draws of 40 grasps, normal residuals shared by the recordings of a grasp: coverage of a
+    new grasp is Binomial(200, >= c); 0.9 - 3 sqrt(0.09 / 200) = 0.836."""
+    rng, held = np.random.default_rng(3), []
+    for _ in range(200):
+        error = np.repeat(rng.normal(size=40), 3)
+        groups, fold = np.repeat(np.arange(40), 3), np.repeat(np.arange(40) % 4, 3)
+        _, low, high = cv_plus(np.zeros((4, 1)), np.abs(error), fold, groups, [0.9])
+        held.append(bool(low[0, 0] <= wrapped(rng.normal(), None) <= high[0, 0]))
+    assert np.mean(held) > 0.836
+
+
+def test_intervals_of_a_task_are_wider_the_more_they_shall_hold():
+    inputs = small_inputs("regression")
+    outcome = measured("conformal_intervals", inputs, "linear", coverages=[0.5, 0.9])
+    table = outcome.tables[1]
+    narrow, wide = (table.where(coverage=c).numbers("width").mean() for c in (0.5, 0.9))
+    assert 0 < narrow < wide
+    held = table.where(coverage=0.9).numbers("held")
+    assert held.shape == (5,) and held.mean() > 0.7  # 60 recordings of 30 grasps
+    assert numbers(outcome.tables, part="intervals:90 %", metric="coverage") == held.tolist()
+    assert numbers(outcome.cost, metric="train_cpu_s")[0] > 0
+    again = measured("conformal_intervals", inputs, "linear", coverages=[0.5, 0.9])
+    assert again.tables == outcome.tables
+    results = task_results(
+        "conformal_intervals", {"linear": outcome}, kind="regression",
+        settings={"coverages": [0.5, 0.9]},
+    )  # fmt: skip
+    figure, caption = shown(results)
+    line = figure.axes[0].containers[0].lines[0]
+    np.testing.assert_allclose(line.get_xdata(), [50, 90])
+    np.testing.assert_allclose(line.get_ydata()[1], 100 * held.mean())
+    assert f"held {100 * held.mean():.3g} %" in caption.text
+
+
+# What a task asks for
+
+
+def spec(**changes) -> DatasetSpec:
+    content = {
+        "name": "d",
+        "features": {"window": 1024, "hop": 256},
+        "targets": {"x": {"kind": "classification"}, "y": {"kind": "regression"}},
+        "tasks": {"t": {"target": "x", "models": ["knn"], **changes}},
+    }
+    return DatasetSpec.model_validate(content)
+
+
+def test_a_task_asks_for_experiments_by_name_and_model():
+    asked = asked_of(spec(experiments={"learning_curve": {"groups": [1, 2]}}), "t")
+    assert [one.kinds for one in asked] == [
+        ("cross_validation-knn",),
+        ("learning_curve-cnn", "learning_curve-linear", "learning_curve-knn"),
+    ]
+    assert asked_of(spec(models=[]), "t") == []
+
+
+@pytest.mark.parametrize(
+    ("experiments", "says"),
+    [
+        ({"nope": {}}, "unknown experiment 'nope': choose one of"),
+        ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
+        ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),
+        ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),
+        ({"reflected_energy": {"reference": "a", "band_hz": [1, 2]}}, "needs features.quantity power"),
+        ({"reflected_energy": {"reference": "a", "band_hz": [2, 1]}}, "must be 0 <= low < high"),
+        ({"stft_settings": {"settings": [{"window": 128}]}}, "hop 256 exceeds window 128"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, says):
+    with pytest.raises(ValueError, match=f"task t: .*{says}"):
+        asked_of(spec(experiments=experiments), "t")
+
+
+def test_settings_name_the_further_data_sets_that_a_task_needs():
+    one = spec(test_on=["a"], experiments={"cross_gripper": {"test_on": ["b", "a"]}})
+    assert one.tasks["t"].others == ("a", "b")
+    assert {o for asked in asked_of(one, "t") for o in asked.others} == {"a", "b"}
+
+
+def test_results_are_immutable():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        curve_results().task = "other"
