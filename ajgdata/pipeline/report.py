@@ -122,7 +122,7 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
         parts = tuple(_part(paths, one) for one in own)
-        yield TaskSection(dataset, task, own[0].title, own[0].summary, own[0].source, parts)
+        yield TaskSection(dataset, task, own[0].title, own[0].source, parts)
 
 
 def _part(paths: Paths, results: TaskResults) -> Part:
@@ -130,6 +130,7 @@ def _part(paths: Paths, results: TaskResults) -> Part:
     return Part(
         experiment=one.name,
         title=one.title,
+        summary=one.summary(results),
         text=read_experiment_text(paths, one.name),
         rows=tuple(one.rows(results)),
         figures=tuple(one.figures(results)),

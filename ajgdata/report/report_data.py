@@ -69,11 +69,13 @@ class DatasetSummary:
 class Part:
     """What one experiment shows of one task: rows of the main table, figures, tables.
 
-    `text` (Markdown) says what is asked, how it is made and how its figure is read.
+    `summary` is said first; `text` (Markdown) says what is asked, how it is made and how its figure
+    is read.
     """
 
     experiment: str
     title: str
+    summary: str
     text: str
     rows: tuple[ResultRow, ...]
     figures: tuple[Illustration, ...]
@@ -87,7 +89,6 @@ class TaskSection:
     dataset: str
     task: str
     title: str
-    summary: str
     source: Source
     parts: tuple[Part, ...]
 

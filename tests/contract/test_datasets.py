@@ -7,7 +7,7 @@ import pytest
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import datasets_of, experiments_of
+from ajgdata.pipeline.experiments import datasets_of, tasks_by_report
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.types import SESSION_COLUMNS
@@ -128,5 +128,5 @@ NEEDS = {
 
 
 def test_every_experiment_of_the_paper_can_be_asked_for_and_needs_no_more_than_its_share():
-    tasks = experiments_of(SPECS)
+    tasks = tasks_by_report(SPECS)
     assert {name: set(datasets_of(SPECS, tasks[name])) for name in NEEDS} == NEEDS

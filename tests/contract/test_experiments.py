@@ -4,33 +4,31 @@ What is made up is the sound: a spectrum that tells the label a little, and the 
 else is the project's: data sets, labels, groups, tasks and settings as they are declared.
 """
 
-import csv
 import hashlib
-import json
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ajgdata.experiments import EXPERIMENTS, Asked
+from ajgdata.experiments.stft_settings import variants
 from ajgdata.paths import Paths
-from ajgdata.pipeline.evaluate import evaluate_task
+from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
-from ajgdata.pipeline.rows import (
-    calibrate_task,
-    curve_task,
-    energy_task,
-    permute_task,
-    sort_task,
-)
 from ajgdata.store.features import Column, Shard, text_column, write_store
 from ajgdata.store.sessions import list_datasets, read_dataset
+from ajgdata.store.tables import read_tables
+from ajgdata.types.table import Table
 
 PATHS = Paths(Path(__file__).resolve().parents[2])
 SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
 MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
-EVALUATED = [(d, t) for d, t in TASKS if SPECS[d].tasks[t].models]
+#: Each experiment of each task, and those that need recordings, which are not made up here.
+ASKED = [one for one in asked_for(SPECS, TASKS) if not one.experiment.reads_recordings]
+READS = [one for one in asked_for(SPECS, TASKS) if one.experiment.reads_recordings]
+IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in ASKED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
 MODEL = "ridge"
@@ -89,12 +87,31 @@ def write(path: Path, name: str) -> Path:
     return path
 
 
-def evaluated(stores: dict[str, Path], name: str, task: str, folder: Path) -> tuple[Path, Path]:
-    settings = SPECS[name].evaluation(task)
-    others = {other: stores[other] for other in settings.pop("test_on")}
-    out = {key: folder / key for key in ("metrics", "predictions", "cost")}
-    evaluate_task(stores[name], **settings, others=others, model=MODEL, seed=0, **out)
-    return out["metrics"], out["predictions"]
+#: Smaller than declared where that takes long.
+SMALLER = {
+    "learning_curve": lambda s: {"groups": s["groups"][:: len(s["groups"]) - 1], "repeats": 2},
+    "permutation_test": lambda s: {"permutations": 5},
+    "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
+    "conformal_intervals": lambda s: {"inner_folds": 2},
+}
+MODELS = {"sorting": "linear"}  #: which needs probabilities
+
+
+def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict[str, Table]]:
+    """Measure an experiment on a store, and return what is stored of it."""
+    name, spec = asked.experiment.name, SPECS[asked.dataset]
+    settings = asked.settings.model_dump(mode="json")
+    settings |= SMALLER.get(name, lambda _: {})(settings)
+    model = MODELS.get(name, MODEL) if asked.experiment.by_model else ""
+    tables, cost = folder / "tables.json", folder / "cost.json"
+    run_experiment(
+        stores[asked.dataset], kind=f"{name}-{model}" if model else name, dataset=asked.dataset,
+        task=asked.task, settings=settings, split=spec.task_settings(asked.task),
+        others={other: stores[other] for other in asked.others}, audio=spec.audio,
+        features=spec.features, root=PATHS.root, manifests=[], seed=0, tables=tables, cost=cost,
+    )  # fmt: skip
+    about, found = read_tables(tables)
+    return about, {table.name: table for table in found}
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -108,37 +125,42 @@ def test_labels_are_complete_and_of_one_value_a_grasp(name):
         assert len({label for _, label in labels}) > 1
 
 
-@pytest.mark.parametrize(("name", "task"), EVALUATED)
-def test_each_task_is_evaluated_without_leaks_within_bounds_and_twice_the_same(
-    stores, tmp_path, name, task
-):
-    metrics, predictions = evaluated(stores, name, task, tmp_path / "1")
-    again = evaluated(stores, name, task, tmp_path / "2")
-    assert [path.read_bytes() for path in (metrics, predictions)] == [
-        path.read_bytes() for path in again
-    ]
-    document = json.loads(metrics.read_text())
-    assert "skipped" not in document
-    check_bounds(document, SPECS[name].tasks[task].folds)
-    with predictions.open(newline="") as stream:
-        lines = list(csv.DictReader(stream))
-    check_groups(name, task, lines)
+@pytest.mark.parametrize("asked", ASKED, ids=IDS)
+def test_each_experiment_is_made_within_bounds_and_twice_the_same(stores, tmp_path, asked):
+    about, tables = run(stores, asked, tmp_path / "1")
+    run(stores, asked, tmp_path / "2")
+    first, again = (tmp_path / n / "tables.json" for n in "12")
+    assert first.read_bytes() == again.read_bytes()
+    assert "skipped" not in about
+    scores = tables["scores"]
+    assert scores.rows
+    check_bounds(scores, about)
+    if asked.experiment.name in CHECKS:
+        CHECKS[asked.experiment.name](asked, about, tables)
 
 
-def check_bounds(document: dict, folds: int) -> None:
-    parts = {k: v for k, v in document.items() if isinstance(v, dict) and "per_fold" in v}
-    assert len(parts["grouped"]["per_fold"]) == 3
-    for part in parts.values():
-        for metric, values in part["per_fold"].items():
-            assert 1 <= len(values) <= folds
-            for value in values:
-                if metric in SHARES:
-                    assert 0 <= value <= 1
-                elif metric in ("rmse", "mae"):
-                    assert value >= 0
-                    assert not document["period"] or value <= document["period"] / 2
-                else:
-                    assert value is None or value <= 1  # r2
+def check_bounds(scores: Table, about: dict) -> None:
+    for row in scores.rows:
+        if row["value"] is None:
+            continue
+        if row["metric"] in (*SHARES, "share", "coverage"):
+            assert 0 <= row["value"] <= 1
+        elif row["metric"] in ("rmse", "mae", "width", "sorts_in_a_row"):
+            assert row["value"] >= 0
+            if about["period_deg"] and row["metric"] in ("rmse", "mae"):
+                assert row["value"] <= about["period_deg"] / 2
+        elif row["metric"] == "p":
+            assert 0 < row["value"] <= 1
+        elif row["metric"] == "r2":
+            assert row["value"] <= 1
+
+
+def check_cross_validation(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    grouped = tables["scores"].where(part="grouped")
+    folds = {row["statistic"] for row in grouped.rows if row["statistic"].startswith("fold")}
+    assert 1 < len(folds) <= SPECS[asked.dataset].tasks[asked.task].folds
+    assert len({row["metric"] for row in grouped.rows}) == 3
+    check_groups(asked.dataset, asked.task, list(tables["predictions"].rows))
 
 
 def check_groups(name: str, task: str, lines: list[dict[str, str]]) -> None:
@@ -162,86 +184,54 @@ def check_groups(name: str, task: str, lines: list[dict[str, str]]) -> None:
                 assert fold_of.get(grasp, line["fold"]) == line["fold"]
 
 
-def further(name: str, task: str) -> list[tuple]:
-    """The further experiments of a task, smaller than declared where that takes long."""
-    spec = SPECS[name]
-    settings, seeded = spec.tasks[task], spec.experiment(task) | {"seed": 0}
-    made = []
-    if settings.curve:
-        sizes = settings.curve.groups[:: len(settings.curve.groups) - 1]
-        more = {"model": MODEL, "sizes": sizes, "repeats": 2}
-        made.append(("curve", curve_task, seeded | more))
-    if settings.permutations:
-        made.append(("permutations", permute_task, seeded | {"permutations": 5}))
-    if settings.sorting:
-        more = settings.sorting.model_dump(include={"objects", "threshold"}) | {"model": "linear"}
-        made.append(("sorting", sort_task, seeded | more))
-    if settings.calibrate:
-        grasps = settings.calibrate.grasps[:: len(settings.calibrate.grasps) - 1]
-        on = {"others": settings.calibrate.test_on, "grasps": grasps, "model": MODEL}
-        made.append(("transfer", calibrate_task, seeded | on))
-    if settings.energy:
-        made.append(("energy", energy_task, spec.labelled(task) | settings.energy.model_dump()))
-    return made
+def check_curve(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    drawn = tables["curve"].where(
+        metric="accuracy" if about["kind"] == "classification" else "rmse"
+    )
+    assert len(drawn.rows) == 4
 
 
-FURTHER = [(d, t, *one) for d, t in TASKS for one in further(d, t)]
+def check_permutations(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    assert 1 / 6 <= tables["scores"].where(metric="p").numbers("value")[0] <= 1
+    assert len(tables["null"].rows) == 5
 
 
-@pytest.mark.parametrize(
-    ("name", "kind", "call", "settings"),
-    [(d, kind, call, settings) for d, _, kind, call, settings in FURTHER],
-    ids=[f"{d}-{t}-{kind}" for d, t, kind, *_ in FURTHER],
-)
-def test_each_further_experiment_is_made_within_bounds_and_twice_the_same(
-    stores, tmp_path, name, kind, call, settings
-):
-    paths = tmp_path / "1.json", tmp_path / "2.json"
-    if "others" in settings:
-        settings = settings | {"others": {other: stores[other] for other in settings["others"]}}
-    for path in paths:
-        call(stores[name], **settings, output=path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    document = json.loads(paths[0].read_text())
-    assert "skipped" not in document
-    if kind == "curve":
-        scores = [point["scores"][document["metric"]] for point in document["points"]]
-        assert len(scores) == 4
-        assert all(0 <= score <= 1 for score in scores)
-    elif kind == "permutations":
-        assert 1 / 6 <= document["p"] <= 1
-        assert all(0 <= value <= 1 for value in (document["value"], *document["null"]))
-    elif kind == "sorting":
-        for part in (document["plain"], document["scaled"]):
-            assert 0 <= part["accuracy"] <= 1
-            assert 0 <= part["accepted"]["share"] <= 1
-    elif kind == "transfer":
-        assert set(document["on"]) == set(settings["others"])
-        for points in document["on"].values():
-            assert [p["grasps"] for p in points] == [*settings["grasps"]] * settings["folds"]
-            # of each class as many recordings as grasps: the other grippers are recorded once
-            classes = {p["recordings"] / p["grasps"] for p in points if p["grasps"]}
-            assert len(classes) == 1
-            score = [p["scores"][document["metric"]] for p in points]
-            assert all(s >= 0 and (document["kind"] == "regression" or s <= 1) for s in score)
-            assert all(bool(p["home"]) == (p["grasps"] == 0) for p in points)
-    else:
-        energies = {part["label"]: part["mean"] for part in document["parts"]}
-        assert energies[settings["reference"]] == pytest.approx(1)
-        assert all(energy > 0 for energy in energies.values())
+def check_cross_gripper(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    folds = tables["folds"]
+    assert set(folds.column("other")) == set(asked.others)
+    # of each class as many recordings as grasps: the other grippers are recorded once
+    added = folds.rows[0]["grasps"], folds.rows[-1]["grasps"]
+    assert added[0] == 0 < added[1]
+    assert len({row["recordings"] / row["grasps"] for row in folds.rows if row["grasps"]}) == 1
+    assert all((row["home"] is not None) == (row["grasps"] == 0) for row in folds.rows)
+
+
+def check_energy(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    means = tables["scores"].where(statistic="mean")
+    (reference,) = means.where(part=f"energy:{asked.settings.reference}").numbers("value")
+    assert reference == pytest.approx(1)
+    assert (means.numbers("value") > 0).all()
+
+
+CHECKS = {
+    "cross_validation": check_cross_validation,
+    "learning_curve": check_curve,
+    "permutation_test": check_permutations,
+    "cross_gripper": check_cross_gripper,
+    "reflected_energy": check_energy,
+}
 
 
 def test_settings_of_the_stft_can_be_made_of_what_a_recipe_records():
-    for name, task in TASKS:
-        rate_hz = SPECS[name].audio.sample_rate_hz
-        for one in SPECS[name].feature_variants(task):
-            assert one.hop <= one.window <= rate_hz  # recordings last a second
+    for asked in READS:
+        spec = SPECS[asked.dataset]
+        for one in variants(asked.settings, spec.features):
+            assert one.hop <= one.window <= spec.audio.sample_rate_hz  # recordings last a second
             assert not one.align
 
 
 def test_every_experiment_is_looked_at_here():
-    kinds = {kind for _, _, kind, *_ in FURTHER}
-    assert kinds == {"curve", "permutations", "sorting", "transfer", "energy"}
-    assert {d for d, _ in TASKS} | {o for d, t in TASKS for o in SPECS[d].tasks[t].others} <= set(
-        MADE
-    )
+    names = {asked.experiment.name for asked in (*ASKED, *READS)}
+    assert names == {name for name in EXPERIMENTS.names() if not EXPERIMENTS[name].of_embedding}
+    others = {other for asked in ASKED for other in asked.others}
+    assert {asked.dataset for asked in ASKED} | others <= set(MADE)

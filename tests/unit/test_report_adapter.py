@@ -1,0 +1,38 @@
+"""What the report is given of a store, the odd ones included."""
+
+import numpy as np
+import pytest
+
+from ajgdata.pipeline.report import mean_spectra
+from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.types import DatasetSpec
+
+SPEC = {"name": "d", "tasks": {"t": {"target": "y"}}}
+FEATURE = np.asarray([[1, 3], [3, 5], [9, 9]], np.float32)
+
+
+def spectra(kind, column, rows=3):
+    spec = DatasetSpec.model_validate(SPEC | {"targets": {"y": {"kind": kind}}})
+    columns = {} if column is None else {"y": column}
+    return mean_spectra(Shard(FEATURE[:rows], np.asarray([0.0, 1.0]), columns, {}), spec)
+
+
+def test_mean_of_each_class_without_those_that_have_none():
+    made = spectra("classification", text_column(["a", "a", ""]))
+    assert made.labels == ("a",)
+    np.testing.assert_array_equal(made.mean, [[2, 4]])
+
+
+@pytest.mark.parametrize(
+    ("kind", "column", "rows"),
+    [
+        ("classification", None, 3),
+        ("classification", text_column(["", "", ""]), 3),
+        ("regression", Column(np.full(3, np.nan)), 3),
+        ("classification", text_column([]), 0),
+        ("regression", Column(np.empty(0)), 0),
+    ],
+    ids=["no column", "no class", "no number", "no class row", "no number row"],
+)
+def test_no_spectra_where_no_recording_has_the_target(kind, column, rows):
+    assert spectra(kind, column, rows) is None
