@@ -137,12 +137,6 @@ class TaskResults:
         return f"{self.dataset_title} · {self.task.replace('_', ' ')}"
 
     @property
-    def summary(self) -> str:
-        """Return what the task is, in a sentence."""
-        unit = f" in {self.unit}" if self.unit else ""
-        return f"{self.kind.capitalize()} of {self.target}{unit}; folds keep {self.groups} whole."
-
-    @property
     def paper(self) -> PaperFigure | None:
         """Return the figure of the paper that stands beside the experiment as a whole."""
         return self.papers.get(self.experiment)
@@ -176,6 +170,16 @@ def no_rows(_: TaskResults) -> Iterable[ResultRow]:
     return ()
 
 
+def no_summary(_: TaskResults) -> str:
+    """Return nothing: an experiment that needs no words above its figures."""
+    return ""
+
+
+def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
+    """Return nothing: an experiment that is not shown of all tasks together."""
+    return ()
+
+
 def no_tables(_: TaskResults) -> Iterable[ShownTable]:
     """Return nothing: an experiment whose figures say it all."""
     return ()
@@ -190,8 +194,8 @@ def no_comparison(_: TaskResults, __: Lookup) -> Iterable[PaperComparison]:
 class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
-    `across` draws the results of all tasks together, `training_cost` is what training the paper's
-    model on a task costs. `measure(inputs, settings, model)` raises ValueError for a task that
+    `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
+    together, `training_cost` is what training the paper's model costs. `measure(inputs, settings, model)` raises ValueError for a task that
     lacks what it needs. The settings model's `test_on`, if it has one, names further data sets; its
     `models`, if `by_model`, are measured in jobs of their own. `check(settings, kind, features)`
     raises ValueError for
@@ -206,7 +210,8 @@ class Experiment:
     tables: Callable[[TaskResults], Iterable[ShownTable]] = no_tables
     rows: Callable[[TaskResults], Iterable[ResultRow]] = no_rows
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
-    across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = lambda results: ()
+    summary: Callable[[TaskResults], str] = no_summary
+    across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
     training_cost: Callable[[TaskResults], Cost | None] = lambda results: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
