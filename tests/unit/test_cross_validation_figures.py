@@ -24,7 +24,6 @@ from result_samples import (
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings, figures, overview
 from ajgdata.experiments.cross_validation.figures import (
-    MAX_VECTOR_POINTS,
     group_by_true_value,
     prediction_caption,
     prediction_figure,
@@ -33,6 +32,7 @@ from ajgdata.experiments.cross_validation.figures import (
 from ajgdata.experiments.cross_validation.results import models_of
 from ajgdata.report.canvas import COLOURS, encode, styled
 from ajgdata.report.format import Score
+from ajgdata.report.plots import MAX_VECTOR_POINTS
 from ajgdata.types import Level
 
 

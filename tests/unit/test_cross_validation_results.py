@@ -1,5 +1,7 @@
 """Results of cross-validation read back, as rows and tables, and beside the paper."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from result_samples import (
@@ -274,6 +276,13 @@ def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, fla
     assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
     told = {True: "; from silence flagged", False: "; from silence not flagged", None: "elsewhere"}
     assert row.result.endswith(told[flagged])
+
+
+def test_silence_of_another_task_says_nothing():
+    paper = paper_figure("lesson", None, metric="lesson")
+    other = dataclasses.replace(silence(cnn=True), task="other")
+    (row,) = beside(sizes(papers={"known": paper}), lambda *where: other)
+    assert "silence" not in row.result
 
 
 def test_baselines_compare_the_baseline_and_name_the_best():
