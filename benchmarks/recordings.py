@@ -81,13 +81,15 @@ def main(
             store = features_of(project, name, source)
             spec = read_dataset(project, name)
             for task in spec.tasks:
-                for row in evaluated(store, spec.evaluation(task), spec.tasks[task].models, seeds):
+                for row in evaluated(
+                    store, spec.task_settings(task), spec.tasks[task].models, seeds
+                ):
                     table.add_row(name, task, *row)
     console.print(table)
 
 
 def evaluated(store: Shard, task: dict, models: tuple[str, ...], seeds: int) -> list[list[str]]:
-    """TaskData of the table for one task."""
+    """Return the rows of the table for one task."""
     kind = task["kind"]
     X, y, groups, _ = task_data(store, task["target"], kind, task["groups"])
     folds = min(task["folds"], len(np.unique(groups)))

@@ -196,9 +196,9 @@ class Experiment:
 
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
     together, `training_cost` is what training the paper's model costs. `measure(inputs, settings,
-    model)` raises ValueError for a task that lacks what it needs. The settings model's `test_on`, if it has one, names further data sets; its
-    `models`, if `by_model`, are measured in jobs of their own. `check(settings, kind, features)`
-    raises ValueError for
+    model)` raises ValueError for a task that lacks what it needs. The settings model's `test_on`,
+    if it has one, names further data sets; its `models`, if `by_model`, are measured in jobs of
+    their own. `check(settings, kind, features)` raises ValueError for
     settings that the task cannot have.
     """
 

@@ -7,17 +7,28 @@ nothing of the object (see `evaluate.shortcut_test`).
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, score_table
-from ajgdata.experiments.cross_validation import GROUPED, elsewhere, evaluate
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, Result, TaskResults, score_table
+from ajgdata.experiments.cross_validation import evaluate
+from ajgdata.experiments.cross_validation.results import (
+    GROUPED,
+    elsewhere,
+    metric_axis,
+    metric_name,
+    shown_score,
+)
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.format import Caption, Score, number, with_unit
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    pass
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 TEST_COLUMNS = {
     "data_set": "Data set", "measure": "Measure", "value": "Value", "null": "By chance",
@@ -98,11 +109,135 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     )
 
 
+class Played(NamedTuple):
+    """Errors of a model on a data set in which something is played: score, and that of chance."""
+
+    title: str
+    score: Score
+    chance: float
+
+
+def played(results: TaskResults, result: Result) -> list[Played]:
+    """Return the errors at home, then on the other data sets in which something is played."""
+    table = result.tables["errors"]
+    columns = (table.numbers(key) for key in ("mean", "sd", "chance"))
+    titles = [
+        results.others[str(name)].title if name else results.dataset_title
+        for name in table.column("data_set")
+    ]
+    return [
+        Played(title, Score(float(mean), float(sd)), float(chance))
+        for title, mean, sd, chance in zip(titles, *columns, strict=True)
+    ]
+
+
+def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
+    """Return the tests on silence, rows of the table `silence`, each with its model's result."""
+    return [(result, row) for result in results.results for row in result.tables["silence"].rows]
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return errors where models were trained and elsewhere, and what is left in silence."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+
+    drawn = new_figure(
+        (WIDTH_IN, 3.9),
+        f"{results.title} · what is learned?",
+        f"{metric_name(results)}, mean ± sd over {results.results[0].about['folds']} folds, "
+        "and dependence on the truth of what is predicted from silence",
+        [results.source],
+    )
+    left, right = drawn.subplots(1, 2, width_ratios=(3, 2))
+    _errors(left, results)
+    _silence(right, results)
+    drawn.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+    return drawn
+
+
+def _errors(axes: Axes, results: TaskResults) -> None:
+    """Draw a group of bars for each model, one bar for each data set."""
+    from ajgdata.report.canvas import COLOURS, GREY
+
+    models = [played(results, result) for result in results.results]
+    width = 0.8 / len(models[0])
+    for i, other in enumerate(models[0]):
+        title = f"{'on' if i else 'held out of'} {other.title}"
+        place = np.arange(len(models)) + (i - (len(models[0]) - 1) / 2) * width
+        mean = [results.scale * model[i].score.mean for model in models]
+        sd = [results.scale * model[i].score.sd for model in models]
+        whiskers = {"lw": 1, "capsize": 2, "ecolor": "#333333"}
+        style: dict[str, Any] = {"color": COLOURS[i], "label": title, "error_kw": whiskers}
+        axes.bar(place, mean, 0.9 * width, yerr=sd, **style)
+    chance = results.scale * models[0][0].chance
+    axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")
+    axes.set_xticks(range(len(models)), [result.label for result in results.results])
+    axes.grid(False, axis="x")
+    axes.set_ylabel(metric_axis(results))
+
+
+def _silence(axes: Axes, results: TaskResults) -> None:
+    """Draw a bar for each model, in another colour if it is flagged, and chance across it."""
+    from ajgdata.report.canvas import COLOURS, GREY
+
+    tests = tests_of(results)
+    colours = [COLOURS[3] if row["flagged"] else COLOURS[2] for _, row in tests]
+    axes.bar(range(len(tests)), [row["value"] for _, row in tests], 0.6, color=colours)
+    null, place = [row["null"] for _, row in tests], np.arange(len(tests))
+    axes.hlines(null, place - 0.4, place + 0.4, color=GREY, ls=":")
+    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+    for x, (_, row) in enumerate(tests):
+        text = f"{'flagged' if row['flagged'] else 'not flagged'}\np = {number(row['p'], 2)}"
+        axes.annotate(text, (x, max(row["value"], row["null"])), (0, 3), **style)
+    axes.set_xticks(range(len(tests)), [result.label for result, _ in tests])
+    axes.grid(False, axis="x")
+    axes.margins(y=0.25)
+    axes.set_ylim(bottom=0)
+    axes.set_ylabel(f"{tests[0][1]['measure']}, speaker silent")
+
+
+def _verdict(results: TaskResults, result: Result, row: dict) -> str:
+    """Return whether a model is flagged, in a sentence."""
+    found = f"{row['measure']} with the truth {number(row['value'], 2)}"
+    by_chance = f"{number(row['null'], 2)} with labels exchanged, p = {number(row['p'], 2)}"
+    flagged = "flagged: it has learned a sound that is not the object's"
+    verdict = flagged if row["flagged"] else "not flagged"
+    title = results.others[row["data_set"]].title
+    return f"{result.label} on {title}: {found}, {by_chance}: {verdict}."
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    listed = []
+    for result in results.results:
+        home, *others = played(results, result)
+        told = (f", {shown_score(results, one.score)} on {one.title}" for one in others)
+        listed.append(f"{result.label}: {shown_score(results, home.score)}{''.join(told)}")
+    verdicts = " ".join(_verdict(results, *test) for test in tests_of(results))
+    period = ""
+    if results.period_deg is not None:
+        way = with_unit(number(results.period_deg), "°")
+        period = f" Errors are the shortest way round of {way}."
+    return Caption(
+        f"Left: models of {results.title} on grasps held out of their own data set and on the "
+        f"same grasps elsewhere. Right: recordings with the speaker silent hold nothing of the "
+        f"object; dotted: chance, labels of grasps exchanged. {verdicts}{period}",
+        f"{metric_name(results)} in several conditions. {'; '.join(listed)}. {verdicts}",
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the one figure of all models."""
+    if not results.results:
+        return []
+    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+
+
 EXPERIMENT = Experiment(
     name="shortcut",
     title="Shortcut",
     settings=Settings,
     measure=measure,
-    figures=lambda results: (),
+    figures=figures,
     by_model=True,
+    order=15,
 )

@@ -26,7 +26,7 @@ from ajgdata.store.sessions import audio_path, inside, read_dataset, read_record
 from ajgdata.types import DataError, DatasetSpec, Session
 
 if TYPE_CHECKING:
-    from ajgdata.report.content import DatasetSummary
+    from ajgdata.report.report_data import DatasetSummary
 
 VERSION = re.compile(r"\d+\.\d+\.\d+")
 #: Nobody of a recorded data set was named: the people who can be asked are whoever hands it on.
@@ -223,7 +223,7 @@ def _describe(
     from ajgdata.pipeline.report import summary
     from ajgdata.report import card
     from ajgdata.report.canvas import encode
-    from ajgdata.report.figures import spectra_figure
+    from ajgdata.report.spectra import spectra_figure
 
     told = summary(paths, spec, store)
     about = About(

@@ -15,8 +15,8 @@ from matplotlib.ticker import MaxNLocator
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
-from ajgdata.report.content import DatasetSummary
 from ajgdata.report.format import number, value, words
+from ajgdata.report.report_data import DatasetSummary
 from ajgdata.store.files import read_text
 from ajgdata.store.publishing.about import CC0_FILE, TOPICS, About
 from ajgdata.store.publishing.examples import examples

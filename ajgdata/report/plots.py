@@ -1,4 +1,4 @@
-"""What the figures of the studies share: looks of lines, columns as numbers, plain ticks."""
+"""What figures share: looks of lines, columns as numbers, plain ticks."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from ajgdata.types.table import Table
 
 GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 MARKERS = "osD^vP*"
+#: More points than this are drawn as pixels also in vector files.
+MAX_VECTOR_POINTS = 3000
 
 
 def look(index: int) -> dict[str, Any]:

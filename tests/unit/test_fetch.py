@@ -28,13 +28,14 @@ from typer.testing import CliRunner
 from worlds import Project
 
 from ajgdata.cli import app
+from ajgdata.experiments import cross_validation
+from ajgdata.experiments.base import Inputs
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.evaluate import evaluate_task
 from ajgdata.pipeline.fetch import fetch, folder_sums
 from ajgdata.pipeline.plan import plan
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
-from ajgdata.store.files import read_csv, read_json
+from ajgdata.store.files import read_csv
 from ajgdata.store.publishing.download import CHUNK_BYTES
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
@@ -101,17 +102,13 @@ def address(server) -> str:
     return f"http://127.0.0.1:{server.server_address[1]}"
 
 
-def metrics(project: Project, name: str = "d") -> dict:
-    """Metrics of the declared task, without who made them."""
-    paths = project.paths
-    spec = read_dataset(paths, name)
-    settings = {k: v for k, v in spec.evaluation("edge").items() if k != "test_on"}
-    outputs = {
-        what: getattr(paths, what)("d", "edge", "knn")
-        for what in ("metrics", "cost", "predictions")
-    }
-    evaluate_task(store=paths.features("d"), model="knn", seed=0, **settings, **outputs)
-    return read_json(paths.metrics("d", "edge", "knn"))
+def metrics(project: Project, name: str = "d") -> tuple:
+    """Errors and predictions of the declared task, and what is told of the features."""
+    settings = read_dataset(project.paths, name).task_settings("edge")
+    store = read_store(project.paths.features("d"))
+    inputs = Inputs("d", "edge", **settings, seed=0, store=store)
+    outcome = cross_validation.measure(inputs, cross_validation.Settings(), "knn")
+    return outcome.tables, outcome.about, dict(store.attrs)
 
 
 def test_the_same_features_and_metrics_on_another_machine(world, server, elsewhere):

@@ -1,6 +1,5 @@
 """What `import ajgdata` gives, against what is on disk and what the evaluation did."""
 
-import csv
 import sys
 
 import numpy as np
@@ -9,8 +8,10 @@ import xarray as xr
 from worlds import RATE_HZ, tone, write_tone
 
 import ajgdata
-from ajgdata.pipeline.evaluate import evaluate_task
+from ajgdata.experiments import cross_validation
+from ajgdata.experiments.base import Inputs
 from ajgdata.store.audio import AudioError, read_audio, resample, write_pcm24
+from ajgdata.store.features import read_store
 from ajgdata.types import AudioSettings, DataError, Recording
 
 #: One step of 24 bits: what writing a recording may change.
@@ -179,23 +180,14 @@ def evaluated(project):
 @pytest.mark.parametrize(("task", "seed"), [("size", 0), ("size", 5), ("what", 0)])
 def test_splits_are_the_folds_of_the_evaluation(evaluated, task, seed):
     loaded = ajgdata.load_dataset("d", evaluated.root)
-    table = evaluated.root / "predictions.csv"
-    arguments = loaded.spec.evaluation(task)
-    arguments.pop("test_on")
-    evaluate_task(
-        evaluated.paths.features("d"),
-        **arguments,
-        model="knn",
-        seed=seed,
-        metrics=evaluated.root / "metrics.json",
-        cost=evaluated.root / "cost.json",
-        predictions=table,
-    )
-    with table.open(newline="") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["split"] == "grouped"]
-    tested = [
-        {r["recording"] for r in rows if r["fold"] == f} for f in sorted({r["fold"] for r in rows})
-    ]
+    inputs = Inputs(
+        "d", task, **loaded.spec.task_settings(task), seed=seed,
+        store=read_store(evaluated.paths.features("d")),
+    )  # fmt: skip
+    outcome = cross_validation.measure(inputs, cross_validation.Settings(), "knn")
+    (predictions,) = (table for table in outcome.tables if table.name == "predictions")
+    folds = predictions.where(split="grouped").parted("fold")
+    tested = [set(folds[fold].column("recording")) for fold in sorted(folds)]
     assert len(tested) == {"size": 3, "what": 4}[task]  # as many folds as groups at most
     everything = set().union(*tested)
     assert len(loaded.folds(task, seed)) == len(tested)

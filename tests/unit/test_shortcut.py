@@ -1,13 +1,20 @@
 """Models asked about recordings with the speaker silent: what is measured, shown and refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from pydantic import ValidationError
+from result_samples import sizes
 from test_cross_validation import KINDS, inputs, score, store
 
 from ajgdata.experiments import cross_validation, shortcut
-from ajgdata.experiments.shortcut import Settings
+from ajgdata.experiments.base import Other, Result, TaskResults
+from ajgdata.experiments.shortcut import TEST_COLUMNS, Settings
+from ajgdata.report.canvas import draw
 from ajgdata.store.features import Shard, text_column
+from ajgdata.types.table import table_of
 
 
 def elsewhere(*, quiet: bool) -> Shard:
@@ -68,3 +75,53 @@ def test_settings_that_leave_nothing_silent_are_refused():
     with pytest.raises(ValidationError, match="no data set is left that is silent"):
         Settings(test_on=("a",), sounding=("a",))
     assert Settings(test_on=("a", "b"), sounding=("a",)).silent == ("b",)
+
+
+def silence(**flagged: bool) -> TaskResults:
+    """Results of models by name, flagged or not; the bar's data set is not silent."""
+    results = []
+    for model, flag in flagged.items():
+        value, p = (0.8, 0.001) if flag else (0.1, 0.7)
+        test = ("quiet", "rank correlation", value, 0.2, 999, p, flag)
+        rows = [dict(zip(TEST_COLUMNS, test, strict=True))]
+        errors = [
+            {"data_set": "", "mean": 2.2, "sd": 0.3, "chance": 8.2},
+            {"data_set": "bar", "mean": 20.0, "sd": 1.0, "chance": 9.0},
+        ]
+        tables = {
+            "silence": table_of("silence", "", rows, **TEST_COLUMNS),
+            "errors": table_of("errors", "", errors, **{key: key for key in errors[0]}),
+        }
+        results.append(Result(model, model, {"folds": 2}, tables, {}))
+    return sizes(
+        results=tuple(results), experiment="shortcut", papers={},
+        settings=Settings(test_on=("bar", "quiet"), sounding=("bar",)),
+        others={"bar": Other("Bar turned"), "quiet": Other("Silence")},
+    )  # fmt: skip
+
+
+def test_a_model_that_knows_the_answer_in_silence_is_shown_as_flagged():
+    task = silence(cnn=True, knn=False)
+    (one,) = shortcut.EXPERIMENT.figures(task)
+    assert one.name == "shortcut--size--edge"
+    figure = draw(one)
+    left, right = figure.axes
+    assert [bar.get_height() for bar in right.patches] == [0.8, 0.1]
+    # not what silence gives
+    assert [bar.get_height() for bar in left.patches] == [2.2, 2.2, 20, 20]
+    assert left.get_ylabel() == "RMSE (mm)" and right.get_ylabel().startswith("rank correlation")
+    labels = left.get_legend_handles_labels()[1]
+    assert set(labels) == {"held out of Cube size", "on Bar turned", "chance"}
+    texts = {text.get_text() for text in figure.findobj(Text)}
+    assert {"flagged\np = 0.001", "not flagged\np = 0.7", "simulated"} <= texts
+    assert "cnn on Silence: rank correlation with the truth 0.8" in one.caption.text
+    assert "p = 0.001: flagged: it has learned" in one.caption.text
+    assert "p = 0.7: not flagged." in one.caption.text
+    assert "cnn: 2.20 ± 0.30 mm, 20.0 ± 1.0 mm on Bar turned; knn: 2.20" in one.caption.alt
+    assert "shortest way round" not in one.caption.text
+    turned = dataclasses.replace(task, period_deg=180.0)
+    assert "the shortest way round of 180°" in shortcut.caption(turned).text
+
+
+def test_models_that_could_not_be_tested_have_no_figure():
+    assert shortcut.EXPERIMENT.figures(silence()) == []

@@ -19,7 +19,7 @@ from ajgdata.report.render import draw_figures, picture
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.store.provenance import code_digest
-from ajgdata.store.tables import read_tables, write_tables
+from ajgdata.store.tables import plain, read_tables, write_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
 
@@ -290,3 +290,8 @@ def test_the_settings_know_every_page():
     pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
     assert pages["items"]["enum"] == [ABLATIONS_PAGE, GALLERY, *STUDIES]
     assert {*pages["items"]["enum"], EMBEDDING} == set(LEADS)
+
+
+def test_nested_content_becomes_what_json_has():
+    value = {"a": (np.float64("nan"), np.int64(3)), 2: [np.inf, np.str_("x"), None, True]}
+    assert plain(value) == {"a": [None, 3], "2": [None, "x", None, True]}

@@ -19,18 +19,26 @@ from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Outcome,
+    TaskResults,
     fold_scores,
     score_table,
 )
+from ajgdata.experiments.cross_validation import shown
+from ajgdata.experiments.cross_validation.results import (
+    GROUPED,
+    OVERALL,
+    RANDOM,
+    WITHHELD,
+    elsewhere,
+    paper_model_cost,
+)
+from ajgdata.report.blocks import Illustration
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores, Tested
 
-GROUPED, RANDOM = "grouped", "random"
-WITHHELD = "withheld"  #: part of the recordings that no fold trains on
-OVERALL = "overall"  #: known and withheld recordings together
 MAX_VALUES = 50  #: a target with more distinct values is continuous: no table by value
 PREDICTION_COLUMNS = {
     "recording": "Recording", "split": "Split", "fold": "Fold", "y_true": "Truth",
@@ -54,11 +62,6 @@ class Settings(Strict):
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
     )
-
-
-def elsewhere(dataset: str) -> str:
-    """Return the part of the results that is of another data set."""
-    return f"on:{dataset}"
 
 
 class Evaluation(NamedTuple):
@@ -193,11 +196,32 @@ def _cost_tables(model: str, splits: Mapping[str, CrossValidation]) -> tuple[Tab
     return score_table(measured, "Cost"), table_of("train_s_per_fold", title, times, **columns)
 
 
+def _figures(results: TaskResults) -> Iterable[Illustration]:
+    """Return the figures of one task."""
+    from ajgdata.experiments.cross_validation.figures import illustrations  # matplotlib
+
+    return illustrations(results)
+
+
+def _across(results: Sequence[TaskResults]) -> Iterable[Illustration]:
+    """Return the figures of all tasks together."""
+    from ajgdata.experiments.cross_validation.overview import illustrations  # matplotlib
+
+    return illustrations(results)
+
+
 EXPERIMENT = Experiment(
     name="cross_validation",
     title="Cross-validation",
     settings=Settings,
     measure=measure,
-    figures=lambda results: (),
+    figures=_figures,
+    tables=shown.tables,
+    rows=shown.rows,
+    summary=shown.summary,
+    paper_comparison=shown.paper_comparison,
+    across=_across,
+    training_cost=paper_model_cost,
+    order=1,
     by_model=True,
 )

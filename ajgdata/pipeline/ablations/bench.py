@@ -88,7 +88,7 @@ class Bench:
         return split_withheld(self._stored(dataset, task, elsewhere), withhold)[0]
 
     def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
-        asked = read_dataset(self.paths, dataset).evaluation(task)
+        asked = read_dataset(self.paths, dataset).task_settings(task)
         store = read_store(self.paths.merged(elsewhere or dataset))
         rows = task_data(store, asked["target"], asked["kind"], "grasp_id")
         return rows.where(np.argsort(rows.name))

@@ -1,0 +1,256 @@
+"""Errors, cost and predictions of cross-validation, read back from its tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ajgdata.experiments.base import METRIC_NAMES, SCORES, Result, TaskResults
+from ajgdata.report import comparison
+from ajgdata.report.format import Score, mean_sd, words
+from ajgdata.report.paper import PaperFigure
+from ajgdata.types import Level
+
+GROUPED, RANDOM = "grouped", "random"
+WITHHELD = "withheld"  #: part of the recordings that no fold trains on
+OVERALL = "overall"  #: known and withheld recordings together
+#: The paper's name for what is told of these parts.
+PAPER_PARTS = {GROUPED: "known", WITHHELD: "unknown", OVERALL: "overall"}
+#: The paper's own model, where a task has it.
+PAPER_MODEL = "cnn"
+
+
+def elsewhere(dataset: str) -> str:
+    """Return the part of the results that is of another data set."""
+    return f"on:{dataset}"
+
+
+class ModelCost(NamedTuple):
+    """What a model cost: s to train all folds, ms to predict one recording alone, peak RSS."""
+
+    train_s: float
+    inference_ms_per_recording: float
+    peak_memory_mb: float
+
+
+@dataclass(frozen=True, eq=False)
+class Predictions:
+    """Held-out predictions, n of each: numbers of a regression, labels (str) of classes."""
+
+    y_true: np.ndarray
+    y_pred: np.ndarray
+    fold: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ModelResult:
+    """One model on one task.
+
+    Raises ValueError for scores that no figure can show: those that are not finite, and a chance
+    that is perfect already.
+    """
+
+    task: TaskResults
+    result: Result
+
+    def __post_init__(self) -> None:
+        where = f"{self.task.dataset}/{self.task.task}/{self.result.model}"
+        for score in (self.score(), self.random):
+            if score and not (math.isfinite(score.mean) and math.isfinite(score.sd)):
+                raise ValueError(f"{where}: {self.task.metric} is {score.mean} ± {score.sd}")
+        chance = self.chance()
+        if self.task.kind == "regression" and not 0 < chance < math.inf:
+            raise ValueError(f"{where}: chance RMSE is {chance}: is the target constant?")
+        if self.task.kind == "classification" and not 0 <= chance < 1:
+            raise ValueError(f"{where}: chance accuracy is {chance}: is there one class?")
+
+    @property
+    def label(self) -> str:
+        """Return the model's name for people."""
+        return self.result.label
+
+    @cached_property
+    def _scores(self) -> Mapping[tuple[str, str], Mapping[str, float]]:
+        """Return values by statistic, for each part and metric; a missing one is NaN."""
+        found: dict[tuple[str, str], dict[str, float]] = {}
+        table = self.result.tables[SCORES]
+        for row, value in zip(table.rows, table.numbers("value"), strict=True):
+            one = found.setdefault((str(row["part"]), str(row["metric"])), {})
+            one[str(row["statistic"])] = float(value)
+        return found
+
+    @property
+    def metrics(self) -> dict[str, Score]:
+        """Return every metric of the grouped split."""
+        return {m: self.score(part, m) for part, m in self._scores if part == GROUPED}
+
+    def has(self, part: str) -> bool:
+        """Return whether a part was evaluated."""
+        return (part, self.task.metric) in self._scores
+
+    def score(self, part: str = GROUPED, metric: str = "") -> Score:
+        """Return a metric, by default the one that is read first, of a part.
+
+        Raises ValueError for a part, or a metric, that was not evaluated.
+        """
+        name = metric or self.task.metric
+        if (part, name) not in self._scores:
+            raise ValueError(f"{self.task.title}: no {name} of {part!r} by {self.label}")
+        values = self._scores[part, name]
+        folds = tuple(v for statistic, v in values.items() if statistic.startswith("fold "))
+        return Score(values["mean"], values["sd"], folds)
+
+    @property
+    def random(self) -> Score | None:
+        """Return the score of a split that ignores the groups, if there is one."""
+        return self.score(RANDOM) if self.has(RANDOM) else None
+
+    def chance(self, part: str = GROUPED) -> float:
+        """Return the metric that is read first of a guess that ignores the sound; NaN if untold."""
+        return self._scores[part, self.task.metric].get("chance", math.nan)
+
+    def normalise(self, score: Score) -> Score:
+        """Return a score as an error that tasks can share: 0 is perfect, 1 is chance.
+
+        RMSE / chance RMSE, or (1 - accuracy) / (1 - chance accuracy).
+        """
+        if self.task.kind == "regression":
+            scale, offset = 1 / self.chance(), 0.0
+        else:
+            scale, offset = -1 / (1 - self.chance()), 1 / (1 - self.chance())
+        folds = tuple(offset + scale * value for value in score.per_fold)
+        return Score(offset + scale * score.mean, abs(scale) * score.sd, folds)
+
+    @property
+    def error(self) -> Score:
+        """Return the normalised error of the grouped split."""
+        return self.normalise(self.score())
+
+    @cached_property
+    def cost(self) -> ModelCost:
+        """Return what training and predicting cost on the grouped split."""
+        rows = self.result.cost[SCORES].where(part=f"cost of {GROUPED}").rows
+        measured = {str(row["metric"]): float(row["value"] or 0) for row in rows}
+        return ModelCost(measured["train_s"], 1e3 * measured["latency_s"], measured["peak_rss_mb"])
+
+    def count(self, what: str, part: str = GROUPED) -> int:
+        """Return the number of `recordings`, `groups` or `folds` of a part."""
+        return int(self.result.about["parts"][part][what])
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Return the classes, none of a regression."""
+        return tuple(map(str, self.result.about["classes"]))
+
+    def predictions(self, part: str = GROUPED) -> Predictions:
+        """Return what was predicted of a part.
+
+        Of a target with a period predictions are given at the repetition nearest to the truth:
+        means and axes then make sense.
+        """
+        from ajgdata.evaluate.metrics import wrapped
+
+        table = self.result.tables["predictions"].where(split=part)
+        fold = np.asarray(table.column("fold"), int)
+        if self.task.kind == "classification":
+            labels = [np.asarray(table.column(key), np.str_) for key in ("y_true", "y_pred")]
+            return Predictions(labels[0], labels[1], fold)
+        true, predicted = table.numbers("y_true"), table.numbers("y_pred")
+        if self.task.period_deg:
+            predicted = true + wrapped(predicted - true, self.task.period_deg)
+        return Predictions(true, predicted, fold)
+
+    @property
+    def tested_on(self) -> tuple[str, ...]:
+        """Return the other data sets that the folds' models were tested on."""
+        return tuple(self.task.settings.test_on)
+
+    def levels(self) -> list[tuple[Level, Score]]:
+        """Return the score at each level that was tested, in rising order."""
+        tested = [(self.task.level, self.score())]
+        for name in self.tested_on:
+            tested.append((self.task.others[name].level, self.score(elsewhere(name))))
+        known = [(level, score) for level, score in tested if level is not None]
+        return sorted(known, key=lambda one: one[0].value)
+
+    @property
+    def parts(self) -> list[tuple[str, PaperFigure | None]]:
+        """Return the parts that were tested, the grouped split first, with the paper's figures."""
+        named = [(part, self.task.papers.get(p)) for part, p in PAPER_PARTS.items()]
+        named += [(elsewhere(name), self.task.papers.get(name)) for name in self.tested_on]
+        return [(part, paper) for part, paper in named if self.has(part)]
+
+    def shown(self, score: Score | None = None) -> str:
+        """Return the score of the grouped split, or another in the same terms, with its unit."""
+        return shown_score(self.task, self.score() if score is None else score)
+
+    @property
+    def shown_chance(self) -> str:
+        """Return the score of a guess that ignores the sound, with its unit."""
+        return self.shown(Score(self.chance(), 0.0))
+
+
+def models_of(results: TaskResults) -> tuple[ModelResult, ...]:
+    """Return the models of a task in the order in which it names them."""
+    return tuple(ModelResult(results, result) for result in results.results)
+
+
+def best_of(models: tuple[ModelResult, ...]) -> ModelResult:
+    """Return the model of lowest error; of equals, the first."""
+    return min(models, key=lambda model: model.error.mean)
+
+
+def close_to_best(models: tuple[ModelResult, ...]) -> list[ModelResult]:
+    """Return the best model, and those whose error is within its standard deviation of it."""
+    top = best_of(models).error
+    return [m for m in models if m.error.mean <= top.mean + max(top.sd, 0)]
+
+
+def score_of(results: TaskResults, model: str, part: str = GROUPED, metric: str = "") -> Score:
+    """Return a metric of a part by a model; see `ModelResult.score`.
+
+    Raises ValueError for what was not evaluated.
+    """
+    found = [result for result in results.results if result.model == model]
+    if not found:
+        raise ValueError(f"{results.title}: {model} was not evaluated")
+    return ModelResult(results, found[0]).score(part, metric)
+
+
+def paper_model(results: TaskResults) -> ModelResult | None:
+    """Return the paper's own model, if the task has it."""
+    found = (result for result in results.results if result.model == PAPER_MODEL)
+    return next((ModelResult(results, result) for result in found), None)
+
+
+def paper_model_cost(results: TaskResults) -> comparison.Cost | None:
+    """Return what the paper's own model cost, if the task has it."""
+    model = paper_model(results)
+    return None if model is None else comparison.Cost(*model.cost[:2])
+
+
+def metric_name(results: TaskResults) -> str:
+    """Return the metric that is read first as a reader says it: `RMSE` or `accuracy`."""
+    return METRIC_NAMES[results.metric]
+
+
+def metric_axis(results: TaskResults) -> str:
+    """Return the metric that is read first with its unit, as the label of an axis."""
+    unit = results.shown_unit
+    return f"{metric_name(results)} ({unit})" if unit else metric_name(results)
+
+
+def shown_score(results: TaskResults, score: Score) -> str:
+    """Return a score of the metric that is read first with its unit: `2.63 ± 0.21 mm`."""
+    return mean_sd(score, results.shown_unit, results.scale)
+
+
+def quantity(results: TaskResults) -> str:
+    """Return the target without the unit in its name: `edge_mm` -> `edge`."""
+    suffix = "deg" if results.unit == "°" else results.unit
+    return words(results.target.removesuffix(f"_{suffix}"))

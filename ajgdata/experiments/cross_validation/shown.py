@@ -1,0 +1,198 @@
+"""Cross-validation in words: rows of the table of results, tables, and what the paper says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ajgdata.experiments.base import Lookup, TaskResults
+from ajgdata.experiments.cross_validation.results import (
+    GROUPED,
+    OVERALL,
+    WITHHELD,
+    ModelResult,
+    best_of,
+    close_to_best,
+    elsewhere,
+    metric_name,
+    models_of,
+    paper_model,
+)
+from ajgdata.report.blocks import ResultRow, ShownTable
+from ajgdata.report.comparison import (
+    NEAR_CHANCE,
+    UNTOLD,
+    YES,
+    Cost,
+    PaperComparison,
+    agreement,
+    holds,
+    together,
+)
+from ajgdata.report.format import Score, mean_sd, number, words
+from ajgdata.report.paper import PaperFigure
+
+#: The model whose figure the paper gives among its baselines.
+BASELINE, BASELINES = "knn", "baselines"
+#: Figures without a number: what a model that works at home fails at.
+FAILS = ("limit", "lesson")
+WORKS = "no: it works"
+#: Where the paper also counts the classes that are told this well.
+COUNTED, WELL = "ycb", 0.9
+
+
+def part_label(results: TaskResults, part: str) -> str:
+    """Return what a further part of a task is."""
+    told = {
+        WITHHELD: "values withheld from training",
+        OVERALL: "known and withheld values together",
+    }
+    tested = {elsewhere(name): f"tested on {o.title}" for name, o in results.others.items()}
+    return (told | tested)[part]
+
+
+def rows(results: TaskResults) -> Iterator[ResultRow]:
+    """Yield a row for each model on the grouped split, then on each further part."""
+    models = models_of(results)
+    close = close_to_best(models) if models else []
+    for model in models:
+        train_s, inference_ms, memory_mb = map(number, model.cost)
+        yield ResultRow(
+            model.label, metric_name(results), model.shown(), model.shown_chance,
+            train_s, inference_ms, memory_mb, best=model in close,
+            paper=results.papers.get("known"),
+        )  # fmt: skip
+    for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
+        name = {WITHHELD: "unknown"}.get(part, part.removeprefix("on:"))
+        for model in models:
+            yield ResultRow(
+                model.label,
+                f"{metric_name(results)}, {words(name)}",
+                model.shown(model.score(part)),
+                model.shown(Score(model.chance(part), 0.0)),
+                part=f"{words(results.task)}, {part_label(results, part)}",
+                paper=dict(model.parts)[part],
+            )
+
+
+def summary(results: TaskResults) -> str:
+    """Return what was evaluated, and which model is best, in two sentences."""
+    models = models_of(results)
+    if not models:
+        return ""
+    first, top = models[0], best_of(models)
+    unit = f" in {results.unit}" if results.unit else ""
+    counts = f"{first.count('recordings'):,} recordings in {first.count('groups'):,} groups"
+    near = ", ".join(m.label for m in close_to_best(models) if m is not top)
+    near = f"; within its standard deviation: {near}" if near else ""
+    return (
+        f"{results.kind.capitalize()} of {results.target}{unit} from {counts} "
+        f"({results.groups}), {first.count('folds')} folds. "
+        f"Lowest error: {top.label}, {metric_name(results)} {top.shown()}{near}."
+    )
+
+
+def tables(results: TaskResults) -> Iterator[ShownTable]:
+    """Yield the best model's errors value by value, and all metrics fold by fold."""
+    models = models_of(results)
+    if not models:
+        return
+    top, unit = best_of(models), results.unit
+    if values := top.result.tables["by_value"].rows:
+        yield ShownTable(
+            f"Errors{f' in {unit}' if unit else ''} at each value of {words(results.target)}; "
+            "bias: mean of prediction minus truth.",
+            ("Value", "Trained on", "Recordings|", "RMSE|", "MAE|", "Bias|"),
+            tuple(_value_cells(row) for row in values),
+            f"{top.label}, value by value",
+        )
+    folds = (f"Fold {fold + 1}|" for fold in range(models[0].count("folds")))
+    yield ShownTable(
+        f"Shares such as accuracy lie between 0 and 1{f'; errors are in {unit}' if unit else ''}.",
+        ("Model", "Metric", "Mean ± sd|", *folds),
+        tuple(
+            (model.label, words(name), mean_sd(score), *map(number, score.per_fold))
+            for model in models
+            for name, score in model.metrics.items()
+        ),
+        "All metrics, fold by fold",
+    )
+
+
+def _value_cells(row: dict) -> tuple[str, ...]:
+    errors = (number(row[key]) for key in ("rmse", "mae", "bias"))
+    trained = "no: withheld" if row["withheld"] else "yes"
+    return number(row["value"]), trained, str(row["recordings"]), *errors
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield known, unknown and overall values, and other data sets, by the paper's model."""
+    models = models_of(results)
+    if not models:
+        return
+    first = paper_model(results) or models[0]
+    baseline = next((m for m in models if m.result.model == BASELINE), None)
+    for part, paper in first.parts:
+        if paper is None or paper.text == NEAR_CHANCE:  # which a test decides
+            continue
+        score = first.score(part)
+        if paper.id == BASELINES and baseline:
+            yield _baselines(paper, models, baseline)
+        elif paper.metric in FAILS:
+            yield _failing(paper, first, score, lookup)
+        else:
+            text = first.shown(score)
+            if paper.id == COUNTED:
+                text = f"{text}; {_well_told(first)}"
+            scaled = Score(results.scale * score.mean, results.scale * score.sd)
+            agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
+            yield _row(paper, first, text, agrees)
+
+
+def _row(paper: PaperFigure, model: ModelResult, text: str, agrees: str) -> PaperComparison:
+    task, cost = model.task, Cost(*model.cost[:2])
+    return PaperComparison(
+        paper, task.dataset, task.task, task.source, text, model.label, agrees, cost
+    )
+
+
+def _well_told(model: ModelResult) -> str:
+    """Return `7 of 16 classes at 90 % or more`, of the recordings held out in all folds."""
+    held_out = model.predictions(GROUPED)
+    true, predicted = held_out.y_true, held_out.y_pred
+    shares = [np.mean(predicted[true == one] == one) for one in np.unique(true)]
+    return f"{sum(share >= WELL for share in shares)} of {len(shares)} classes at 90 % or more"
+
+
+def _failing(
+    paper: PaperFigure, model: ModelResult, there: Score, lookup: Lookup
+) -> PaperComparison:
+    """Return a model where it was trained and where it fails, and what silence says of it."""
+    worse = model.normalise(there).mean - model.error.mean
+    verdicts = {holds(Score(worse, model.error.sd), WORKS)}
+    text = f"{model.shown()} where it was trained, {model.shown(there)} elsewhere"
+    flags = _flags(model, lookup)
+    if flags:
+        verdicts.add(YES if any(flags) else "no: not flagged")
+        text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
+    return _row(paper, model, text, together(verdicts))
+
+
+def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
+    """Return whether the test on silence flags the model, for each data set that it is asked."""
+    where = model.task.dataset, model.task.task
+    test = lookup("shortcut", *where)
+    there = test is not None and (test.dataset, test.task) == where
+    tested = (r for r in (test.results if there else ()) if r.model == model.result.model)
+    return [bool(flag) for one in tested for flag in one.tables["silence"].column("flagged")]
+
+
+def _baselines(
+    paper: PaperFigure, models: tuple[ModelResult, ...], baseline: ModelResult
+) -> PaperComparison:
+    """Return k-NN beside the paper's, and which model is best of all."""
+    score, best = baseline.score(), best_of(models)
+    scaled = Score(100 * score.mean, 100 * score.sd)
+    text = f"{baseline.shown()}; best of {len(models)}: {best.label}, {best.shown()}"
+    return _row(paper, baseline, text, agreement(scaled, paper.value or 0.0))

@@ -1,0 +1,311 @@
+"""Results of cross-validation read back, as rows and tables, and beside the paper."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from result_samples import (
+    CLASSES,
+    COST,
+    PAPER,
+    RMSE,
+    SIZES,
+    kind_result,
+    kinds,
+    paper_figure,
+    random_split,
+    size_result,
+    sizes,
+    two_tasks,
+)
+from test_shortcut import silence
+
+from ajgdata.evaluate.metrics import METRICS
+from ajgdata.experiments.base import Other
+from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
+from ajgdata.experiments.cross_validation.results import (
+    metric_axis,
+    models_of,
+    paper_model,
+    paper_model_cost,
+    quantity,
+    score_of,
+    shown_score,
+)
+from ajgdata.report.comparison import LOWER, PARTLY, UNCLEAR, UNTOLD, VAGUE, YES
+from ajgdata.report.format import DASH, Score
+
+
+def first(results):
+    return models_of(results)[0]
+
+
+def nothing(experiment, dataset, task):
+    return None
+
+
+def beside(results, lookup=nothing):
+    return list(EXPERIMENT.paper_comparison(results, lookup))
+
+
+def test_the_metric_that_is_read_first_is_the_one_that_evaluation_puts_first():
+    assert {task.kind: task.metric for task in two_tasks()} == {
+        kind: names[0] for kind, names in METRICS.items()
+    }
+
+
+def test_normalised_error_of_a_regression_is_its_share_of_chance():
+    one = first(sizes(size_result(scores={"rmse": Score(2.0, 0.5, (1.5, 2.5))}, chance=8.0)))
+    assert one.error == (0.25, 0.0625, (0.1875, 0.3125))
+
+
+def test_normalised_error_of_classes_is_the_share_of_avoidable_mistakes():
+    one = first(kinds(kind_result(score=Score(0.85, 0.03, (0.82, 0.88)), chance=0.25)))
+    assert one.error.mean == pytest.approx(0.2, rel=1e-12)
+    assert one.error.sd == pytest.approx(0.04, rel=1e-12)
+    assert one.error.per_fold == pytest.approx((0.24, 0.16), rel=1e-12)
+
+
+@pytest.mark.parametrize("task", two_tasks(), ids=lambda task: task.kind)
+def test_chance_is_one_and_perfect_is_zero(task):
+    one = first(task)
+    perfect = 0.0 if task.kind == "regression" else 1.0
+    assert one.normalise(Score(one.chance(), 0.0)).mean == pytest.approx(1, rel=1e-12)
+    assert one.normalise(Score(perfect, 0.0)).mean == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"chance": 0.0}, "size/edge/cnn: chance RMSE is 0.0"),
+        ({"chance": float("nan")}, "chance RMSE is nan"),
+        ({"scores": {"mae": Score(1.0, 0.1)}}, "no rmse of 'grouped' by CNN"),
+        ({"scores": {"rmse": Score(float("nan"), 0.1)}}, "rmse is nan"),
+        ({"parts": random_split(sd=float("inf"))}, "1.1 ± inf"),
+    ],
+)
+def test_a_result_refuses_what_cannot_be_shown(change, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        models_of(sizes(size_result(**change)))
+
+
+def test_classes_need_a_chance_below_one():
+    with pytest.raises(ValueError, match="is there one class"):
+        models_of(kinds(kind_result(chance=1.0)))
+
+
+def test_scores_are_found_by_model_part_and_metric():
+    task = two_tasks()[0]
+    assert score_of(task, "cnn") == RMSE
+    assert score_of(task, "cnn", "random") == Score(1.1, 0.2)
+    assert score_of(task, "knn", "grouped", "rmse").per_fold == (3.6, 4.4)
+    assert np.isnan(score_of(task, "cnn", metric="r2").mean)
+    for asked, complaint in (
+        (("svm",), "Cube size · edge: svm was not evaluated"),
+        (("knn", "random"), "no rmse of 'random' by k-NN"),
+        (("cnn", "grouped", "accuracy"), "no accuracy of 'grouped' by CNN"),
+    ):
+        with pytest.raises(ValueError, match=complaint):
+            score_of(task, *asked)
+
+
+def test_the_paper_s_model_and_what_it_cost():
+    assert paper_model_cost(sizes()) == COST[:2]
+    assert paper_model(sizes()).shown() == "2.20 ± 0.30 mm"
+    other = sizes(size_result("knn", "k-NN"))
+    assert paper_model(other) is None and paper_model_cost(other) is None
+
+
+def test_scores_and_targets_as_people_write_them():
+    assert shown_score(kinds(), Score(0.856, 0.021)) == "85.6 ± 2.1 %"
+    assert shown_score(sizes(unit="°"), Score(12.6, 3.4)) == "12.6 ± 3.4°"
+    assert metric_axis(sizes()) == "RMSE (mm)" and metric_axis(kinds()) == "accuracy (%)"
+    assert metric_axis(sizes(unit="")) == "RMSE"
+
+
+def test_the_unit_is_not_said_twice():
+    assert quantity(sizes()) == "edge"
+    assert quantity(sizes(target="bar_angle_deg", unit="°")) == "bar angle"
+    assert quantity(sizes(target="edge")) == "edge"
+
+
+def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
+    cnn, knn = EXPERIMENT.rows(two_tasks()[0])
+    assert (cnn.label, cnn.metric, cnn.value, cnn.chance) == (
+        "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm",
+    )  # fmt: skip
+    assert (cnn.train_s, cnn.inference_ms, cnn.peak_memory_mb) == ("3.2", "0.21", "512")
+    assert (knn.train_s, knn.inference_ms, knn.peak_memory_mb) == ("0", "0.05", "128")
+    assert (knn.value, knn.paper, cnn.paper) == ("4.00 ± 0.40 mm", PAPER, PAPER)
+    assert (cnn.best, knn.best, cnn.part) == (True, False, "")
+    (row,) = EXPERIMENT.rows(kinds())
+    assert (row.metric, row.value, row.paper) == ("accuracy", "70.0 ± 5.0 %", None)
+
+
+def test_a_model_within_the_standard_deviation_of_the_best_is_marked_too():
+    near = size_result("knn", "k-NN", scores={"rmse": Score(2.5, 0.1)})
+    far = size_result("svm", "SVM", scores={"rmse": Score(2.51, 0.9)})
+    rows = EXPERIMENT.rows(sizes(far, near, size_result()))
+    assert [row.best for row in rows] == [False, True, True]
+
+
+def with_parts():
+    """A task with withheld values, tested on another data set, with the paper's figures."""
+    parts = {
+        "withheld": ({"rmse": Score(3.5, 0.4)}, 9.0),
+        "overall": ({"rmse": Score(2.4, 0.2)}, float("nan")),
+        "on:size_80dba": ({"rmse": Score(5.0, 1.0)}, 8.5),
+    }
+    values = [(12.0, False, 4, 1.25, None, 1.0, -0.25), (15.0, True, 1, 3.0, 1.0, 2.0, 0.5)]
+    names = ("known", "unknown", "overall", "size_80dba")
+    return sizes(
+        size_result(parts=parts, values=values),
+        settings=Settings(test_on=("size_80dba",)),
+        others={"size_80dba": Other("Sizes at 80 dBA")},
+        papers={name: paper_figure(name.replace("_", "-"), 2.6) for name in names},
+    )
+
+
+def test_further_parts_have_rows_of_their_own_beside_the_paper():
+    rows = list(EXPERIMENT.rows(with_parts()))
+    assert [(r.metric, r.value, r.chance, r.paper.id) for r in rows] == [
+        ("RMSE", "2.20 ± 0.30 mm", "8.2 mm", "known"),
+        ("RMSE, unknown", "3.50 ± 0.40 mm", "9 mm", "unknown"),
+        ("RMSE, overall", "2.40 ± 0.20 mm", DASH, "overall"),
+        ("RMSE, size 80dba", "5.0 ± 1.0 mm", "8.5 mm", "size-80dba"),
+    ]
+    assert [row.part for row in rows] == [
+        "",
+        "edge, values withheld from training",
+        "edge, known and withheld values together",
+        "edge, tested on Sizes at 80 dBA",
+    ]
+    assert {row.train_s for row in rows[1:]} == {""}
+
+
+def test_errors_value_by_value_and_fold_by_fold_are_tables_on_request():
+    by_value, by_fold = EXPERIMENT.tables(with_parts())
+    assert by_value.folded == "CNN, value by value"
+    assert by_value.rows == (
+        ("12", "yes", "4", "1.25", "1", "-0.25"),
+        ("15", "no: withheld", "1", "3", "2", "0.5"),
+    )
+    assert by_value.caption.startswith("Errors in mm at each value of edge mm; bias: mean of")
+    assert by_fold.folded == "All metrics, fold by fold"
+    assert by_fold.heads == ("Model", "Metric", "Mean ± sd|", "Fold 1|", "Fold 2|")
+    assert by_fold.rows == (
+        ("CNN", "rmse", "2.20 ± 0.30", "1.9", "2.5"),
+        ("CNN", "r2", DASH, DASH, DASH),  # undefined in every fold
+    )
+    (table,) = EXPERIMENT.tables(kinds())
+    assert table.rows == (("CNN", "accuracy", "0.700 ± 0.050", "0.65", "0.75"),)
+    assert table.caption == "Shares such as accuracy lie between 0 and 1."
+    assert list(EXPERIMENT.tables(sizes(results=()))) == []
+
+
+def test_a_task_is_summed_up():
+    near = size_result("knn", "k-NN", scores={"rmse": Score(2.5, 0.1)})
+    assert EXPERIMENT.summary(sizes(near, size_result())) == (
+        "Regression of edge_mm in mm from 12 recordings in 6 groups (grasp_id), 2 folds. Lowest "
+        "error: CNN, RMSE 2.20 ± 0.30 mm; within its standard deviation: k-NN."
+    )
+    assert EXPERIMENT.summary(kinds()).endswith("Lowest error: CNN, accuracy 70.0 ± 5.0 %.")
+
+
+def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
+    (row,) = beside(two_tasks()[0])
+    assert (row.paper, row.model, row.result, row.agrees) == (PAPER, "CNN", "2.20 ± 0.30 mm", YES)
+    assert (row.dataset, row.task, row.source) == ("size", "edge", "simulated")
+    assert row.cost == COST[:2]
+    assert beside(kinds()) == []
+    wide = sizes(size_result(scores={"rmse": Score(3.9, 1.5, (2.4, 5.4))}))
+    assert [(row.agrees, row.differs) for row in beside(wide)] == [(VAGUE[True], True)]
+
+
+def test_each_part_is_set_beside_its_own_figure():
+    rows = {row.paper.id: (row.result, row.agrees) for row in beside(with_parts())}
+    assert rows == {
+        "known": ("2.20 ± 0.30 mm", YES),
+        "unknown": ("3.50 ± 0.40 mm", "no: higher"),
+        "overall": ("2.40 ± 0.20 mm", YES),
+        "size-80dba": ("5.0 ± 1.0 mm", "no: higher"),
+    }
+
+
+def test_classes_are_compared_in_per_cent_and_a_figure_without_a_number_is_told_alone():
+    for value, agrees in ((79.0, YES), (81.0, LOWER), (None, UNTOLD)):
+        paper = paper_figure("stones", value, unit="%")
+        assert [row.agrees for row in beside(kinds(papers={"known": paper}))] == [agrees]
+
+
+def test_a_figure_near_chance_is_left_to_a_test():
+    paper = paper_figure("small", None, text="near chance")
+    assert beside(kinds(papers={"known": paper})) == []
+
+
+def test_without_the_paper_s_model_the_first_is_compared():
+    linear, knn = size_result("linear", "ridge"), size_result("knn", "k-NN")
+    assert [row.model for row in beside(sizes(linear, knn))] == ["ridge"]
+    assert [row.model for row in beside(sizes(linear, size_result()))] == ["CNN"]
+
+
+@pytest.mark.parametrize(
+    ("there", "flagged", "agrees"),
+    [
+        (20.0, True, YES), (20.0, False, PARTLY), (2.4, False, f"{UNCLEAR}; no: not flagged"),
+        (20.0, None, YES),
+    ],
+)  # fmt: skip
+def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, flagged, agrees):
+    """At home 2.2 ± 0.3 mm: 2.4 is no failure."""
+    asked = []
+
+    def lookup(*where):
+        asked.append(where)
+        return None if flagged is None else silence(cnn=flagged, knn=True)
+
+    paper = paper_figure("lesson", None, metric="lesson")
+    parts = {"on:bar": ({"rmse": Score(there, 1.0)}, 9.0)}
+    task = sizes(
+        size_result(parts=parts), papers={"bar": paper}, settings=Settings(test_on=("bar",)),
+        others={"bar": Other("Bar turned")},
+    )  # fmt: skip
+    (row,) = beside(task, lookup)
+    assert asked == [("shortcut", "size", "edge")]
+    assert row.agrees == agrees
+    assert row.result.startswith("2.20 ± 0.30 mm where it was trained, ")
+    told = {True: "; from silence flagged", False: "; from silence not flagged", None: "elsewhere"}
+    assert row.result.endswith(told[flagged])
+
+
+def test_silence_of_another_task_says_nothing():
+    paper = paper_figure("lesson", None, metric="lesson")
+    other = dataclasses.replace(silence(cnn=True), task="other")
+    (row,) = beside(sizes(papers={"known": paper}), lambda *where: other)
+    assert "silence" not in row.result
+
+
+def test_baselines_compare_the_baseline_and_name_the_best():
+    paper = paper_figure("baselines", 47.5, unit="%")
+    knn = kind_result("knn", "k-NN", score=Score(0.5, 0.02, (0.48, 0.52)), cost=(1.0, 2.0, 3.0))
+    (row,) = beside(kinds(kind_result(), knn, papers={"known": paper}))
+    assert (row.model, row.agrees, row.cost) == ("k-NN", YES, (1.0, 2.0))
+    assert row.result == "50.0 ± 2.0 %; best of 2: CNN, 70.0 ± 5.0 %"
+
+
+def test_household_objects_are_counted_that_are_told_well():
+    """Of basalt 3 of 4 recordings are right, of granite all 6."""
+    paper = paper_figure("ycb", 70.0, unit="%")
+    true = np.repeat(CLASSES, (4, 6))
+    predicted = np.array(CLASSES)[[0, 0, 0, 1, *[1] * 6]]
+    task = kinds(kind_result(predictions={"grouped": (true, predicted)}), papers={"known": paper})
+    (row,) = beside(task)
+    assert row.result == "70.0 ± 5.0 %; 1 of 2 classes at 90 % or more"
+    assert row.agrees == YES
+
+
+def test_predictions_keep_their_folds_and_parts():
+    predictions = {"grouped": (SIZES, SIZES + 1), "random": (SIZES, SIZES + 2)}
+    one = first(sizes(size_result(predictions=predictions)))
+    assert (one.predictions().y_pred == SIZES + 1).all()
+    assert one.predictions().fold.tolist() == [0, 1] * 6

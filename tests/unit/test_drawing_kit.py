@@ -1,0 +1,83 @@
+"""Numbers as people write them, the Pareto front, and the paper's own numbers."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ajgdata.paths import Paths
+from ajgdata.report.format import Score, mean_sd, number
+from ajgdata.report.paper import parse_paper
+from ajgdata.report.plots import pareto_front
+from ajgdata.store.report_files import read_paper
+from ajgdata.types import DataError
+
+points = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=1, max_size=12)
+
+
+@given(points)
+def test_pareto_front_agrees_with_its_definition(pairs):
+    cost, error = np.array(pairs, float).T
+    expected = [not any(a <= c and b <= e and (a, b) != (c, e) for a, b in pairs) for c, e in pairs]
+    assert pareto_front(cost, error).tolist() == expected
+
+
+@given(points)
+def test_along_the_front_more_time_means_less_error(pairs):
+    cost, error = np.array(pairs, float).T
+    front = pareto_front(cost, error)
+    assert front[np.lexsort((error, cost))[0]] and front[np.lexsort((cost, error))[0]]
+    ordered = sorted({(c, e) for c, e, kept in zip(cost, error, front, strict=True) if kept})
+    assert all(e > f for (_, e), (_, f) in itertools.pairwise(ordered))
+
+
+def test_numbers_as_people_write_them():
+    assert number(1234.5) == "1,234" and number(0.012345) == "0.0123" and number(20.0) == "20"
+    assert number(0) == "0" and number(float("nan")) == "—" and number(-0.5) == "-0.5"
+    assert mean_sd(Score(2.634, 0.214), "mm") == "2.63 ± 0.21 mm"
+    assert mean_sd(Score(12.6, 3.4), "°") == "12.6 ± 3.4°"
+    assert mean_sd(Score(123.4, 25.0)) == "123 ± 25"
+    assert mean_sd(Score(2.5, 0.0), "mm") == "2.5 mm"
+    assert mean_sd(Score(float("nan"), 0.1)) == "—"
+
+
+def paper_content():
+    return read_paper(Paths())
+
+
+def test_paper_figures():
+    paper = parse_paper(paper_content())
+    values = {name: (f.value, f.unit) for name, f in paper.items() if f.value is not None}
+    assert values == {
+        "media": (80, "%"),
+        "size": (2.6, "mm"),
+        "size-known": (2.7, "mm"),
+        "size-unknown": (2.4, "mm"),
+        "noise": (3.5, "mm"),
+        "orientation": (8.0, "°"),
+        "orientation-known": (0.6, "°"),
+        "materials-sphere80": (90, "%"),
+        "materials-plate": (100, "%"),
+        "ycb": (85.6, "%"),
+        "sorting": (39, "sorts"),
+        "data-size": (12, "poses"),
+        "baselines": (47.5, "%"),
+        "latent-knn": (26.6, "%"),
+    }
+    assert {name for name in paper if name not in values} == {
+        "materials-sphere30", "embedding", "distances", "shortcut", "transfer",
+    }  # fmt: skip
+    assert {f.source for f in paper.values()} == {"arXiv 2603.00351"}
+
+
+def test_paper_figures_with_a_mistake_are_refused_in_one_line():
+    content = paper_content()
+    content["figures"][0]["valeu"] = 3
+    with pytest.raises(DataError, match=r"paper.yaml: unknown key figures.0.valeu; correct"):
+        parse_paper(content)
+    content = paper_content()
+    content["figures"].append(content["figures"][1])
+    with pytest.raises(DataError, match="listed twice: size"):
+        parse_paper(content)

@@ -1,0 +1,90 @@
+"""Mean spectra of a data set as they are drawn, and files of figures that never vary."""
+
+import dataclasses
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from ajgdata.report.canvas import encode, save_figure
+from ajgdata.report.report_data import DatasetSummary, Provenance, Spectra
+from ajgdata.report.spectra import spectra_caption, spectra_figure
+from ajgdata.types import FeatureSettings
+
+
+def dataset(source: str = "simulated") -> DatasetSummary:
+    frequency_hz = np.arange(33) * 44_100 / 64
+    mean = np.stack([np.exp(-frequency_hz / 9_000), np.exp(-frequency_hz / 7_000)])
+    return DatasetSummary(
+        name="size",
+        title="Cube size",
+        source=source,
+        description="One-second sweeps.",
+        n_recordings=1200,
+        n_sessions=1,
+        sample_rate_hz=44_100,
+        licence="CC-BY-4.0",
+        citation="The authors, 2026.",
+        features=FeatureSettings(band_hz=(100.0, 18_000.0)),
+        provenance=Provenance("0.1.0", "abc1234", "c0ffee", "f00d"),
+        spectra=Spectra(frequency_hz, ("basalt", "<b>granite</b>"), mean, "kind"),
+    )
+
+
+@pytest.mark.parametrize("source", ["simulated", "recorded"])
+def test_spectra_say_where_they_come_from_within_the_figure(source):
+    figure = spectra_figure(dataset(source))
+    texts = {text.get_text() for text in figure.findobj(Text)}
+    assert {"simulated", "recorded"} & texts == {source}
+    box, size = figure.get_tightbbox(), figure.get_size_inches()
+    assert box.min.min() >= -0.5 / 72 and np.all(box.max <= size + 0.5 / 72)
+    assert "each kind: basalt, <b>granite</b>" in spectra_caption(dataset(source)).alt
+
+
+def test_spectra_are_decibels_about_their_mean():
+    data = dataset()
+    mean = data.spectra.mean
+    upper, lower = spectra_figure(data).axes[:2]
+    level = upper.get_lines()[0].get_ydata()
+    overall = mean.mean(axis=0)[1:]  # 0 Hz has no place on a log axis
+    assert level == pytest.approx(20 * np.log10(overall / overall.max()), abs=1e-9)
+    shown = np.asarray(lower.collections[0].get_array()).reshape(2, -1)
+    assert shown == pytest.approx(20 * np.log10(mean[:, 1:] / overall), abs=1e-9)
+
+
+def test_an_empty_bin_is_silence_not_infinity():
+    data = dataset()
+    data.spectra.mean[:, 5] = 0
+    level = spectra_figure(data).axes[0].get_lines()[0].get_ydata()
+    assert level.min() == pytest.approx(-120)
+
+
+def test_spectra_need_a_row_a_label_and_a_figure_needs_spectra():
+    with pytest.raises(ValueError, match=r"\(2, 3\)"):
+        Spectra(np.arange(3.0), ("a", "b"), np.zeros((3, 2)))
+    with pytest.raises(ValueError, match="data set size has no spectra"):
+        spectra_figure(dataclasses.replace(dataset(), spectra=None))
+
+
+def test_the_same_figure_gives_the_same_bytes(tmp_path):
+    figure = spectra_figure(dataset())
+    first = [p.read_bytes() for p in save_figure(figure, tmp_path / "a" / "one.figure")]
+    again = [p.read_bytes() for p in save_figure(figure, tmp_path / "b")]
+    assert first == again
+    assert encode(spectra_figure(dataset()), "svg") == first[0]
+    assert [c[:5] for c in first] == [b"<?xml", b"\x89PNG\r", b"%PDF-"]
+    assert b"<dc:date>" not in first[0] and b"CreationDate" not in first[2]
+    names = sorted(p.name for p in (tmp_path / "a").iterdir())
+    assert names == ["one.figure.pdf", "one.figure.png", "one.figure.svg"]
+
+
+def test_drawing_leaves_pyplot_alone():
+    code = (
+        "import sys, ajgdata.report.page, ajgdata.report.spectra, ajgdata.report.render;"
+        "import ajgdata.experiments.cross_validation.overview;"
+        "print('matplotlib.figure' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "True False"
