@@ -9,7 +9,17 @@ import numpy as np
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.report.beside_embeddings import of_embedding
-from ajgdata.report.comparison import HIGHER, LOWER, UNTOLD, YES, Beside, agreement, holds, together
+from ajgdata.report.comparison import (
+    HIGHER,
+    LOWER,
+    UNTOLD,
+    YES,
+    Beside,
+    Reason,
+    agreement,
+    holds,
+    together,
+)
 from ajgdata.report.content import Report
 from ajgdata.report.experiments import PERCENTILES, spread
 from ajgdata.report.format import Score, mean_sd, number, with_unit
@@ -22,7 +32,6 @@ from ajgdata.report.further import (
     Transfers,
 )
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.reasons import Reason
 from ajgdata.report.results import Cost, TaskResult
 from ajgdata.report.wording import headline
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.report.comparison import Reason
 from ajgdata.report.embedded import Embedded
 from ajgdata.report.format import Score, Source
 from ajgdata.report.further import (
@@ -25,7 +26,6 @@ from ajgdata.report.further import (
     Transfers,
 )
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.reasons import Reason
 from ajgdata.report.results import (
     HEADLINE,
     Cost,
@@ -38,7 +38,7 @@ from ajgdata.report.results import (
     ValueErrors,
     pareto_front,
 )
-from ajgdata.report.stages import Stages
+from ajgdata.report.job_times import Stages
 from ajgdata.types import FeatureSettings, Finding
 
 __all__ = [

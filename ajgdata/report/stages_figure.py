@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import Caption, Source, number
-from ajgdata.report.stages import Stages
+from ajgdata.report.job_times import Stages
 
 #: Stages beyond these share one colour: more cannot be told apart.
 SHOWN = len(COLOURS)

@@ -15,7 +15,7 @@ from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, Sorting
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.reasons import Change, Reason
+from ajgdata.report.comparison import Change, Reason
 
 
 def figure(name: str, value: float | None, **more) -> PaperFigure:
