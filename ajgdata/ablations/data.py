@@ -94,9 +94,10 @@ class AblationData:
         return split_withheld(self._stored(dataset, task, elsewhere), withhold)[0]
 
     def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
-        asked = read_dataset(self.paths, dataset).evaluation(task)
+        spec = read_dataset(self.paths, dataset)
+        target = spec.tasks[task].target
         store = read_store(self.paths.merged(elsewhere or dataset))
-        rows = task_data(store, asked["target"], asked["kind"], "grasp_id")
+        rows = task_data(store, target, spec.targets[target].kind, "grasp_id")
         return rows.where(np.argsort(rows.name))
 
     def changed(

@@ -24,7 +24,7 @@ EXPLORER_CODE = (*EMBEDDING_CODE, "store/audio", "store/conversion")
 
 def study_code(name: str) -> tuple[str, ...]:
     """Return what the tables of the study `name` follow from, for `code_digest`."""
-    return ("gripper", f"studies/{name}", "studies", "features", "types", "pipeline/studies")
+    return ("gripper", "studies", "features", "types", "pipeline/studies")
 
 
 def ablation_code(name: str) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ from ajgdata.report.further import (
     StftResult,
     Transfers,
 )
+from ajgdata.report.job_times import Stages
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.results import (
     HEADLINE,
@@ -38,7 +39,6 @@ from ajgdata.report.results import (
     ValueErrors,
     pareto_front,
 )
-from ajgdata.report.job_times import Stages
 from ajgdata.types import FeatureSettings, Finding
 
 __all__ = [

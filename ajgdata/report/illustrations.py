@@ -21,8 +21,8 @@ from ajgdata.report.experiments import (
 )
 from ajgdata.report.figures import prediction_figure, spectra_figure
 from ajgdata.report.format import Caption
-from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
 from ajgdata.report.job_times import stages_caption, stages_figure
+from ajgdata.report.silent_figures import silent_caption, silent_figure, silent_name
 from ajgdata.report.stft import stft_caption, stft_figure
 from ajgdata.report.transfer_figures import transfer_caption, transfer_figure
 from ajgdata.report.wording import (

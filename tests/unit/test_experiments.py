@@ -110,7 +110,9 @@ def chance_results(p=0.005, kind="classification", value=0.41, scale=1.0):
     metric = "accuracy" if kind == "classification" else "rmse"
     rows = [("knn", "permutations", metric, "pooled", value)]
     rows.append(("knn", "permutations", "p", "of 199", p))
-    null = [{"permutation": n, "value": v} for n, v in enumerate(scale * np.linspace(0.2, 0.3, 199))]
+    null = [
+        {"permutation": n, "value": v} for n, v in enumerate(scale * np.linspace(0.2, 0.3, 199))
+    ]
     table = table_of("null", "n", null, permutation="n", value="v")
     outcome = Outcome((score_table(rows, "t"), table), about={"model": "knn"})
     return task_results(
@@ -208,9 +210,7 @@ def test_a_temperature_at_the_end_of_the_search_is_told():
     assert parts_of(sorting_results(temperatures=[0.9]).results[0])[1].label.endswith(" 0.9")
 
 
-@pytest.mark.parametrize(
-    ("paper", "agrees"), [(39, "yes"), (4, "no: higher"), (96, "no: lower")]
-)
+@pytest.mark.parametrize(("paper", "agrees"), [(39, "yes"), (4, "no: higher"), (96, "no: lower")])
 def test_the_papers_run_lies_among_ours_or_beyond_most_of_them(paper, agrees):
     (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)
     assert (row.result, row.agrees) == ("50 (5 to 95) sorts", agrees)
@@ -233,7 +233,9 @@ def energy_results():
         rows += [("", part, metric, "mean", mean), ("", part, metric, "sd", sd)]
         rows += [("", part, metric, f"mean of {name}", value) for name, value in objects.items()]
         grasps.append({"label": label, "grasps": count})
-    outcome = Outcome((score_table(rows, "e"), table_of("classes", "c", grasps, label="l", grasps="g")))
+    outcome = Outcome(
+        (score_table(rows, "e"), table_of("classes", "c", grasps, label="l", grasps="g"))
+    )
     return task_results(
         "reflected_energy", {"": outcome}, settings={"reference": "air", "band_hz": [100, 6000]},
         papers={"reflected_energy": PAPER},
@@ -403,7 +405,10 @@ def test_a_task_asks_for_experiments_by_name_and_model():
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),
-        ({"reflected_energy": {"reference": "a", "band_hz": [1, 2]}}, "needs features.quantity power"),
+        (
+            {"reflected_energy": {"reference": "a", "band_hz": [1, 2]}},
+            "needs features.quantity power",
+        ),
         ({"reflected_energy": {"reference": "a", "band_hz": [2, 1]}}, "must be 0 <= low < high"),
         ({"stft_settings": {"settings": [{"window": 128}]}}, "hop 256 exceeds window 128"),
     ],

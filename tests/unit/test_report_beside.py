@@ -4,18 +4,27 @@ import dataclasses
 
 import numpy as np
 import pytest
+from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, SortingPart, SortingResult
 from report_samples import CLASSES, COST, PAPER, classes_result, regression_result, sample_report
 
 from ajgdata.evaluate.sorting import LONGEST_RUN
 from ajgdata.report.beside import absent, beside, evidence
-from ajgdata.report.comparison import HIGHER, LOWER, PARTLY, UNCLEAR, VAGUE, YES, agreement
+from ajgdata.report.comparison import (
+    HIGHER,
+    LOWER,
+    PARTLY,
+    UNCLEAR,
+    VAGUE,
+    YES,
+    Change,
+    Reason,
+    agreement,
+)
 from ajgdata.report.content import ElsewhereResult, Predictions, SilentResult
 from ajgdata.report.format import Score
-from ajgdata.report.further import About, ChanceTest, CurveLine, Curves, SortingPart, SortingResult
 from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.comparison import Change, Reason
 
 
 def figure(name: str, value: float | None, **more) -> PaperFigure:
