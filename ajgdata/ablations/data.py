@@ -15,14 +15,7 @@ from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
-from ajgdata.gripper import (
-    SAMPLE_RATE_HZ,
-    ImpulseResponse,
-    Scene,
-    SignalChain,
-    excitation_sweep,
-    record,
-)
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
@@ -32,6 +25,7 @@ from ajgdata.types import DatasetSpec, FeatureSettings, Kind, Recipe
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation
+    from ajgdata.gripper import ImpulseResponse
 
 FOLDS = 5
 #: What is drawn anew for each grasp; the correlation lengths are no amounts.
@@ -136,6 +130,7 @@ class AblationData:
     def heard(self, setup: Mapping[str, Any], grasp: Mapping[str, Any]) -> np.ndarray:
         """Return the feature (1025,) of a scene recorded without noise, held as in `grasp`."""
         from ajgdata.features.spectrum import spectrum
+        from ajgdata.gripper import excitation_sweep, record
 
         take = record(self.response({**setup, "grasp": grasp}), excitation_sweep(), QUIET)
         return spectrum(take.samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(float)
