@@ -73,10 +73,10 @@ def convergence_figure(table: Table) -> Figure:
     )
     axes = figure.subplots()
     for index, (case, rows) in enumerate(cases.items()):
-        grid = rows.numbers("dx_mm")
-        order = np.argsort(grid)
+        grid, error = rows.numbers("dx_mm"), rows.numbers("error")
+        order = np.lexsort((error, grid))
         label = str(case).replace("_", " ")
-        axes.plot(grid[order], rows.numbers("error")[order], label=label, **line_style(index))
+        axes.plot(grid[order], error[order], label=label, **line_style(index))
     grids = table.numbers("dx_mm")
     spacing, top = np.array([grids.min(), grids.max()]), table.numbers("error").max()
     for slope in (1, 2, 4):
