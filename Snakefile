@@ -5,13 +5,9 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
-from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
-from ajgdata.pipeline.ablations import (
-    ABLATION_CODE,
-    ABLATIONS,
-    possible,
-)
+from ajgdata.ablations import ablation, possible
 from ajgdata.experiments import measure_entry
+from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,
@@ -25,10 +21,11 @@ from ajgdata.pipeline.studies import (
     EMBEDDING_CODE,
     EXPLORER_CODE,
     GALLERY,
-    GALLERY_CODE,
     STUDIES,
-    STUDY_CODE,
     TIMED,
+    ablation_code,
+    page_code,
+    study_code,
 )
 from ajgdata.store.provenance import code_digest, settings_digest
 from ajgdata.store.report_files import report_files_digest
@@ -106,8 +103,7 @@ include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
 include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
-include: "workflow/rules/ablations.smk"
-include: "workflow/rules/gripper.smk"
+include: "workflow/rules/pages.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

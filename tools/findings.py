@@ -4,8 +4,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ajgdata.ablations import ABLATIONS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.ablations import ABLATIONS
 from ajgdata.report.format import Score, mean_sd, number, value
 from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Table

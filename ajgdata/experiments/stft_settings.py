@@ -213,15 +213,16 @@ def figure(results: TaskResults) -> Figure:
 
 
 def _panel(axes: Axes, points: list[Point], model: int, title: str) -> None:
-    from ajgdata.report.canvas import GREY
-    from ajgdata.report.plots import look, pareto_front, plain_ticks
+    from ajgdata.report.canvas import GREY, line_style, pareto_front, plain_ticks
 
     windows = sorted({point.window for point in points})
     for point in points:
-        style = look(windows.index(point.window)) | {"marker": "o" if point.band == "all" else "^"}
+        style = line_style(windows.index(point.window))
+        style["marker"] = "o" if point.band == "all" else "^"
         axes.errorbar(point.feature_ms, *point.errors[model], **style, elinewidth=0.6)
     for window in windows:
-        axes.plot([], [], "o", color=look(windows.index(window))["color"], label=f"window {window}")
+        colour = line_style(windows.index(window))["color"]
+        axes.plot([], [], "o", color=colour, label=f"window {window}")
     axes.plot([], [], "^", color=GREY, label="part of the band")
     time_ms = np.array([point.feature_ms for point in points])
     error = np.array([point.errors[model][0] for point in points])

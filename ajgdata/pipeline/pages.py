@@ -1,57 +1,51 @@
-"""Files of the studies, and scenes -> the pages on the virtual gripper."""
+"""Files of studies and ablations, and scenes -> their pages beside the report."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
 
+from ajgdata.ablations import ABLATIONS, ablation
 from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.pipeline.studies import GALLERY_CODE
+from ajgdata.pipeline.studies import GALLERY, page_code
 from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import code_digest, software
 from ajgdata.store.tables import read_tables
 
-if TYPE_CHECKING:
-    from ajgdata.types.table import Table
 
-
-def build_study_page(paths: Paths, name: str, pages: Sequence[str]) -> None:
-    """Draw the figures of the study `name` and write its page, linked with those of `pages`."""
-    _tables_page(paths, name, *read_tables(paths.study(name)), pages)
-
-
-def build_ablations_page(paths: Paths, names: Sequence[str], pages: Sequence[str]) -> None:
-    """Write one page on the ablations `names`, linked with those of `pages`."""
-    read = [read_tables(paths.ablation(name)) for name in names]
-    tables = [table for _, some in read for table in some]
-    _tables_page(paths, ABLATIONS_PAGE, read[0][0], tables, pages)
-
-
-def _tables_page(
-    paths: Paths,
-    name: str,
-    provenance: Mapping[str, Any],
-    tables: Sequence[Table],
-    pages: Sequence[str],
+def build_page(
+    paths: Paths, name: str, files: Sequence[Path], pages: Sequence[str], *, quick: bool = False
 ) -> None:
-    from ajgdata.report.render import draw_figures
-    from ajgdata.report.study_figures import study_figures
-    from ajgdata.report.study_page import page_links, render_study
+    """Draw the figures of the page `name` and write it, linked with those of `pages`.
 
-    by_table = study_figures(name, tables)
-    figures = draw_figures((one for some in by_table.values() for one in some),
-                           paths.page_figures(name))  # fmt: skip
-    placed = {table: [one.name for one in some] for table, some in by_table.items()}
-    html = render_study(name, provenance, tables, figures, placed, page_links(pages), paths)
+    `files` hold the tables that it shows; the gallery has none, and with `quick` fewer scenes.
+    """
+    html = _gallery(paths, pages, quick) if name == GALLERY else _tables(paths, name, files, pages)
     write_bytes(paths.page(name), html.encode())
 
 
-def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) -> None:
-    """Draw the gallery's scenes, film one of them, and write the page."""
+def _tables(paths: Paths, name: str, files: Sequence[Path], pages: Sequence[str]) -> str:
+    from ajgdata.report.render import draw_figures
+    from ajgdata.report.study_figures import FIGURES
+    from ajgdata.report.study_page import page_links, placed_figures, render_study
+
+    read = [read_tables(file) for file in files]
+    tables = [table for _, some in read for table in some]
+    if name == ABLATIONS_PAGE:
+        wanted = [figure for one in ABLATIONS for figure in ablation(one).figures]
+    else:
+        wanted = list(FIGURES.get(name, ()))
+    placed = placed_figures(wanted, tables)
+    listed = [one for some in placed.values() for one in some]
+    figures = draw_figures(listed, paths.page_figures(name))
+    return render_study(name, read[0][0], tables, figures, placed, page_links(pages), paths)
+
+
+def _gallery(paths: Paths, pages: Sequence[str], quick: bool) -> str:
     from ajgdata.gripper import build_plan, simulate
     from ajgdata.pipeline.show import filmed
     from ajgdata.report.animation import animate
-    from ajgdata.report.gallery import FILM, PAGE, groups, illustrations, render_gallery
+    from ajgdata.report.gallery import FILM, groups, illustrations, render_gallery
     from ajgdata.report.render import draw_figures
     from ajgdata.report.study_page import page_links
 
@@ -59,9 +53,8 @@ def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) ->
     star = shown[0].exhibits[1]
     plan = build_plan(star.scene)
     drawings = illustrations(shown, star, lambda: simulate(plan))
-    figures = draw_figures(drawings, paths.page_figures(PAGE))
+    figures = draw_figures(drawings, paths.page_figures(GALLERY))
     gif = animate(star.scene, filmed(plan))
-    write_bytes(paths.page_figure(PAGE, FILM), gif)
-    made = {**software(), "code": code_digest(*GALLERY_CODE)}
-    html = render_gallery(shown, figures, star, gif, made, page_links(pages), paths)
-    write_bytes(paths.page(PAGE), html.encode())
+    write_bytes(paths.page_figure(GALLERY, FILM), gif)
+    about = {**software(), "code": code_digest(*page_code(GALLERY))}
+    return render_gallery(shown, figures, star, gif, about, page_links(pages), paths)

@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from ajgdata.ablations.base import reasons_of
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.stages import Stopwatch, stages_of
-from ajgdata.report.comparison import PaperComparison, in_papers_order
+from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order
 from ajgdata.report.paper import PaperFigure, parse_paper
-from ajgdata.report.reasons import Reason, reasons_of
 from ajgdata.report.report_data import (
     DatasetSummary,
     Part,

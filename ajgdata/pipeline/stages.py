@@ -10,7 +10,7 @@ import numpy as np
 from ajgdata.evaluate.cost import memory_mb
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
-from ajgdata.report.stages import JobTime, Stages
+from ajgdata.report.job_times import JobTime, Stages
 from ajgdata.store.benchmarks import Job, read_benchmarks
 from ajgdata.store.sessions import list_datasets
 
@@ -32,10 +32,8 @@ STAGES = {
     "report_embedding": "embeddings",
     "train": "final models",
     "study": "studies of the virtual gripper",
-    "study_page": "studies of the virtual gripper",
-    "gallery": "studies of the virtual gripper",
     "ablate": "ablations",
-    "ablations_page": "ablations",
+    "page": "pages beside the report",
     "publish": "publishing",
     "collect": "table of results",
 }

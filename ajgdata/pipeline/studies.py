@@ -1,25 +1,42 @@
-"""Studies of the virtual gripper -> files of figures, and back. Light: Snakemake imports it."""
+"""Studies of the virtual gripper, and ablations -> files of tables. Light: Snakemake imports it."""
 
 from __future__ import annotations
 
 import importlib
 from pathlib import Path
 
+from ajgdata.ablations import ablation
+from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.store.provenance import code_digest, software
 from ajgdata.store.tables import write_tables
+from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
 STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions", "materials")
 #: Those that measure run time: nothing else shall run beside them.
 TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
-#: What the gallery and the studies' figures depend on.
-GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")
 EMBEDDING = "embedding"
 #: What the page on embeddings depends on, and those on which recordings are heard.
 EMBEDDING_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
 EXPLORER_CODE = (*EMBEDDING_CODE, "store/audio", "store/conversion")
-STUDY_CODE = ("gripper", "studies", "features", "types", "pipeline/studies")
+
+
+def study_code(name: str) -> tuple[str, ...]:
+    """Return what the tables of the study `name` follow from, for `code_digest`."""
+    return ("gripper", "studies", "features", "types", "pipeline/studies")
+
+
+def ablation_code(name: str) -> tuple[str, ...]:
+    """Return what the tables of the ablation `name` follow from, for `code_digest`."""
+    science = ("gripper", "features", "models", "evaluate", "acquire")
+    return (*science, "ablations/base", "ablations/data", f"ablations/{name}", "pipeline/studies")
+
+
+def page_code(name: str) -> tuple[str, ...]:
+    """Return what the page `name`, and its figures, follow from, for `code_digest`."""
+    more = {GALLERY: ("gripper", "pipeline/show"), ABLATIONS_PAGE: ("ablations",)}
+    return ("report", "pipeline/pages", *more.get(name, ()))
 
 
 def run_study(name: str, out: Path, *, quick: bool = False) -> None:
@@ -29,5 +46,22 @@ def run_study(name: str, out: Path, *, quick: bool = False) -> None:
     its columns.
     """
     tables = importlib.import_module(f"ajgdata.studies.{name}").tables(quick)
-    code = code_digest(*STUDY_CODE)
+    code = code_digest(*study_code(name))
+    write_tables(out, tables, study=name, quick=quick, code=code, **software())
+
+
+def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool = False) -> None:
+    """Run the ablation `name` on the stores of its data sets and write its tables to `out` (JSON).
+
+    Scenes that are simulated for it are kept as those of data sets are. `quick`: fewer grasps and
+    the fastest model. Where data sets lack what it asks for, the reason is written instead.
+    """
+    from ajgdata.ablations.data import AblationData
+
+    try:
+        tables = ablation(name).measure(AblationData(paths, seed=seed, quick=quick))
+    except ValueError as error:  # too few grasps, say: a result, and the run goes on
+        reason = {"reason": str(error)}
+        tables = [table_of(name, f"Not made: {name}", [reason], reason="Reason")]
+    code = code_digest(*ablation_code(name))
     write_tables(out, tables, study=name, quick=quick, code=code, **software())

@@ -23,7 +23,7 @@ WHITE, INK, MEMBRANE_AT, OBJECT_AT, GRAINS_AT, GREY_AT, BLUE_AT = range(SHADES, 
 
 
 def palette() -> list[int]:
-    """Blue (below rest) to the colour of air to red (above rest), then the fixed colours; RGB."""
+    """Return RGB values: blue (below rest) through air to red (above), then the fixed colours."""
     low, rest, high = (_rgb(colour) for colour in ("#08306b", AIR, "#7f0010"))
     share = np.linspace(-1, 1, SHADES)[:, None]
     ends = np.where(share < 0, low, high)
@@ -36,13 +36,13 @@ def _rgb(colour: str) -> NDArray[np.int_]:
 
 
 def loudness(frames: Real) -> Real:
-    """Pressures -> -1 to 1: asinh, so that echoes 30 dB below the first wave are still seen."""
+    """Return pressures of any shape as -1 to 1: asinh, so that echoes at -30 dB are still seen."""
     reference = float(np.quantile(np.abs(frames), 0.995)) or 1.0
     return np.clip(np.arcsinh(10 * frames / reference) / np.arcsinh(10), -1, 1)
 
 
 def animate(scene: Scene, film: Film, frame_ms: int = 60) -> bytes:
-    """The film (plane xz) as a GIF, the outline of the cavity of `scene` drawn over it.
+    """Return the film (plane xz) as a GIF, the outline of the cavity of `scene` drawn over it.
 
     The same film gives the same bytes. Raises ValueError for a film of another plane.
     """
@@ -73,7 +73,7 @@ def animate(scene: Scene, film: Film, frame_ms: int = 60) -> bytes:
 def _background(
     scene: Scene, size: tuple[int, int], corner: tuple[float, float], scale: float
 ) -> NDArray[np.uint8]:
-    """What does not move, as palette indices (height, width): 0 where the wave is seen.
+    """Return what does not move, as palette indices (height, width): 0 where the wave is seen.
 
     `corner` is the upper left one, in mm, `scale` in pixels per mm.
     """
@@ -110,7 +110,7 @@ def _background(
 
 
 def _frame(pressure: Real, back: NDArray[np.uint8], seconds: float) -> Image.Image:
-    """One image: the wave inside, what does not move around it, the time above."""
+    """Return one image: the wave inside, what does not move around it, the time above."""
     height, width = back.shape
     rows, columns = pressure.shape
     # Rows of the field go up, rows of an image go down.

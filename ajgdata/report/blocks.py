@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from ajgdata.report.format import Caption
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ajgdata.report.paper import PaperFigure
+    from ajgdata.types.table import Table
 
 
 class Illustration(NamedTuple):
@@ -24,6 +26,20 @@ class Illustration(NamedTuple):
     caption: Caption
     draw: Callable[[], Figure]
     folded: str = ""
+
+
+class TableFigure(NamedTuple):
+    """A figure of one table of a study or an ablation, by the table's name; `name` is the file's,
+    without suffix."""
+
+    table: str
+    name: str
+    caption: Caption
+    draw: Callable[[Table], Figure]
+
+    def of(self, table: Table) -> Illustration:
+        """Return the figure of `table`, not drawn yet."""
+        return Illustration(self.name, self.caption, partial(self.draw, table))
 
 
 class ShownTable(NamedTuple):

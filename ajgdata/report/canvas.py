@@ -7,18 +7,21 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib.style
+import numpy as np
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Source
+from ajgdata.report.format import Source, value
 from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")
@@ -27,6 +30,8 @@ P = ParamSpec("P")
 #: too pale for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 SOURCE_COLOURS: dict[Source, str] = {"simulated": "#0072B2", "recorded": "#B34700"}
+#: More points than this are drawn as pixels also in vector files.
+MAX_VECTOR_POINTS = 3000
 MARKERS = "os^DvPX"
 GREY = "#6b6b6b"
 WIDTH_IN = 7.2
@@ -67,7 +72,7 @@ _METADATA: dict[str, dict[str, Any]] = {
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw under STYLE, then freeze the layout, so that saving twice cannot move anything."""
+    """Return `draw` under STYLE and with a frozen layout: saving twice cannot move anything."""
 
     @wraps(draw)
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -88,7 +93,7 @@ def draw(illustration: Illustration) -> Figure:
 def new_figure(
     size_in: tuple[float, float], title: str, subtitle: str, sources: Iterable[Source]
 ) -> Figure:
-    """A figure whose head says what it is and, boxed, if the data are simulated or recorded."""
+    """Return a figure whose head says what it is and, boxed, if data are simulated or recorded."""
     width, height = size_in
     layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - HEAD_IN / height))
     figure = Figure(figsize=size_in, layout=layout)
@@ -113,8 +118,39 @@ def new_figure(
     return figure
 
 
+def line_style(index: int) -> dict[str, Any]:
+    """Return colour and marker of the `index`-th of several lines; they repeat late, and apart."""
+    return {
+        "color": COLOURS[index % len(COLOURS)],
+        "marker": MARKERS[index // len(COLOURS) % len(MARKERS)],
+        "ms": 4.5,
+        "lw": 1.2,
+    }
+
+
+def plain_ticks(axis: Axis, at: Sequence[float] = ()) -> None:
+    """Write numbers, not powers, at ticks of a logarithmic axis, and only at `at` if given."""
+    if at:
+        low, high = axis.get_view_interval()
+        axis.set_ticks([tick for tick in at if low <= tick <= high])
+        axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda given, _: value(float(given))))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def pareto_front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return which of n points no other point beats: boolean (n,).
+
+    A point is beaten by another that is no worse in both and better in one; equals stay.
+    """
+    cost, error = np.asarray(cost, float), np.asarray(error, float)
+    no_worse = (cost[:, None] <= cost) & (error[:, None] <= error)
+    better = (cost[:, None] < cost) | (error[:, None] < error)
+    return ~np.any(no_worse & better, axis=0)
+
+
 def encode(figure: Figure, suffix: str) -> bytes:
-    """The figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
+    """Return the figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
     buffer = io.BytesIO()
     with matplotlib.style.context(["default", STYLE]):
         figure.savefig(buffer, format=suffix, metadata=_METADATA[suffix])

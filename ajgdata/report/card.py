@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -16,12 +16,12 @@ from matplotlib.ticker import MaxNLocator
 from ajgdata.paths import Paths, Tree
 from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number, value, words
+from ajgdata.report.render import environment
 from ajgdata.report.report_data import DatasetSummary
 from ajgdata.store.files import read_text
 from ajgdata.store.publishing.about import CC0_FILE, TOPICS, About
 from ajgdata.store.publishing.examples import examples
 from ajgdata.store.publishing.table import Table
-from ajgdata.store.report_files import template_folders
 from ajgdata.types import DatasetSpec, Finding, Session, Target
 
 #: More values than this are counted in this many bins.
@@ -44,7 +44,7 @@ class Counts:
 
 
 def counts_of(name: str, target: Target, values: np.ndarray) -> Counts:
-    """How often each value of a target was recorded. `values` (n,): NaN or "" is missing."""
+    """Return how often each value of a target was recorded. `values` (n,): NaN or "" is missing."""
     present = values[values != ""] if values.dtype.kind == "U" else values[np.isfinite(values)]
     distinct, counts = np.unique(present, return_counts=True)
     if len(distinct) > MAX_BARS and values.dtype.kind != "U":
@@ -58,7 +58,7 @@ def counts_of(name: str, target: Target, values: np.ndarray) -> Counts:
 
 @styled
 def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
-    """Recordings per value, one panel for each target."""
+    """Return a figure of recordings per value, one panel for each target."""
     bars = [min(max(len(one.values), 2), 40) for one in counts]
     figure = new_figure(
         (WIDTH_IN, 0.9 + 0.22 * sum(bars) + 0.5 * len(bars)),
@@ -82,8 +82,10 @@ def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
 def answers(
     spec: DatasetSpec, summary: DatasetSummary, sessions: Sequence[Session], unsealed: int
 ) -> dict[str, str]:
-    """The datasheet's answers, as far as declaration and sessions tell; what nobody said is said
-    to be unknown."""
+    """Return the answers of the datasheet, by topic, as far as declaration and sessions tell.
+
+    What nobody said is said to be unknown.
+    """
     made = "computed by a virtual gripper" if summary.source == "simulated" else "recorded"
     tasks = "; ".join(
         f"{words(name)} ({spec.targets[task.target].kind} of {task.target}, split by {task.groups})"
@@ -126,7 +128,7 @@ def answers(
 
 
 def has_gripper(sessions: Sequence[Session]) -> bool:
-    """Whether somebody said which gripper it was: else it may have been none."""
+    """Return whether somebody said which gripper it was: else it may have been none."""
     return any(session.gripper != "unknown" for session in sessions)
 
 
@@ -181,7 +183,7 @@ def render_card(
     front: str,
     project: Paths | None = None,
 ) -> str:
-    """README.md. `front` is the YAML that Hugging Face reads; `sizes` are bytes of files."""
+    """Return README.md. `front` is the YAML that Hugging Face reads; `sizes` are bytes of files."""
     return _environment(project).get_template("card.md.j2").render(
         about=about,
         summary=summary,
@@ -200,7 +202,7 @@ def render_card(
 
 
 def front_matter(about: About, recordings: int) -> dict[str, Any]:
-    """What Hugging Face shows and searches, and which files are the data."""
+    """Return what Hugging Face shows and searches, and which files are the data."""
     kinds = {"classification": "audio-classification", "regression": "tabular-regression"}
     return {
         "pretty_name": about.title,
@@ -222,7 +224,7 @@ def front_matter(about: About, recordings: int) -> dict[str, Any]:
 
 
 def citation(about: About) -> dict[str, Any]:
-    """CITATION.cff of the data set."""
+    """Return the content of CITATION.cff of the data set."""
     return {
         "cff-version": "1.2.0",
         "message": "If you use this data set, please cite it.",
@@ -240,7 +242,7 @@ def citation(about: About) -> dict[str, Any]:
 
 
 def licence_text(about: About) -> str:
-    """LICENSE: the text itself where we have it, else where it is."""
+    """Return the content of LICENSE: the text itself where we have it, else where it is."""
     if about.is_unlicensed:
         return (
             f"No licence is stated for the data set {about.name}.\n"
@@ -253,7 +255,7 @@ def licence_text(about: About) -> str:
 
 
 def _by_code(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
-    """How many findings of each kind, and the first of them."""
+    """Return how many findings of each kind there are, and the first of each."""
     kinds: dict[str, list[Finding]] = {}
     for one in findings:
         kinds.setdefault(one.code, []).append(one)
@@ -261,25 +263,21 @@ def _by_code(findings: Sequence[Finding]) -> list[tuple[int, Finding]]:
 
 
 def finding_text(finding: Finding) -> str:
-    """One finding on one line."""
+    """Return a finding as one line."""
     return f"{finding.session_id}/{finding.recording_id}: {finding.problem}"
 
 
 def _environment(project: Paths | None) -> Environment:
-    made = Environment(
-        loader=FileSystemLoader(template_folders(project or Paths())),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    made.filters.update(cell=cell, finding=finding_text)
-    return made
+    templates = environment(project)
+    templates.keep_trailing_newline = True
+    templates.filters.update(cell=cell, finding=finding_text)
+    return templates
 
 
 def cell(text: object) -> Markup:
-    """Text that stays inside one cell of a Markdown table, and one paragraph of a card, and that
-    is no HTML. Quotes stay: no value stands in an attribute."""
+    """Return text that stays inside one cell of a Markdown table and one paragraph of a card.
+
+    It is no HTML. Quotes stay: no value stands in an attribute.
+    """
     plain = " ".join(str(text).replace("|", "\\|").replace("`", "'").split())
     return Markup(plain.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"))

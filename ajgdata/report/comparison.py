@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from ajgdata.report.format import Score, Source, number
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.reasons import Reason
 
 YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
 #: Of statements: it holds for some of what it is said of; it cannot be told from the spread.
@@ -34,6 +33,31 @@ class Cost(NamedTuple):
 
     train_s: float
     inference_ms_per_recording: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """One change with one model: the metric before and after it."""
+
+    change: str
+    model: str
+    before: float
+    after: float
+    supported: bool
+
+
+@dataclass(frozen=True)
+class Reason:
+    """A hypothesis on figures `of` the paper, and its tests. `link` leads to their table."""
+
+    of: tuple[str, ...]
+    claim: str
+    link: str
+    tests: tuple[Change, ...]
+
+    def explains(self, low: bool) -> bool:
+        """Return whether a supported change moved the metric up (where ours is `low`), or down."""
+        return any(one.supported and (one.after > one.before) is low for one in self.tests)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.embedded import SPACES, Embedded, Neighbours, gain, ordered
 from ajgdata.report.format import Caption, Source, mean_sd, number
-from ajgdata.report.plots import pareto_front
+from ajgdata.report.canvas import pareto_front
 
 #: Colour and marker of a space in every figure.
 LOOKS = {

@@ -20,8 +20,8 @@ STAGES = "time-of-stages"
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of the page; nothing is drawn yet."""
+    from ajgdata.report.job_times import stages_caption, stages_figure
     from ajgdata.report.spectra import spectra_caption, spectra_figure
-    from ajgdata.report.stages_figure import stages_caption, stages_figure
 
     yield from report.across
     for d in report.datasets:

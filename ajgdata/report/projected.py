@@ -17,7 +17,7 @@ from ajgdata.report.canvas import WIDTH_IN, new_figure, styled
 from ajgdata.report.embedded import METHODS, SPACES, Pictured, ordered
 from ajgdata.report.format import Caption, Source, words
 from ajgdata.report.latents import category_colours
-from ajgdata.report.plots import MAX_VECTOR_POINTS
+from ajgdata.report.canvas import MAX_VECTOR_POINTS
 
 #: What is not known of a recording.
 MISSING = "#c8c8c8"

@@ -14,8 +14,8 @@ import numpy as np
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import Source
+from ajgdata.report.job_times import Stages
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.stages import Stages
 from ajgdata.types import FeatureSettings, Finding
 
 

@@ -41,8 +41,8 @@ BANDS: dict[str, tuple[float, float, float, float]] = {
 
 @dataclass(frozen=True)
 class Section:
-    """The cut y = 0 through a cavity, all in mm: heights over `x` (n,), the height of the table
-    (None without an object), upper side and underside of the object, and its footprint (n,)."""
+    """The cut y = 0 through a cavity, in mm: heights (n,) over `x` (n,), the height of the table
+    (None without an object), upper and lower side of the object, and its footprint (n,)."""
 
     x: Real
     floor: Real
@@ -56,7 +56,7 @@ class Section:
 
 
 def section(scene: Scene) -> Section:
-    """Cut the cavity of `scene` through its axis. Raises SceneError if there is none."""
+    """Return the cut through the axis of the cavity. Raises SceneError if there is none."""
     shape = cavity(scene)
     row = int(np.argmin(np.abs(shape.axis)))
     x = shape.axis
@@ -78,7 +78,7 @@ def section(scene: Scene) -> Section:
 
 @styled
 def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ()) -> Figure:
-    """Housing, bed, imprint, membrane, transducers, port, object and table in the plane y = 0.
+    """Return a drawing of the plane y = 0: housing, bed, membrane, transducers, port and object.
 
     `left_out` are the parts that the plan does not solve; they are listed below the drawing.
     """
@@ -93,7 +93,7 @@ def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ())
 
 @styled
 def exhibit_figure(scene: Scene, title: str) -> Figure:
-    """The same without names and numbers, small enough to stand beside others."""
+    """Return the drawing without names and numbers, small enough to stand beside others."""
     figure = new_figure((3.5, 3.4), title, "", ["simulated"])
     axes = figure.subplots()
     draw_cross_section(axes, scene, named=False)
@@ -102,7 +102,7 @@ def exhibit_figure(scene: Scene, title: str) -> Figure:
 
 
 def draw_cross_section(axes: Axes, scene: Scene, named: bool = True) -> None:
-    """The drawing itself, in mm; with `named` its parts are labelled."""
+    """Draw the cut in mm; with `named` its parts are labelled."""
     cut, gripper = section(scene), scene.gripper
     rim, roof, height = gripper.rim_radius_mm, gripper.roof_radius_mm, gripper.height_mm
     open_ = cut.roof > cut.floor
@@ -143,7 +143,7 @@ def _transducers(axes: Axes, scene: Scene, named: bool) -> None:
 
 
 def _names(axes: Axes, scene: Scene, cut: Section) -> None:
-    """Names beside the parts, so that no legend has to be learnt."""
+    """Write names beside the parts, so that no legend has to be learnt."""
     rim = scene.gripper.rim_radius_mm
     style: dict[str, Any] = {"fontsize": 8, "va": "center"}
     side = int(np.argmin(np.abs(cut.x - 0.72 * rim)))
@@ -182,7 +182,7 @@ def _grasp_line(scene: Scene) -> str:
 
 
 def trusted_bands_hz(numerics: Numerics) -> tuple[float, float]:
-    """Up to where a spectrum can be trusted, and up to where with care.
+    """Return up to which frequency (Hz) a spectrum can be trusted, and up to which with care.
 
     What was measured on one grid, moved to another: equal errors in Hz have equal f^(n+1) dx^n.
     """
@@ -193,7 +193,7 @@ def trusted_bands_hz(numerics: Numerics) -> tuple[float, float]:
 
 @styled
 def response_figure(ir: ImpulseResponse, title: str, numerics: Numerics) -> Figure:
-    """Impulse response, the decay of its energy, and its spectrum with the trusted band."""
+    """Return impulse response, decay of its energy, and its spectrum with the trusted band."""
     samples = ir.samples[ir.latency_samples :]
     milliseconds = 1e3 * np.arange(len(samples)) / SAMPLE_RATE_HZ
     fall = number(_fall_db(samples), 2)
@@ -234,7 +234,7 @@ def _mark_bands(axes: Axes, numerics: Numerics) -> None:
 
 
 def spectrum_db(samples: Real, static: float) -> tuple[Real, Real]:
-    """Frequencies from 100 Hz to 20 kHz and 20 log10 |H|; bins are 2.7 Hz wide at most.
+    """Return frequencies (Hz, 100 to 20,000) and 20 log10 |H| (dB); bins are 2.7 Hz wide at most.
 
     `static` is what remains for ever, Σ static z^-n beside the samples.
     """
@@ -247,13 +247,13 @@ def spectrum_db(samples: Real, static: float) -> tuple[Real, Real]:
 
 
 def _decay_db(samples: Real) -> Real:
-    """Energy after each moment relative to all of it (Schroeder 1965), in dB."""
+    """Return the energy after each sample (n,) relative to all of it, in dB (Schroeder 1965)."""
     left = np.cumsum(samples[::-1] ** 2)[::-1]
     return 10 * np.log10(np.maximum(left / left[0], 1e-12))
 
 
 def _fall_db(samples: Real) -> float:
-    """How far the last tenth lies below the first, in dB of their mean squares."""
+    """Return how far the last tenth lies below the first, in dB of their mean squares."""
     tenth = max(1, len(samples) // 10)
     first, last = (float(np.mean(part**2)) for part in (samples[:tenth], samples[-tenth:]))
     return 10 * np.log10(first / max(last, 1e-30 * first))

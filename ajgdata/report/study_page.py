@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ajgdata.paths import Paths
+from ajgdata.report.blocks import Illustration, TableFigure
 from ajgdata.report.render import Link, Picture, render
 from ajgdata.types.table import Table, Value
 
@@ -69,16 +70,28 @@ def page_links(names: Sequence[str]) -> list[Link]:
     return [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in names]
 
 
+def placed_figures(
+    figures: Iterable[TableFigure], tables: Sequence[Table]
+) -> dict[str, list[Illustration]]:
+    """Return the figures of each table that has rows, by table; nothing is drawn yet."""
+    filled = {table.name: table for table in tables if table.rows}
+    placed: dict[str, list[Illustration]] = {}
+    for figure in figures:
+        if figure.table in filled:
+            placed.setdefault(figure.table, []).append(figure.of(filled[figure.table]))
+    return placed
+
+
 def render_study(
     name: str,
     provenance: Mapping[str, Any],
     tables: Sequence[Table],
     figures: Mapping[str, Picture],
-    placed: Mapping[str, Sequence[str]],
+    placed: Mapping[str, Sequence[Illustration]],
     pages: Sequence[Link] = (),
     project: Paths | None = None,
 ) -> str:
-    """Return the page as HTML text. `figures` by name, `placed` names those of each table.
+    """Return the page as HTML text. `figures` by name; `placed` has those of each table.
 
     Raises jinja2.UndefinedError for a figure that is not drawn.
     """

@@ -19,6 +19,8 @@ RANKS = {
     "studies": 6,
     "acquire": 7,
     "report": 7,
+    "ablations": 8,
+    "experiments": 8,
     "loading": 8,
     "pipeline": 9,
     "cli": 10,
@@ -71,7 +73,7 @@ def test_what_snakemake_parses_is_light(run_python):
     """Every process of the workflow imports this; a dry run must not pay for torch."""
     code = (
         "import sys, ajgdata.pipeline.plan, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
-        "import ajgdata.store.provenance;"
+        "import ajgdata.store.provenance; from ajgdata.ablations import possible; possible([]);"
         "print(*{name.split('.')[0] for name in sys.modules})"
     )
     assert not set(run_python(code).split()) & HEAVY

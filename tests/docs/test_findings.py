@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from ajgdata.ablations import ABLATIONS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.ablations import ABLATIONS
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import Column, Table
 

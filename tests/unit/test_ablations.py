@@ -8,15 +8,18 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from ajgdata.ablations import ABLATIONS, ablation, possible
+from ajgdata.ablations.base import Folds, Hypothesis, Trial, reasons_of, trial_table
+from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
+from ajgdata.ablations.mirror import LOPSIDED, mirror_plane
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.paths import Paths
-from ajgdata.pipeline.ablations import ABLATIONS, possible, run_ablation
-from ajgdata.pipeline.ablations.bench import NUISANCES, Bench, nuisances
-from ajgdata.pipeline.ablations.mirror import LOPSIDED, mirror_plane
-from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, trial_table
-from ajgdata.report.reasons import reasons_of
+from ajgdata.pipeline.studies import run_ablation
+from ajgdata.report.canvas import draw
+from ajgdata.report.study_page import placed_figures
 from ajgdata.store.tables import read_tables
+from ajgdata.types.table import table_of
 
 DECLARATION = {
     "name": "made",
@@ -40,11 +43,11 @@ DECLARATION = {
 
 
 @pytest.fixture
-def bench(tmp_path) -> Bench:
+def data(tmp_path) -> AblationData:
     paths = Paths(tmp_path)
     paths.dataset("made").parent.mkdir(parents=True)
     paths.dataset("made").write_text(yaml.safe_dump(DECLARATION))
-    return Bench(paths)
+    return AblationData(paths)
 
 
 def reflected(place: complex, axis_deg: float) -> complex:
@@ -103,30 +106,33 @@ def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
     }
 
 
-def test_changed_grasps_are_the_recipe_s_but_for_the_change(bench):
-    grasps = bench.grasps("made", each=1)
+def test_changed_grasps_are_the_recipe_s_but_for_the_change(data):
+    grasps = data.grasps("made", each=1)
     assert [g.grasp_id for g in grasps] == [
         f"virtual-01/virtual-01_cube_{edge}_01" for edge in (20, 25)
     ]
-    assert len(bench.grasps("made", sessions=2)) == 8
-    same = bench.changed("made", "size", grasps, {})
+    assert len(data.grasps("made", sessions=2)) == 8
+    same = data.changed("made", "size", grasps, {})
     assert same.value.tolist() == [20, 25]
     assert same.group.tolist() == [g.grasp_id for g in grasps]
-    centred = bench.changed("made", "size", grasps, {}, pose=0.0)
-    moved = bench.changed("made", "size", grasps, {"grasp": {"offset_x_mm": 0.0}})
+    centred = data.changed("made", "size", grasps, {}, pose=0.0)
+    moved = data.changed("made", "size", grasps, {"grasp": {"offset_x_mm": 0.0}})
     assert np.array_equal(centred.feature, moved.feature)
     assert not np.array_equal(centred.feature, same.feature)
-    kept = len(list(bench.paths.responses.rglob("*.response")))
-    again = bench.changed("made", "size", grasps, {})
+    kept = len(list(data.paths.responses.rglob("*.response")))
+    again = data.changed("made", "size", grasps, {})
     assert np.array_equal(again.feature, same.feature)
-    assert len(list(bench.paths.responses.rglob("*.response"))) == kept == 4
+    assert len(list(data.paths.responses.rglob("*.response"))) == kept == 4
 
 
 def test_ablations_are_made_where_all_their_data_sets_are_simulated():
-    assert possible(["orientation", "ycb"]) == ["mirror", "copies"]
+    assert possible(["orientation", "ycb"]) == ["mirror", "grouped_vs_random"]
     assert possible([]) == []
-    every = {name for one in ABLATIONS.values() for name in one.datasets}
+    every = {dataset for name in ABLATIONS for dataset in ablation(name).datasets}
     assert possible(sorted(every)) == list(ABLATIONS)
+    assert [ablation(name).name for name in ABLATIONS] == list(ABLATIONS)
+    with pytest.raises(ValueError, match="there is no ablation 'copies': choose among mirror"):
+        ablation("copies")
 
 
 def test_an_ablation_that_cannot_be_made_says_why(tmp_path):
@@ -170,3 +176,52 @@ def test_reasons_are_supported_changes_towards_the_paper():
     assert helps.explains(low=False)  # ours is too high, and the change lowers it
     assert not helps.explains(low=True)
     assert not nothing.explains(low=False)
+
+
+def drawn(name, table):
+    """Axes of the one figure of an ablation's table."""
+    (illustration,) = placed_figures(ablation(name).figures, [table])[table.name]
+    assert len(illustration.caption.alt) > 40
+    return draw(illustration).axes
+
+
+def test_the_mirror_s_figure_sets_errors_against_the_misfit():
+    rows = (
+        {"gripper": "a", "misfit": 0.5, "rmse": 40.0, "sd": 2.0, "cosine": 0.9, "sine": -0.1},
+        {"gripper": "b", "misfit": 11.0, "rmse": 9.0, "sd": 1.0, "cosine": 0.95, "sine": 0.8},
+    )
+    keys = {key: key for key in rows[0]}
+    left, right = drawn("mirror", table_of("mirror_grippers", "t", rows, **keys))
+    assert left.lines[0].get_xydata().tolist() == [[0.5, 40], [11, 9]]
+    assert [text.get_text() for text in left.texts] == ["a", "b"]
+    kept, flipped = right.lines[:2]
+    assert kept.get_ydata().tolist() == [0.9, 0.95] and flipped.get_ydata().tolist() == [-0.1, 0.8]
+    assert left.get_xlim() == (0, 22) and right.get_ylim()[1] == 1
+
+
+def test_the_materials_figure_has_distances_and_accuracies_of_each_data_set():
+    rows = [
+        {"dataset": dataset, "share": share, "within": 2 * share, "between": 0.1, "linear": right}
+        for dataset, right in (("ball", 0.5), ("plate", 0.7))
+        for share in (1.0, 0.01)
+    ]
+    table = table_of("materials_scatter", "t", rows, **{key: key for key in rows[0]})
+    left, right = drawn("materials", table)
+    lines = {line.get_label(): line.get_xydata().tolist() for line in left.lines}
+    assert lines["ball, two grasps"] == lines["plate, two grasps"] == [[1, 2], [0.01, 0.02]]
+    assert lines["ball, materials"] == [[1, 0.1], [0.01, 0.1]]
+    assert [line.get_ydata()[0] for line in right.lines] == [0.5, 0.7, pytest.approx(1 / 3)]
+
+
+def test_the_noise_figure_has_a_line_for_each_model_and_training_set():
+    columns = {"model": "m", "trained": "t", "rmse_45": "a", "rmse_80": "b", "seconds": "s"}
+    rows = [
+        {"model": "ridge", "trained": trained, "rmse_45": 1.0, "rmse_80": worst, "seconds": 1.0}
+        for trained, worst in (("at 45", 9.0), ("at all", 2.0))
+    ]
+    (axes,) = drawn("noise", table_of("noise_levels", "t", rows, **columns))
+    assert [line.get_xydata().tolist() for line in axes.lines] == [
+        [[45, 1], [80, 9]], [[45, 1], [80, 2]],
+    ]  # fmt: skip
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == ["ridge, at 45", "ridge, at all"]

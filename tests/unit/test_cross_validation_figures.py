@@ -32,7 +32,7 @@ from ajgdata.experiments.cross_validation.figures import (
 from ajgdata.experiments.cross_validation.results import models_of
 from ajgdata.report.canvas import COLOURS, encode, styled
 from ajgdata.report.format import Score
-from ajgdata.report.plots import MAX_VECTOR_POINTS
+from ajgdata.report.canvas import MAX_VECTOR_POINTS
 from ajgdata.types import Level
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ajgdata.paths import Paths
 from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.paper import parse_paper
-from ajgdata.report.plots import pareto_front
+from ajgdata.report.canvas import pareto_front
 from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError
 

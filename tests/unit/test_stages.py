@@ -8,8 +8,7 @@ import pytest
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.stages import Stopwatch, busy_s, stages_of
-from ajgdata.report.stages import JobTime
-from ajgdata.report.stages_figure import stages_caption, stages_figure
+from ajgdata.report.job_times import JobTime, stages_caption, stages_figure
 from ajgdata.store.benchmarks import Job, read_benchmarks
 from ajgdata.types import DataError
 

@@ -12,12 +12,21 @@ from jinja2 import UndefinedError
 from matplotlib.text import Text
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.pipeline.pages import build_study_page
-from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study
+from ajgdata.pipeline.pages import build_page
+from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, page_code, run_study, study_code
+from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.render import draw_figures, picture
-from ajgdata.report.study_figures import FIGURES, study_figures
-from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
+from ajgdata.report.study_figures import FIGURES
+from ajgdata.report.study_page import (
+    LEADS,
+    holds,
+    numeric,
+    page_links,
+    passed,
+    placed_figures,
+    render_study,
+)
 from ajgdata.store.provenance import code_digest
 from ajgdata.store.tables import plain, read_tables, write_tables
 from ajgdata.types import DataError
@@ -106,7 +115,7 @@ def page(tmp_path, monkeypatch):
     monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
     pretend(monkeypatch, TABLE)
     run_study("pretended", paths.study("pretended"))
-    build_study_page(paths, "pretended", ["gallery", "accuracy"])
+    build_page(paths, "pretended", [paths.study("pretended")], ["gallery", "accuracy"])
     return paths.page("pretended").read_text(encoding="utf-8")
 
 
@@ -128,9 +137,9 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
 
 def test_figures_are_drawn_linked_and_embedded(tmp_path):
     paths = Paths(tmp_path)
-    (figure,) = study_figures("verification", [DRAWN, TABLE])["convergence"]
+    placed = placed_figures(FIGURES["verification"], [DRAWN])
+    (figure,) = placed["convergence"]
     assert figure.name == "convergence"
-    placed = {"convergence": ["convergence"]}
     with pytest.raises(UndefinedError, match="no attribute 'convergence'"):
         render_study("verification", MADE, [DRAWN], {}, placed)
     with pytest.raises(ValueError, match=r"figures that study.html.j2 does not show: convergence"):
@@ -142,7 +151,7 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
         draw_figures([figure, figure], tmp_path / "nowhere")
     assert not (tmp_path / "nowhere").exists()
     write_tables(paths.study("verification"), [DRAWN], **MADE)
-    build_study_page(paths, "verification", [])
+    build_page(paths, "verification", [paths.study("verification")], [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
     (image,) = shown.all("img")
     assert image["src"].startswith("data:image/svg+xml;base64,") and len(image["alt"]) > 40
@@ -152,7 +161,7 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
 
 
 def test_the_convergence_figure_shows_each_case_and_the_slopes():
-    figure = FIGURES["verification", "convergence", "convergence"][1](DRAWN)
+    figure = drawn(DRAWN, "convergence")
     (axes,) = figure.axes
     a, b, first, second, fourth = (line.get_xydata() for line in axes.lines)
     np.testing.assert_allclose(a, [(2, 4), (4, 16)])
@@ -174,11 +183,18 @@ def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
         tuple(Column(key, key) for key in keys),
         tuple(dict(zip(keys, row, strict=True)) for row in rows),
     )
-    figure = FIGURES["stability", "stability", "energies"][1](table)
+    figure = drawn(table, "energies")
     (axes,) = figure.axes
     shown = [list(line.get_ydata()) for line in axes.lines]
     assert shown == [[0.1], [0.2], [1.0], [1.1], [1, 1]]
     assert "2 cases marched" in [text.get_text() for text in figure.findobj(Text)]
+
+
+def drawn(table, name):
+    """Axes of the figure `name` of a study's table, in the one style."""
+    wanted = [one for some in FIGURES.values() for one in some if one.name == name]
+    ((illustration,),) = placed_figures(wanted, [table]).values()
+    return draw(illustration)
 
 
 def table_of(name, keys, rows):
@@ -194,7 +210,7 @@ def test_the_omissions_figure_sets_what_was_measured_against_what_was_expected()
         ("s", "all", None, 0.002, None, 0.01),
         ("t", "frame", 0.0, 0.0, False, 0.01),
     )
-    figure = FIGURES["omissions", "omissions", "expected"][1](table_of("omissions", keys, rows))
+    figure = drawn(table_of("omissions", keys, rows), "expected")
     (axes,) = figure.axes
     points = {
         (line.get_color(), line.get_markerfacecolor() == "none"): line.get_xydata().tolist()
@@ -214,9 +230,7 @@ def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
         ("sphere", "+ all", 0.02, 0.3, 9, None, 9),
         ("plate", "rigid", 0.03, 0.4, 9, 0.06, 9),
     )
-    figure = FIGURES["materials", "material_distances", "distances"][1](
-        table_of("material_distances", keys, rows)
-    )
+    figure = drawn(table_of("material_distances", keys, rows), "distances")
     sphere, plate = figure.axes
     assert [axes.get_title() for axes in (sphere, plate)] == ["sphere", "plate"]
     marks = [line.get_xydata().tolist() for line in sphere.lines]
@@ -233,14 +247,13 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
         ("bar", "wide", 4.0, 0.07, 0.1, 0.2, 0.3),
     )
     table = table_of("accuracy", keys, rows)
-    names = [one.name for one in study_figures("accuracy", [table])["accuracy"]]
-    assert names == ["pareto", "bands"]
-    (axes,) = FIGURES["accuracy", "accuracy", "pareto"][1](table).axes
-    drawn = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
-    assert drawn["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]
-    assert drawn["second, cube"] == [[0.15, 0.3]] and drawn["wide, bar"] == [[0.3, 0.07]]
+    assert [one.name for one in FIGURES["accuracy"]] == ["pareto", "bands"]
+    (axes,) = drawn(table, "pareto").axes
+    lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
+    assert lines["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]
+    assert lines["second, cube"] == [[0.15, 0.3]] and lines["wide, bar"] == [[0.3, 0.07]]
     assert [text.get_text() for text in axes.texts] == ["4", "2", "4"]
-    low, high = FIGURES["accuracy", "accuracy", "bands"][1](table).axes
+    low, high = drawn(table, "bands").axes
     assert [line.get_xydata().tolist() for line in low.lines] == [
         [[2, 0.05], [4, 0.1]], [[4, 0.4]],
     ]  # fmt: skip
@@ -279,10 +292,9 @@ def test_every_page_has_its_words_and_its_place():
         "gallery.html", "accuracy.html",
     ]  # fmt: skip
     assert page_links([]) == []
-    for study, _, _ in FIGURES:
-        assert study in LEADS
+    assert list(FIGURES) == list(STUDIES)
     for study in STUDIES:
-        assert code_digest(f"studies/{study}")  # there is such a module
+        assert code_digest(*study_code(study)) and code_digest(*page_code(study))
 
 
 def test_the_settings_know_every_page():

@@ -188,7 +188,7 @@ def test_results_of_what_is_no_longer_declared_do_not_disturb_the_checks(project
 
 def test_pages_on_the_gripper_are_made_once_and_have_their_figures(project):
     ask = ("--config", "pages=[gallery]")
-    assert project.planned(*END, *ask) == {"gallery": 1, "report": 1}
+    assert project.planned(*END, *ask) == {"page": 1, "report": 1}
     project.snakemake("results/report/gallery.html", *ask)
     assert project.planned(*END, *ask) == {"report": 1}
     page = project.paths.page("gallery").read_text()
@@ -199,13 +199,13 @@ def test_pages_on_the_gripper_are_made_once_and_have_their_figures(project):
 
 def test_each_study_is_a_job_of_its_own(project):
     """Other recordings redo no study, and quick ones are other ones."""
-    jobs = {"gallery": 1, "study": len(STUDIES), "study_page": len(STUDIES), "report": 1}
+    jobs = {"study": len(STUDIES), "page": len(STUDIES) + 1, "report": 1}
     wanted = {rule: count for rule, count in jobs.items() if count}
     pages = ",".join(["gallery", *STUDIES])
     assert project.planned(*END, "--config", f"pages=[{pages}]") == wanted
     write_tone(project.folder("day1") / "audio/0.wav", 777, seed=3)
     redone = project.planned(*END)
-    assert "study" not in redone and "gallery" not in redone
+    assert "study" not in redone and "page" not in redone
 
 
 def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project):

@@ -60,6 +60,13 @@ def declared_embedding(wildcards):
     return PLANS[wildcards.dataset].spec.embeddings[wildcards.embedding]
 
 
+def tables_of_page(wildcards):
+    """What a page beside the report shows: of a study, of all ablations; the gallery has none."""
+    if wildcards.page == ABLATIONS_PAGE:
+        return [PATHS.ablation(name) for name in ABLATED]
+    return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
+
+
 def embedding_settings(wildcards):
     """The same as plain values, defaults included."""
     return declared_embedding(wildcards).model_dump(mode="json")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.ablations import run_ablation
+from ajgdata.pipeline.studies import run_ablation
 from ajgdata.pipeline.log import logged
 
 params = snakemake.params

@@ -8,6 +8,6 @@ from ajgdata.pipeline.studies import run_study
 with logged(snakemake.log[0]):
     run_study(
         snakemake.wildcards.study,
-        Path(snakemake.output.figures),
+        Path(snakemake.output.tables),
         quick=snakemake.params.quick,
     )

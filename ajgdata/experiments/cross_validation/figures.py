@@ -26,7 +26,7 @@ from ajgdata.experiments.cross_validation.results import (
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, number, with_unit, words
-from ajgdata.report.plots import MAX_VECTOR_POINTS, pareto_front
+from ajgdata.report.canvas import MAX_VECTOR_POINTS, pareto_front
 
 #: Fewer models of a task can be told apart in the figure of all tasks.
 MANY_MODELS = 4

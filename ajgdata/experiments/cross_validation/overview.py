@@ -17,7 +17,7 @@ from ajgdata.experiments.cross_validation.results import ModelResult, best_of, m
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
 from ajgdata.report.format import Caption, Score, number
-from ajgdata.report.plots import pareto_front
+from ajgdata.report.canvas import pareto_front
 
 Task = tuple[ModelResult, ...]
 COST, SPLITS = "error-against-run-time", "random-against-grouped"

@@ -1,11 +1,11 @@
-"""Grasps as they stand in the stores, and the same grasps with a changed scene."""
+"""Data of ablations: grasps as they stand in the stores, and with a changed scene."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import JsonValue
@@ -14,23 +14,18 @@ from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.evaluate.crossval import CrossValidation, ExtraTestSet, cross_validate
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
-from ajgdata.features.spectrum import spectrum
-from ajgdata.gripper import (
-    SAMPLE_RATE_HZ,
-    ImpulseResponse,
-    Scene,
-    SignalChain,
-    excitation_sweep,
-    record,
-)
+from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec, FeatureSettings, Kind, Recipe
+
+if TYPE_CHECKING:
+    from ajgdata.evaluate.crossval import CrossValidation
+    from ajgdata.gripper import ImpulseResponse
 
 FOLDS = 5
 #: What is drawn anew for each grasp; the correlation lengths are no amounts.
@@ -39,14 +34,14 @@ QUIET = SignalChain(noise_db_spl=None)
 
 
 def nuisances(factor: float, only: Sequence[str] = NUISANCES) -> dict[str, JsonValue]:
-    """Scatter of grasps, `factor` times the default; nothing but `only` scatters."""
+    """Return the scatter of grasps, `factor` times the default; nothing but `only` scatters."""
     base = Nuisance()
     return {name: factor * getattr(base, name) * (name in only) for name in NUISANCES}
 
 
 @dataclass(frozen=True)
-class Bench:
-    """A project's grasps, the same ones changed, and models on both."""
+class AblationData:
+    """Grasps of a project, the same ones changed, and models on both."""
 
     paths: Paths
     seed: int = 0
@@ -54,12 +49,15 @@ class Bench:
 
     @property
     def models(self) -> tuple[str, ...]:
-        """What most trials are made with."""
+        """Return the models that most trials are made with."""
         return ("linear",) if self.quick else ("cnn", "linear")
 
     def grasps(self, dataset: str, sessions: int = 1, each: int | None = None) -> list[Grasp]:
-        """The first grasps (`each` of an object, default all) of the first `sessions` of the
-        recipe, named as in the store, in order of their names."""
+        """Return the first grasps of the first `sessions` of the recipe, in order of their names.
+
+        `each` of an object (default: all), named as in the store. Raises ValueError for a data set
+        without a recipe.
+        """
         recipe = _recipe(read_dataset(self.paths, dataset))
         several = None if each is None else each * len(recipe.objects)  # objects come in turn
         planned = [
@@ -70,9 +68,9 @@ class Bench:
         return sorted(planned, key=lambda grasp: grasp.grasp_id)
 
     def recorded(self, dataset: str, task: str, grasps: Sequence[Grasp]) -> TaskData:
-        """The first recording of each of `grasps` as it stands in the store, in their order.
+        """Return the first recording of each of `grasps` as it is in the store, in their order.
 
-        Raises ValueError for a grasp that is not there.
+        `feature` (n, 1025), `value` (n,). Raises ValueError for a grasp that is not there.
         """
         rows = self._stored(dataset, task)
         names, first = np.unique(rows.group, return_index=True)  # rows are in order of names
@@ -82,15 +80,18 @@ class Bench:
         return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
 
     def known(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
-        """Every recording of a value that the task does not withhold; `elsewhere`: of another data
-        set, with the same target."""
+        """Return every recording of a value that the task does not withhold from training.
+
+        `elsewhere`: of another data set, which has the same target.
+        """
         withhold = read_dataset(self.paths, dataset).tasks[task].withhold
         return split_withheld(self._stored(dataset, task, elsewhere), withhold)[0]
 
     def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
-        asked = read_dataset(self.paths, dataset).task_settings(task)
+        spec = read_dataset(self.paths, dataset)
+        target = spec.tasks[task].target
         store = read_store(self.paths.merged(elsewhere or dataset))
-        rows = task_data(store, asked["target"], asked["kind"], "grasp_id")
+        rows = task_data(store, target, spec.targets[target].kind, "grasp_id")
         return rows.where(np.argsort(rows.name))
 
     def changed(
@@ -101,10 +102,13 @@ class Bench:
         scene: Mapping[str, JsonValue],
         pose: float = 1.0,
     ) -> TaskData:
-        """The same grasps simulated with `scene` over their setup, each recorded once.
+        """Return the same grasps simulated with `scene` over their setup, each recorded once.
 
-        What the recipe varies of the pose is multiplied by `pose`.
+        `feature` (n, 1025), `value` (n,). What the recipe varies of the pose is multiplied by
+        `pose`. Raises ValueError for a data set without a recipe.
         """
+        from ajgdata.features.spectrum import spectrum
+
         spec = read_dataset(self.paths, dataset)
         recipe, target = _recipe(spec), spec.tasks[task].target
         solver, feature, value = SerialSolver(self.paths.responses), [], []
@@ -120,11 +124,14 @@ class Bench:
         return TaskData(np.array(feature), np.array(value), names, names)
 
     def response(self, setup: Mapping[str, Any]) -> ImpulseResponse:
-        """The kept response of a scene, or a new one."""
+        """Return the kept response of a scene, or a new one."""
         return ResponseStore(self.paths.responses).solve(Scene.model_validate(setup))
 
     def heard(self, setup: Mapping[str, Any], grasp: Mapping[str, Any]) -> np.ndarray:
-        """Feature (1025,) of a scene, recorded without noise; `grasp` is all of its grasp."""
+        """Return the feature (1025,) of a scene recorded without noise, held as in `grasp`."""
+        from ajgdata.features.spectrum import spectrum
+        from ajgdata.gripper import excitation_sweep, record
+
         take = record(self.response({**setup, "grasp": grasp}), excitation_sweep(), QUIET)
         return spectrum(take.samples, SAMPLE_RATE_HZ, FeatureSettings()).astype(float)
 
@@ -138,7 +145,9 @@ class Bench:
         random: bool = False,
         extra_tests: Mapping[str, TaskData] | None = None,
     ) -> CrossValidation:
-        """Cross-validation, by grasps unless `random`, and tests on the rows of `extra_tests`."""
+        """Return a cross-validation, by grasps unless `random`, tested on `extra_tests`, too."""
+        from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+
         tests = {
             n: ExtraTestSet(r.feature, r.value, r.group) for n, r in (extra_tests or {}).items()
         }
@@ -155,7 +164,7 @@ def _recipe(spec: DatasetSpec) -> Recipe:
 
 
 def _over(setup: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """`setup` with `changes`, key by key; a part that is given by name is replaced."""
+    """Return `setup` with `changes`, key by key; a part that is given by name is replaced."""
     parts = {
         key: _over(setup[key], value)
         for key, value in changes.items()

@@ -1,4 +1,4 @@
-"""Orientation: can a gripper tell an angle from its mirror image?
+"""Orientation: a gripper that is its own mirror image cannot tell an angle from its image.
 
 Speaker s and microphone m on a round roof have a mirror plane at the angle a of least misfit: the
 mirror maps s to s and m to m, or s to m and m to s, which by reciprocity sounds the same. A bar at
@@ -11,17 +11,22 @@ import cmath
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import JsonValue
 
+from ajgdata.ablations.base import Ablation, Folds, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.ablations.data import AblationData, nuisances
 from ajgdata.acquire.source import Grasp
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
-from ajgdata.pipeline.ablations.bench import Bench, nuisances
-from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.report.blocks import TableFigure
+from ajgdata.report.format import Caption
 from ajgdata.types.table import Column, Table, Value
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Wave = Callable[[np.ndarray], np.ndarray]
 DATASET, PERIOD_DEG = "orientation", 180.0
@@ -34,8 +39,8 @@ LOPSIDED = (
 
 
 def mirror_plane(gripper: Gripper) -> tuple[float, float]:
-    """Angle (degrees, 0 to 180) of the mirror plane of least misfit, and that misfit: root mean
-    square distance (mm) of the transducers from the places where the mirror puts them.
+    """Return the angle (degrees, 0 to 180) of the mirror plane of least misfit, and that misfit:
+    root mean square distance (mm) of the transducers from the places where the mirror puts them.
 
     A mirror at angle a maps z to exp(2ia) z*. Of those that keep each transducer the best has
     exp(2ia) along s² + m², of those that exchange them along s m.
@@ -52,37 +57,37 @@ def _lopsided() -> dict[str, Gripper]:
     return {f"transducers {mirror_plane(g)[1]:.0f} mm off any mirror plane": g for g in LOPSIDED}
 
 
-def tables(bench: Bench) -> list[Table]:
-    """Trials, and what each gripper reads of the angle."""
-    grasps = bench.grasps(DATASET, each=3)
-    default = bench.recorded(DATASET, "direction", grasps)
+def measure(data: AblationData) -> list[Table]:
+    """Return trials, readings of the angle by each gripper, and distances of mirror images."""
+    grasps = data.grasps(DATASET, each=3)
+    default = data.recorded(DATASET, "direction", grasps)
     grippers = {
         "default": (GRIPPERS["default"], default),
         "asymmetric": (
             GRIPPERS["asymmetric"],
-            bench.changed(DATASET, "direction", grasps, {"gripper": "asymmetric"}),
+            data.changed(DATASET, "direction", grasps, {"gripper": "asymmetric"}),
         ),
     }
     for name, gripper in _lopsided().items():
         moved: dict[str, JsonValue] = {"gripper": gripper.model_dump(mode="json")}
-        grippers[name] = gripper, bench.changed(DATASET, "direction", grasps, moved)
-    still = bench.changed(DATASET, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
+        grippers[name] = gripper, data.changed(DATASET, "direction", grasps, moved)
+    still = data.changed(DATASET, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
     trials: list[Trial] = []
     for name in ("default", "asymmetric"):
-        trials.append(_mirrored(bench, "linear", name, *grippers[name]))
-    for model in bench.models:
-        read = {name: _direction(bench, model, rows) for name, (_, rows) in grippers.items()}
+        trials.append(_mirrored(data, "linear", name, *grippers[name]))
+    for model in data.models:
+        read = {name: _direction(data, model, rows) for name, (_, rows) in grippers.items()}
         for name in _lopsided():
             trials.append(Trial(_moved(name), model, "rmse", "°", read["default"], read[name]))
-        alike = Trial(SCATTER, model, "rmse", "°", read["default"], _direction(bench, model, still))
+        alike = Trial(SCATTER, model, "rmse", "°", read["default"], _direction(data, model, still))
         trials.append(alike)
-        trials.append(_copies(bench, model))
+        trials.append(_second_recordings(data, model))
     title = "Orientation: an angle and its mirror image"
     note = f"{len(grasps)} grasps of the bar at {len(set(default.value))} angles."
     return [
         trial_table("mirror", title, note, trials),
-        _readings(bench, grippers),
-        _distances(bench, grasps),
+        _readings(data, grippers),
+        _distances(data, grasps),
     ]
 
 
@@ -106,8 +111,8 @@ def _moved(name: str) -> Hypothesis:
     )
 
 
-def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: TaskData) -> Trial:
-    """Read what the mirror flips, and what it keeps."""
+def _mirrored(data: AblationData, model: str, name: str, gripper: Gripper, rows: TaskData) -> Trial:
+    """Return the trial that reads what the mirror flips, then what it keeps."""
     axis, _ = mirror_plane(gripper)
     claim = Hypothesis(
         (),
@@ -115,35 +120,35 @@ def _mirrored(bench: Bench, model: str, name: str, gripper: Gripper, rows: TaskD
         " the sine of twice the angle from it cannot be read, its cosine can",
         "target: the cosine in place of the sine",
     )
-    sine, cosine = (_part(bench, model, rows, axis, f) for f in (np.sin, np.cos))
+    sine, cosine = (_part(data, model, rows, axis, f) for f in (np.sin, np.cos))
     return Trial(claim, model, "r2", "", sine, cosine)
 
 
-def _part(bench: Bench, model: str, rows: TaskData, axis: float, wave: Wave) -> Folds:
+def _part(data: AblationData, model: str, rows: TaskData, axis: float, wave: Wave) -> Folds:
     turned = rows._replace(value=wave(np.deg2rad(2 * (rows.value.astype(float) - axis))))
-    return folds_of(bench.validated(turned, "regression", model), "r2")
+    return folds_of(data.validated(turned, "regression", model), "r2")
 
 
-def _direction(bench: Bench, model: str, rows: TaskData) -> Folds:
-    return folds_of(bench.validated(rows, "regression", model, period=PERIOD_DEG), "rmse")
+def _direction(data: AblationData, model: str, rows: TaskData) -> Folds:
+    return folds_of(data.validated(rows, "regression", model, period=PERIOD_DEG), "rmse")
 
 
-def _copies(bench: Bench, model: str) -> Trial:
-    """Of all recordings, so that each grasp has a second one."""
-    rows = bench.known(DATASET, "direction")
+def _second_recordings(data: AblationData, model: str) -> Trial:
+    """Return the trial of both splits on all recordings: each grasp has a second one."""
+    rows = data.known(DATASET, "direction")
     split = [
-        folds_of(bench.validated(rows, "regression", model, period=PERIOD_DEG, random=r), "rmse")
+        folds_of(data.validated(rows, "regression", model, period=PERIOD_DEG, random=r), "rmse")
         for r in (False, True)
     ]
     return Trial(COPIES, model, "rmse", "°", split[0], split[1], paired=False)
 
 
-def _readings(bench: Bench, grippers: dict[str, tuple[Gripper, TaskData]]) -> Table:
+def _readings(data: AblationData, grippers: dict[str, tuple[Gripper, TaskData]]) -> Table:
     rows: list[dict[str, Value]] = []
     for name, (gripper, recorded) in grippers.items():
         axis, misfit = mirror_plane(gripper)
-        parts = [_part(bench, "linear", recorded, axis, wave) for wave in (np.cos, np.sin)]
-        direction = _direction(bench, "linear", recorded)
+        parts = [_part(data, "linear", recorded, axis, wave) for wave in (np.cos, np.sin)]
+        direction = _direction(data, "linear", recorded)
         rows.append(
             {
                 "gripper": name,
@@ -181,14 +186,14 @@ def _readings(bench: Bench, grippers: dict[str, tuple[Gripper, TaskData]]) -> Ta
     )
 
 
-def _distances(bench: Bench, grasps: Sequence[Grasp]) -> Table:
-    """The mirror without any model: how far sounds of mirrored angles lie apart."""
+def _distances(data: AblationData, grasps: Sequence[Grasp]) -> Table:
+    """Return how far sounds of mirrored angles lie apart: the mirror without any model."""
     angles = np.array([20.0, 45.0, 70.0])
     rows: list[dict[str, Value]] = []
     for name, gripper in {"default": GRIPPERS["default"], **_lopsided()}.items():
         axis, _ = mirror_plane(gripper)
         setup = {**grasps[0].setup, "gripper": gripper.model_dump(mode="json")}
-        heard = partial(_heard, bench, setup)
+        heard = partial(_heard, data, setup)
         true = heard(axis + angles)
         again = [heard(axis + angles, scatter=1.0, seed=seed) for seed in (1, 2)]
         rows.append(
@@ -216,14 +221,57 @@ def _distances(bench: Bench, grasps: Sequence[Grasp]) -> Table:
 
 
 def _heard(
-    bench: Bench, setup: Mapping[str, Any], angles: np.ndarray, scatter: float = 0.0, seed: int = 0
+    data: AblationData,
+    setup: Mapping[str, Any],
+    angles: np.ndarray,
+    scatter: float = 0.0,
+    seed: int = 0,
 ) -> np.ndarray:
-    """Features (n, 1025) of the bar at `angles` (n,), centred."""
+    """Return features (n, 1025) of the bar at `angles` (n,) in degrees, centred."""
     grasp = {"nuisance": nuisances(scatter), "seed": seed}
-    return np.array([bench.heard(setup, {**grasp, "angle_deg": angle}) for angle in angles])
+    return np.array([data.heard(setup, {**grasp, "angle_deg": angle}) for angle in angles])
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> float:
-    """Root mean square over rows (n, f) of the relative distance."""
+    """Return the root mean square over rows (n, 1025) of the relative distance."""
     change = np.linalg.norm(one - other, axis=1) / np.linalg.norm(other, axis=1)
     return float(np.sqrt(np.mean(np.square(change))))
+
+
+def figure(table: Table) -> Figure:
+    """Return the error of the direction against the misfit of each gripper's mirror plane."""
+    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, line_style, new_figure
+
+    drawn = new_figure(
+        (WIDTH_IN, 3.2), "Direction of the bar", "ridge, mean ± sd over folds", ["simulated"]
+    )
+    left, right = drawn.subplots(1, 2)
+    misfit, rmse = table.numbers("misfit"), table.numbers("rmse")
+    left.errorbar(misfit, rmse, table.numbers("sd"), fmt="o", color=COLOURS[0])
+    for x, y, name in zip(misfit, rmse, table.column("gripper"), strict=True):
+        left.annotate(str(name), (x, y), (4, 4), textcoords="offset points", fontsize=6.5)
+    left.set(xlabel="misfit of the mirror plane (mm)", ylabel="RMSE (°)")
+    left.set_ylim(bottom=0)
+    left.set_xlim(0, 2 * misfit.max())
+    for index, (key, label) in enumerate({"cosine": "kept", "sine": "flipped"}.items()):
+        style = {**line_style(index), "ls": "none"}
+        right.plot(misfit, table.numbers(key), label=f"{label} by the mirror", **style)
+    right.axhline(0, color=GREY, lw=1.1, ls=":")
+    right.set(xlabel="misfit of the mirror plane (mm)", ylabel="R²")
+    right.set_ylim(top=1)
+    right.legend(loc="lower right")
+    return drawn
+
+
+CAPTION = Caption(
+    "Left: error of the bar's direction against how far each gripper is from being its own mirror"
+    " image. Right: how well the part of the angle is read that the mirror keeps, and the one that"
+    " it flips; 0: no better than the mean.",
+    "Error of the direction, and R² of its two parts, against the misfit of the mirror plane.",
+)
+ABLATION = Ablation(
+    "mirror",
+    datasets=(DATASET,),
+    measure=measure,
+    figures=(TableFigure("mirror_grippers", "misfit", CAPTION, figure),),
+)

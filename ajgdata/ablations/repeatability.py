@@ -1,4 +1,4 @@
-"""Does the scatter of grasps limit accuracy? Objects without it, sizes with twice as much."""
+"""Repeatability of grasps: objects without their scatter, sizes with twice as much."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
+from ajgdata.ablations.base import Ablation, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
 from ajgdata.acquire.source import Grasp
-from ajgdata.pipeline.ablations.bench import NUISANCES, Bench, nuisances
-from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
 from ajgdata.types import Kind
 from ajgdata.types.table import Column, Table, Value
 
@@ -35,54 +35,54 @@ ORIGINS = {
 }
 
 
-def tables(bench: Bench) -> list[Table]:
-    """Trials, and how far grasps lie apart by what differs between them."""
-    objects, cubes = bench.grasps("ycb", sessions=2), bench.grasps("size", each=3)
+def measure(data: AblationData) -> list[Table]:
+    """Return trials, and how far grasps lie apart by what differs between them."""
+    objects, cubes = data.grasps("ycb", sessions=2), data.grasps("size", each=3)
     trials = [
-        *_trials(bench, ("ycb", "object", "classification", "accuracy", ""), STILL, objects, 0),
-        *_trials(bench, ("size", "size", "regression", "rmse", "mm"), NOISIER, cubes, 2),
+        *_trials(data, ("ycb", "object", "classification", "accuracy", ""), STILL, objects, 0),
+        *_trials(data, ("size", "size", "regression", "rmse", "mm"), NOISIER, cubes, 2),
     ]
     note = f"{len(objects)} grasps of household objects, {len(cubes)} of cubes, one recording each."
     return [
         trial_table("repeatability", "Repeatability of grasps", note, trials),
-        _scatter(bench, cubes[0]),
+        _scatter(data, cubes[0]),
     ]
 
 
 def _trials(
-    bench: Bench,
+    data: AblationData,
     task: tuple[str, str, Kind, str, str],
     hypothesis: Hypothesis,
     grasps: Sequence[Grasp],
     factor: float,
 ) -> list[Trial]:
-    """Each model on `grasps` as they are and with `factor` times their scatter."""
+    """Return trials of each model on `grasps` as they are and with `factor` times their scatter."""
     dataset, name, kind, metric, unit = task
-    before = bench.recorded(dataset, name, grasps)
-    after = bench.changed(dataset, name, grasps, {"grasp": {"nuisance": nuisances(factor)}})
+    before = data.recorded(dataset, name, grasps)
+    after = data.changed(dataset, name, grasps, {"grasp": {"nuisance": nuisances(factor)}})
     trials = []
-    for model in bench.models:
+    for model in data.models:
         first, second = (
-            folds_of(bench.validated(rows, kind, model), metric) for rows in (before, after)
+            folds_of(data.validated(rows, kind, model), metric) for rows in (before, after)
         )
         trials.append(Trial(hypothesis, model, metric, unit, first, second))
     return trials
 
 
-def _scatter(bench: Bench, grasp: Grasp) -> Table:
+def _scatter(data: AblationData, grasp: Grasp) -> Table:
     setup = {key: value for key, value in grasp.setup.items() if key != "grasp"}
     rows: list[dict[str, Value]] = []
     for name, only in ORIGINS.items():
         still = [{"nuisance": nuisances(1, only), "seed": seed} for seed in range(GRASPS)]
-        rows.append({"origin": name, "distance": _apart([bench.heard(setup, g) for g in still])})
-    generator = np.random.default_rng(bench.seed)
+        rows.append({"origin": name, "distance": _apart([data.heard(setup, g) for g in still])})
+    generator = np.random.default_rng(data.seed)
     for name, turn, shift in (("pose, 10° and 2 mm", 10, 2), ("pose, 90° and 10 mm", 90, 10)):
         drawn = generator.uniform(-1, 1, (GRASPS, 3)) * [turn, shift, shift]
         poses = [
             {"nuisance": nuisances(0), "angle_deg": a, "offset_x_mm": x, "offset_y_mm": y}
             for a, x, y in drawn.round(4).tolist()
         ]
-        rows.append({"origin": name, "distance": _apart([bench.heard(setup, g) for g in poses])})
+        rows.append({"origin": name, "distance": _apart([data.heard(setup, g) for g in poses])})
     return Table(
         "scatter",
         "How far grasps of one object lie apart",
@@ -96,3 +96,6 @@ def _scatter(bench: Bench, grasp: Grasp) -> Table:
 def _apart(features: Sequence[np.ndarray]) -> float:
     pairs = [np.linalg.norm(a - b) / np.linalg.norm(b) for a, b in combinations(features, 2)]
     return float(np.sqrt(np.mean(np.square(pairs))))
+
+
+ABLATION = Ablation("repeatability", datasets=("ycb", "size"), measure=measure)

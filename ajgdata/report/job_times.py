@@ -1,25 +1,80 @@
-"""Time of each stage, as a figure."""
+"""Time and memory of the jobs behind a report, by stage, and their figure."""
 
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import Caption, Source, number
-from ajgdata.report.stages import Stages
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Stages beyond these share one colour: more cannot be told apart.
-SHOWN = len(COLOURS)
+SHOWN = 7
 OTHERS = "others"
 NO_DATA_SET = "of no data set"
 
 
-@styled
+@dataclass(frozen=True)
+class JobTime:
+    """One job: its stage and wildcards, s of wall and processor time, MB at most; NaN: too short
+    to be measured."""
+
+    stage: str
+    parts: tuple[str, ...]
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+class StageTime(NamedTuple):
+    """The jobs of a stage together; memory is that of the largest."""
+
+    stage: str
+    jobs: int
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+@dataclass(frozen=True)
+class Stages:
+    """All jobs behind a report; `busy_s`: how long at least one of them was running."""
+
+    jobs: tuple[JobTime, ...]
+    busy_s: float
+
+    def table(self) -> list[StageTime]:
+        """Return one row for each stage, the longest first."""
+        grouped = defaultdict(list)
+        for job in self.jobs:
+            grouped[job.stage].append(job)
+        rows = [_together(stage, jobs) for stage, jobs in grouped.items()]
+        return sorted(rows, key=lambda row: -row.wall_s)
+
+    def total(self) -> StageTime:
+        """Return the sum of all jobs."""
+        return _together("all", list(self.jobs))
+
+    def of_tasks(self) -> list[JobTime]:
+        """Return the jobs of single tasks: data set, task and experiment."""
+        return [job for job in self.jobs if len(job.parts) == 3]
+
+
+def _together(stage: str, jobs: list[JobTime]) -> StageTime:
+    wall, cpu, peak = np.array([(job.wall_s, job.cpu_s, job.peak_mb) for job in jobs]).T
+    largest = float(np.nanmax(peak)) if np.isfinite(peak).any() else float("nan")
+    return StageTime(stage, len(jobs), float(np.nansum(wall)), float(np.nansum(cpu)), largest)
+
+
 def stages_figure(stages: Stages, sources: tuple[Source, ...]) -> Figure:
-    """A bar a data set: wall time of its jobs, stage upon stage."""
+    """Return a bar for each data set: wall time of its jobs, stage upon stage."""
+    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
+
     longest = [row.stage for row in stages.table()]
     shown = longest if len(longest) <= SHOWN else [*longest[: SHOWN - 1], OTHERS]
     seconds: dict[str, dict[str, float]] = defaultdict(lambda: dict.fromkeys(shown, 0.0))
@@ -47,7 +102,7 @@ def stages_figure(stages: Stages, sources: tuple[Source, ...]) -> Figure:
 
 
 def stages_caption(stages: Stages) -> Caption:
-    """Caption of `stages_figure`."""
+    """Return the caption of `stages_figure`."""
     total = stages.total()
     told = ", ".join(f"{row.stage} {number(row.wall_s)} s" for row in stages.table())
     return Caption(

@@ -1,16 +1,22 @@
-"""Hard materials: how alike must grasps be for their sounds to be told apart?"""
+"""Hard materials: how alike grasps must be for their sounds to be told apart."""
 
 from __future__ import annotations
 
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import JsonValue
 
+from ajgdata.ablations.base import Ablation, Folds, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.ablations.data import AblationData, nuisances
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.pipeline.ablations.bench import Bench, nuisances
-from ajgdata.pipeline.ablations.trials import Folds, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.report.blocks import TableFigure
+from ajgdata.report.format import Caption
 from ajgdata.types.table import Column, Table, Value
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TASK = "material"
 MODELS_TRIED = ("linear", "knn")
@@ -26,20 +32,20 @@ WHOLE: dict[str, JsonValue] = {
 }
 
 
-def tables(bench: Bench) -> list[Table]:
-    """Trials, and accuracy against what is left of the scatter."""
+def measure(data: AblationData) -> list[Table]:
+    """Return trials, and accuracy against the share of the scatter that is left."""
     trials, rows = [], []
     for dataset, paper in PAPER.items():
-        grasps = [one for one in bench.grasps(dataset) if one.targets[TASK] != SOFT]
-        default = bench.recorded(dataset, TASK, grasps)
+        grasps = [one for one in data.grasps(dataset) if one.targets[TASK] != SOFT]
+        default = data.recorded(dataset, TASK, grasps)
         heard = {}
         for share in SHARES:
             scene = WHOLE | {"grasp": {"nuisance": nuisances(share)}}
-            heard[share] = bench.changed(dataset, TASK, grasps, scene, pose=share)
-            rows.append(_row(bench, dataset, share, heard[share]))
+            heard[share] = data.changed(dataset, TASK, grasps, scene, pose=share)
+            rows.append(_row(data, dataset, share, heard[share]))
         for model in MODELS_TRIED:
-            read = {share: _told(bench, model, one) for share, one in heard.items()}
-            before = _told(bench, model, default)
+            read = {share: _told(data, model, one) for share, one in heard.items()}
+            before = _told(data, model, default)
             for hypothesis, first, second in (
                 (_parts(paper), before, read[1.0]),
                 (_scatter(paper), read[1.0], read[SHARES[-1]]),
@@ -68,15 +74,15 @@ def _scatter(paper: str) -> Hypothesis:
     )
 
 
-def _told(bench: Bench, model: str, rows: TaskData) -> Folds:
-    return folds_of(bench.validated(rows, "classification", model), "accuracy")
+def _told(data: AblationData, model: str, rows: TaskData) -> Folds:
+    return folds_of(data.validated(rows, "classification", model), "accuracy")
 
 
-def _row(bench: Bench, dataset: str, share: float, rows: TaskData) -> dict[str, Value]:
+def _row(data: AblationData, dataset: str, share: float, rows: TaskData) -> dict[str, Value]:
     by_material = [rows.feature[rows.value == one] for one in np.unique(rows.value)]
     within = [_distance(a, b) for some in by_material for a, b in combinations(some, 2)]
     between = [_distance(some.mean(0), more.mean(0)) for some, more in combinations(by_material, 2)]
-    told = {model: _told(bench, model, rows) for model in MODELS_TRIED}
+    told = {model: _told(data, model, rows) for model in MODELS_TRIED}
     return {
         "dataset": dataset,
         "share": share,
@@ -114,3 +120,45 @@ def _table(rows: list[dict[str, Value]]) -> Table:
         ),
         tuple(rows),
     )
+
+
+def figure(table: Table) -> Figure:
+    """Return how far grasps of one material and different materials lie apart, and accuracy."""
+    from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
+
+    drawn = new_figure(
+        (WIDTH_IN, 3.2),
+        "Hard materials against the scatter of grasps",
+        "metal, wood and plastic of one shape",
+        ["simulated"],
+    )
+    left, right = drawn.subplots(1, 2)
+    for index, (name, rows) in enumerate(table.parted("dataset").items()):
+        share = rows.numbers("share")
+        style = line_style(index)
+        left.plot(share, rows.numbers("within"), label=f"{name}, two grasps", **style)
+        hollow = {**style, "mfc": "none", "ls": "--"}
+        left.plot(share, rows.numbers("between"), label=f"{name}, materials", **hollow)
+        right.plot(share, rows.numbers("linear"), label=name, **style)
+    left.set(xscale="log", yscale="log", ylabel="distance (relative L2)")
+    right.axhline(1 / 3, color=GREY, lw=1.1, ls=":", label="chance")
+    right.set(xscale="log", ylabel="accuracy, logistic regression", ylim=(0, 1.05))
+    for axes in (left, right):
+        axes.set_xlabel("share of the scatter of grasps")
+        plain_ticks(axes.xaxis)
+        axes.legend(loc="best")
+    plain_ticks(left.yaxis)
+    return drawn
+
+
+CAPTION = Caption(
+    "As less of the scatter of grasps is left. Left: distance of two grasps of one material"
+    " (filled) and of the materials' means (hollow). Right: accuracy.",
+    "Distances within and between materials, and accuracy, against the share of scatter.",
+)
+ABLATION = Ablation(
+    "materials",
+    datasets=tuple(PAPER),
+    measure=measure,
+    figures=(TableFigure("materials_scatter", "share", CAPTION, figure),),
+)

@@ -1,21 +1,27 @@
-"""Noise from outside: is what the microphone hears lost in it, or has the model never met it?"""
+"""Noise from outside: what the microphone hears is lost in it, or the model never met it."""
 
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ajgdata.evaluate.crossval import CrossValidation
+from ajgdata.ablations.base import Ablation, Hypothesis, Trial, folds_of, trial_table
+from ajgdata.ablations.data import QUIET, AblationData
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep, record
+from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.gripper.external_noise import transmission
 from ajgdata.models import model_label
-from ajgdata.pipeline.ablations.bench import QUIET, Bench
-from ajgdata.pipeline.ablations.trials import Hypothesis, Trial, folds_of, trial_table
+from ajgdata.report.blocks import TableFigure
+from ajgdata.report.format import Caption
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ajgdata.evaluate.crossval import CrossValidation
 
 QUIET_DBA = 45
 LOUD_DBA = (60, 70, 80, 90)
@@ -24,6 +30,8 @@ TOLD_DBA = 80
 #: Edges in Hz; the last but one band is the one that a model is confined to.
 EDGES_HZ = (20, 300, 1_000, 3_000, 8_000, 20_000)
 BAND_HZ = (3_000, 8_000)
+#: Data sets by level.
+DATASETS = {QUIET_DBA: "size", **{level: f"size_{level}dba" for level in LOUD_DBA}}
 ABSOLUTE = FeatureSettings(quantity="power", normalisation="none")
 
 UNHEARD = Hypothesis(
@@ -41,21 +49,20 @@ LOST = Hypothesis(
 )
 
 
-def tables(bench: Bench) -> list[Table]:
-    """Trials, errors at all levels, and where in the band the noise is."""
-    stores = {QUIET_DBA: "size", **{level: f"size_{level}dba" for level in LOUD_DBA}}
-    levels = {level: bench.known("size", "size", name) for level, name in stores.items()}
+def measure(data: AblationData) -> list[Table]:
+    """Return trials, errors at all levels, and where in the band the noise is."""
+    levels = {level: data.known("size", "size", name) for level, name in DATASETS.items()}
     together = TaskData(
         *(np.concatenate(columns) for columns in zip(*levels.values(), strict=True))
     )
     band = {level: _confined(rows) for level, rows in levels.items()}
     trials, rows = [], []
-    for model in bench.models:
+    for model in data.models:
         found = {
-            f"at {QUIET_DBA} dB(A)": _tested(bench, model, levels[QUIET_DBA], levels),
-            "at all levels": _tested(bench, model, together, levels),
+            f"at {QUIET_DBA} dB(A)": _tested(data, model, levels[QUIET_DBA], levels),
+            "at all levels": _tested(data, model, together, levels),
             f"at {QUIET_DBA} dB(A), {BAND_HZ[0]}–{BAND_HZ[1]} Hz only": _tested(
-                bench, model, band[QUIET_DBA], band
+                data, model, band[QUIET_DBA], band
             ),
         }
         plain, heard, confined = found.values()
@@ -71,20 +78,22 @@ def tables(bench: Bench) -> list[Table]:
     return [
         trial_table("noise", "Noise: lost, or never met", note, trials),
         _level_table(rows),
-        _band_table(bench),
+        _band_table(data),
     ]
 
 
 def _tested(
-    bench: Bench, model: str, rows: TaskData, levels: dict[int, TaskData]
+    data: AblationData, model: str, rows: TaskData, levels: dict[int, TaskData]
 ) -> CrossValidation:
-    """Trained on `rows`, tested on grasps held out at each level."""
+    """Return a validation of training on `rows`, tested on grasps held out at each level."""
     extra_tests = {str(level): tested for level, tested in levels.items()}
-    return bench.validated(rows, "regression", model, extra_tests=extra_tests)
+    return data.validated(rows, "regression", model, extra_tests=extra_tests)
 
 
 def _confined(rows: TaskData) -> TaskData:
-    """The same within BAND_HZ, normalised again."""
+    """Return the same recordings within BAND_HZ, normalised again."""
+    from ajgdata.features.spectrum import frequencies_hz
+
     frequency = frequencies_hz(SAMPLE_RATE_HZ, FeatureSettings())
     inside = rows.feature[:, (frequency >= BAND_HZ[0]) & (frequency < BAND_HZ[1])]
     return rows._replace(feature=inside / inside.sum(axis=1, keepdims=True))
@@ -118,10 +127,13 @@ def _level_table(rows: list[dict[str, Value]]) -> Table:
     )
 
 
-def _band_table(bench: Bench) -> Table:
-    """Of one grasp: the sweep's sound and the noise's, each recorded without the other."""
-    setup = bench.grasps("size")[0].setup
-    response, sweep = bench.response(setup), excitation_sweep()
+def _band_table(data: AblationData) -> Table:
+    """Return the sweep's sound and the noise's by band, each recorded without the other."""
+    from ajgdata.features.spectrum import frequencies_hz, spectrum
+    from ajgdata.gripper import excitation_sweep, record
+
+    setup = data.grasps("size")[0].setup
+    response, sweep = data.response(setup), excitation_sweep()
     frequency = frequencies_hz(SAMPLE_RATE_HZ, ABSOLUTE)
     outside = QUIET.model_copy(update={"external_noise_dba": float(TOLD_DBA)})
     signal, noise = (
@@ -152,3 +164,32 @@ def _band_table(bench: Bench) -> Table:
         ),
         tuple(rows),
     )
+
+
+def figure(table: Table) -> Figure:
+    """Return the error against the level of noise, by what the model was trained on."""
+    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure, plain_ticks
+
+    keys = [column.key for column in table.columns if column.key.startswith("rmse_")]
+    levels = np.array([float(key.removeprefix("rmse_")) for key in keys])
+    drawn = new_figure((WIDTH_IN, 3.6), "Edge length under noise", "grasps held out", ["simulated"])
+    axes = drawn.subplots()
+    for index, row in enumerate(table.rows):
+        errors = [float(row[key] or 0) for key in keys]
+        axes.plot(levels, errors, label=f"{row['model']}, {row['trained']}", **line_style(index))
+    axes.set(yscale="log", xlabel="white noise outside (dB(A))", ylabel="RMSE (mm)")
+    plain_ticks(axes.yaxis)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return drawn
+
+
+CAPTION = Caption(
+    "Error of the edge length against the level of noise outside, by what a model was trained on.",
+    "Error against noise level, logarithmic, one line a model and training set.",
+)
+ABLATION = Ablation(
+    "noise",
+    datasets=tuple(DATASETS.values()),
+    measure=measure,
+    figures=(TableFigure("noise_levels", "levels", CAPTION, figure),),
+)

@@ -1,0 +1,76 @@
+# Pages beside the report: why simulation and paper differ, and those on the virtual gripper.
+wildcard_constraints:
+    study="|".join(STUDIES),
+    ablation="|".join(ABLATED) or "-",
+    page="|".join([ABLATIONS_PAGE, GALLERY, *STUDIES]),
+
+
+rule study:
+    output:
+        tables=PATHS.study("{study}"),
+    log:
+        "results/logs/study/{study}.log",
+    benchmark:
+        "results/benchmarks/study/{study}.tsv"
+    conda:
+        "../../environment.yml"
+    threads: lambda wildcards: workflow.cores if wildcards.study in TIMED else 1
+    params:
+        quick=config["quick"],
+        code=lambda wildcards: code_digest(*study_code(wildcards.study)),
+    message:
+        "Studying the virtual gripper: {wildcards.study}"
+    script:
+        "../scripts/study.py"
+
+
+rule ablate:
+    input:
+        stores=lambda wildcards: [
+            PATHS.merged(name) for name in ablation(wildcards.ablation).datasets
+        ],
+    output:
+        tables=PATHS.ablation("{ablation}"),
+    log:
+        "results/logs/ablate/{ablation}.log",
+    benchmark:
+        "results/benchmarks/ablate/{ablation}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        recipes=lambda wildcards: [
+            settings_digest(PLANS[name].spec.recipe)
+            for name in ablation(wildcards.ablation).datasets
+        ],
+        seed=config["seed"],
+        quick=config["quick"],
+        code=lambda wildcards: code_digest(*ablation_code(wildcards.ablation)),
+    message:
+        "Why simulation and paper differ: {wildcards.ablation}"
+    script:
+        "../scripts/ablate.py"
+
+
+rule page:
+    input:
+        tables=tables_of_page,
+    output:
+        page=PATHS.page("{page}"),
+        figures=directory(PATHS.page_figures("{page}")),
+    log:
+        "results/logs/page/{page}.log",
+    benchmark:
+        "results/benchmarks/page/{page}.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        root=str(PATHS.root),
+        pages=PAGES,
+        quick=config["quick"],
+        code=lambda wildcards: code_digest(*page_code(wildcards.page)),
+        texts=REPORT_FILES,
+    message:
+        "Page on {wildcards.page}"
+    script:
+        "../scripts/page.py"

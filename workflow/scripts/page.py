@@ -1,0 +1,17 @@
+"""Maps the names of rule `page` to a call."""
+
+from pathlib import Path
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.pages import build_page
+
+params = snakemake.params
+with logged(snakemake.log[0]):
+    build_page(
+        Paths(Path(params.root)),
+        snakemake.wildcards.page,
+        [Path(file) for file in snakemake.input],
+        params.pages,
+        quick=params.quick,
+    )
