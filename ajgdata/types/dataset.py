@@ -101,6 +101,8 @@ class DatasetSpec(Strict):
 
     @model_validator(mode="after")
     def _embeddings_of_targets(self) -> DatasetSpec:
+        if both := sorted({*self.tasks} & {*self.embeddings}):
+            raise ValueError(f"{both[0]} is both a task and an embedding: rename one of them")
         for name, one in self.embeddings.items():
             for column in filter(None, (one.target, one.category)):
                 if column not in self.targets:
