@@ -12,6 +12,7 @@ from ajgdata.pipeline.ablations import (
     possible,
 )
 from ajgdata.experiments import measure_entry
+from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,
@@ -21,9 +22,6 @@ from ajgdata.pipeline.experiments import (
 from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.studies import (
-    EMBEDDING,
-    EMBEDDING_CODE,
-    EXPLORER_CODE,
     GALLERY,
     GALLERY_CODE,
     STUDIES,
@@ -61,17 +59,18 @@ except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
-EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
+MEASURED = TASKS + [
+    (name, one) for name, spec in SPECS.items() for one in spec.embeddings
+]
 REPORTS = tasks_by_report(SPECS)
 ASKED = {
     (one.dataset, one.task, kind): one
-    for one in asked_for(SPECS, TASKS)
+    for one in asked_for(SPECS, MEASURED)
     for kind in one.kinds
 }
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
-# Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
-PAGES = [EMBEDDING] if EMBEDDINGS else []
-PAGES += [
+# Further pages: why simulation and paper differ, and on the virtual gripper.
+PAGES = [
     name
     for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
@@ -104,7 +103,6 @@ include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
-include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/ablations.smk"
 include: "workflow/rules/gripper.smk"

@@ -65,10 +65,12 @@ class Asked:
 
 
 def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
-    """Return the experiments that a task asks for, in the order of the report.
+    """Return what a task, or an embedding of that name, asks for, in the order of the report.
 
     Raises ValueError, naming task and key, for an unknown experiment and wrong settings.
     """
+    if task in spec.embeddings:
+        return _asked_of_embedding(spec, task)
     asked = []
     for name, given in spec.tasks[task].asked.items():
         try:
@@ -93,11 +95,7 @@ def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Aske
     return Asked(one, spec.name, task, settings, models)
 
 
-def asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
-    """Return the experiments that an embedding asks for, in the order of the report.
-
-    Raises ValueError for an experiment of another package that cannot be loaded.
-    """
+def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
     settings = spec.embeddings[embedding]
     asked = [
         Asked(one, spec.name, embedding, settings, ("",))
@@ -112,16 +110,11 @@ def all_asked(spec: DatasetSpec, where: object) -> Iterator[Asked]:
 
     Raises DataError, naming `where`, for what cannot be made.
     """
-    for task in spec.tasks:
+    for task in (*spec.tasks, *spec.embeddings):
         try:
             yield from asked_of(spec, task)
         except ValueError as error:
             raise DataError(where, f"tasks: {error}", "correct it, or remove it") from None
-    try:
-        for embedding in spec.embeddings:
-            yield from asked_of_embedding(spec, embedding)
-    except ValueError as error:  # an experiment of another package that cannot be loaded
-        raise DataError(where, f"embeddings: {error}", "remove that package") from None
 
 
 def measure_entry(name: str) -> str:

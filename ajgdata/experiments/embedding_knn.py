@@ -304,9 +304,11 @@ def tables(results: TaskResults) -> Iterable[ShownTable]:
 def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
     """Return what the encoders of the shown dimension cost, where k-NN was measured on them."""
     measured = lookup(NAME, results.dataset, results.task)
-    rows = neighbours_of(measured, "latent") if measured and measured.results else []
+    if measured is None or measured.task != results.task or not measured.results:
+        return None
+    rows = neighbours_of(measured, "latent")
     shown = [row for row in rows if row.dimension == results.settings.shown]
-    return _cost(measured, shown[0]) if measured and shown else None
+    return _cost(measured, shown[0]) if shown else None
 
 
 def _cost(results: TaskResults, at: Neighbours) -> Cost:

@@ -297,8 +297,8 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         f"silhouette of objects {mean_sd(score)} (raw features {mean_sd(raw)}) "
         f"in {results.settings.shown}-D"
     )
-    seen = clusters_of(lookup("embedding_projections", results.dataset, results.task))
-    if seen:
+    drawn = lookup("embedding_projections", results.dataset, results.task)
+    if drawn and drawn.task == results.task and (seen := clusters_of(drawn)):
         result += f"; in two dimensions, of the validation points {seen}"
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, result, "latent",

@@ -126,9 +126,9 @@ def plane_of(shown: Projections) -> Plane | None:
     return None
 
 
-def clusters_of(results: TaskResults | None) -> str:
+def clusters_of(results: TaskResults) -> str:
     """Return where the validation points lie in the two-dimensional latent, or nothing."""
-    if results is None or not results.results:
+    if not results.results:
         return ""
     plane = plane_of(projections_of(results.results[0].tables))
     return clusters_text(plane) if plane else ""

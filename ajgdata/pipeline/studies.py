@@ -15,10 +15,6 @@ TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
 #: What the gallery and the studies' figures depend on.
 GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")
-EMBEDDING = "embedding"
-#: What the page on embeddings depends on, and those on which recordings are heard.
-EMBEDDING_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
-EXPLORER_CODE = (*EMBEDDING_CODE, "store/audio", "store/conversion")
 STUDY_CODE = ("gripper", "studies", "features", "types", "pipeline/studies")
 
 

@@ -112,7 +112,11 @@ class DatasetSpec(Strict):
         return self
 
     def task_settings(self, task: str) -> dict[str, Any]:
-        """Return what every measurement on `task` must know, by name."""
+        """Return what every measurement on `task`, or on the embedding of that name, must know."""
+        if task in self.embeddings:
+            one = self.embeddings[task]
+            named = {"target": one.target, "groups": one.groups, "folds": one.folds}
+            return {**named, "kind": "classification", "unit": "", "kinds": self.kinds}
         settings = self.tasks[task]
         target = self.targets[settings.target]
         return {
