@@ -7,6 +7,7 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
 from ajgdata.experiments import measure_entry
+from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.experiments import (
     asked_for,
@@ -17,9 +18,6 @@ from ajgdata.pipeline.experiments import (
 from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.studies import (
-    EMBEDDING,
-    EMBEDDING_CODE,
-    EXPLORER_CODE,
     GALLERY,
     STUDIES,
     TIMED,
@@ -58,17 +56,18 @@ except DataError as error:
     raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
-EMBEDDINGS = [(name, one) for name, spec in SPECS.items() for one in spec.embeddings]
+MEASURED = TASKS + [
+    (name, one) for name, spec in SPECS.items() for one in spec.embeddings
+]
 REPORTS = tasks_by_report(SPECS)
 ASKED = {
     (one.dataset, one.task, kind): one
-    for one in asked_for(SPECS, TASKS)
+    for one in asked_for(SPECS, MEASURED)
     for kind in one.kinds
 }
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
-# Further pages: why simulation and paper differ, on embeddings, and on the virtual gripper.
-PAGES = [EMBEDDING] if EMBEDDINGS else []
-PAGES += [
+# Further pages: why simulation and paper differ, and on the virtual gripper.
+PAGES = [
     name
     for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
@@ -101,7 +100,6 @@ include: "workflow/rules/acquire.smk"
 include: "workflow/rules/features.smk"
 include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
-include: "workflow/rules/embed_page.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/pages.smk"
 include: "workflow/rules/publish.smk"

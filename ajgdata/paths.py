@@ -119,9 +119,9 @@ class Paths:
         """Folder of what is known of one embedding."""
         return self.results / "embed" / dataset / embedding
 
-    def embedding_document(self, dataset: str, embedding: str, name: str) -> Path:
-        """One document on an embedding, e.g. `knn`; see docs/embedding.md."""
-        return self.embedding(dataset, embedding) / f"{name}.json"
+    def training_cost(self, dataset: str, embedding: str) -> Path:
+        """Return the file of what training an embedding's encoders took."""
+        return self.embedding(dataset, embedding) / "cost.json"
 
     def latents(self, dataset: str, embedding: str) -> Path:
         """Every recording as every network of an embedding sees it."""
@@ -198,10 +198,6 @@ class Paths:
     def explorer(self, dataset: str, embedding: str) -> Path:
         """Page on which every recording of an embedding is seen and heard."""
         return self.report.parent / "latents" / dataset / f"{embedding}.html"
-
-    def projections(self, dataset: str, embedding: str) -> Path:
-        """Pictures of an embedding and of raw features in two dimensions."""
-        return self.embedding_document(dataset, embedding, "projections")
 
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""

@@ -1,13 +1,26 @@
-"""From gripper to gripper: what a classifier of one is worth on another, in different spaces."""
+"""From gripper to gripper: how well a classifier of one serves on another, in different spaces."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from sklearn.base import clone
 from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
 
+from ajgdata.embed.encoder import raw_scaling
+from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data, train_on
+from ajgdata.store.features import Column, Shard
+from ajgdata.types import Embedding
+
+BASE = ""  #: in place of a session: the recordings of the base data set
+#: Of the median of a reference: bins that are quieter hold nothing to divide by.
+FLOOR = 1e-3
 #: Of a thing there may be one calibration grasp: more neighbours than one would outvote it.
 NEAREST = 1
 
@@ -57,3 +70,104 @@ def transfer_accuracy(
     rows = np.concatenate(known)
     model = KNeighborsClassifier(NEAREST).fit(space[rows], thing[rows])
     return float(np.mean(model.predict(space[draw.test]) == thing[draw.test]))
+
+
+class BothGrippers(NamedTuple):
+    """Things of two stores; their features over references (n, f); their session (n,), or BASE."""
+
+    data: EmbeddingData
+    ratio: np.ndarray
+    session: np.ndarray
+
+    @property
+    def on_base(self) -> np.ndarray:
+        """Return the rows of the base data set."""
+        return np.flatnonzero(self.session == BASE)
+
+
+def both_grippers(shard: Shard, base: Shard, settings: Embedding) -> BothGrippers:
+    """Return the things of `shard`, each of whose sessions is one gripper, and then of `base`.
+
+    Recordings of nothing are a session's reference; that of `base` is of the session with the same
+    gripper and medium. Raises ValueError for a session without such recordings, for a base of
+    several grippers, and for one whose gripper no session has.
+    """
+    first, second = embedding_data(shard, settings), embedding_data(base, settings)
+    columns = {
+        name: Column(np.concatenate([column.values, second.columns[name].values]))
+        for name, column in first.columns.items()
+        if name in second.columns
+    }
+    joined = EmbeddingData(
+        feature=np.concatenate([first.feature, second.feature]),
+        instance=np.concatenate([first.instance, second.instance]),
+        grasp=np.concatenate([first.grasp, second.grasp]),
+        group=np.concatenate([first.group, second.group]),
+        columns=columns,
+    )
+    reference = _references(shard, settings)
+    session = first.column("session_id").astype(str)
+    own = _same_gripper(shard, second)
+    if missing := sorted({*session, own} - set(reference)):
+        raise ValueError(f"session {missing[0]!r} has no recording of nothing to refer to")
+    ratio = [
+        first.feature / np.array([reference[one] for one in session]),
+        second.feature / reference[own],
+    ]
+    sessions = np.concatenate([session, np.full(len(second.feature), BASE)])
+    return BothGrippers(joined, np.concatenate(ratio), sessions)
+
+
+def _references(shard: Shard, settings: Embedding) -> dict[str, np.ndarray]:
+    """Return the mean spectrum (f,) of nothing, of each session that has such recordings."""
+    empty = shard.columns[settings.instance].values.astype(str) == ""
+    session = shard.columns["session_id"].values
+    found = {}
+    for one in np.unique(session[empty]):
+        mean = shard.feature[empty & (session == one)].mean(axis=0, dtype=np.float64)
+        found[str(one)] = np.maximum(mean, FLOOR * np.median(mean))
+    return found
+
+
+def _same_gripper(shard: Shard, base: EmbeddingData) -> str:
+    """Return the session whose gripper and medium are those of all of `base`."""
+    makes = {*zip(base.column("gripper"), base.column("medium"), strict=True)}
+    if len(makes) > 1:
+        raise ValueError(f"base has several grippers: {sorted(makes)}")
+    columns = [shard.columns[name].values for name in ("gripper", "medium", "session_id")]
+    same = sorted({str(s) for g, m, s in zip(*columns, strict=True) if (g, m) in makes})
+    if not same:
+        raise ValueError(f"no session has the gripper of base, {makes.pop()}, to refer to")
+    return same[0]
+
+
+def transfer_spaces(
+    both: BothGrippers, settings: Embedding, seed: int
+) -> Iterator[tuple[str, list[np.ndarray]]]:
+    """Yield the points (n, d) of all recordings in each space, once for each initialisation.
+
+    Encoders never see the sessions that are held out.
+    """
+    data, base = both.data, both.on_base
+    yield "raw", [raw_scaling().fit(data.feature[base]).transform(data.feature)]
+    own = np.empty(data.feature.shape)
+    for one in np.unique(both.session):
+        rows = both.session == one
+        own[rows] = raw_scaling().fit_transform(data.feature[rows])
+    yield "standardised", [own]
+    yield "referenced", [raw_scaling().fit(both.ratio[base]).transform(both.ratio)]
+    all_seen = np.flatnonzero(~np.isin(both.session, settings.held_out))
+    for name, feature, rows, scaling in (
+        ("pose_latent", data.feature, base, raw_scaling()),
+        ("gripper_latent", data.feature, all_seen, raw_scaling()),
+        ("standardised_latent", own, all_seen, make_pipeline(StandardScaler())),
+        ("referenced_latent", both.ratio, all_seen, raw_scaling()),
+    ):
+        recordings = dataclasses.replace(data, feature=feature)
+        points = []
+        for init in range(settings.inits):
+            (encoder,) = train_on(
+                recordings, rows, settings, [settings.shown], (seed, init), clone(scaling)
+            )
+            points.append(encoder.encode(feature))
+        yield name, points

@@ -6,16 +6,21 @@ Everything is learned from the training rows and applied to the others.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from sklearn.neighbors import KNeighborsClassifier
 from threadpoolctl import threadpool_limits
 
 from ajgdata.embed.encoder import raw_scaling
-from ajgdata.embed.projections import ReducerName, make_reducer, reducible
+from ajgdata.embed.projections import REDUCERS, ReducerName, make_reducer, reducible
+from ajgdata.evaluate.embedding_data import EmbeddingData, runs_of
 from ajgdata.models.baselines import NEIGHBOURS
+
+if TYPE_CHECKING:
+    from ajgdata.store.latents import Latents
 
 #: Rows of the untimed call that lets UMAP compile.
 WARM_UP = 40
@@ -99,3 +104,42 @@ def _timed(call: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
     start = time.process_time()
     result = call()
     return result, time.process_time() - start
+
+
+def scores_by_space(
+    data: EmbeddingData, latents: Latents, value: np.ndarray, dimensions: Sequence[int], seed: int
+) -> Iterator[tuple[str, int | None, list[Scored]]]:
+    """Yield space, dimension and the score of each run: raw features, latents, then reducers.
+
+    `value` (n,) is text; rows without it ("") are neither learned from nor tested. Reducers that
+    cannot reach a dimension are left out.
+    """
+    present, fold = value != "", latents.validation_fold
+
+    def known(rows: np.ndarray) -> np.ndarray:
+        return rows[present[rows]]
+
+    folds = [
+        (known(np.flatnonzero(fold != k)), known(np.flatnonzero(fold == k)))
+        for k in range(fold.max() + 1)
+    ]
+    yield "raw", None, [score_raw(data.feature, value, *parts) for parts in folds]
+    for dimension in dimensions:
+        runs = runs_of(latents.latent[dimension], fold)
+        yield (
+            "latent",
+            dimension,
+            [score_latent(z, value, known(train), known(test)) for z, train, test in runs],
+        )
+    for reducer in REDUCERS:
+        warm_up(reducer)
+        for dimension in dimensions:
+            reduced = [
+                score_reduced(
+                    data.feature, value, *parts, reducer=reducer, dimension=dimension, seed=seed
+                )
+                for parts in folds
+            ]
+            scored = [one for one in reduced if one is not None]
+            if len(scored) == len(folds):
+                yield reducer, dimension, scored

@@ -1,4 +1,5 @@
-"""Experiments on tasks: the registry, and what a task asks for. Light: Snakemake imports it.
+"""Experiments on tasks and embeddings: the registry, and what they ask for. Light: Snakemake
+imports it.
 
 Every module of this package is an experiment, but for those that experiments share. A package adds
 its own by an entry point of the group `ajgdata.experiments` whose object is an `Experiment`.
@@ -15,7 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.experiments.base import Experiment
-from ajgdata.types import DataError, DatasetSpec, describe
+from ajgdata.types import DataError, DatasetSpec, Embedding, describe
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
@@ -33,7 +34,10 @@ EXPERIMENTS = Registry("experiment", "ajgdata.experiments", Experiment, _built_i
 
 @dataclass(frozen=True)
 class Asked:
-    """An experiment that a task asks for, with its settings; `models` are ("",) for all at once."""
+    """An experiment that a task, or an embedding (whose name is then `task`), asks for.
+
+    `models` are ("",) where all are measured at once.
+    """
 
     experiment: Experiment
     dataset: str
@@ -44,7 +48,14 @@ class Asked:
     @property
     def others(self) -> tuple[str, ...]:
         """Return the data sets that it needs beside its own."""
+        if isinstance(self.settings, Embedding):
+            return (self.settings.base,) if self.settings.base else ()
         return tuple(getattr(self.settings, "test_on", ()))
+
+    @property
+    def of_latents(self) -> bool:
+        """Return whether it needs the latents of the embedding's encoders."""
+        return isinstance(self.settings, Embedding) and not self.settings.base
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -54,10 +65,12 @@ class Asked:
 
 
 def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
-    """Return the experiments that a task asks for, in the order of the report.
+    """Return what a task, or an embedding of that name, asks for, in the order of the report.
 
     Raises ValueError, naming task and key, for an unknown experiment and wrong settings.
     """
+    if task in spec.embeddings:
+        return _asked_of_embedding(spec, task)
     asked = []
     for name, given in spec.tasks[task].asked.items():
         try:
@@ -73,6 +86,8 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
 
 def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Asked:
     kind = spec.targets[spec.tasks[task].target].kind
+    if one.of_embedding:
+        raise ValueError(f"experiments.{one.name} is for embeddings: declare it under embeddings")
     if kind not in one.kinds:
         raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not {kind}")
     one.check(settings, kind, spec.features)
@@ -80,12 +95,22 @@ def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Aske
     return Asked(one, spec.name, task, settings, models)
 
 
+def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
+    settings = spec.embeddings[embedding]
+    asked = [
+        Asked(one, spec.name, embedding, settings, ("",))
+        for one in (EXPERIMENTS[name] for name in EXPERIMENTS.names())
+        if one.of_embedding and one.of_base == bool(settings.base)
+    ]
+    return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
+
+
 def all_asked(spec: DatasetSpec, where: object) -> Iterator[Asked]:
-    """Yield every experiment that the tasks of a data set ask for.
+    """Yield every experiment that the tasks and embeddings of a data set ask for.
 
     Raises DataError, naming `where`, for what cannot be made.
     """
-    for task in spec.tasks:
+    for task in (*spec.tasks, *spec.embeddings):
         try:
             yield from asked_of(spec, task)
         except ValueError as error:

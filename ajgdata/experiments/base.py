@@ -24,6 +24,7 @@ from ajgdata.types.table import Column, Table, table_of
 
 if TYPE_CHECKING:
     from ajgdata.store.features import Shard
+    from ajgdata.store.latents import Latents
 
 #: One number a row: what `results/metrics.csv` is made of.
 SCORE_COLUMNS = (
@@ -41,8 +42,10 @@ class Inputs:
     """All that a measurement may use of a task, of the stores it needs, and of recordings.
 
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
-    name as `test_on`. `samples(names, window)` yields the samples (n,) of recordings by name, ready
-    for a spectrum with a window of that length.
+    name as `test_on`, or that of an embedding's `base`. `samples(names, window)` yields the samples
+    (n,) of recordings by name, ready for a spectrum with a window of that length. Of an embedding,
+    `task` is its name; `latents` are what its encoders made, `training_cost` what training these
+    took, and `kinds` are of the columns that are targets.
     """
 
     dataset: str
@@ -60,6 +63,9 @@ class Inputs:
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
+    latents: Latents | None = None
+    training_cost: Mapping[str, float] = field(default_factory=dict)
+    kinds: Mapping[str, Kind] = field(default_factory=dict)
 
     def all_data(self, other: str = "") -> TaskData:
         """Return every recording that has the target, of the store or of that of `other`.
@@ -198,8 +204,12 @@ class Experiment:
     together, `training_cost` is what training the paper's model costs. `measure(inputs, settings,
     model)` raises ValueError for a task that lacks what it needs. The settings model's `test_on`,
     if it has one, names further data sets; its `models`, if `by_model`, are measured in jobs of
-    their own. `check(settings, kind, features)` raises ValueError for
-    settings that the task cannot have.
+    their own. `check(settings, kind, features)` raises ValueError for settings that the task cannot
+    have.
+
+    Those `of_embedding` are made of embeddings, whose declaration is their settings: of all, or
+    (`of_base`) of those alone that have a `base`, and then of no others. On data sets that stand
+    beside the paper they stand beside its figure `paper`.
     """
 
     name: str
@@ -218,7 +228,9 @@ class Experiment:
     order: int = 50  #: place in the report
     kinds: tuple[Kind, ...] = ("regression", "classification")
     reads_recordings: bool = False
-    of_embedding: bool = False  #: measured of an embedding, not of a task
+    of_embedding: bool = False
+    of_base: bool = False
+    paper: str = ""
 
 
 def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: str) -> Table:

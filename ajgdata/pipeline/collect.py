@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
 from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
@@ -62,10 +63,11 @@ def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]
     """Yield the numbers of a table of scores."""
     if table.name != SCORES:
         return
+    of_embedding = EXPERIMENTS[about["experiment"]].of_embedding
     for row in table.rows:
         yield {
             "dataset": about["dataset"],
-            "task": about["task"],
+            "task": f"embedding:{about['task']}" if of_embedding else about["task"],
             "source": about["provenance"]["source"],
             **row,
             "value": "" if row["value"] is None else row["value"],

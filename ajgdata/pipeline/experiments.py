@@ -14,6 +14,7 @@ from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
+from ajgdata.store.files import read_json
 from ajgdata.store.manifest import read_manifest
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Kind
@@ -27,20 +28,22 @@ TaskKey = tuple[str, str]  #: data set, task
 
 
 def asked_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Asked]:
-    """Return every experiment that the tasks ask for, in the order of the report."""
+    """Return every experiment that tasks and embeddings ask for, in the order of the report."""
     return [one for dataset, task in tasks for one in asked_of(specs[dataset], task)]
 
 
 def models_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[tuple[str, ...]]:
     """Return every model that the tasks evaluate, as data set, task and model."""
-    return [(d, task, model) for d, task in tasks for model in specs[d].tasks[task].models]
+    named = [(d, task) for d, task in tasks if task in specs[d].tasks]
+    return [(d, task, model) for d, task in named for model in specs[d].tasks[task].models]
 
 
 def datasets_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[str]:
     """Return the data sets that the tasks are about, those that they are tested on included."""
     found = dict.fromkeys(dataset for dataset, _ in tasks)
     for dataset, task in tasks:
-        found |= dict.fromkeys(specs[dataset].tasks[task].others)
+        if task in specs[dataset].tasks:
+            found |= dict.fromkeys(specs[dataset].tasks[task].others)
     return list(found)
 
 
@@ -67,6 +70,7 @@ def run_experiment(
     features: FeatureSettings,
     root: Path,
     manifests: Sequence[Path],
+    encoders: Sequence[Path],
     seed: int,
     tables: Path,
     cost: Path,
@@ -74,7 +78,8 @@ def run_experiment(
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
-    `others` are the stores of further data sets. What is the same for the same inputs is written to
+    `others` are the stores of further data sets; `encoders` the latents of an embedding and the
+    cost of training, or nothing. What is the same for the same inputs is written to
     `tables`, what is measured to `cost`. A task that lacks what the experiment needs is written as
     skipped, with the reason: the rest of the run goes on.
     """
@@ -91,6 +96,7 @@ def run_experiment(
         others={other: read_store(path) for other, path in others.items()},
         audio=audio,
         features=features,
+        **_encoded(*encoders),
         samples=lambda names, window: _samples(root, manifests, audio, names, window),
     )
     try:
@@ -101,6 +107,15 @@ def run_experiment(
         return
     write_tables(cost, outcome.cost)
     write_tables(tables, outcome.tables, **(about | dict(outcome.about)))
+
+
+def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:
+    """Return what an embedding's encoders made and cost, by name."""
+    from ajgdata.store.latents import read_latents
+
+    if latents is None or training_cost is None:
+        return {}
+    return {"latents": read_latents(latents), "training_cost": read_json(training_cost)}
 
 
 def _samples(
@@ -130,13 +145,11 @@ def read_results(
 ) -> tuple[TaskResults, dict[str, str]]:
     """Return the results of an experiment on a task, and why models were skipped, by label."""
     spec, results, skipped = specs[asked.dataset], [], {}
-    task = spec.tasks[asked.task]
-    target = spec.targets[task.target]
-    source = "recorded"
+    split, source = spec.task_settings(asked.task), "recorded"
     for model, kind in zip(asked.models, asked.kinds, strict=True):
         about, tables = read_tables(paths.experiment(asked.dataset, asked.task, kind))
         _, costs = read_tables(paths.experiment_cost(asked.dataset, asked.task, kind))
-        label = _label(model or about["model"], target.kind)
+        label = _label(model or about["model"], split["kind"])
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped[label] = about["skipped"]
@@ -148,18 +161,33 @@ def read_results(
         dataset=spec.name,
         dataset_title=spec.title or spec.name,
         task=asked.task,
-        kind=target.kind,
-        target=task.target,
-        unit=target.unit,
-        groups=task.groups,
+        kind=split["kind"],
+        target=split["target"],
+        unit=split["unit"],
+        groups=split["groups"],
         source="simulated" if source == "simulated" else "recorded",
         settings=asked.settings,
         results=tuple(results),
-        papers={part: paper[name] for part, name in task.papers.items()},
+        papers={part: paper[name] for part, name in _papers(asked, specs, paper).items()},
         others={n: Other(specs[n].title or n, specs[n].level) for n in asked.others if n in specs},
         level=spec.level,
-        period_deg=task.period_deg,
+        period_deg=split.get("period_deg"),
     ), skipped
+
+
+def _papers(
+    asked: Asked, specs: Mapping[str, DatasetSpec], paper: Mapping[str, PaperFigure]
+) -> Mapping[str, str]:
+    """Return the figures of the paper that results stand beside, by part.
+
+    An embedding stands beside them where a task of its data set, or of its base, does.
+    """
+    one, spec = asked.experiment, specs[asked.dataset]
+    if not one.of_embedding:
+        return spec.tasks[asked.task].papers
+    own = (asked.dataset, *asked.others)
+    named = [t.papers for name in own if name in specs for t in specs[name].tasks.values()]
+    return {one.name: one.paper} if one.paper in paper and any(named) else {}
 
 
 def _label(model: str, kind: Kind) -> str:

@@ -16,11 +16,6 @@ STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions"
 #: Those that measure run time: nothing else shall run beside them.
 TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
-EMBEDDING = "embedding"
-#: What the page on embeddings depends on, and those on which recordings are heard.
-EMBEDDING_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
-EXPLORER_CODE = (*EMBEDDING_CODE, "store/audio", "store/conversion")
-
 
 def study_code(name: str) -> tuple[str, ...]:
     """Return what the tables of the study `name` follow from, for `code_digest`."""

@@ -27,12 +27,6 @@ LEADS = {
         " within the simulation; that it holds for the real gripper, too, is a guess.",
         "Beside the paper",
     ),
-    "embedding": Lead(
-        "Embeddings",
-        "A network that was only told which recordings are of the same thing: does it put things "
-        "together whatever the grasp, and the gripper, and does it forget how they were held?",
-        "What is learned",
-    ),
     "gallery": Lead(
         "Gallery",
         "What the solver is given: the cavity of one grasp of each object and each gripper, cut "

@@ -101,6 +101,8 @@ class DatasetSpec(Strict):
 
     @model_validator(mode="after")
     def _embeddings_of_targets(self) -> DatasetSpec:
+        if both := sorted({*self.tasks} & {*self.embeddings}):
+            raise ValueError(f"{both[0]} is both a task and an embedding: rename one of them")
         for name, one in self.embeddings.items():
             for column in filter(None, (one.target, one.category)):
                 if column not in self.targets:
@@ -110,7 +112,11 @@ class DatasetSpec(Strict):
         return self
 
     def task_settings(self, task: str) -> dict[str, Any]:
-        """Return what every measurement on `task` must know, by name."""
+        """Return what every measurement on `task`, or on the embedding of that name, must know."""
+        if task in self.embeddings:
+            one = self.embeddings[task]
+            named = {"target": one.target, "groups": one.groups, "folds": one.folds}
+            return {**named, "kind": "classification", "unit": "", "kinds": self.kinds}
         settings = self.tasks[task]
         target = self.targets[settings.target]
         return {

@@ -76,10 +76,3 @@ class Embedding(Strict):
         if bool(self.base) != bool(self.held_out):
             raise ValueError("transfer needs both base and held_out")
         return self
-
-    @property
-    def documents(self) -> tuple[str, ...]:
-        """Names of the JSON documents that the workflow makes of it."""
-        if self.base:
-            return ("transfer", "transfer_cost")
-        return ("cost", "knn", "knn_cost", "distances", "probes", "retrieval")

@@ -55,11 +55,6 @@ def part(of):
     return lambda wildcards: of(REPORTS[wildcards.report])
 
 
-def declared_embedding(wildcards):
-    """The embedding of a job, as it stands in dataset.yaml."""
-    return PLANS[wildcards.dataset].spec.embeddings[wildcards.embedding]
-
-
 def tables_of_page(wildcards):
     """What a page beside the report shows: of a study, of all ablations; the gallery has none."""
     if wildcards.page == ABLATIONS_PAGE:
@@ -68,23 +63,11 @@ def tables_of_page(wildcards):
 
 
 def embedding_settings(wildcards):
-    """The same as plain values, defaults included."""
-    return declared_embedding(wildcards).model_dump(mode="json")
+    """The embedding of a job as plain values, defaults included."""
+    declared = SPECS[wildcards.dataset].embeddings
+    return declared[wildcards.embedding].model_dump(mode="json")
 
 
-def of_embeddings(embeddings):
-    """What is measured of some embeddings."""
-    return [
-        PATHS.embedding_document(dataset, name, document)
-        for dataset, name in embeddings
-        for document in SPECS[dataset].embeddings[name].documents
-    ]
-
-
-def of_pictures(path):
-    """All embeddings that have pictures, for one kind of file: those of one gripper."""
-    return [
-        path(dataset, name)
-        for dataset, name in EMBEDDINGS
-        if not PLANS[dataset].spec.embeddings[name].base
-    ]
+def of_latents(path):
+    """All embeddings that have latents of their own, for one kind of file."""
+    return list(dict.fromkeys(path(*key[:2]) for key in ASKED if ASKED[key].of_latents))

@@ -1,12 +1,9 @@
-EMBED_CODE = ("models", "embed", "evaluate", "store/latents", "pipeline/embed")
-
-
 rule embed:
     input:
         store=PATHS.merged("{dataset}"),
     output:
         latents=PATHS.latents("{dataset}", "{embedding}"),
-        cost=PATHS.embedding_document("{dataset}", "{embedding}", "cost"),
+        cost=PATHS.training_cost("{dataset}", "{embedding}"),
     log:
         "results/logs/embed/{dataset}.{embedding}.log",
     benchmark:
@@ -16,82 +13,31 @@ rule embed:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest(*EMBED_CODE),
+        code=code_digest("ajgdata.pipeline.embed:train_embedding"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
         "../scripts/embed.py"
 
 
-rule embed_knn:
+rule explorer:
     input:
-        store=PATHS.merged("{dataset}"),
-        latents=rules.embed.output.latents,
-        training_cost=rules.embed.output.cost,
+        projections=PATHS.experiment("{dataset}", "{embedding}", PROJECTIONS),
+        manifests=of_sessions(PATHS.audio_manifest),
     output:
-        output=PATHS.embedding_document("{dataset}", "{embedding}", "knn"),
-        cost=PATHS.embedding_document("{dataset}", "{embedding}", "knn_cost"),
+        page=PATHS.explorer("{dataset}", "{embedding}"),
     log:
-        "results/logs/embed_knn/{dataset}.{embedding}.log",
+        "results/logs/explorer/{dataset}.{embedding}.log",
     benchmark:
-        "results/benchmarks/embed_knn/{dataset}.{embedding}.tsv"
+        "results/benchmarks/explorer/{dataset}.{embedding}.tsv"
     conda:
         "../../environment.yml"
     params:
-        settings=embedding_settings,
-        seed=config["seed"],
-        code=code_digest(*EMBED_CODE, "pipeline/embed_measures"),
+        root=str(PATHS.root),
+        code=code_digest("ajgdata.pipeline.explorer:build_explorer"),
+        declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
+        texts=REPORT_FILES,
     message:
-        "k-NN on {wildcards.embedding} of {wildcards.dataset}, and on PCA and UMAP"
+        "Every recording of {wildcards.dataset}, seen and heard"
     script:
-        "../scripts/embed.py"
-
-
-rule embed_measure:
-    input:
-        store=PATHS.merged("{dataset}"),
-        latents=rules.embed.output.latents,
-    output:
-        distances=PATHS.embedding_document("{dataset}", "{embedding}", "distances"),
-        probes=PATHS.embedding_document("{dataset}", "{embedding}", "probes"),
-        retrieval=PATHS.embedding_document("{dataset}", "{embedding}", "retrieval"),
-    log:
-        "results/logs/embed_measure/{dataset}.{embedding}.log",
-    benchmark:
-        "results/benchmarks/embed_measure/{dataset}.{embedding}.tsv"
-    conda:
-        "../../environment.yml"
-    params:
-        settings=embedding_settings,
-        kinds=lambda wildcards: PLANS[wildcards.dataset].spec.kinds,
-        code=code_digest(*EMBED_CODE, "pipeline/embed_measures"),
-    message:
-        "Distances, probes and retrieval in {wildcards.embedding} of {wildcards.dataset}"
-    script:
-        "../scripts/embed.py"
-
-
-rule transfer:
-    input:
-        store=PATHS.merged("{dataset}"),
-        base=lambda wildcards: PATHS.merged(declared_embedding(wildcards).base),
-    output:
-        output=PATHS.embedding_document("{dataset}", "{embedding}", "transfer"),
-        cost=PATHS.embedding_document("{dataset}", "{embedding}", "transfer_cost"),
-    log:
-        "results/logs/transfer/{dataset}.{embedding}.log",
-    benchmark:
-        "results/benchmarks/transfer/{dataset}.{embedding}.tsv"
-    conda:
-        "../../environment.yml"
-    params:
-        settings=embedding_settings,
-        kinds=lambda wildcards: PLANS[wildcards.dataset].spec.kinds,
-        seed=config["seed"],
-        code=code_digest(
-            *EMBED_CODE, "pipeline/embed_measures", "pipeline/embed_transfer"
-        ),
-    message:
-        "From gripper to gripper, in {wildcards.embedding} of {wildcards.dataset}"
-    script:
-        "../scripts/embed.py"
+        "../scripts/explorer.py"

@@ -8,12 +8,23 @@ def recordings_of(wildcards):
     return of_sessions(PATHS.audio_manifest)(wildcards)
 
 
-# Every experiment on every task: cross-validation, learning curves, and what else is asked for.
+def encoders_of(wildcards):
+    """What the encoders of an embedding made, and what training them took."""
+    if not asked(wildcards).of_latents:
+        return []
+    key = wildcards.dataset, wildcards.task
+    return [PATHS.latents(*key), PATHS.training_cost(*key)]
+
+
+# Every experiment on every task and embedding: cross-validation, learning curves, and what else is asked for.
 rule experiment:
     input:
         store=PATHS.merged("{dataset}"),
-        others=lambda wildcards: [PATHS.merged(other) for other in asked(wildcards).others],
+        others=lambda wildcards: [
+            PATHS.merged(other) for other in asked(wildcards).others
+        ],
         manifests=recordings_of,
+        encoders=encoders_of,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
         cost=PATHS.experiment_cost("{dataset}", "{task}", "{kind}"),
@@ -28,7 +39,9 @@ rule experiment:
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
-        features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(mode="json"),
+        features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
+            mode="json"
+        ),
         root=str(PATHS.root),
         seed=config["seed"],
         code=lambda wildcards: code_digest(
@@ -42,8 +55,8 @@ rule experiment:
 
 rule collect:
     input:
-        tables=of_experiments(PATHS.experiment, TASKS),
-        costs=of_experiments(PATHS.experiment_cost, TASKS),
+        tables=of_experiments(PATHS.experiment, MEASURED),
+        costs=of_experiments(PATHS.experiment_cost, MEASURED),
     output:
         document=PATHS.all_metrics,
         table=PATHS.metrics_table,
@@ -56,7 +69,7 @@ rule collect:
         "../../environment.yml"
     params:
         root=str(PATHS.root),
-        documents=documents_of(TASKS),
+        documents=documents_of(MEASURED),
         code=code_digest("ajgdata.pipeline.collect:collect"),
     message:
         "All results in one table"

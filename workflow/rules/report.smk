@@ -9,9 +9,9 @@ rule report:
     input:
         stores=[PATHS.merged(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
-        tables=of_experiments(PATHS.experiment, TASKS),
-        costs=of_experiments(PATHS.experiment_cost, TASKS),
-        projections=of_pictures(PATHS.projections),
+        tables=of_experiments(PATHS.experiment, MEASURED),
+        costs=of_experiments(PATHS.experiment_cost, MEASURED),
+        explorers=of_latents(PATHS.explorer),
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
         trees=[PATHS.receipt(name) for name in PUBLISHED],
@@ -28,7 +28,7 @@ rule report:
     params:
         root=str(PATHS.root),
         datasets=list(PLANS),
-        tasks=TASKS,
+        tasks=MEASURED,
         pages=PAGES,
         ablations=REASONS,
         published=PUBLISHED,

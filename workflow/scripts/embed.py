@@ -1,20 +1,17 @@
-"""Maps the names of the rules in embed.smk to calls."""
+"""Maps the names of rule `embed` to a call."""
 
 from pathlib import Path
 
-from ajgdata.pipeline import embed, embed_measures, embed_transfer, projections
+from ajgdata.pipeline.embed import train_embedding
 from ajgdata.pipeline.log import logged
 from ajgdata.types import Embedding
 
-calls = {
-    "embed": embed.train_embedding,
-    "embed_knn": embed_measures.knn_task,
-    "embed_measure": embed_measures.measure_task,
-    "embed_projections": projections.make_projections,
-    "transfer": embed_transfer.transfer_task,
-}
-files = {**snakemake.input, **snakemake.output}
-values = {name: value for name, value in snakemake.params.items() if name != "code"}
-values["settings"] = Embedding.model_validate(values["settings"])
+output, params = snakemake.output, snakemake.params
 with logged(snakemake.log[0]):
-    calls[snakemake.rule](**{name: Path(file) for name, file in files.items()}, **values)
+    train_embedding(
+        Path(snakemake.input.store),
+        settings=Embedding.model_validate(params.settings),
+        seed=params.seed,
+        latents=Path(output.latents),
+        cost=Path(output.cost),
+    )

@@ -20,6 +20,7 @@ with logged(snakemake.log[0]):
         features=FeatureSettings(**params.features),
         root=Path(params.root),
         manifests=[Path(path) for path in snakemake.input.manifests],
+        encoders=[Path(path) for path in snakemake.input.encoders],
         seed=params.seed,
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),

@@ -1,4 +1,4 @@
-"""All pictures of a space in one HTML file: hover tells the recording, a click plays it.
+"""All projections of a space in one HTML file: hover tells the recording, a click plays it.
 
 The file needs no network. Its script is named by hash in the content policy: nothing that a data
 set says can run.
@@ -10,43 +10,63 @@ import base64
 import hashlib
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib import colormaps
-from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from ajgdata.paths import Paths
-from ajgdata.report.embedded import METHODS, SPACES, Embedded, Picture, Pictured
-from ajgdata.report.format import value, words
-from ajgdata.report.projected import MISSING, NUMBERS, shown_columns, text_colours
+from ajgdata.report.format import Source, value, words
+from ajgdata.report.projections import (
+    METHODS,
+    MISSING,
+    NUMBERS,
+    SPACES,
+    Projection,
+    Projections,
+    shown_columns,
+    text_colours,
+)
 from ajgdata.report.render import environment
 
-SCRIPT = "latents.js"
+SCRIPT = "explorer.js"
 #: Drawing area in units of the picture, and the room left around the points.
 WIDTH, HEIGHT, MARGIN = 1000, 700, 30
 #: Shades of a number.
 STEPS = 32
 
 
-def render_interactive(
-    one: Embedded, clips: Mapping[str, bytes], sound: str, project: Paths | None = None
+class Explored(NamedTuple):
+    """One embedding of a data set: what the page says of it, and `shown` or why there is nothing.
+
+    `more` is a link to the report's section on it.
+    """
+
+    title: str
+    source: Source
+    supervision: str
+    more: str
+    shown: Projections | None
+    skipped: str = ""
+
+
+def render_explorer(
+    one: Explored, clips: Mapping[str, bytes], sound: str, project: Paths | None = None
 ) -> str:
-    """The page as HTML text: the same content gives the same text.
+    """Return the page as HTML text: the same content gives the same text.
 
     `clips` are MP3s by recording, perhaps not of all; `sound` says what was done to them. Of an
-    embedding without pictures it says why there are none.
+    embedding without projections it says why there are none.
     """
     pages = environment(project)
     source = pages.loader.get_source(pages, SCRIPT)[0] if pages.loader else ""
     # Jinja's include would strip the last line's end: the hash is of what stands in the page.
     script = source.strip()
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return pages.get_template("latents.html.j2").render(
+    return pages.get_template("explorer.html.j2").render(
         one=one,
-        content=content(one.pictured, clips) if one.pictured else None,
+        content=content(one.shown, clips) if one.shown else None,
         script=Markup(script),  # ours, and free of "</"
         script_hash=f"sha256-{digest}",
         sound=sound,
@@ -56,36 +76,34 @@ def render_interactive(
     )
 
 
-def content(pictured: Pictured, clips: Mapping[str, bytes]) -> dict[str, Any]:
-    """What the script is given, as JSON has it: lists are in the order of the recordings."""
-    names = pictured.recording.tolist()
+def content(shown: Projections, clips: Mapping[str, bytes]) -> dict[str, Any]:
+    """Return what the script is given, as JSON has it: lists are in the order of the recordings."""
+    names = shown.recording.tolist()
     return {
         "recordings": names,
-        "training": pictured.training.astype(int).tolist(),
+        "training": shown.training.astype(int).tolist(),
         "facts": [
             {"label": words(name), "values": [_fact(v) for v in values.tolist()]}
-            for name, values in pictured.columns.items()
+            for name, values in shown.columns.items()
         ],
         "colours": [
-            {"label": words(name), **_colours(pictured.columns[name])}
-            for name in shown_columns(pictured)
+            {"label": words(name), **_colours(shown.columns[name])} for name in shown_columns(shown)
         ],
         "spaces": [
-            {"label": space_label(picture), "points": placed(picture.points)}
-            for picture in pictured.pictures
+            {"label": space_label(one), "points": placed(one.points)} for one in shown.projections
         ],
         "clips": [base64.b64encode(clips.get(name, b"")).decode() for name in names],
     }
 
 
-def space_label(picture: Picture) -> str:
-    """`latent · UMAP`; a space that has two dimensions is shown as it is."""
-    name = SPACES.get(picture.space, picture.space)
-    return f"{name} · {METHODS[picture.method]}" if picture.method in METHODS else f"{name} · 2-D"
+def space_label(one: Projection) -> str:
+    """Return `latent · UMAP`; a space that has two dimensions is shown as it is."""
+    name = SPACES.get(one.space, one.space)
+    return f"{name} · {METHODS[one.method]}" if one.method in METHODS else f"{name} · 2-D"
 
 
 def placed(points: NDArray[np.floating]) -> list[list[float]]:
-    """Points (n, 2) on the drawing area, up being up, one scale for both axes.
+    """Return points (n, 2) on the drawing area, up being up, one scale for both axes.
 
     Identical points stand in the middle.
     """
@@ -110,7 +128,7 @@ def _fact(given: Any) -> str:
 
 
 def _colours(values: NDArray) -> dict[str, Any]:
-    """`palette`, the entry of it (n,) of each recording, and the legend."""
+    """Return `palette`, the entry of it (n,) of each recording, and the legend."""
     if values.dtype.kind == "U":
         named = text_colours(values)
         place = {name: i for i, name in enumerate(named)}
@@ -119,6 +137,9 @@ def _colours(values: NDArray) -> dict[str, Any]:
             "entries": [place.get(name, len(named)) for name in values.tolist()],
             "legend": [words(name) for name in named],
         }
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
     known = np.isfinite(values)
     low, high = float(values[known].min()), float(values[known].max())
     share = (np.where(known, values, low) - low) / (high - low)

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Ellipse as EllipsePatch
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from ajgdata.report.canvas import COLOURS, GREY, new_figure, styled
 from ajgdata.report.ellipses import Ellipse, points_ellipse
 from ajgdata.report.format import Caption, Source, number, words
+from ajgdata.report.projections import category_colours
 
-#: The paper's categories, in its order; further ones take the colours that are left.
-CATEGORY_COLOURS = {"spherical": COLOURS[0], "cylindrical": COLOURS[1], "other": COLOURS[2]}
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Ellipse as EllipsePatch
+
 SIGMAS = 2.0
 #: Wider than other figures: many names are drawn into it.
 SIZE_IN = (10.4, 5.6)
@@ -46,13 +44,13 @@ class Plane:
             raise ValueError(f"points {self.points.shape} and their labels {shapes} do not match")
 
     def objects(self) -> dict[str, str]:
-        """Objects with their categories: category by category, as the paper lists them."""
+        """Return the category of each object: category by category, as the paper lists them."""
         pairs = sorted(set(zip(self.object.tolist(), self.category.tolist(), strict=True)))
         order = list(category_colours(self.category))
         return dict(sorted(pairs, key=lambda pair: order.index(pair[1])))
 
     def ellipses(self, rows: NDArray[np.bool_]) -> dict[str, Ellipse]:
-        """Ellipse of each object that has points among `rows` (n,)."""
+        """Return the ellipse of each object that has points among `rows` (n,)."""
         found = {}
         for name in self.objects():
             own = self.points[rows & (self.object == name)]
@@ -61,7 +59,7 @@ class Plane:
         return found
 
     def within(self) -> float:
-        """Share of the validation points within the training ellipse of their object, or NaN."""
+        """Return the share of validation points in the training ellipse of their object, or NaN."""
         held_out = ~self.training
         if not held_out.any():
             return math.nan
@@ -73,7 +71,7 @@ class Plane:
         return float(inside[held_out].mean())
 
     def nearest(self) -> float:
-        """Share of the validation points that are nearest to the mean of their own object's
+        """Return the share of validation points that are nearest to the mean of their own object's
         training points, or NaN."""
         held_out = ~self.training
         names = [name for name in self.objects() if np.any(self.training & (self.object == name))]
@@ -84,19 +82,12 @@ class Plane:
         return float(np.mean(np.array(names)[away.argmin(axis=1)] == self.object[held_out]))
 
 
-def category_colours(categories: Sequence[str] | NDArray[np.str_]) -> dict[str, str]:
-    """A colour for each category that occurs: the paper's own first, in its order."""
-    present = set(map(str, categories))
-    listed = [name for name in CATEGORY_COLOURS if name in present]
-    others = sorted(present - set(listed))
-    free = [colour for colour in COLOURS if colour not in CATEGORY_COLOURS.values()]
-    named = {name: free[i % len(free)] for i, name in enumerate(others)}
-    return {name: CATEGORY_COLOURS[name] for name in listed} | named
-
-
-@styled
 def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
-    """Training points on the left, validation points on the right, on the same axes."""
+    """Return training points on the left, validation points on the right, on the same axes."""
+    from matplotlib.lines import Line2D
+
+    from ajgdata.report.canvas import GREY, new_figure
+
     subtitle = f"every recording of one fold, and {SIGMAS:g}σ of each object"
     figure = new_figure(SIZE_IN, title, subtitle, [source])
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -121,7 +112,9 @@ def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
 def _panel(
     axes: Axes, plane: Plane, rows: NDArray[np.bool_], colours: Mapping[str, str], exponent: int
 ) -> None:
-    """Points, ellipses and names of the objects that have points among `rows`."""
+    """Draw points, ellipses and names of the objects that have points among `rows`."""
+    from matplotlib.patheffects import withStroke
+
     categories, ellipses = plane.objects(), plane.ellipses(rows)
     for name, ellipse in ellipses.items():
         colour = colours[categories[name]]
@@ -145,7 +138,9 @@ def _panel(
 
 
 def _patch(ellipse: Ellipse, colour: str, exponent: int) -> EllipsePatch:
-    """A line where the short axis is 0, nothing where both are: the points are there."""
+    """Return a line where the short axis is 0, nothing where both are: the points are there."""
+    from matplotlib.patches import Ellipse as EllipsePatch
+
     long, short = _shifted(np.asarray(ellipse.half_axes), exponent)
     centre = _shifted(np.asarray(ellipse.centre), exponent)
     style: dict[str, Any] = {"fill": False, "ec": colour, "lw": 1.1}
@@ -153,14 +148,14 @@ def _patch(ellipse: Ellipse, colour: str, exponent: int) -> EllipsePatch:
 
 
 def _exponent(points: NDArray[np.floating]) -> int:
-    """Power of ten that the axes leave out, so that any scale of a latent can be drawn."""
+    """Return the power of ten that the axes leave out: any scale of a latent can be drawn."""
     largest = float(np.abs(points).max(initial=0.0))
     power = math.floor(math.log10(largest)) if largest > 0 else 0
     return power if not -3 <= power <= 3 else 0
 
 
 def _shifted(values: NDArray[np.floating], exponent: int) -> NDArray[np.floating]:
-    """`values` / 10^exponent in two steps: 10^-320 has no float64 inverse."""
+    """Return `values` / 10^exponent in two steps: 10^-320 has no float64 inverse."""
     half = exponent // 2
     return values / 10.0**half / 10.0 ** (exponent - half)
 
@@ -170,7 +165,7 @@ def _axis_label(axis: int, exponent: int) -> str:
 
 
 def clusters_text(plane: Plane) -> str:
-    """Where the validation points lie, or nothing if there are none."""
+    """Return where the validation points lie, or nothing if there are none."""
     nearest, within = plane.nearest(), plane.within()
     if math.isnan(nearest):
         return ""
@@ -182,7 +177,7 @@ def clusters_text(plane: Plane) -> str:
 
 
 def plane_caption(plane: Plane) -> Caption:
-    """Caption of `plane_figure`."""
+    """Return the caption of `plane_figure`."""
     said = clusters_text(plane)
     share = f" Of the validation points, {said}." if said else ""
     names = ", ".join(map(words, plane.objects()))

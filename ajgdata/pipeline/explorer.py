@@ -1,4 +1,4 @@
-"""Documents on embeddings -> the page on them, and one page for each on which they are heard."""
+"""Projections of an embedding and its recordings -> the page on which they are seen and heard."""
 
 from __future__ import annotations
 
@@ -8,16 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.embed_documents import read_embedded
-from ajgdata.pipeline.studies import EMBEDDING_CODE
-from ajgdata.report.paper import parse_paper
 from ajgdata.store.audio import AudioError, read_audio
 from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.files import write_bytes
 from ajgdata.store.manifest import read_manifest
-from ajgdata.store.provenance import code_digest, software
-from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset
+from ajgdata.store.tables import read_tables
 from ajgdata.types import AudioSettings
 
 #: All sounds of an explorer together, as text in the page; and the longest piece of one.
@@ -26,53 +22,42 @@ MOST_SOUND_MB, LONGEST_S, SHORTEST_S = 10.0, 3.0, 0.2
 LOUDEST = 0.9
 
 
-def build_embedding_page(
-    paths: Paths, embeddings: Sequence[tuple[str, str]], pages: Sequence[str]
+def build_explorer(
+    projections: Path,
+    *,
+    dataset: str,
+    embedding: str,
+    paths: Paths,
+    manifests: Sequence[Path],
+    page: Path,
 ) -> None:
-    """Write the page on `embeddings`, pairs of data set and name, linked with `pages`."""
-    from ajgdata.report.canvas import save_figure
-    from ajgdata.report.embedding_page import PAGE, figures, render_embeddings
-    from ajgdata.report.study_page import page_links
+    """Write the page on which every recording of an embedding is seen and heard.
 
-    shown = [read_embedded(paths, *one, measured=True) for one in embeddings]
-    svgs = {}
-    for name, illustration in figures(shown).items():
-        svg, *_ = save_figure(illustration.draw(), paths.page_figure(PAGE, name))
-        svgs[name] = svg.read_bytes()
-    explorers = {
-        one.id: str(paths.explorer(one.dataset, one.name).relative_to(paths.report.parent))
-        for one in shown
-        if one.pictured
-    }
-    html = render_embeddings(
-        shown,
-        svgs,
-        parse_paper(read_paper(paths)),
-        {**software(), "code": code_digest(*EMBEDDING_CODE)},
-        explorers,
-        page_links(pages),
-        paths,
+    `projections` are the tables of experiment `embedding_projections`, `manifests` say where the
+    recordings are.
+    """
+    from ajgdata.experiments.embedding_projections import projections_of
+    from ajgdata.report.explorer import Explored, render_explorer
+
+    spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
+    shown = None if "skipped" in about else projections_of({one.name: one for one in tables})
+    recordings = shown.recording.tolist() if shown else []
+    clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
+    one = Explored(
+        title=f"{spec.title or spec.name} · {embedding.replace('_', ' ')}",
+        source="simulated" if about["provenance"]["source"] == "simulated" else "recorded",
+        supervision=spec.embeddings[embedding].supervision,
+        more=f"../../{paths.report.name}#task-{dataset}-{embedding}",
+        shown=shown,
+        skipped=about.get("skipped", ""),
     )
-    paths.page_figures(PAGE).mkdir(parents=True, exist_ok=True)  # also if it holds none
-    write_bytes(paths.page(PAGE), html.encode())
-
-
-def build_explorer(paths: Paths, dataset: str, embedding: str, manifests: Sequence[Path]) -> None:
-    """Write the page on which every recording is seen and heard."""
-    from ajgdata.report.interactive import render_interactive
-
-    one = read_embedded(paths, dataset, embedding, measured=False)
-    audio = read_dataset(paths, dataset).audio
-    recordings = one.pictured.recording.tolist() if one.pictured else []
-    clips, told = sounds(paths.root, manifests, audio, set(recordings))
-    html = render_interactive(one, clips, told, paths)
-    write_bytes(paths.explorer(dataset, embedding), html.encode())
+    write_bytes(page, render_explorer(one, clips, told, paths).encode())
 
 
 def sounds(
     root: Path, manifests: Sequence[Path], audio: AudioSettings, wanted: set[str]
 ) -> tuple[dict[str, bytes], str]:
-    """MP3s by recording, and what was done to the sound, in words.
+    """Return MP3s by recording, and what was done to the sound, in words.
 
     Together they take MOST_SOUND_MB at most: the more there are, the shorter each is. One gain for
     all, so that loud things stay louder than quiet ones. Files that cannot be read are left out.
@@ -108,7 +93,7 @@ def sounds(
 
 
 def _files(root: Path, manifests: Sequence[Path], wanted: set[str]) -> Iterator[tuple[str, Path]]:
-    """Recordings (`<session>/<recording_id>`) with their files."""
+    """Yield recordings (`<session>/<recording_id>`) with their files."""
     for manifest in manifests:
         content, _ = read_manifest(manifest)
         for entry in content["recordings"]:

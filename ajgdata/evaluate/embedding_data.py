@@ -1,0 +1,150 @@
+"""Recordings of an embedding as arrays, its folds, and the training of its encoders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ajgdata.store.features import Column, Shard
+from ajgdata.types import Embedding, Kind
+
+if TYPE_CHECKING:
+    from sklearn.pipeline import Pipeline
+
+    from ajgdata.embed.encoder import Encoder
+    from ajgdata.evaluate.splits import Folds
+
+
+@dataclass(frozen=True, eq=False)
+class EmbeddingData:
+    """Recordings of things, and all that the acquisition log says of them.
+
+    `feature` (n, f); `instance`, `grasp` and `group` (n,) are labels as text; `columns` all that
+    the store holds, of length n.
+    """
+
+    feature: np.ndarray
+    instance: np.ndarray
+    grasp: np.ndarray
+    group: np.ndarray
+    columns: Mapping[str, Column]
+
+    def column(self, name: str) -> np.ndarray:
+        """Return one column (n,). Raises ValueError if there is none."""
+        if name not in self.columns:
+            raise ValueError(f"there is no column {name!r}: add it to recordings.csv")
+        return self.columns[name].values
+
+    @property
+    def separated(self) -> bool:
+        """Return whether folds by `group` always part things: validation is of unseen ones."""
+        pairs = {*zip(self.group.tolist(), self.instance.tolist(), strict=True)}
+        return len(pairs) == len(np.unique(self.instance))
+
+
+class Run(NamedTuple):
+    """One network, or one fold of the raw features: points (n, d), rows trained on, rows tested."""
+
+    points: np.ndarray
+    train: np.ndarray
+    test: np.ndarray
+
+
+def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
+    """Return the recordings of which the log says what they are of; an empty gripper is no thing.
+
+    Raises ValueError for a column that is missing, and where fewer than two things are left.
+    """
+    names = (settings.instance, "grasp_id", settings.groups)
+    for name in names:
+        if name not in shard.columns:
+            raise ValueError(f"there is no column {name!r}: add it to recordings.csv")
+    text = [shard.columns[name].values.astype(str) for name in names]
+    known = np.all([~np.isin(column, ["", "nan"]) for column in text], axis=0)
+    if not known.any():
+        raise ValueError(f"no recording has {', '.join(names)}")
+    columns = {n: Column(c.values[known], c.attrs) for n, c in shard.columns.items()}
+    instance, grasp, group = (column[known] for column in text)
+    if len(np.unique(instance)) < 2:
+        raise ValueError(f"all recordings are of one thing, {instance[0]!r}: two are needed")
+    return EmbeddingData(shard.feature[known], instance, grasp, group, columns)
+
+
+def train_on(
+    data: EmbeddingData,
+    train: np.ndarray,
+    settings: Embedding,
+    dimensions: Sequence[int],
+    seeds: Sequence[int],
+    scaling: Pipeline | None = None,
+) -> list[Encoder]:
+    """Return encoders of `dimensions`, trained on the rows `train`."""
+    from ajgdata.embed.encoder import Training, train_encoders
+
+    training = Training(
+        margin=settings.margin,
+        epochs=settings.epochs,
+        batch_instances=settings.batch_instances,
+        batch_recordings=settings.batch_recordings,
+    )
+    return train_encoders(
+        data.feature[train],
+        data.instance[train],
+        data.grasp[train],
+        dimensions=dimensions,
+        training=training,
+        seed=int(np.random.SeedSequence(seeds).generate_state(1)[0]),
+        scaling=scaling,
+    )
+
+
+def validation_folds(data: EmbeddingData, settings: Embedding, seed: int) -> Folds:
+    """Return folds by group; every thing in all of them, unless its recordings are one group."""
+    from ajgdata.evaluate.splits import grouped_folds
+
+    kind: Kind = "regression" if data.separated else "classification"
+    folds = min(settings.folds, len(np.unique(data.group)))
+    return grouped_folds(data.instance, data.group, kind, folds, seed)
+
+
+def unseen_folds(data: EmbeddingData, settings: Embedding) -> Folds:
+    """Return folds that each leave some things out; none if none are asked for."""
+    from ajgdata.evaluate.splits import grouped_folds
+
+    if not settings.retrieval_folds:
+        return []
+    folds = min(settings.retrieval_folds, len(np.unique(data.instance)))
+    return grouped_folds(data.instance, data.instance, "regression", folds, seed=0)
+
+
+def fold_of(folds: Folds) -> np.ndarray:
+    """Return the number (n,) of the fold that tests each row."""
+    number = np.empty(sum(len(test) for _, test in folds), np.int32)
+    for fold, (_, test) in enumerate(folds):
+        number[test] = fold
+    return number
+
+
+def runs_of(latent: np.ndarray, fold: np.ndarray) -> Iterator[Run]:
+    """Yield the runs of latents (fold, init, n, d), of which `fold` (n,) says which tests a row."""
+    for number, of_fold in enumerate(latent):
+        for points in of_fold:
+            yield Run(points, np.flatnonzero(fold != number), np.flatnonzero(fold == number))
+
+
+def runs_by_space(
+    data: EmbeddingData, latent: np.ndarray, fold: np.ndarray
+) -> Iterator[tuple[str, list[Run]]]:
+    """Yield the runs of the latent, then of the raw features, which have one for each fold."""
+    from ajgdata.embed.encoder import raw_scaling
+
+    yield "latent", list(runs_of(latent, fold))
+    runs = []
+    for number in range(len(latent)):
+        train, test = np.flatnonzero(fold != number), np.flatnonzero(fold == number)
+        scaling = raw_scaling().fit(data.feature[train])
+        runs.append(Run(scaling.transform(data.feature), train, test))
+    yield "raw", runs

@@ -1,0 +1,320 @@
+"""Embedding: properties that probes read from each space, and how well things are separated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ajgdata.experiments.base import (
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    TaskResults,
+    score_table,
+)
+from ajgdata.experiments.embedding import (
+    ScoreRow,
+    by_run,
+    illustration,
+    look,
+    run_scores,
+    scores_by,
+    space_name,
+    trained,
+)
+from ajgdata.experiments.embedding_knn import encoder_cost
+from ajgdata.experiments.embedding_projections import clusters_of
+from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.comparison import PaperComparison, holds
+from ajgdata.report.format import DASH, Caption, Score, mean_sd, number, words
+from ajgdata.report.projections import ordered
+from ajgdata.types import Embedding, Kind
+from ajgdata.types.table import Table, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ajgdata.evaluate.embedding_data import EmbeddingData, Run
+
+TITLE = "Embedding: what it encodes"
+PROBES = {"linear": "linear", "knn": "k-NN"}
+SPLITS = {"grouped": "new grasps of known things", "unseen": "unseen things"}
+METRICS = {"accuracy": "accuracy", "r2": "R²", "rank_correlation": "rank correlation"}
+#: An R² far below 0 says no more than one a little below.
+LOWEST = -0.3
+
+
+def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
+    """Return the scores of probes in the latent and raw, and silhouettes of the things.
+
+    Raises ValueError where nothing could be trained.
+    """
+    from ajgdata.evaluate.distances import silhouette
+    from ajgdata.evaluate.embedding_data import runs_by_space
+
+    data, latents = trained(inputs, settings)
+    seen = latents.latent[settings.shown], latents.validation_fold
+    splits = {} if data.separated else {"grouped": seen}
+    if latents.unseen is not None:
+        splits["unseen"] = (latents.unseen, latents.unseen_fold)
+    probed = [
+        {"space": space, "split": split, **row}
+        for split, (latent, fold) in splits.items()
+        for space, runs in runs_by_space(data, latent, fold)
+        for row in probe_rows(data, runs, settings, inputs.kinds, unseen=split == "unseen")
+    ]
+    labels = dict.fromkeys([settings.instance, settings.category or settings.target])
+    silhouettes = []
+    for space, runs in runs_by_space(data, *seen):
+        for label in labels:
+            value = data.column(label).astype(str)
+            values = [silhouette(points[test], value[test]) for points, _, test in runs]
+            silhouettes.append({"space": space, "label": label, "values": values})
+    scores = list(probe_scores(probed))
+    for row in silhouettes:
+        metric = f"silhouette of {row['label']}"
+        scores += run_scores(row["space"], "silhouette", metric, row["values"])
+    columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
+    tables = (
+        score_table(scores, TITLE),
+        probe_table(probed),
+        table_of("silhouettes", "Silhouettes", by_run(silhouettes, "silhouette"), **columns),
+    )
+    return Outcome(tables, about={"dimension": settings.shown})
+
+
+def probe_rows(
+    data: EmbeddingData,
+    runs: Sequence[Run],
+    settings: Embedding,
+    kinds: Mapping[str, Kind],
+    *,
+    unseen: bool,
+) -> Iterator[dict[str, Any]]:
+    """Yield the scores of all probes in one space, `values` of the runs and their mean chance.
+
+    No probe can say which thing it is that it never met. What is read thing by thing is read of
+    unseen things alone, learned from some of their grasps and tested on others: the latents of a
+    thing that was trained on lie where its new grasps do not, and a probe would learn from what it
+    is not tested on.
+    """
+    from ajgdata.evaluate.probes import PROBES, Property, probe, probe_within
+
+    for column, how in settings.probes.items():
+        if bool(how.within) > unseen or (unseen and column in (settings.instance, "object")):
+            continue
+        kind = kinds.get(column, "classification")
+        prop = Property(data.column(column), kind, how.period_deg)
+        for name in PROBES:
+            if how.within:
+                part = data.column(how.within)
+                scores = [probe_within(z, prop, name, part, data.grasp, b) for z, _, b in runs]
+            else:
+                scores = [probe(z, prop, name, a, b) for z, a, b in runs]
+            chance = float(np.mean([one["chance"] for one in scores]))
+            for metric in ["accuracy"] if kind == "classification" else ["r2", "rank_correlation"]:
+                values = [one[metric] for one in scores]
+                about = {"probe": name, "target": column, "metric": metric}
+                yield {**about, "chance": chance, "values": values}
+
+
+def probe_scores(rows: Iterable[dict[str, Any]]) -> Iterator[ScoreRow]:
+    """Yield the rows of `score_table` for rows of probes."""
+    for row in rows:
+        part, metric = f"probe:{row['split']}:{row['probe']}", f"{row['metric']} of {row['target']}"
+        yield from run_scores(row["space"], part, metric, row["values"], row["chance"])
+
+
+def probe_table(rows: Iterable[dict[str, Any]]) -> Table:
+    """Return rows of probes as a table, one a run."""
+    return table_of(
+        "probes", "Probes", by_run(rows, "value"),
+        space="Space", split="Tested on", probe="Probe", target="Target", metric="Metric",
+        chance="Chance", run="Run", value="Value",
+    )  # fmt: skip
+
+
+class Probe(NamedTuple):
+    """The score of a probe in a space; `split` is grouped or unseen."""
+
+    space: str
+    probe: str
+    target: str
+    split: str
+    metric: str
+    chance: float
+    score: Score
+
+
+def probes_of(results: TaskResults) -> list[Probe]:
+    """Return the probes, without those that say nothing: a rank of angles, for instance."""
+    table = results.results[0].tables["probes"]
+    keys = ("space", "probe", "target", "split", "metric", "chance")
+    listed = [
+        Probe(*names[:-1], math.nan if names[-1] is None else names[-1], score)
+        for names, score in scores_by(table, keys, "value").items()
+    ]
+    return [one for one in listed if math.isfinite(one.score.mean)]
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return a row for each target, a panel for each split; a marker for each space and probe."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+
+    probes = probes_of(results)
+    splits = [split for split in SPLITS if any(p.split == split for p in probes)]
+    rows = list(dict.fromkeys((p.target, p.metric) for p in probes))
+    drawn = new_figure(
+        (WIDTH_IN, 1.7 + 0.42 * len(rows)),
+        f"{results.title} · probes",
+        "what a probe tells from each space, mean ± sd over runs",
+        [results.source],
+    )
+    panels = drawn.subplots(1, len(splits), sharey=True, squeeze=False)[0]
+    for axes, split in zip(panels, splits, strict=True):
+        _panel(axes, [p for p in probes if p.split == split], rows)
+        axes.set_title(SPLITS[split])
+        axes.set_xlabel("accuracy, R² or rank correlation")
+    panels[0].set_yticks(range(len(rows)), [f"{words(t)} ({METRICS.get(m, m)})" for t, m in rows])
+    panels[0].set_ylim(len(rows) - 0.5, -0.5)
+    shown: dict[str, Any] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+    drawn.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
+    return drawn
+
+
+def _panel(axes: Axes, probes: Sequence[Probe], rows: Sequence[tuple[str, str]]) -> None:
+    from ajgdata.report.canvas import GREY
+
+    there = {(p.space, p.probe) for p in probes}
+    spaces = ordered([p.space for p in probes])
+    kinds = [(space, probe) for space in spaces for probe in PROBES if (space, probe) in there]
+    for i, (space, probe) in enumerate(kinds):
+        style = look(space)
+        own = [p for p in probes if (p.space, p.probe) == (space, probe)]
+        offset = 0.6 * ((i + 0.5) / len(kinds) - 0.5)
+        axes.errorbar(
+            [max(p.score.mean, LOWEST) for p in own],
+            [rows.index((p.target, p.metric)) + offset for p in own],
+            xerr=[np.nan_to_num(p.score.sd) for p in own],
+            ls="", ms=4.5, elinewidth=0.9, mfc=style["color"] if probe == "linear" else "white",
+            label=f"{space_name(space)}, {PROBES[probe]}", **style,
+        )  # fmt: skip
+    for p in {(p.target, p.metric, p.chance): p for p in probes}.values():
+        if math.isfinite(p.chance):
+            place = rows.index((p.target, p.metric)) + np.array([-0.38, 0.38])
+            axes.plot([p.chance] * 2, place, color=GREY, lw=1.1, ls=":", label="chance")
+    axes.axvline(0, color=GREY, lw=0.6)
+    axes.set_xlim(LOWEST - 0.05, 1.05)
+    axes.tick_params(axis="y", length=0)
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    listed = "; ".join(
+        f"{words(p.target)} from {space_name(p.space)} by a {PROBES[p.probe]} probe, "
+        f"{SPLITS[p.split]}: {METRICS.get(p.metric, p.metric)} {mean_sd(p.score)}"
+        for p in probes_of(results)
+    )
+    return Caption(
+        "Filled: linear probes; hollow: k-NN. Dotted: chance. A space that forgets "
+        "the pose lets a probe read the thing and not the angle. An R² below "
+        f"{number(LOWEST).replace('-', '−')} is drawn there.",
+        f"Scores of probes. {listed}.",
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the figure of all probes; none where none was asked for."""
+    if not probes_of(results):
+        return []
+    return [illustration(results, "probes", caption(results), partial(figure, results))]
+
+
+def tables(results: TaskResults) -> Iterator[ShownTable]:
+    """Yield the probes, and the silhouettes where they were measured."""
+    if probes := probes_of(results):
+        yield _probes_shown(probes)
+    if "silhouettes" not in results.results[0].tables:
+        return
+    told = silhouettes_of(results)
+    spaces = ordered([space for space, _ in told])
+    labels = dict.fromkeys(label for _, label in told)
+    yield ShownTable(
+        "Silhouettes (Rousseeuw 1987) of validation points.",
+        ("silhouette of", *map(space_name, spaces)),
+        tuple((words(x), *(mean_sd(told[space, x]) for space in spaces)) for x in labels),
+    )
+
+
+def silhouettes_of(results: TaskResults) -> dict[tuple[str, str], Score]:
+    """Return the silhouettes by space and column of labels."""
+    table = results.results[0].tables["silhouettes"]
+    scores = scores_by(table, ("space", "label"), "silhouette")
+    return {(space, label): score for (space, label), score in scores.items()}
+
+
+def _probes_shown(probes: Sequence[Probe]) -> ShownTable:
+    """Return a row for each target, metric and split, a column for each space and probe."""
+    kinds = [(space, probe) for space in ordered([p.space for p in probes]) for probe in PROBES]
+    rows: dict[tuple[str, str, str], dict[tuple[str, str], Probe]] = {}
+    for p in probes:
+        rows.setdefault((p.target, p.split, p.metric), {})[p.space, p.probe] = p
+    return ShownTable(
+        "Scores of probes, mean ± sd over runs.",
+        (
+            "target", "tested on", "metric", "chance",
+            *(f"{space_name(space)}, {PROBES[probe]}" for space, probe in kinds),
+        ),
+        tuple(
+            (
+                words(target),
+                SPLITS[split],
+                METRICS.get(metric, metric),
+                number(next(iter(cells.values())).chance),
+                *(mean_sd(cells[kind].score) if kind in cells else DASH for kind in kinds),
+            )
+            for (target, split, metric), cells in rows.items()
+        ),
+    )  # fmt: skip
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield whether things form clusters, by their silhouette on validation points of all runs."""
+    column, told = results.settings.instance, silhouettes_of(results)
+    if results.paper is None or ("latent", column) not in told:
+        return
+    score, raw = told["latent", column], told["raw", column]
+    result = (
+        f"silhouette of objects {mean_sd(score)} (raw features {mean_sd(raw)}) "
+        f"in {results.settings.shown}-D"
+    )
+    drawn = lookup("embedding_projections", results.dataset, results.task)
+    if drawn and drawn.task == results.task and (seen := clusters_of(drawn)):
+        result += f"; in two dimensions, of the validation points {seen}"
+    yield PaperComparison(
+        results.paper, results.dataset, results.task, results.source, result, "latent",
+        holds(score, "no: they overlap"), encoder_cost(results, lookup),
+    )  # fmt: skip
+
+
+EXPERIMENT = Experiment(
+    name="embedding_probes",
+    title=TITLE,
+    settings=Embedding,
+    measure=measure,
+    figures=figures,
+    tables=tables,
+    paper_comparison=paper_comparison,
+    of_embedding=True,
+    order=83,
+    paper="embedding",
+)

@@ -1,0 +1,235 @@
+"""Embedding: every recording in two dimensions, as one network and as the raw features see it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
+from ajgdata.experiments.embedding import illustration, space_name, trained
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.format import Caption, words
+from ajgdata.report.latent_plane_figure import Plane, clusters_text, plane_caption, plane_figure
+from ajgdata.report.projections import (
+    METHODS,
+    MISSING,
+    NUMBERS,
+    PLANE,
+    Projection,
+    Projections,
+    ordered,
+    shown_columns,
+    text_colours,
+)
+from ajgdata.types import Embedding
+from ajgdata.types.table import Table, table_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
+
+NAME = "embedding_projections"
+TITLE = "Embedding: projections"
+#: The run that is looked at.
+FOLD, INIT = 0, 0
+#: Points of one figure beyond which they are drawn as pixels.
+MAX_VECTOR_POINTS = 3000
+
+
+def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
+    """Return the projections of one run, of the latent and of raw features.
+
+    A latent of two dimensions is there as it is, too. With each recording stands what is known of
+    it: the thing, its category, what is probed, session and grasp. Raises ValueError where nothing
+    could be trained.
+    """
+    from ajgdata.embed.encoder import raw_scaling
+    from ajgdata.embed.projections import project
+
+    data, latents = trained(inputs, settings)
+    training = latents.validation_fold != FOLD
+    raw = raw_scaling().fit(data.feature[training]).transform(data.feature)
+    spaces = {"raw": raw, "latent": latents.latent[settings.shown][FOLD, INIT]}
+    planes = {
+        (space, method): plane
+        for space, points in spaces.items()
+        for method, plane in project(points, training, inputs.seed).items()
+    }
+    if 2 in latents.latent:
+        planes = {("latent", PLANE): latents.latent[2][FOLD, INIT]} | planes
+    first = settings.instance, settings.category or settings.target
+    names = dict.fromkeys((*first, *settings.probes, "session_id", settings.groups))
+    known = {"recording": data.column("recording"), "training": training}
+    known |= {name: data.column(name) for name in names}
+    recordings = (dict(zip(known, row, strict=True)) for row in zip(*known.values(), strict=True))
+    points = (
+        {"space": space, "method": method, "x": _seven_digits(x), "y": _seven_digits(y)}
+        for (space, method), plane in planes.items()
+        for x, y in plane
+    )
+    note = "The points of each space and method are in the order of the recordings."
+    tables = (
+        table_of("recordings", "Recordings", recordings, **{name: words(name) for name in known}),
+        table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
+    )
+    return Outcome(tables, about={"fold": FOLD, "init": INIT, "dimension": settings.shown})
+
+
+def _seven_digits(value: float) -> float:
+    """Return a float32 as JSON shows it: more than seven digits would be made up."""
+    return float(f"{value:.7g}")
+
+
+def projections_of(tables: Mapping[str, Table]) -> Projections:
+    """Return the projections, the latent of two dimensions first, as the tables hold them."""
+    recordings, points = tables["recordings"], tables["points"]
+    columns = {
+        column.key: _column(recordings, column.key)
+        for column in recordings.columns
+        if column.key not in ("recording", "training")
+    }
+    return Projections(
+        recording=np.array(recordings.column("recording"), np.str_),
+        training=np.array(recordings.column("training"), bool),
+        columns=columns,
+        projections=tuple(
+            Projection(space, method, np.column_stack([part.numbers("x"), part.numbers("y")]))
+            for space, of_space in points.parted("space").items()
+            for method, part in of_space.parted("method").items()
+        ),
+    )
+
+
+def _column(table: Table, key: str) -> NDArray[Any]:
+    """Return text or float64."""
+    values = table.column(key)
+    if any(isinstance(value, str) for value in values):
+        return np.array(values, np.str_)
+    return table.numbers(key)
+
+
+def plane_of(shown: Projections) -> Plane | None:
+    """Return the two-dimensional latent of the run, if there is one."""
+    for one in shown.projections:
+        if (one.space, one.method) == ("latent", PLANE):
+            thing, *others = shown.columns.values()
+            texts = [values for values in others if values.dtype.kind == "U"]
+            category = texts[0] if texts else np.full(len(thing), "")
+            return Plane(one.points, thing.astype(str), category, shown.training)
+    return None
+
+
+def clusters_of(results: TaskResults) -> str:
+    """Return where the validation points lie in the two-dimensional latent, or nothing."""
+    if not results.results:
+        return ""
+    plane = plane_of(projections_of(results.results[0].tables))
+    return clusters_text(plane) if plane else ""
+
+
+def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
+    """Return a row for each space, a column for each method; filled: training, ring: validation."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.lines import Line2D
+
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+
+    spaces = ordered([one.space for one in shown.projections])
+    methods = [m for m in METHODS if any(p.method == m for p in shown.projections)]
+    drawn = new_figure(
+        (WIDTH_IN, 0.9 + 2.15 * len(spaces)),
+        f"{results.title} · {words(column)}",
+        f"colour: {words(column)}; filled: training, rings: validation recordings",
+        [results.source],
+    )
+    panels = drawn.subplots(len(spaces), len(methods), squeeze=False)
+    colours, legend = _coloured(shown.columns[column])
+    pixels = len(shown.recording) * panels.size > MAX_VECTOR_POINTS
+    for one in shown.projections:
+        if one.method not in methods:  # a latent of two dimensions as it is
+            continue
+        axes = panels[spaces.index(one.space), methods.index(one.method)]
+        _scatter(axes, one.points, colours, shown.training, pixels)
+        axes.set_title(f"{space_name(one.space)} · {METHODS[one.method]}")
+    if isinstance(legend, ScalarMappable):
+        drawn.colorbar(legend, ax=panels, label=words(column), shrink=0.7, pad=0.02)
+    else:
+        handles = [
+            Line2D([], [], ls="", marker="o", ms=4, color=colour, label=words(name))
+            for name, colour in legend.items()
+        ]
+        drawn.legend(handles=handles, loc="outside right upper")
+    return drawn
+
+
+def _coloured(values: NDArray) -> tuple[NDArray, ScalarMappable | dict[str, str]]:
+    """Return a colour (n,) for each value, and the legend."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize, to_hex
+
+    if values.dtype.kind == "U":
+        named = text_colours(values)
+        return np.array([named.get(str(value), MISSING) for value in values]), named
+    known = np.isfinite(values)
+    low, high = float(values[known].min()), float(values[known].max())
+    shades = ScalarMappable(Normalize(low, high), colormaps[NUMBERS])
+    listed = [to_hex(c) for c in shades.to_rgba(np.where(known, values, low))]
+    return np.where(known, listed, MISSING), shades
+
+
+def _scatter(
+    axes: Axes, points: NDArray, colours: NDArray, training: NDArray[np.bool_], pixels: bool
+) -> None:
+    rows = ~training
+    seen, unseen = colours[training].tolist(), colours[rows].tolist()
+    style: dict[str, Any] = {"s": 7, "rasterized": pixels}
+    x, y = points.T
+    axes.scatter(x[training], y[training], c=seen, lw=0, alpha=0.75, **style)
+    axes.scatter(x[rows], y[rows], facecolors="none", edgecolors=unseen, lw=0.8, **style)
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(True)
+    axes.grid(False)
+    axes.margins(0.06)
+
+
+def caption(shown: Projections, column: str) -> Caption:
+    """Return the caption of `figure`."""
+    spaces = " and ".join(map(space_name, ordered([one.space for one in shown.projections])))
+    return Caption(
+        f"Each recording in two dimensions, from {spaces}, coloured by "
+        f"{words(column)}. PCA and UMAP learn from the training points and then place the others; "
+        "t-SNE cannot, and is fitted on all. Axes have no meaning; of t-SNE and UMAP neither do "
+        "distances between clusters.",
+        f"Scatter plots of {spaces} by PCA, UMAP and t-SNE, coloured by {words(column)}.",
+    )
+
+
+def figures(results: TaskResults) -> Iterator[Illustration]:
+    """Yield the latent of two dimensions, then a figure for each column that tells things apart."""
+    shown = projections_of(results.results[0].tables)
+    if plane := plane_of(shown):
+        head = f"{results.title} · latent"
+        draw = partial(plane_figure, plane, head, results.source)
+        yield illustration(results, "plane", plane_caption(plane), draw)
+    for column in shown_columns(shown):
+        drawn = partial(figure, results, shown, column)
+        yield illustration(results, f"by-{column}", caption(shown, column), drawn)
+
+
+EXPERIMENT = Experiment(
+    name=NAME,
+    title=TITLE,
+    settings=Embedding,
+    measure=measure,
+    figures=figures,
+    of_embedding=True,
+    order=80,
+)

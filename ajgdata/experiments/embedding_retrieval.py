@@ -1,0 +1,168 @@
+"""Embedding: finding recordings of things that no encoder was trained on."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults, score_table
+from ajgdata.experiments.embedding import (
+    by_run,
+    illustration,
+    look,
+    run_scores,
+    scores_by,
+    space_name,
+    trained,
+)
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.format import Caption, Score, mean_sd
+from ajgdata.report.projections import ordered
+from ajgdata.types import Embedding
+from ajgdata.types.table import table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ajgdata.evaluate.embedding_data import EmbeddingData
+
+TITLE = "Embedding: retrieval"
+RETRIEVED = (1, 5, 10)
+
+
+def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
+    """Return the precision at k of queries from unseen things, in the latent and raw.
+
+    Raises ValueError where no network left things out, or none has enough grasps to be found.
+    """
+    from ajgdata.evaluate.distances import precision_at
+    from ajgdata.evaluate.embedding_data import runs_by_space
+
+    data, latents = trained(inputs, settings)
+    if latents.unseen is None:
+        raise ValueError("retrieval_folds is 0: no network left things out")
+    at = [k for k in RETRIEVED if k <= _findable(data)]
+    if not at:
+        raise ValueError("most things were grasped once: there is nothing to be found")
+    rows: list[dict[str, Any]] = []
+    for space, runs in runs_by_space(data, latents.unseen, latents.unseen_fold):
+        for gallery in ("unseen", "all"):
+            each = [
+                precision_at(
+                    points, data.instance, data.grasp, queries=test,
+                    gallery=test if gallery == "unseen" else np.arange(len(points)), at=at,
+                )
+                for points, _, test in runs
+            ]  # fmt: skip
+            chance = float(np.mean([one.chance for one in each]))
+            for place, k in enumerate(at):
+                values = [one.precision[place] for one in each]
+                about = {"space": space, "gallery": gallery, "k": k}
+                rows.append({**about, "chance": chance, "values": values})
+    scores = (
+        score
+        for row in rows
+        for score in run_scores(
+            row["space"], f"retrieval:{row['gallery']}", f"precision at {row['k']}",
+            row["values"], row["chance"],
+        )
+    )  # fmt: skip
+    columns = {"space": "Space", "gallery": "Gallery", "k": "k", "chance": "Chance", "run": "Run"}
+    columns |= {"precision": "Precision"}
+    found = table_of("retrieval", TITLE, by_run(rows, "precision"), **columns)
+    return Outcome((score_table(scores, TITLE), found), about={"dimension": settings.shown})
+
+
+def _findable(data: EmbeddingData) -> float:
+    """Return how many recordings there are to find of a thing besides those of one grasp, in the
+    middle of all things."""
+    found = []
+    for one in np.unique(data.instance):
+        counts = np.unique(data.grasp[data.instance == one], return_counts=True)[1]
+        found.append(counts.sum() - counts.max())
+    return float(np.median(found))
+
+
+class Retrieval(NamedTuple):
+    """Precision at k of queries from things never trained on; `gallery` is unseen or all."""
+
+    space: str
+    gallery: str
+    k: int
+    chance: float
+    score: Score
+
+
+def retrieval_of(results: TaskResults) -> list[Retrieval]:
+    """Return the precisions of all spaces and galleries."""
+    table = results.results[0].tables["retrieval"]
+    scores = scores_by(table, ("space", "gallery", "k", "chance"), "precision")
+    return [
+        Retrieval(space, gallery, k, math.nan if chance is None else chance, score)
+        for (space, gallery, k, chance), score in scores.items()
+    ]
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return precision against k, a panel for each gallery."""
+    from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure
+
+    rows = retrieval_of(results)
+    galleries = list(dict.fromkeys(row.gallery for row in rows))
+    drawn = new_figure(
+        (WIDTH_IN, 3.3),
+        f"{results.title} · retrieval",
+        "share of the k nearest recordings that are of the same thing, mean ± sd over runs",
+        [results.source],
+    )
+    panels = drawn.subplots(1, len(galleries), sharey=True, squeeze=False)[0]
+    for axes, gallery in zip(panels, galleries, strict=True):
+        here = [row for row in rows if row.gallery == gallery]
+        for space in ordered([row.space for row in here]):
+            own = sorted((row for row in here if row.space == space), key=lambda row: row.k)
+            axes.errorbar(
+                [row.k for row in own],
+                [100 * row.score.mean for row in own],
+                [100 * np.nan_to_num(row.score.sd) for row in own],
+                ms=4.5, capsize=2.5, label=space_name(space), **look(space),
+            )  # fmt: skip
+        chance = sorted({(row.k, 100 * row.chance) for row in here if math.isfinite(row.chance)})
+        axes.plot(*np.reshape(chance, (-1, 2)).T, color=GREY, ls=":", lw=1.1, label="chance")
+        axes.set(title=f"gallery: {gallery} things", xlabel="k", ylim=(0, None))
+        axes.set_xticks(sorted({row.k for row in here}))
+    panels[0].set_ylabel("precision at k (%)")
+    panels[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    return drawn
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    listed = "; ".join(
+        f"{space_name(row.space)}, k = {row.k}, gallery {row.gallery}: "
+        f"{mean_sd(row.score, '%', 100)}"
+        for row in retrieval_of(results)
+    )
+    return Caption(
+        "Queries are recordings of things that the encoder was never trained on; the "
+        "recordings of the query's own grasp are left out of the gallery.",
+        f"Precision at k. {listed}.",
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the one figure of all spaces."""
+    return [illustration(results, "", caption(results), partial(figure, results))]
+
+
+EXPERIMENT = Experiment(
+    name="embedding_retrieval",
+    title=TITLE,
+    settings=Embedding,
+    measure=measure,
+    figures=figures,
+    of_embedding=True,
+    order=84,
+)

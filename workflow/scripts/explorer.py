@@ -1,0 +1,17 @@
+"""Maps the names of rule `explorer` to a call."""
+
+from pathlib import Path
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.explorer import build_explorer
+from ajgdata.pipeline.log import logged
+
+with logged(snakemake.log[0]):
+    build_explorer(
+        Path(snakemake.input.projections),
+        dataset=snakemake.wildcards.dataset,
+        embedding=snakemake.wildcards.embedding,
+        paths=Paths(Path(snakemake.params.root)),
+        manifests=[Path(file) for file in snakemake.input.manifests],
+        page=Path(snakemake.output.page),
+    )
