@@ -132,6 +132,13 @@ def cross_validate(
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
     differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
+
+    >>> import ajgdata
+    >>> from ajgdata.evaluate.crossval import cross_validate
+    >>> size = ajgdata.load_dataset("size").all("size")
+    >>> found = cross_validate(size.X, size.y, size.groups, kind="regression", model="knn", folds=4)
+    >>> found.scores.folds, sorted(found.scores.mean), found.predictions.y_pred.shape
+    (4, ['mae', 'r2', 'rmse'], (16,))
     """
     features, target = _validated(features, target, kind)
     extra_tests = {name: _checked(one, kind) for name, one in (extra_tests or {}).items()}

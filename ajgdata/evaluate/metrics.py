@@ -23,7 +23,15 @@ def score(
     weight: np.ndarray | None = None,
 ) -> dict[str, float]:
     """Return all metrics of `kind` for targets and predictions (n,); `weight` (n,) is of a
-    regression."""
+    regression.
+
+    >>> import numpy as np
+    >>> from ajgdata.evaluate.metrics import score
+    >>> score(np.array([10.0, 20]), np.array([13.0, 16]), "regression")  # mm in, mm out
+    {'rmse': 3.5355339059327378, 'mae': 3.5, 'r2': 0.5}
+    >>> score(np.array([0.0]), np.array([170.0]), "regression", period=180)["mae"]  # 10° round
+    10.0
+    """
     if kind == "regression":
         return regression(y_true, y_pred, period, weight)
     return classification(y_true, y_pred)

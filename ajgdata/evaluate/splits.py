@@ -34,6 +34,11 @@ def grouped_folds(
 
     A class with fewer groups than folds is allowed: some test parts lack it. Raises ValueError
     when there are fewer groups than folds, or when some training part would lack a class.
+
+    >>> from ajgdata.evaluate.splits import grouped_folds
+    >>> grasps = ["a", "a", "b", "b", "c", "c"]
+    >>> [test.tolist() for _, test in grouped_folds([1, 1, 2, 2, 3, 3], grasps, "regression", 3, 0)]
+    [[0, 1], [2, 3], [4, 5]]
     """
     y, group = np.asarray(y), np.unique(np.asarray(groups), return_inverse=True)[1]
     if len(y) != len(group):

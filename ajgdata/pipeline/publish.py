@@ -72,6 +72,14 @@ def publish(
     published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
     may show how far it is. Raises DataError, and leaves what was there, when the features are
     missing or not of the recordings as they are now.
+
+    >>> from pathlib import Path
+    >>> from ajgdata.paths import find_project
+    >>> from ajgdata.pipeline.publish import publish
+    >>> publish(find_project(), "size", Path("tree/size")).recordings
+    16
+    >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
+    ['CITATION.cff', 'LICENSE', 'README.md']
     """
     _check_options(version, date)
     _check_target(out)
