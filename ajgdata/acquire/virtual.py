@@ -42,7 +42,8 @@ class VirtualGripper:
         return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
-        """Return a one-second logarithmic sweep, 20 Hz to 20 kHz; None of a silent speaker."""
+        """Return a one-second logarithmic sweep (44100,), 20 Hz to 20 kHz; None of a silent
+        speaker."""
         return None if self._chain.level_db_spl is None else self._sweep
 
     def expect(self, grasps: Sequence[Grasp]) -> None:
@@ -84,8 +85,8 @@ def open_virtual(folder: Path, cores: int) -> Iterator[Callable[..., VirtualGrip
         yield lambda setup, signal: VirtualGripper(setup, solver, signal)
 
 
-def _variant(made: Gripper) -> str:
-    return next((name for name, known in GRIPPERS.items() if known == made), "custom")
+def _variant(settings: Gripper) -> str:
+    return next((name for name, known in GRIPPERS.items() if known == settings), "custom")
 
 
 def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:

@@ -57,7 +57,7 @@ def grouped_folds(
 
 
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
-    """Return folds that ignore groups: what a careless split would report.
+    """Return folds of the targets y (n,) that ignore groups: what a careless split would report.
 
     Raises ValueError when there are fewer rows than folds, and when all rows of a class that is
     rarer than the folds fall into one of them.

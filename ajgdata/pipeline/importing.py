@@ -40,7 +40,7 @@ def import_folder(
         )
     found = scan(folder, chosen, name=slug(folder.resolve().name))
     spec = declared or declare(dataset, folder, found, chosen, targets)
-    advance = started(len(found.found))
+    advance = started(len(found.files))
     result = import_scan(
         paths, dataset, folder, found, copy=copy, replace=replace, progress=advance
     )

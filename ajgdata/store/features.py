@@ -187,7 +187,7 @@ def _variables(store: h5py.File) -> dict[str, h5py.Dataset]:
         if variable.dtype.kind not in "Sif":
             raise ValueError(f"{name} holds neither text nor numbers")
         variables[name] = variable
-    claimed = sum(one.size * one.dtype.itemsize for one in variables.values())
+    claimed = sum(array.size * array.dtype.itemsize for array in variables.values())
     if claimed > MAX_GROWTH * store.id.get_filesize() + SMALL_BYTES:
         raise ValueError("claims to be larger than it can be")
     return variables
