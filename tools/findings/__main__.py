@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from ajgdata.paths import Paths
 from ajgdata.store.files import write_if_changed
 
 from .blocks import block
@@ -11,6 +12,8 @@ from .documents import documents, rewritten
 from .results import Results
 
 ROOT = Path(__file__).resolve().parents[2]
+#: Pictures of the last run, by the figure of the report that they are.
+IMAGES = {"docs/images/size.png": "predictions--size--size--cnn"}
 
 
 def main() -> None:
@@ -28,6 +31,10 @@ def main() -> None:
             print(f"{name}: left as it was, the run has no {error.filename or error}")
             return before
 
+    for name, figure in IMAGES.items():
+        drawn = folder / Paths().figure(figure).relative_to(Paths().results).with_suffix(".png")
+        if drawn.is_file() and write_if_changed(ROOT / name, drawn.read_bytes()):
+            print(f"wrote {name}")
     for path in documents(ROOT):
         text = path.read_bytes().decode("utf-8")
         if write_if_changed(path, rewritten(text, content).encode()):

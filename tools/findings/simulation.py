@@ -43,15 +43,20 @@ def default_grid(results: Results) -> str:
     return markdown_table(head, rows)
 
 
+def _rows(table: Table) -> list[dict[str, Any]]:
+    """Values are what the study says they are."""
+    return [dict(row) for row in table.rows]
+
+
 def _of_grid(table: Table, scheme: Any, dx_mm: Any) -> list[dict[str, Any]]:
-    return [row for row in table.rows if (row["scheme"], row["dx_mm"]) == (scheme, dx_mm)]
+    return [row for row in _rows(table) if (row["scheme"], row["dx_mm"]) == (scheme, dx_mm)]
 
 
 def grid_sweep(results: Results) -> str:
     """Error, run time and error of the level for each grid; objects side by side."""
     table = results.study("accuracy")["accuracy"]
-    objects = list(dict.fromkeys(row["object"] for row in table.rows))
-    grids = list(dict.fromkeys((row["scheme"], row["dx_mm"]) for row in table.rows))
+    objects = list(dict.fromkeys(row["object"] for row in _rows(table)))
+    grids = list(dict.fromkeys((row["scheme"], row["dx_mm"]) for row in _rows(table)))
     keys = ("error", "ratio", "db_1_3", "db_3_6")
     head = ("scheme", "grid, mm", "error", "run time", "level 1 to 3 kHz, dB rms",
             "level 3 to 6 kHz, dB rms")  # fmt: skip
@@ -70,7 +75,7 @@ def _short(rows: Mapping[str, Any], name: str, key: str) -> str:
 def grid_settings(results: Results) -> str:
     """What precision, poles and stopping change on the default grid."""
     tables = results.study("accuracy")
-    rows = tables["accuracy-settings"].rows
+    rows = _rows(tables["accuracy-settings"])
     first = rows[0]  # the default settings
     head = ("precision", "relaxation poles", "stops after", "change of the feature", "run time")
     lines = [
@@ -87,7 +92,7 @@ def grid_settings(results: Results) -> str:
 def omissions(results: Results) -> str:
     """What all that is left out of each scene changes, and the time it saves."""
     table = results.study("omissions")["omissions"]
-    rows = [row for row in table.rows if row["part"] == "all that is left out"]
+    rows = [row for row in _rows(table) if row["part"] == "all that is left out"]
     head = ("scene", "left out", "change of the feature", "tolerance", "run time, without / with")
     return markdown_table(
         head,
@@ -102,14 +107,14 @@ def omissions(results: Results) -> str:
 
 
 def _left_out(table: Table, scene: str) -> str:
-    parts = [row["part"] for row in table.rows if row["scene"] == scene and row["kept"] is False]
+    parts = [row["part"] for row in _rows(table) if row["scene"] == scene and row["kept"] is False]
     return ", ".join(parts) or "nothing"
 
 
 def estimates_of_omissions(results: Results) -> str:
     """Estimate and measured change of each part, where either is worth mentioning."""
     table = results.study("omissions")["omissions"]
-    rows = [row for row in table.rows if row["estimate"] is not None]
+    rows = [row for row in _rows(table) if row["estimate"] is not None]
     worth = [row for row in rows if max(row["estimate"], row["measured"]) > 2e-3]
     head = ("scene", "part", "estimate", "measured change", "estimate / measured")
     return markdown_table(
@@ -134,13 +139,13 @@ def verification(results: Results) -> str:
 def stability(results: Results) -> str:
     """Outcomes of the extreme cases by group, and growth at the limit of the time step."""
     tables = results.study("stability")
-    rows = tables["stability"].rows
+    rows = _rows(tables["stability"])
     counts = Counter((row["group"], row["expected"], row["outcome"]) for row in rows)
     counted = [[*key, str(count)] for key, count in counts.items()]
     head = ("what is extreme", "expected", "outcome", "cases")
     growth = [
         [str(row["ratio"]), value(row["rate"]), value(row["expected"])]
-        for row in tables["limit"].rows
+        for row in _rows(tables["limit"])
     ]
     limit = markdown_table(("time step over its limit", "growth a step", "in theory"), growth)
     return f"{markdown_table(head, counted)}\nGrowth at the limit of the time step:\n\n{limit}"
@@ -149,7 +154,9 @@ def stability(results: Results) -> str:
 def contact_estimates(results: Results) -> str:
     """Each effect on paper, objects side by side."""
     table = results.study("materials")["material_estimates"]
-    return pivoted(table.rows, ("effect",), "shape", ("effect",), lambda row: value(row["change"]))
+    return pivoted(
+        _rows(table), ("effect",), "shape", ("effect",), lambda row: value(row["change"])
+    )
 
 
 def material_distances(results: Results) -> str:
@@ -161,7 +168,7 @@ def material_distances(results: Results) -> str:
             *(_pair(row, metal) for metal in ("aluminium", "wood", "plastic", "styrofoam")),
             _pair(row, "scatter"),
         ]
-        for row in table.rows
+        for row in _rows(table)
     ]  # fmt: skip
     head = ("object", "physics", "aluminium", "wood", "plastic", "Styrofoam", "scatter of grasps")
     return markdown_table(head, lines)
@@ -179,7 +186,7 @@ def ablation(results: Results, name: str) -> str:
     for table in results.ablation(name):
         keys = {column.key for column in table.columns}
         lines = (
-            markdown_table(VERDICTS, [_judged(row) for row in table.rows])
+            markdown_table(VERDICTS, [_judged(row) for row in _rows(table)])
             if "verdict" in keys
             else study_table(table, without="seconds")
         )
@@ -188,7 +195,7 @@ def ablation(results: Results, name: str) -> str:
 
 
 def _line(table: Table) -> str:
-    return f"{table['note']}\n" if table.note else ""
+    return f"{table.note}\n" if table.note else ""
 
 
 def _judged(row: Mapping[str, Any]) -> list[str]:
