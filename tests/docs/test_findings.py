@@ -95,10 +95,13 @@ def test_what_the_tables_show_is_what_the_data_sets_declare(row):
 def test_results_stand_beside_the_papers_with_the_run_that_they_are_of(project):
     text = blocks.block("results", Results(project.results))
     lines = text.splitlines()
-    known = "| edge length, 12 cubes seen in training, RMSE "
-    assert lines[3] == known + "| 0.72 ± 0.12 mm | — | — | 6.4 mm | 2.7 mm |"
-    assert "| material of plates | — | — | 56.2 ± 4.4 % | — | 100 % |" in lines
-    assert "| training on the 16 objects, all folds, one core | 7.6 s | — | — |  |  |" in lines
+    assert lines[3] == (
+        "| edge length, 12 cubes seen in training, RMSE "
+        "| 0.72 ± 0.12 mm | — | — | 6.4 mm | 2.7 mm | `size/size`, grouped |"
+    )
+    plates, training = "| material of plates ", "| training on the 16 objects, all folds, one core "
+    assert plates + "| — | — | 56.2 ± 4.4 % | — | 100 % | `plate/material`, grouped |" in lines
+    assert training + "| 7.6 s | — | — |  |  | `ycb/object` |" in lines
     assert re.fullmatch(r"Run of commit c0ffee1234, results [0-9a-f]{10}\.", lines[-2])
 
 

@@ -78,14 +78,15 @@ def headline_table(results: Results) -> str:
             *(_score(results, row, model) for model in MODELS),
             _chance(results, row),
             _paper(paper[row.paper]) if row.paper else "",
+            f"`{row.dataset}/{row.task}`, {row.part}",
         ]
         for row in HEADLINES
     ]
     times = [results.metric("ycb", "object", m, "cost of grouped", "train_s", "measured") for m in MODELS]  # fmt: skip  # noqa: E501
     told = [DASH if time is None else f"{number(time, 2)} s" for time in times]
-    rows.append(["training on the 16 objects, all folds, one core", *told, "", ""])
+    rows.append(["training on the 16 objects, all folds, one core", *told, "", "", "`ycb/object`"])
     head = ("*simulated*", "CNN", "ridge or logistic regression", "k-NN", "chance",
-            "the paper, CNN, real gripper")  # fmt: skip
+            "the paper, CNN, real gripper", "task, split")  # fmt: skip
     return markdown_table(head, rows)
 
 
