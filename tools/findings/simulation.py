@@ -177,7 +177,7 @@ def material_distances(results: Results) -> str:
 def _pair(row: Mapping[str, Any], name: str) -> str:
     """Whole band, then below 2.5 kHz."""
     whole, low = row[name], row[f"{name}_low"]
-    return DASH if whole is None else f"{number(whole, 2)}, {number(low, 2)}"
+    return DASH if whole is None else f"{value(whole)}, {value(low)}"
 
 
 def ablation(results: Results, name: str) -> str:
