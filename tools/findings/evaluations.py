@@ -1,5 +1,6 @@
 """Blocks on evaluated models, made of metrics.csv."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 from ajgdata.paths import Paths
@@ -12,6 +13,8 @@ from ajgdata.store.sessions import read_dataset
 from .markdown import markdown_table
 from .results import Results
 
+#: The project whose docs these are, wherever its results may be.
+PROJECT = Paths(Path(__file__).resolve().parents[2])
 MODELS = ("cnn", "linear", "knn")
 
 
@@ -63,7 +66,7 @@ CHOSEN = (
 
 def terms(row: Row) -> Terms:
     """Return the terms of a row's task, as its data set declares the target."""
-    spec = read_dataset(Paths(), row.dataset)
+    spec = read_dataset(PROJECT, row.dataset)
     target = spec.targets[spec.tasks[row.task].target]
     classes = target.kind == "classification"
     return Terms("accuracy", "%", 100) if classes else Terms("rmse", target.unit, 1)
@@ -71,7 +74,7 @@ def terms(row: Row) -> Terms:
 
 def headline_table(results: Results) -> str:
     """The results beside the paper's, and what training took."""
-    paper = parse_paper(read_paper(Paths()))
+    paper = parse_paper(read_paper(PROJECT))
     rows = [
         [
             row.title,

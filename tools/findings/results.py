@@ -60,8 +60,10 @@ class Results:
         return jobs
 
     def size_gb(self) -> float:
-        """Return the size of all results in 1e9 bytes."""
-        return sum(p.lstat().st_size for p in self._folder.rglob("*") if p.is_file()) / 1e9
+        """Return the size of all results in 1e9 bytes, to two digits."""
+        size = sum(p.lstat().st_size for p in self._folder.rglob("*") if p.is_file()) / 1e9
+        self._read["size"] = f"{size:.2g}".encode()
+        return float(f"{size:.2g}")
 
     def name(self) -> str:
         """Return the name of the run, from what was read of it so far."""
