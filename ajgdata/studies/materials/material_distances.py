@@ -64,7 +64,7 @@ def feature(shape: str, material: str, physics: Physics, seed: int, dx_mm: float
 
 
 def distance(one: R, other: R) -> tuple[float, float]:
-    """Relative L2 distance of a feature (1025,) from the `other`, over the whole band and below 2.5 kHz."""
+    """Relative L2 distance of a feature (1025,) from the `other`: whole band, below 2.5 kHz."""
     change = one - other
     whole = np.linalg.norm(change) / np.linalg.norm(other)
     return float(whole), float(np.linalg.norm(change[LOW]) / np.linalg.norm(other[LOW]))
@@ -91,7 +91,8 @@ def distances(
         "Distance between materials, simulated",
         "Relative L2 distance of the feature from that of steel in the same grasp, whole band and"
         " below 2.5 kHz; scatter: between two grasps of the steel object. Each step adds an effect"
-        f" to the one before. Plastic balls, {dx_mm:g} mm grid, no noise. Nothing is fitted to the paper.",
+        f" to the one before. Plastic balls, {dx_mm:g} mm grid, no noise. Nothing is fitted to the"
+        " paper.",
         (
             Column("shape", "Object"),
             Column("step", "Physics"),
