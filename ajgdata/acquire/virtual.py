@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from ajgdata import gripper
 from ajgdata.acquire.solving import Solver, solving
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.types import describe
+
+Settings = TypeVar("Settings", bound=BaseModel)
 
 
 class VirtualGripper:
@@ -91,15 +93,16 @@ def _variant(settings: Gripper) -> str:
 
 def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
     """Return the scene of a grasp's setup; DataError names `where`, key, value and fix."""
-    try:
-        return gripper.Scene.model_validate(setup)
-    except ValidationError as error:
-        raise describe(error, where) from None
+    return _validated(gripper.Scene, where, setup)
 
 
 def chain_of(where: str, signal: Mapping[str, Any]) -> gripper.SignalChain:
     """Return the signal chain with the overrides `signal`; DataError as for `scene_of`."""
+    return _validated(gripper.SignalChain, where, signal)
+
+
+def _validated(kind: type[Settings], where: str, content: Mapping[str, Any]) -> Settings:
     try:
-        return gripper.SignalChain.model_validate(signal)
+        return kind.model_validate(content)
     except ValidationError as error:
         raise describe(error, where) from None

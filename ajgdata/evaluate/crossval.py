@@ -148,7 +148,6 @@ def cross_validate(
         group = np.asarray(groups)
         parts = grouped_folds(target, group, kind, folds, seed)
     estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
-    own = ExtraTestSet(features, target, group)
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
     costs, rss_mb = [], memory_mb("VmRSS")
@@ -158,25 +157,20 @@ def cross_validate(
             costs.append(cost)
             own_parts.append(_predict(fitted, features, test, fold, target[train]))
             for name, tests in extra.items():
-                rows = np.flatnonzero(~np.isin(tests.groups, group[train]))
-                if len(rows):
-                    predicted = _predict(fitted, tests.features, rows, fold, target[train])
-                    extra_parts[name].append(predicted)
+                new = np.flatnonzero(~np.isin(tests.groups, group[train]))
+                if len(new):
+                    part = _predict(fitted, tests.features, new, fold, target[train])
+                    extra_parts[name].append(part)
             if progress is not None:
                 progress(len(costs), folds)
-    split = "random" if groups is None else "grouped"
-    return CrossValidation(
-        _scores(own, own_parts, kind, period, seed, split),
-        _predictions(own, own_parts, in_order=True),
-        total_cost(costs, rss_mb),
-        {
-            name: Tested(
-                _scores(tests, extra_parts[name], kind, period, seed, name),
-                _predictions(tests, extra_parts[name], in_order=False),
-            )
-            for name, tests in extra.items()
-        },
-    )
+    own, split = ExtraTestSet(features, target, group), "random" if groups is None else "grouped"
+    scores = _scores(own, own_parts, kind, period, seed, split)
+    tested = {}
+    for name, tests in extra.items():
+        errors = _scores(tests, extra_parts[name], kind, period, seed, name)
+        tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
+    predictions = _predictions(own, own_parts, in_order=True)
+    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested)
 
 
 def _validated(
