@@ -12,10 +12,11 @@ from ajgdata.pipeline.embed_documents import read_embedded
 from ajgdata.pipeline.studies import EMBEDDING_CODE
 from ajgdata.report.paper import parse_paper
 from ajgdata.store.audio import AudioError, read_audio
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.files import write_bytes
 from ajgdata.store.manifest import read_manifest
-from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings
@@ -48,7 +49,7 @@ def build_embedding_page(
         shown,
         svgs,
         parse_paper(read_paper(paths)),
-        {**software(), "code": code_digest(*EMBEDDING_CODE)},
+        {**software(), "code": code_digest(EMBEDDING_CODE)},
         explorers,
         page_links(pages),
         paths,

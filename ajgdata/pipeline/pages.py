@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.studies import GALLERY_CODE
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import write_bytes
-from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.provenance import software
 from ajgdata.store.tables import read_tables
 
 if TYPE_CHECKING:
@@ -72,6 +73,6 @@ def build_gallery(paths: Paths, pages: Sequence[str], *, quick: bool = False) ->
         svgs[name] = svg.read_bytes()
     gif = animate(star.scene, filmed(plan))
     write_bytes(paths.page_figure(PAGE, FILM), gif)
-    made = {**software(), "code": code_digest(*GALLERY_CODE)}
+    made = {**software(), "code": code_digest(GALLERY_CODE)}
     html = render_gallery(shown, svgs, (star, gif), made, page_links(pages), paths)
     write_bytes(paths.page(PAGE), html.encode())

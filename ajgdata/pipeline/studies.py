@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.code_digest import code_digest
+from ajgdata.store.provenance import software
 from ajgdata.store.tables import write_tables
 
 #: Modules of `ajgdata.studies`, in the order of the report.
@@ -13,13 +14,16 @@ STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions"
 #: Those that measure run time: nothing else shall run beside them.
 TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
-#: What the gallery and the studies' figures depend on.
-GALLERY_CODE = ("gripper", "report", "pipeline/pages", "pipeline/show")
+#: The function that makes the gallery.
+GALLERY_CODE = "ajgdata.pipeline.pages:build_gallery"
 EMBEDDING = "embedding"
-#: What the page on embeddings depends on, and those on which recordings are heard.
-EMBEDDING_CODE = ("report", "pipeline/embed_page", "pipeline/embed_documents")
-EXPLORER_CODE = (*EMBEDDING_CODE, "store/audio", "store/conversion")
-STUDY_CODE = ("gripper", "studies", "features", "types", "pipeline/studies")
+#: The function that makes the page on embeddings.
+EMBEDDING_CODE = "ajgdata.pipeline.embed_page:build_embedding_page"
+
+
+def study_code(name: str) -> tuple[str, ...]:
+    """Return what the tables of the study `name` follow from, for `code_digest`."""
+    return ("ajgdata.pipeline.studies:run_study", f"ajgdata.studies.{name}:tables")
 
 
 def run_study(name: str, out: Path, *, quick: bool = False) -> None:
@@ -29,5 +33,5 @@ def run_study(name: str, out: Path, *, quick: bool = False) -> None:
     its columns.
     """
     tables = importlib.import_module(f"ajgdata.studies.{name}").tables(quick)
-    code = code_digest(*STUDY_CODE)
+    code = code_digest(*study_code(name))
     write_tables(out, tables, study=name, quick=quick, code=code, **software())

@@ -16,7 +16,7 @@ from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.report.wording import DASH, value
-from ajgdata.store.provenance import code_digest
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ajgdata.paths import Paths
-from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.code_digest import code_digest
+from ajgdata.store.provenance import software
 from ajgdata.store.tables import write_tables
 
 
@@ -30,10 +31,12 @@ ABLATIONS: Mapping[str, Ablation] = {
     "materials": Ablation(("sphere80", "plate")),
     "noise": Ablation(("size", "size_60dba", "size_70dba", "size_80dba", "size_90dba")),
 }
-ABLATION_CODE = (
-    "gripper", "features", "models", "evaluate", "acquire", "pipeline/ablations",
-    "pipeline/evaluate",
-)  # fmt: skip
+
+
+def ablation_code(name: str) -> tuple[str, ...]:
+    """Return what the tables of the ablation `name` follow from, for `code_digest`."""
+    package = "ajgdata.pipeline.ablations"
+    return (f"{package}:run_ablation", f"{package}.{name}:tables")
 
 
 def possible(simulated: Sequence[str]) -> list[str]:
@@ -56,5 +59,5 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     except ValueError as error:  # too few grasps, say: a result, and the run goes on
         row: dict[str, Value] = {"reason": str(error)}
         tables = [Table(name, f"Not made: {name}", "", (Column("reason", "Reason"),), (row,))]
-    code = code_digest(*ABLATION_CODE)
+    code = code_digest(*ablation_code(name))
     write_tables(out, tables, study=name, quick=quick, code=code, **software())
