@@ -7,8 +7,8 @@ from snakemake.utils import min_version, validate
 
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.ablations import (
-    ABLATION_CODE,
     ABLATIONS,
+    ablation_code,
     possible,
 )
 from ajgdata.pipeline.experiments import (
@@ -21,15 +21,14 @@ from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.studies import (
     EMBEDDING,
-    EMBEDDING_CODE,
-    EXPLORER_CODE,
     GALLERY,
     GALLERY_CODE,
     STUDIES,
-    STUDY_CODE,
     TIMED,
+    study_code,
 )
-from ajgdata.store.provenance import code_digest, settings_digest
+from ajgdata.store.code_digest import code_digest
+from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
 from ajgdata.types import DataError
 

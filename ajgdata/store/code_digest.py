@@ -19,18 +19,22 @@ import ast
 import hashlib
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
-from functools import cache, cached_property, lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 #: Where files are is no matter of what is in them, and the rules' inputs and outputs tell.
 IGNORED = {"ajgdata.paths"}
-OURS = "ajgdata"
 _PLACE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?::(\w*))?")
-#: (module, name in it): None for the module itself.
+#: What an import means: (module, name in it), None for the module itself.
 Target = tuple[str, str | None]
+#: `a.b.c` as ("a", "b", "c").
 Dotted = tuple[str, ...]
+#: (module, names in it, each in the one before).
+Mention = tuple[str, Dotted]
+Definition = tuple[str, str]
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
 
@@ -42,7 +46,7 @@ def code_digest(*entries: str) -> str:
     `package/data.yaml`. Names are followed in ajgdata and in the packages of the entries. Raises
     ValueError for an entry that does not exist.
     """
-    packages = {OURS, *(re.split(r"[.:/]", entry)[0] for entry in entries)}
+    packages = {"ajgdata", *(re.split(r"[.:/]", entry)[0] for entry in entries)}
     return _code(*sorted(packages)).digest(*entries)
 
 
@@ -53,23 +57,24 @@ def _code(*packages: str) -> Code:
 
 def _folder(package: str) -> Path:
     spec = find_spec(package)
-    if spec is None or not spec.submodule_search_locations:
+    if spec is None or spec.origin is None:
         raise ValueError(f"there is no package {package}: install it, or correct its name")
-    return Path(next(iter(spec.submodule_search_locations)))
+    file = Path(spec.origin)
+    return file.parent if spec.submodule_search_locations else file
 
 
 class Code:
-    """Sources of some packages, by the folder of each."""
+    """Sources of some packages, by the folder (or the file, of a module alone) of each."""
 
     def __init__(self, folders: Mapping[str, Path]) -> None:
         self.folders = dict(folders)
         self._modules: dict[str, _Module | None] = {}
+        self._uses: dict[Definition, set[Definition]] = {}
 
     def digest(self, *entries: str) -> str:
         """Return the digest of what the `entries` reach; see `code_digest`."""
         digest = hashlib.sha256()
-        files = sorted(entry for entry in entries if "/" in entry)
-        for name in files:
+        for name in sorted(entry for entry in entries if "/" in entry):
             package, _, inside = name.partition("/")
             path = self.folders[package] / inside
             if not path.is_file():
@@ -77,10 +82,8 @@ class Code:
             digest.update(name.encode() + b"\0" + path.read_bytes())
         reached = self.reached(*(entry for entry in entries if "/" not in entry))
         for module, names in sorted(reached.items()):
-            parsed = self._module(module)
-            assert parsed is not None
             for name in sorted(names):
-                for part in parsed.parts[name]:
+                for part in self._parts(module, name):
                     digest.update(f"{module}:{name}\0{part.text}\0".encode())
         return digest.hexdigest()[:16]
 
@@ -89,94 +92,100 @@ class Code:
 
         The name "" stands for a module's statements that define nothing.
         """
+        waiting = [one for entry in entries for one in self._definitions(self._entry(entry))]
         found: dict[str, set[str]] = defaultdict(set)
-        waiting = [target for entry in entries for target in self._entry(entry)]
         while waiting:
             module, name = waiting.pop()
-            parsed = self._module(module)
-            if name is None or parsed is None or name in found[module]:
-                continue
-            if not found[module] and name:
-                waiting.append((module, ""))
-            found[module].add(name)
-            for part in parsed.parts.get(name, ()):
-                for dotted in part.uses:
-                    waiting += self._used(module, parsed, part, dotted)
-                for place in part.places:
-                    waiting += self._place(*place)
-        return {m: n for m, names in found.items() if (n := names & set(self._names(m)))}
+            if name not in found[module]:
+                found[module].add(name)
+                waiting += self._used(module, name)
+        return dict(found)
 
-    def _entry(self, entry: str) -> list[Target]:
+    def _used(self, module: str, name: str) -> set[Definition]:
+        """Return the definitions that one uses, each as (module, name)."""
+        if (module, name) not in self._uses:
+            mentions = {m for p in self._parts(module, name) for m in self._mentioned(module, p)}
+            self._uses[module, name] = set().union(*map(self._definitions, mentions))
+        return self._uses[module, name]
+
+    def _definitions(self, mention: Mention) -> set[Definition]:
+        """Return the definitions that a mention means, where they stand."""
+        waiting, seen, found = [mention], set(), set()
+        while waiting:
+            one = waiting.pop()
+            if one not in seen:
+                seen.add(one)
+                names, more = self._meant(*one)
+                found |= {(one[0], name) for name in names}
+                waiting += more
+        return found
+
+    def _entry(self, entry: str) -> Mention:
         module, _, name = entry.partition(":")
         parsed = self._module(module)
-        if parsed is None or (name and not self._place(module, name)):
+        if parsed is None or (name and name not in parsed.parts and name not in parsed.imports):
             raise ValueError(f"there is no {entry}: correct its name")
-        return self._place(module, name)
+        return (module, (name,) if name else ())
 
-    def _names(self, module: str) -> Iterable[str]:
+    def _parts(self, module: str, name: str) -> list[_Part]:
         parsed = self._module(module)
-        return parsed.parts if parsed else ()
+        return parsed.parts.get(name, []) if parsed else []
 
-    def _used(self, module: str, parsed: _Module, part: _Part, dotted: Dotted) -> list[Target]:
-        """Return the definitions that `dotted`, which stands in `part`, may mean."""
-        head, rest = dotted[0], dotted[1:]
-        if head in part.imports:
-            return [one for to in part.imports[head] for one in self._imported(to, rest)]
-        return self._named(module, parsed, head, rest)
+    def _mentioned(self, module: str, part: _Part) -> Iterator[Mention]:
+        """Yield what a statement of `module` uses."""
+        parsed = self._module(module)
+        assert parsed is not None
+        for dotted in part.uses:
+            if dotted[0] in part.imports:
+                yield from _targets(part.imports[dotted[0]], dotted[1:])
+            elif dotted[0] in parsed.parts or dotted[0] in parsed.imports or "*" in parsed.imports:
+                yield (module, dotted)
+        yield from part.places
 
-    def _named(self, module: str, parsed: _Module, name: str, rest: Dotted) -> list[Target]:
-        if name in parsed.parts:
-            return [(module, name)]
-        return [one for to in parsed.imports.get(name, ()) for one in self._imported(to, rest)]
-
-    def _imported(self, target: Target, rest: Dotted) -> list[Target]:
-        module, name = target
-        return self._inside(module, (*([name] if name else []), *rest))
-
-    def _inside(self, module: str, names: Dotted) -> list[Target]:
-        """Return what `names`, one in the other, are of `module`: the whole module if nothing."""
+    def _meant(self, module: str, dotted: Dotted) -> tuple[set[str], list[Mention]]:
+        """Return which definitions of `module` the names `dotted`, one in the other, mean, and what
+        they mean elsewhere: all of the module if there is no name."""
         parsed = self._module(module)
         if parsed is None:
-            return []
-        if not names:
-            return [(module, one) for one in parsed.parts] + [
-                one for name in parsed.imports for one in self._named(module, parsed, name, ())
-            ]
-        if names[0] in parsed.parts or names[0] in parsed.imports:
-            return [(module, ""), *self._named(module, parsed, names[0], names[1:])]
-        if self._module(f"{module}.{names[0]}"):
-            return [(module, ""), *self._inside(f"{module}.{names[0]}", names[1:])]
-        return [(module, name) for name in ("", "__getattr__") if name in parsed.parts]
-
-    def _place(self, module: str, name: str) -> list[Target]:
-        """Return what a text `module:name` or `module` means."""
-        if self._module(module) or "." not in module or name:
-            return self._inside(module, (name,) if name else ())
-        parent, _, last = module.rpartition(".")
-        return self._inside(parent, (last,)) if self._module(parent) else []
+            return set(), []
+        if not dotted:
+            return set(parsed.parts), [(module, (name,)) for name in parsed.imports if name != "*"]
+        head, rest = dotted[0], dotted[1:]
+        if head in parsed.parts:
+            return {"", head}, []
+        targets = [one for one in parsed.imports.get(head, ()) if one != (module, head)]
+        if targets:
+            return {""}, list(_targets(targets, rest))
+        if self._module(f"{module}.{head}"):
+            return {""}, [(f"{module}.{head}", rest)]
+        return {"", "__getattr__"} & set(parsed.parts), list(_targets(parsed.imports["*"], dotted))
 
     def _module(self, name: str) -> _Module | None:
         if name not in self._modules:
-            package, _, inside = name.partition(".")
-            self._modules[name] = None
-            if package in self.folders and name not in IGNORED:
-                stem = self.folders[package].joinpath(*inside.split(".")) if inside else None
-                files = [stem.with_suffix(".py")] if stem else []
-                files.append((stem or self.folders[package]) / "__init__.py")
-                for file in files:
-                    if file.is_file():
-                        is_package = file.name == "__init__.py"
-                        text = file.read_text(encoding="utf-8")
-                        self._modules[name] = _parsed(name, is_package, text)
-                        break
+            file = self._file(name)
+            package = name if file and file.stem == "__init__" else name.rpartition(".")[0]
+            text = file.read_text(encoding="utf-8") if file else ""
+            self._modules[name] = _parsed(package, text) if file else None
         return self._modules[name]
+
+    def _file(self, name: str) -> Path | None:
+        package, _, inside = name.partition(".")
+        if package not in self.folders or name in IGNORED:
+            return None
+        place = self.folders[package].joinpath(*filter(None, inside.split(".")))
+        files = (place, place.with_suffix(".py"), place / "__init__.py")
+        return next((file for file in files if file.is_file()), None)
+
+
+def _targets(targets: Iterable[Target], rest: Dotted) -> Iterator[Mention]:
+    return ((module, (name, *rest) if name else rest) for module, name in targets)
 
 
 class _Module:
     """A parsed module: its definitions and its imports, by name."""
 
-    def __init__(self, name: str, is_package: bool, text: str) -> None:
-        self.package = name if is_package else name.rpartition(".")[0]
+    def __init__(self, package: str, text: str) -> None:
+        self.package = package
         self.parts: dict[str, list[_Part]] = {"": []}
         self.imports: dict[str, list[Target]] = defaultdict(list)
         self._add(_without_docstring(ast.parse(text).body))
@@ -186,7 +195,7 @@ class _Module:
             if isinstance(node, ast.Import | ast.ImportFrom):
                 for name, target in _imports(node, self.package):
                     self.imports[name].append(target)
-            elif isinstance(node, ast.If) and _is_type_checking(node.test):
+            elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
                 self._add(node.body)  # what `__getattr__` gives stands there, too
             else:
                 part = _Part(node, self.package)
@@ -198,65 +207,61 @@ class _Module:
 
 
 class _Part:
-    """A top-level statement: its code, and the names that stand in it."""
+    """A top-level statement: its code, and the names that stand in it.
+
+    Each is found in one pass over the nodes of its syntax tree, of which there are 10^5.
+    """
 
     def __init__(self, node: ast.stmt, package: str) -> None:
-        self._node, self._package = node, package
+        self._package = package
+        #: Names, with the attributes asked of them.
+        self.uses: set[Dotted] = set()
+        #: What its texts name: a module, or something in one.
+        self.places: set[Mention] = set()
+        #: What it imports itself, by the name that it gets.
+        self.imports: dict[str, list[Target]] = defaultdict(list)
+        tokens: list[str] = []
+        waiting: list[Any] = [node]
+        while waiting:
+            waiting += self._read(waiting.pop(), tokens.append)
+        #: Its code without comments, docstrings and layout.
+        self.text = " ".join(tokens)
 
-    @cached_property
-    def _nodes(self) -> list[ast.AST]:
-        """All that it consists of, the outer of nested nodes first; docstrings are removed."""
-        nodes = []
-        for node in ast.walk(self._node):
-            if isinstance(node, _DEFINITIONS):
-                node.body = _without_docstring(node.body) or [ast.Pass()]
-            nodes.append(node)
-        return nodes
+    def _read(self, node: Any, write: Callable[[str], None]) -> Iterable[Any]:
+        """Write what a node is, and return what it consists of."""
+        if isinstance(node, list):
+            write(str(len(node)))
+            return node
+        if not isinstance(node, ast.AST):
+            write(repr(node))
+            return ()
+        write(type(node).__name__)
+        if isinstance(node, ast.Name | ast.Attribute):
+            return self._read_name(node, write)
+        if isinstance(node, ast.Constant):
+            if isinstance(node.value, str) and (place := _PLACE.fullmatch(node.value)):
+                self.places.add(_place(place[1], place[2]))
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            for name, target in _imports(node, self._package):
+                self.imports[name].append(target)
+        elif isinstance(node, _DEFINITIONS):
+            node.body = _without_docstring(node.body)
+        return [getattr(node, field, None) for field in node._fields]
 
-    @cached_property
-    def text(self) -> str:
-        """Its code without comments and docstrings."""
-        assert self._nodes
-        return ast.unparse(self._node)
-
-    @cached_property
-    def uses(self) -> set[Dotted]:
-        """Names, with the attributes asked of them."""
-        found: set[Dotted] = set()
-        inner = set()
-        for node in self._nodes:
-            if isinstance(node, ast.Attribute | ast.Name) and id(node) not in inner:
-                names: list[str] = []
-                inside: ast.expr = node
-                while isinstance(inside, ast.Attribute):
-                    names.append(inside.attr)
-                    inside = inside.value
-                    inner.add(id(inside))
-                if isinstance(inside, ast.Name):
-                    found.add((inside.id, *reversed(names)))
-        return found
-
-    @cached_property
-    def places(self) -> set[tuple[str, str]]:
-        """Texts that name a module, or a definition in one."""
-        texts = (node.value for node in self._nodes if isinstance(node, ast.Constant))
-        found = (_PLACE.fullmatch(text) for text in texts if isinstance(text, str))
-        return {(one[1], one[2] or "") for one in found if one}
-
-    @cached_property
-    def imports(self) -> dict[str, list[Target]]:
-        """What it imports itself, by the name that it gets."""
-        found: dict[str, list[Target]] = defaultdict(list)
-        for node in self._nodes:
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                for name, target in _imports(node, self._package):
-                    found[name].append(target)
-        return found
+    def _read_name(self, node: ast.expr, write: Callable[[str], None]) -> Iterable[ast.expr]:
+        names = []
+        while isinstance(node, ast.Attribute):
+            names.append(node.attr)
+            node = node.value
+        if isinstance(node, ast.Name):
+            names.append(node.id)
+            self.uses.add(tuple(reversed(names)))
+        write(".".join(names))
+        return () if isinstance(node, ast.Name) else (node,)
 
 
-@lru_cache(maxsize=4096)
-def _parsed(name: str, is_package: bool, text: str) -> _Module:
-    return _Module(name, is_package, text)
+#: Kept by content, since tests and plug-ins read some sources more than once.
+_parsed = lru_cache(maxsize=1024)(_Module)
 
 
 def _without_docstring(body: list[ast.stmt]) -> list[ast.stmt]:
@@ -264,10 +269,6 @@ def _without_docstring(body: list[ast.stmt]) -> list[ast.stmt]:
     if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
         return body[1:] if isinstance(first.value.value, str) else body
     return body
-
-
-def _is_type_checking(test: ast.expr) -> bool:
-    return isinstance(test, ast.Name) and test.id == "TYPE_CHECKING"
 
 
 def _defined(node: ast.stmt) -> list[str]:
@@ -281,22 +282,22 @@ def _defined(node: ast.stmt) -> list[str]:
     return []
 
 
+def _place(module: str, name: str | None) -> Mention:
+    """Return what a text `module:name`, `module:` or `module` means; `module` may be a class."""
+    if name is None:
+        top, *inside = module.split(".")
+        return (top, tuple(inside))
+    return (module, (name,) if name else ())
+
+
 def _imports(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[tuple[str, Target]]:
+    """Yield the names that an import gives, each with what it means; "*" for all of a module."""
     if isinstance(node, ast.Import):
         for alias in node.names:
-            yield (
-                (alias.asname, (alias.name, None))
-                if alias.asname
-                else (
-                    alias.name.partition(".")[0],
-                    (alias.name.partition(".")[0], None),
-                )
-            )
+            name = alias.asname or alias.name.partition(".")[0]
+            yield name, (alias.name if alias.asname else name, None)
         return
-    module = node.module or ""
-    if node.level:
-        above = package.split(".")[: len(package.split(".")) - node.level + 1]
-        module = ".".join([*above, *([module] if module else [])])
+    above = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+    module = ".".join([*above, *([node.module] if node.module else [])])
     for alias in node.names:
-        whole = alias.name == "*"
-        yield ("*", (module, None)) if whole else (alias.asname or alias.name, (module, alias.name))
+        yield alias.asname or alias.name, (module, None if alias.name == "*" else alias.name)

@@ -12,7 +12,7 @@ from test_report_page import Page
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_study_page
-from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study
+from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study, study_code
 from ajgdata.report.study_figures import FIGURES, study_figures
 from ajgdata.report.study_page import LEADS, holds, numeric, page_links, passed, render_study
 from ajgdata.report.wording import DASH, value
@@ -270,7 +270,7 @@ def test_every_page_has_its_words_and_its_place():
     for study, _, _ in FIGURES:
         assert study in LEADS
     for study in STUDIES:
-        assert code_digest(f"studies/{study}")  # there is such a module
+        assert code_digest(*study_code(study))  # there is such a module
 
 
 def test_the_settings_know_every_page():

@@ -16,14 +16,13 @@ rule ablate:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         recipes=lambda wildcards: [
             settings_digest(PLANS[name].spec.recipe)
             for name in ABLATIONS[wildcards.ablation].datasets
         ],
         seed=config["seed"],
         quick=config["quick"],
-        code=code_digest(*ABLATION_CODE),
+        code=lambda wildcards: code_digest(*ablation_code(wildcards.ablation)),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
     script:
@@ -43,10 +42,9 @@ rule ablations_page:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         ablations=ABLATED,
         pages=PAGES,
-        code=code_digest("report", "pipeline/pages"),
+        code=code_of("ajgdata.pipeline.pages:build_ablations_page"),
         texts=REPORT_FILES,
     message:
         "Page on why simulation and paper differ"

@@ -1,6 +1,3 @@
-EMBED_CODE = ("models", "embed", "evaluate", "store/latents", "pipeline/embed")
-
-
 rule embed:
     input:
         store=PATHS.merged("{dataset}"),
@@ -14,9 +11,10 @@ rule embed:
     conda:
         "../../environment.yml"
     params:
+        call="train_embedding",
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest(*EMBED_CODE),
+        code=code_of("ajgdata.pipeline.embed:train_embedding"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -38,9 +36,10 @@ rule embed_knn:
     conda:
         "../../environment.yml"
     params:
+        call="knn_task",
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest(*EMBED_CODE, "pipeline/embed_measures"),
+        code=code_of("ajgdata.pipeline.embed_measures:knn_task"),
     message:
         "k-NN on {wildcards.embedding} of {wildcards.dataset}, and on PCA and UMAP"
     script:
@@ -62,9 +61,10 @@ rule embed_measure:
     conda:
         "../../environment.yml"
     params:
+        call="measure_task",
         settings=embedding_settings,
         kinds=lambda wildcards: PLANS[wildcards.dataset].spec.kinds,
-        code=code_digest(*EMBED_CODE, "pipeline/embed_measures"),
+        code=code_of("ajgdata.pipeline.embed_measures:measure_task"),
     message:
         "Distances, probes and retrieval in {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -85,12 +85,11 @@ rule transfer:
     conda:
         "../../environment.yml"
     params:
+        call="transfer_task",
         settings=embedding_settings,
         kinds=lambda wildcards: PLANS[wildcards.dataset].spec.kinds,
         seed=config["seed"],
-        code=code_digest(
-            *EMBED_CODE, "pipeline/embed_measures", "pipeline/embed_transfer"
-        ),
+        code=code_of("ajgdata.pipeline.embed_transfer:transfer_task"),
     message:
         "From gripper to gripper, in {wildcards.embedding} of {wildcards.dataset}"
     script:

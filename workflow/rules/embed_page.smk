@@ -11,9 +11,10 @@ rule embed_projections:
     conda:
         "../../environment.yml"
     params:
+        call="make_projections",
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest("embed", "models/baselines", "pipeline/projections"),
+        code=code_of("ajgdata.pipeline.projections:make_projections"),
     message:
         "Projecting {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -35,7 +36,7 @@ rule explorer:
         "../../environment.yml"
     params:
         root=str(PATHS.root),
-        code=code_digest(*EXPLORER_CODE),
+        code=code_of("ajgdata.pipeline.embed_page:build_explorer"),
         texts=REPORT_FILES,
     message:
         "Every recording of {wildcards.dataset}, seen and heard"
@@ -62,7 +63,7 @@ rule report_embedding:
         root=str(PATHS.root),
         embeddings=EMBEDDINGS,
         pages=PAGES,
-        code=code_digest(*EMBEDDING_CODE),
+        code=code_of("ajgdata.pipeline.embed_page:build_embedding_page"),
         texts=REPORT_FILES,
     message:
         "Page on embeddings"

@@ -18,7 +18,7 @@ rule evaluate:
     params:
         task=lambda wildcards: PLANS[wildcards.dataset].spec.evaluation(wildcards.task),
         seed=config["seed"],
-        code=code_digest("models", "evaluate", "pipeline/evaluate"),
+        code=code_of("ajgdata.pipeline.evaluate:evaluate_task"),
     message:
         "Cross-validating {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
     script:
@@ -50,9 +50,7 @@ rule stft:
         ],
         models=lambda wildcards: list(declared(wildcards).stft.models),
         seed=config["seed"],
-        code=code_digest(
-            "models", "evaluate", "features", "pipeline/evaluate", "pipeline/stft"
-        ),
+        code=code_of("ajgdata.pipeline.stft:stft_task"),
     message:
         "Settings of the STFT on {wildcards.task} of {wildcards.dataset}"
     script:

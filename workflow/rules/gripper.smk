@@ -14,7 +14,7 @@ rule study:
     threads: lambda wildcards: workflow.cores if wildcards.study in TIMED else 1
     params:
         quick=config["quick"],
-        code=code_digest(*STUDY_CODE),
+        code=lambda wildcards: code_digest(*study_code(wildcards.study)),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
@@ -34,10 +34,9 @@ rule study_page:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         pages=PAGES,
-        code=code_digest("report", "pipeline/pages"),
         texts=REPORT_FILES,
+        code=code_of("ajgdata.pipeline.pages:build_study_page"),
     message:
         "Page on {wildcards.study}"
     script:
@@ -55,11 +54,10 @@ rule gallery:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         pages=PAGES,
         quick=config["quick"],
-        code=code_digest(*GALLERY_CODE),
         texts=REPORT_FILES,
+        code=code_of(GALLERY_CODE),
     message:
         "Gallery of objects and grippers"
     script:

@@ -1,15 +1,3 @@
-REPORT_CODE = code_digest(
-    "report",
-    "pipeline/report",
-    "pipeline/report_results",
-    "pipeline/report_rows",
-    "pipeline/embed_documents",
-    "pipeline/experiments",
-    "pipeline/stages",
-    "store/benchmarks",
-)
-
-
 # Ablations that the report draws on.
 REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
 
@@ -38,7 +26,6 @@ rule report:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         datasets=list(PLANS),
         tasks=TASKS,
         embeddings=EMBEDDINGS,
@@ -46,7 +33,7 @@ rule report:
         ablations=REASONS,
         published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
-        code=REPORT_CODE,
+        code=code_of("ajgdata.pipeline.report:build_report"),
         texts=REPORT_FILES,
     message:
         "Report on {params.datasets}"
@@ -54,7 +41,7 @@ rule report:
         "../scripts/report.py"
 
 
-rule experiment:
+use rule report as experiment with:
     input:
         stores=part(partial(data_of, PATHS.merged)),
         quarantines=part(partial(data_of, PATHS.quarantine)),
@@ -72,10 +59,7 @@ rule experiment:
         "results/benchmarks/experiment/{experiment}.tsv"
     wildcard_constraints:
         experiment="|".join(EXPERIMENTS) or "-",
-    conda:
-        "../../environment.yml"
     params:
-        root=str(PATHS.root),
         datasets=part(partial(datasets_of, SPECS)),
         tasks=part(list),
         embeddings=[],
@@ -83,12 +67,8 @@ rule experiment:
         ablations=[],
         published=[],
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
-        code=REPORT_CODE,
-        texts=REPORT_FILES,
     message:
         "Report on experiment {wildcards.experiment}"
-    script:
-        "../scripts/report.py"
 
 
 # `snakemake report_size`: that experiment, and nothing that it does not need.

@@ -1,6 +1,3 @@
-ROWS_CODE = code_digest("models", "evaluate", "pipeline/evaluate", "pipeline/rows")
-
-
 rule curve:
     input:
         store=PATHS.merged("{dataset}"),
@@ -13,13 +10,14 @@ rule curve:
     conda:
         "../../environment.yml"
     params:
+        call="curve_task",
         task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
         more=lambda wildcards: {
             "sizes": declared(wildcards).curve.groups,
             "repeats": declared(wildcards).curve.repeats,
             "seed": config["seed"],
         },
-        code=ROWS_CODE,
+        code=code_of("ajgdata.pipeline.rows:curve_task"),
     message:
         "Learning curve of {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
     script:
@@ -38,12 +36,13 @@ rule permute:
     conda:
         "../../environment.yml"
     params:
+        call="permute_task",
         task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
         more=lambda wildcards: {
             "permutations": declared(wildcards).permutations,
             "seed": config["seed"],
         },
-        code=ROWS_CODE,
+        code=code_of("ajgdata.pipeline.rows:permute_task"),
     message:
         "Testing {wildcards.task} of {wildcards.dataset} against chance"
     script:
@@ -62,12 +61,13 @@ rule sort:
     conda:
         "../../environment.yml"
     params:
+        call="sort_task",
         task=lambda wildcards: PLANS[wildcards.dataset].spec.experiment(wildcards.task),
         more=lambda wildcards: {
             **declared(wildcards).sorting.model_dump(include={"objects", "threshold"}),
             "seed": config["seed"],
         },
-        code=ROWS_CODE,
+        code=code_of("ajgdata.pipeline.rows:sort_task"),
     message:
         "Sorting by {wildcards.model} on {wildcards.task} of {wildcards.dataset}"
     script:
@@ -93,7 +93,7 @@ rule calibrate:
         on=lambda wildcards: declared(wildcards).calibrate.test_on,
         grasps=lambda wildcards: declared(wildcards).calibrate.grasps,
         seed=config["seed"],
-        code=ROWS_CODE,
+        code=code_of("ajgdata.pipeline.rows:calibrate_task"),
     message:
         "{wildcards.model} of {wildcards.task} of {wildcards.dataset} on other grippers"
     script:
@@ -112,9 +112,10 @@ rule energy:
     conda:
         "../../environment.yml"
     params:
+        call="energy_task",
         task=lambda wildcards: PLANS[wildcards.dataset].spec.labelled(wildcards.task),
         more=lambda wildcards: declared(wildcards).energy.model_dump(mode="json"),
-        code=ROWS_CODE,
+        code=code_of("ajgdata.pipeline.rows:energy_task"),
     message:
         "Energies of {wildcards.task} of {wildcards.dataset}"
     script:
@@ -140,9 +141,7 @@ rule collect:
         root=str(PATHS.root),
         tasks=TASKS,
         embeddings=EMBEDDINGS,
-        code=code_digest(
-            "pipeline/collect", "pipeline/embed_rows", "pipeline/experiments"
-        ),
+        code=code_of("ajgdata.pipeline.collect:collect"),
     message:
         "All results in one table"
     script:

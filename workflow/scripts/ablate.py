@@ -9,7 +9,7 @@ from ajgdata.pipeline.log import logged
 params = snakemake.params
 with logged(snakemake.log[0]):
     run_ablation(
-        Paths(Path(params.root)),
+        Paths(),
         snakemake.wildcards.ablation,
         Path(snakemake.output.tables),
         seed=params.seed,

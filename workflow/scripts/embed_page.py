@@ -8,7 +8,7 @@ from ajgdata.pipeline.log import logged
 
 paths, files = Paths(Path(snakemake.params.root)), snakemake.input
 with logged(snakemake.log[0]):
-    if snakemake.rule == "explorer":
+    if "embedding" in dict(snakemake.wildcards.items()):
         names = snakemake.wildcards.dataset, snakemake.wildcards.embedding
         build_explorer(paths, *names, [Path(file) for file in files.manifests])
     else:

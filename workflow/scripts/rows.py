@@ -1,4 +1,4 @@
-"""Maps the names of rules `curve`, `permute`, `sort` and `energy` to calls."""
+"""Maps the names of the rules in rows.smk to calls: parameter `call` says which."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from ajgdata.pipeline.log import logged
 
 names = dict(snakemake.wildcards.items())
 with logged(snakemake.log[0]):
-    getattr(rows, f"{snakemake.rule}_task")(
+    getattr(rows, snakemake.params.call)(
         Path(snakemake.input.store),
         **snakemake.params.task,
         **snakemake.params.more,
