@@ -11,6 +11,7 @@ from matplotlib.text import Text
 from test_report_page import Page
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
+from ajgdata.pipeline import studies
 from ajgdata.pipeline.pages import build_study_page
 from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, run_study, study_code
 from ajgdata.report.study_figures import FIGURES, study_figures
@@ -62,6 +63,8 @@ def pretend(monkeypatch, *made):
     module = types.ModuleType("ajgdata.studies.pretended")
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
+    # which has no source
+    monkeypatch.setattr(studies, "study_code", lambda name: study_code("verification"))
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
