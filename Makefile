@@ -34,9 +34,9 @@ docs: $(VENV)/.docs
 	$(BIN)/python tools/configuration.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
-# What the ablations of the last run found, into docs/ablations.md.
+# Figures of the last run into README and docs, between their markers.
 findings: $(VENV)/.test
-	$(BIN)/python tools/findings.py
+	$(BIN)/python -m tools.findings
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

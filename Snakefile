@@ -25,7 +25,9 @@ from ajgdata.pipeline.studies import (
     page_code,
     study_code,
 )
-from ajgdata.store.provenance import code_digest, settings_digest
+from ajgdata.store.code_digest import code_digest
+from ajgdata.store.files import read_yaml
+from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
 from ajgdata.types import DataError
 
@@ -33,10 +35,8 @@ min_version("9.10")
 
 # Also where another Snakefile includes this one.
 HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
-
-
-configfile: HERE / "workflow/config/default.yaml"
-
+# Not `configfile`, which Snakemake leaves out where a module is given a `config`.
+config = read_yaml(HERE / "workflow/config/default.yaml") | config
 
 try:
     validate(config, str(HERE / "workflow/schemas/config.schema.yaml"))

@@ -30,6 +30,12 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     (default: AJGDATA_ROOT, else the working directory or the nearest folder above it).
 
     Raises DataError when the features have not been made, FileNotFoundError outside a project.
+
+    >>> import ajgdata
+    >>> with ajgdata.load_features("size") as features:
+    ...     mean = features.feature.sel(frequency=slice(200, 8000)).groupby("edge_mm").mean()
+    >>> mean.sizes["edge_mm"], mean.edge_mm.values
+    (4, array([12., 18., 24., 30.]))
     """
     from ajgdata.store.open_xarray import open_store
 
@@ -49,6 +55,12 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
 
     Recordings that are rejected or that cannot be used are left out, and a UserWarning says how
     many. Raises DataError when there is none, FileNotFoundError outside a project.
+
+    >>> import ajgdata
+    >>> recordings = ajgdata.load_recordings("size")
+    >>> first = recordings.waveform[0].load()  # one file is read
+    >>> first.shape, first.time.values[:2] * 44_100  # seconds times Hz
+    ((44100,), array([0., 1.]))
     """
     from ajgdata.acquire.recipe import session_names
     from ajgdata.store.sessions import read_dataset, whole_sessions
@@ -81,6 +93,13 @@ def load_dataset(name: str, project: Project = None) -> Dataset:
     tasks.
 
     Raises DataError when it is not declared, FileNotFoundError outside a project.
+
+    >>> import ajgdata
+    >>> size = ajgdata.load_dataset("size")
+    >>> size.tasks
+    ('size',)
+    >>> [len(test) for train, test in size.folds("size")]  # recordings held out
+    [4, 4, 4, 4]
     """
     from ajgdata.store.sessions import read_dataset
 
@@ -93,6 +112,13 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
 
     Returns a fitted scikit-learn estimator that takes features (n, n_features) as `load_features`
     gives them. Raises DataError when it has not been, or could not be, trained.
+
+    >>> import ajgdata
+    >>> with ajgdata.load_features("size") as features:
+    ...     spectra = features.feature.values  # (n, n_features), float32
+    >>> edge_mm = ajgdata.load_model("size", "size", "ridge").predict(spectra)
+    >>> edge_mm.shape
+    (16,)
     """
     return read_model(_paths(project).model(name, task, model))[0]
 
@@ -147,6 +173,11 @@ class Part:
 
         Features are float32; labels float32 for regression, else the number of the class in
         `classes` (int64).
+
+        >>> import ajgdata
+        >>> features, edge_mm = ajgdata.load_dataset("size").all().to_torch()[:]
+        >>> features.shape, edge_mm.dtype
+        (torch.Size([16, 1025]), torch.float32)
         """
         import numpy as np
         import torch
@@ -194,6 +225,11 @@ class Dataset:
         """Return what to train on and what to test on in `fold` (from 0): as the evaluation does.
 
         See `folds`. Raises DataError for a fold that there is not, too.
+
+        >>> import ajgdata
+        >>> train, test = ajgdata.load_dataset("size").split("size", fold=0)
+        >>> set(train.groups) & set(test.groups)  # grasps on both sides
+        set()
         """
         parts = self.folds(task, seed)
         if not 0 <= fold < len(parts):

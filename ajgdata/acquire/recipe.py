@@ -48,17 +48,17 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
     drawn_by, variant = _sessions(recipe)[session]
     scene = {**recipe.scene, **recipe.variants.get(variant, {})}
 
-    def planned(made: RecipeObject | None, number: int) -> Grasp:
-        name = made.name if made else ""
+    def planned(held: RecipeObject | None, number: int) -> Grasp:
+        name = held.name if held else ""
         seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, drawn_by, name, number)
-        grasp = _grasp_settings(scene, recipe, made, seed)
-        setup = {**scene, "object": made.shape if made else None, "grasp": grasp}
-        drawn = {key: grasp[key] for key in sorted(recipe.vary)} if made else {}
+        grasp = _grasp_settings(scene, recipe, held, seed)
+        setup = {**scene, "object": held.shape if held else None, "grasp": grasp}
+        drawn = {key: grasp[key] for key in sorted(recipe.vary)} if held else {}
         return Grasp(
             grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
             object=name,
             samples=recipe.samples_per_grasp,
-            targets={**drawn, **made.targets} if made else {},
+            targets={**drawn, **held.targets} if held else {},
             setup=setup,
             digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
         )
@@ -76,7 +76,7 @@ def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool
         return by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
 
     mine, theirs = ({m.name: (m.shape, m.grasp) for m in r.objects} for r in (recipe, others))
-    common = any(theirs.get(made) == settings for made, settings in mine.items())
+    common = any(theirs.get(thing) == settings for thing, settings in mine.items())
     return common and drawn(name, recipe) == drawn(other, others)
 
 
@@ -105,18 +105,18 @@ def yaml_place(
 
 
 def _grasp_settings(
-    scene: Mapping[str, Any], recipe: Recipe, made: RecipeObject | None, seed: int
+    scene: Mapping[str, Any], recipe: Recipe, held: RecipeObject | None, seed: int
 ) -> dict[str, Any]:
     fixed = scene.get("grasp", {})
     fixed = fixed if isinstance(fixed, dict) else {}
-    if made is None:
+    if held is None:
         return {**fixed, "seed": seed}
     generator = np.random.default_rng(seed)
     drawn = {
         key: round(float(generator.uniform(*limits)), 4)
         for key, limits in sorted(recipe.vary.items())
     }
-    return {**fixed, **made.grasp, **drawn, "seed": seed}
+    return {**fixed, **held.grasp, **drawn, "seed": seed}
 
 
 def _digest(content: Mapping[str, Any]) -> str:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from ajgdata import gripper
 from ajgdata.acquire.solving import Solver, solving
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.types import describe
+
+Settings = TypeVar("Settings", bound=BaseModel)
 
 
 class VirtualGripper:
@@ -42,7 +44,8 @@ class VirtualGripper:
         return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
-        """Return a one-second logarithmic sweep, 20 Hz to 20 kHz; None of a silent speaker."""
+        """Return a one-second logarithmic sweep (44100,), 20 Hz to 20 kHz; None of a silent
+        speaker."""
         return None if self._chain.level_db_spl is None else self._sweep
 
     def expect(self, grasps: Sequence[Grasp]) -> None:
@@ -84,21 +87,22 @@ def open_virtual(folder: Path, cores: int) -> Iterator[Callable[..., VirtualGrip
         yield lambda setup, signal: VirtualGripper(setup, solver, signal)
 
 
-def _variant(made: Gripper) -> str:
-    return next((name for name, known in GRIPPERS.items() if known == made), "custom")
+def _variant(settings: Gripper) -> str:
+    return next((name for name, known in GRIPPERS.items() if known == settings), "custom")
 
 
 def scene_of(where: str, setup: Mapping[str, Any]) -> gripper.Scene:
     """Return the scene of a grasp's setup; DataError names `where`, key, value and fix."""
-    try:
-        return gripper.Scene.model_validate(setup)
-    except ValidationError as error:
-        raise describe(error, where) from None
+    return _validated(gripper.Scene, where, setup)
 
 
 def chain_of(where: str, signal: Mapping[str, Any]) -> gripper.SignalChain:
     """Return the signal chain with the overrides `signal`; DataError as for `scene_of`."""
+    return _validated(gripper.SignalChain, where, signal)
+
+
+def _validated(kind: type[Settings], where: str, content: Mapping[str, Any]) -> Settings:
     try:
-        return gripper.SignalChain.model_validate(signal)
+        return kind.model_validate(content)
     except ValidationError as error:
         raise describe(error, where) from None

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,11 +12,11 @@ import typer
 from rich.cells import cell_len, set_cell_size
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.project import looking
 from ajgdata.cli.publish import publishing
+from ajgdata.pipeline.progress import bar, when_slow
 from ajgdata.types import DataError, Finding, ImportSettings
 
 app = typer.Typer(
@@ -43,20 +42,6 @@ def main() -> None:
     except (DataError, OSError) as error:
         err.print(f"[red]error[/red] {escape(str(error))}", soft_wrap=True)
         sys.exit(1)
-
-
-@contextmanager
-def bar(what: str) -> Iterator[Callable[[int], Callable[[], object]]]:
-    """A progress bar, started when its total is known."""
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        task = progress.add_task(what, total=None)
-
-        def started(total: int) -> Callable[[], object]:
-            progress.update(task, total=total, completed=0)
-            return lambda: progress.advance(task)
-
-        yield started
 
 
 @app.command("import")
@@ -195,7 +180,6 @@ def _print_findings(findings: Sequence[Finding]) -> None:
 def seal(dataset: DatasetArgument) -> None:
     """Accept recordings as they are now: write the sha256 of their present bytes."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.progress import when_slow
     from ajgdata.store.importing import seal as seal_session
     from ajgdata.store.sessions import list_sessions, read_dataset
 
@@ -240,7 +224,7 @@ def acquire(
         for one in ([session] if session else recipe_sessions(paths, name))
     ]
     said, skipped = [], 0
-    with bar(f"recording ({source})") as started:
+    with bar(f"recording ({source})", patience_s=0) as started:
         for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
             for grasp, reason in done.skipped.items():
                 err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)

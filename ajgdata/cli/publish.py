@@ -9,6 +9,8 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.pipeline.progress import when_slow
+
 publishing = typer.Typer()
 out = Console(emoji=False, highlight=False)
 
@@ -42,7 +44,6 @@ def publish(
         _check(Path(dataset))
         return
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.progress import when_slow
     from ajgdata.pipeline.publish import publish as write
 
     paths = find_project()
@@ -87,7 +88,6 @@ def fetch(
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.fetch import fetch as bring
-    from ajgdata.pipeline.progress import when_slow
 
     done = bring(
         find_project(), source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching")

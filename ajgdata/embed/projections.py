@@ -75,10 +75,10 @@ def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[st
     # One thread: sums are then added up in one order, and t-SNE's many short parallel loops do
     # not wait for cores that do something else (ten times its time on a busy machine).
     with threadpool_limits(limits=1):
-        made = {"pca": _pca(points, training)}
+        planes = {"pca": _pca(points, training)}
         if len(np.unique(points[training], axis=0)) >= FEWEST:
-            made |= {"tsne": _tsne(points, seed), "umap": _umap(points, training, seed)}
-    return {name: np.asarray(made[name], np.float32) for name in METHODS if name in made}
+            planes |= {"tsne": _tsne(points, seed), "umap": _umap(points, training, seed)}
+    return {name: np.asarray(planes[name], np.float32) for name in METHODS if name in planes}
 
 
 def _pca(points: Real, training: NDArray[np.bool_]) -> Real:

@@ -54,22 +54,22 @@ class StackedEncoders(nn.Module):
 
 
 def _copied(dense: nn.Linear) -> nn.Linear:
-    made = nn.Linear(dense.in_features, dense.out_features)
-    made.load_state_dict(dense.state_dict())
-    return made
+    copy = nn.Linear(dense.in_features, dense.out_features)
+    copy.load_state_dict(dense.state_dict())
+    return copy
 
 
 def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:
     """Return one layer that does what `parts` do, each on its channels; the first all on the
     same."""
     count, like = len(parts), parts[0]
-    made: nn.Conv2d | nn.BatchNorm2d
+    joined: nn.Conv2d | nn.BatchNorm2d
     if isinstance(like, nn.ReLU):
         return nn.ReLU(inplace=True)
     if isinstance(like, nn.BatchNorm1d):
-        made = nn.BatchNorm2d(count * like.num_features, like.eps, like.momentum)
+        joined = nn.BatchNorm2d(count * like.num_features, like.eps, like.momentum)
     elif isinstance(like, nn.Conv1d):
-        made = nn.Conv2d(
+        joined = nn.Conv2d(
             like.in_channels * (1 if first else count),
             like.out_channels * count,
             (1, like.kernel_size[0]),
@@ -78,12 +78,12 @@ def _joined(parts: Sequence[nn.Module], *, first: bool) -> nn.Module:
             groups=1 if first else count,
         )
         # four fifths of the time of the usual layout, which is why it has a dimension of length 1
-        made.weight.data = made.weight.data.to(memory_format=torch.channels_last)
+        joined.weight.data = joined.weight.data.to(memory_format=torch.channels_last)
     else:
         raise TypeError(f"cannot join layers of type {type(like).__name__}")
     with torch.no_grad():
-        own = [part.state_dict() for part in parts]
-        for name, value in made.state_dict().items():
+        states = [part.state_dict() for part in parts]
+        for name, value in joined.state_dict().items():
             if value.ndim:  # but the count of batches, which is one for all
-                value.copy_(torch.cat([one[name] for one in own]).reshape(value.shape))
-    return made
+                value.copy_(torch.cat([state[name] for state in states]).reshape(value.shape))
+    return joined

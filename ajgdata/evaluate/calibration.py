@@ -59,7 +59,8 @@ def temperature(log_probability: np.ndarray, label: np.ndarray) -> float:
 
 
 def with_temperature(probability: np.ndarray, t: float) -> np.ndarray:
-    """Return softmax(log p / t): the same order of classes, flatter for t > 1."""
+    """Return softmax(log p / t) of probabilities (n, n_classes): the same order of classes, flatter
+    for t > 1."""
     return softmax(np.log(np.maximum(probability, TINIEST)) / t, axis=1)
 
 
@@ -74,9 +75,10 @@ def calibrated(
 ) -> Calibrated:
     """Return out-of-fold probabilities of a classifier, as they are and scaled by a temperature.
 
-    For each fold the temperature is found on groups held out of its training part, by a model
-    trained on the rest of that part; the test part has no say. Raises ValueError for a model
-    without probabilities and for folds that cannot be made.
+    `features` (n, n_features), `target` (n,) class labels, `groups` (n,). For each fold the
+    temperature is found on groups held out of its training part, by a model trained on the rest of
+    that part; the test part has no say. Raises ValueError for a model without probabilities and for
+    folds that cannot be made.
     """
     y = np.asarray(target)
     group = np.asarray(groups)
@@ -124,5 +126,8 @@ def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = 10) -> li
 
 def calibration_error(bins: Sequence[Bin]) -> float:
     """Return the expected calibration error: mean |confidence - accuracy| over predictions."""
-    total = sum(one.count for one in bins)
-    return sum(one.count * abs(one.confidence - one.accuracy) for one in bins) / total
+    total = sum(interval.count for interval in bins)
+    return (
+        sum(interval.count * abs(interval.confidence - interval.accuracy) for interval in bins)
+        / total
+    )

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from sklearn.base import BaseEstimator
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
@@ -66,22 +67,24 @@ def cross_gripper(
                 y = np.concatenate([own.target[~tested], other.target[added]])
                 fitted = make_model(model, kind, seed, period).fit(x, y)
 
-                def score(of: ExtraTestSet, rows: np.ndarray, fitted=fitted) -> dict[str, float]:
-                    return metrics.score(
-                        of.target[rows], fitted.predict(of.features[rows]), kind, period
-                    )
-
+                at_home = tested.any() and not size
                 points.append(
                     CrossGripperPoint(
                         grasps=size,
                         fold=fold,
                         recordings=len(added),
-                        scores=score(other, test),
+                        scores=_score(fitted, other, test, kind, period),
                         chance=metrics.chance(y, other.target[test], kind, period),
-                        home=score(own, tested) if tested.any() and not size else {},
+                        home=_score(fitted, own, tested, kind, period) if at_home else {},
                     )
                 )
     return points
+
+
+def _score(
+    fitted: BaseEstimator, tests: ExtraTestSet, rows: np.ndarray, kind: Kind, period: float | None
+) -> dict[str, float]:
+    return metrics.score(tests.target[rows], fitted.predict(tests.features[rows]), kind, period)
 
 
 def _orders(

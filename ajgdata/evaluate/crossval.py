@@ -132,53 +132,45 @@ def cross_validate(
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
     differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
+
+    >>> import ajgdata
+    >>> from ajgdata.evaluate.crossval import cross_validate
+    >>> size = ajgdata.load_dataset("size").all("size")
+    >>> found = cross_validate(size.X, size.y, size.groups, kind="regression", model="knn", folds=4)
+    >>> found.scores.folds, sorted(found.scores.mean), found.predictions.y_pred.shape
+    (4, ['mae', 'r2', 'rmse'], (16,))
     """
     features, target = _validated(features, target, kind)
-    extra_tests = {name: _checked(one, kind) for name, one in (extra_tests or {}).items()}
-    for other, one in extra_tests.items():
-        if one.features.shape[1] != features.shape[1]:
-            widths = f"{one.features.shape[1]} features, not {features.shape[1]}"
-            raise ValueError(f"{other} has {widths}: give both data sets the same feature settings")
+    extra = _checked_extra(extra_tests or {}, kind, features.shape[1], groups is not None)
     if groups is None:
-        if extra_tests:
-            raise ValueError("extra rows need groups, or a grasp could be trained and tested on")
         group, parts = np.arange(len(target)), random_folds(target, kind, folds, seed)
     else:
         group = np.asarray(groups)
         parts = grouped_folds(target, group, kind, folds, seed)
     estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
-    sets: dict[str | None, ExtraTestSet] = {None: ExtraTestSet(features, target, group)}
-    sets.update(extra_tests)
-    done: dict[str | None, list[_Part]] = {name: [] for name in sets}
+    own_parts: list[_Part] = []
+    extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
     costs, rss_mb = [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
             fitted, cost = _fitted(estimator, features, target, train, test)
             costs.append(cost)
-            for name, one in sets.items():
-                rows = test if name is None else np.flatnonzero(~np.isin(one.groups, group[train]))
-                if len(rows):
-                    done[name].append(_predict(fitted, one.features, rows, fold, target[train]))
+            own_parts.append(_predict(fitted, features, test, fold, target[train]))
+            for name, tests in extra.items():
+                new = np.flatnonzero(~np.isin(tests.groups, group[train]))
+                if len(new):
+                    part = _predict(fitted, tests.features, new, fold, target[train])
+                    extra_parts[name].append(part)
             if progress is not None:
                 progress(len(costs), folds)
-    tested = {
-        name: Tested(
-            _scores(one, done[name], kind, period, seed, name or _split_name(groups)),
-            _predictions(one, done[name], name is None),
-        )
-        for name, one in sets.items()
-    }
-    main = tested.pop(None)
-    return CrossValidation(
-        main.scores,
-        main.predictions,
-        total_cost(costs, rss_mb),
-        {str(name): one for name, one in tested.items()},
-    )
-
-
-def _split_name(groups: object) -> str:
-    return "random" if groups is None else "grouped"
+    own, split = ExtraTestSet(features, target, group), "random" if groups is None else "grouped"
+    scores = _scores(own, own_parts, kind, period, seed, split)
+    tested = {}
+    for name, tests in extra.items():
+        errors = _scores(tests, extra_parts[name], kind, period, seed, name)
+        tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
+    predictions = _predictions(own, own_parts, in_order=True)
+    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested)
 
 
 def _validated(
@@ -198,11 +190,22 @@ def _validated(
     return features, target
 
 
-def _checked(extra: ExtraTestSet, kind: Kind) -> ExtraTestSet:
-    features, target = _validated(extra.features, extra.target, kind)
-    if len(extra.groups) != len(target) or not len(target):
-        raise ValueError(f"{len(target)} extra rows with {len(extra.groups)} groups")
-    return ExtraTestSet(features, target, np.asarray(extra.groups))
+def _checked_extra(
+    given: Mapping[str, ExtraTestSet], kind: Kind, width: int, is_grouped: bool
+) -> dict[str, ExtraTestSet]:
+    """Return the sets as arrays. Raises ValueError for one that cannot be tested on."""
+    checked = {}
+    for name, tests in given.items():
+        features, target = _validated(tests.features, tests.target, kind)
+        if len(tests.groups) != len(target) or not len(target):
+            raise ValueError(f"{len(target)} extra rows with {len(tests.groups)} groups")
+        if features.shape[1] != width:
+            widths = f"{features.shape[1]} features, not {width}"
+            raise ValueError(f"{name} has {widths}: give both data sets the same feature settings")
+        checked[name] = ExtraTestSet(features, target, np.asarray(tests.groups))
+    if checked and not is_grouped:
+        raise ValueError("extra rows need groups, or a grasp could be trained and tested on")
+    return checked
 
 
 def _fitted(
@@ -233,7 +236,7 @@ def _predict(
     return _Part(fold, rows, y_train, y_pred, probability)
 
 
-def _predictions(one: ExtraTestSet, parts: Sequence[_Part], in_order: bool) -> Predictions:
+def _predictions(tests: ExtraTestSet, parts: Sequence[_Part], *, in_order: bool) -> Predictions:
     """Return the folds' predictions together; `in_order`: put back into the order of the rows."""
     row = np.concatenate([part.row for part in parts])
     fold = np.repeat([part.fold for part in parts], [len(part.row) for part in parts])
@@ -243,14 +246,14 @@ def _predictions(one: ExtraTestSet, parts: Sequence[_Part], in_order: bool) -> P
     return Predictions(
         row=row[order],
         fold=fold[order],
-        y_true=one.target[row[order]],
+        y_true=tests.target[row[order]],
         y_pred=y_pred[order],
         probability=np.concatenate(probabilities)[order] if probabilities else None,
     )
 
 
 def _scores(
-    one: ExtraTestSet,
+    tests: ExtraTestSet,
     parts: Sequence[_Part],
     kind: Kind,
     period: float | None,
@@ -259,7 +262,7 @@ def _scores(
 ) -> Scores:
     if not parts:
         raise ValueError(f"{split}: every one of its groups is trained on in every fold")
-    y = one.target
+    y = tests.target
     each = [metrics.score(y[p.row], p.y_pred, kind, period) for p in parts]
     chance = [metrics.chance(p.y_train, y[p.row], kind, period) for p in parts]
     names = metrics.METRICS[kind]
@@ -276,7 +279,7 @@ def _scores(
         folds=len(parts),
         seed=seed,
         recordings=len(y),
-        groups=len(np.unique(one.groups)),
+        groups=len(np.unique(tests.groups)),
         per_fold=per_fold,
         mean={name: float(np.mean(values)) for name, values in per_fold.items()},
         sd={name: deviation(values) for name, values in per_fold.items()},

@@ -44,9 +44,9 @@ def precision_at(
         raise ValueError(f"no thing has {max(at)} recordings besides those of a query's grasp")
     distance[own] = np.inf
     order = np.argsort(distance[enough], axis=1, kind="stable")[:, : max(at)]
-    found = np.take_along_axis(wanted[enough], order, axis=1)
+    is_same_thing = np.take_along_axis(wanted[enough], order, axis=1)
     return Retrieved(
-        precision=tuple(float(found[:, :k].mean()) for k in at),
+        precision=tuple(float(is_same_thing[:, :k].mean()) for k in at),
         chance=float(np.mean(wanted[enough].sum(axis=1) / (~own[enough]).sum(axis=1))),
         queries=int(enough.sum()),
     )
@@ -69,7 +69,8 @@ def mean_distances(
 
 
 def silhouette(space: np.ndarray, label: np.ndarray) -> float:
-    """Return the mean silhouette (Rousseeuw 1987), NaN unless there are 2 to n - 1 labels."""
+    """Return the mean silhouette (Rousseeuw 1987) of points (n, d) with labels (n,), NaN unless
+    there are 2 to n - 1 labels."""
     if not 2 <= len(np.unique(label)) < len(label):
         return float("nan")
     return float(silhouette_score(space, label))

@@ -46,10 +46,10 @@ def calibration_draws(
     """
     generator = np.random.default_rng(seed)
     orders = []
-    for one in np.unique(thing[rows]):
-        names = np.unique(grasp[rows][thing[rows] == one])
+    for label in np.unique(thing[rows]):
+        names = np.unique(grasp[rows][thing[rows] == label])
         if len(names) <= grasps:
-            raise ValueError(f"{one!r} has {len(names)} grasps, all needed to calibrate")
+            raise ValueError(f"{label!r} has {len(names)} grasps, all needed to calibrate")
         orders.append([rows[grasp[rows] == name] for name in generator.permutation(names)])
     fewest = min(map(len, orders))
     tested = fewest - grasps

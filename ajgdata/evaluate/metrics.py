@@ -23,15 +23,23 @@ def score(
     weight: np.ndarray | None = None,
 ) -> dict[str, float]:
     """Return all metrics of `kind` for targets and predictions (n,); `weight` (n,) is of a
-    regression."""
+    regression.
+
+    >>> import numpy as np
+    >>> from ajgdata.evaluate.metrics import score
+    >>> score(np.array([10.0, 20]), np.array([13.0, 16]), "regression")  # mm in, mm out
+    {'rmse': 3.5355339059327378, 'mae': 3.5, 'r2': 0.5}
+    >>> score(np.array([0.0]), np.array([170.0]), "regression", period=180)["mae"]  # 10° round
+    10.0
+    """
     if kind == "regression":
         return regression(y_true, y_pred, period, weight)
     return classification(y_true, y_pred)
 
 
 def wrapped(difference: np.ndarray, period: float | None) -> np.ndarray:
-    """Return `difference`, or with a period the shortest way round, in [-period / 2, period /
-    2)."""
+    """Return differences (n,), or with a period the shortest way round, in
+    [-period / 2, period / 2)."""
     if period is None:
         return difference
     return (difference + period / 2) % period - period / 2
@@ -63,8 +71,8 @@ def regression(
 
 
 def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None) -> float:
-    """Return the mean, or with a period the circular mean: the angle of the mean of
-    exp(2 pi i y / P)."""
+    """Return the mean of y (n,), or with a period the circular mean: the angle of the mean of
+    exp(2 pi i y / P), `weight` (n,) being how often each counts."""
     if period is None:
         return float(np.average(y, weights=weight))
     mean = np.average(np.exp(2j * np.pi * y / period), weights=weight)
@@ -72,9 +80,9 @@ def middle(y: np.ndarray, period: float | None, weight: np.ndarray | None = None
 
 
 def classification(y_true: np.ndarray, y_pred: np.ndarray) -> dict[str, float]:
-    """Return `accuracy`; `balanced_accuracy`: mean recall of the classes in `y_true`; `macro_f1`:
-    mean F1 of the classes in `y_true` or `y_pred`, 0 for a class that was never right. All in
-    0..1."""
+    """Return metrics of class labels (n,): `accuracy`; `balanced_accuracy`: mean recall of the
+    classes in `y_true`; `macro_f1`: mean F1 of the classes in `y_true` or `y_pred`, 0 for a class
+    that was never right. All in 0..1."""
     present = np.unique(y_true)
     recall = metrics.recall_score(y_true, y_pred, labels=present, average="macro", zero_division=0)
     return {
@@ -92,8 +100,8 @@ def confusion(y_true: np.ndarray, y_pred: np.ndarray, classes: np.ndarray) -> np
 def chance(
     y_train: np.ndarray, y_test: np.ndarray, kind: Kind, period: float | None = None
 ) -> dict[str, float]:
-    """Return the metrics of a model that ignores its input: the training mean, or the commonest
-    class."""
+    """Return the metrics on `y_test` (m,) of a model that ignores its input: it says the mean of
+    `y_train` (n,), or its commonest class."""
     if kind == "regression":
         return regression(y_test, np.full(len(y_test), middle(y_train, period)), period)
     dummy = DummyClassifier(strategy="prior").fit(np.zeros((len(y_train), 1)), y_train)

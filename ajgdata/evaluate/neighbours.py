@@ -40,7 +40,10 @@ class Scored:
 def score_latent(
     latent: np.ndarray, value: np.ndarray, train: np.ndarray, test: np.ndarray
 ) -> Scored:
-    """Return the scores of k-NN on latents (n, d); what training took is known elsewhere."""
+    """Return the scores of k-NN on latents (n, d); what training took is known elsewhere.
+
+    `value` (n,) is what is predicted; `train` and `test` are row numbers.
+    """
     accuracy, query_s = _neighbours(latent[train], latent[test], value[train], value[test])
     return Scored(accuracy, 0.0, 0.0, query_s)
 
@@ -66,18 +69,18 @@ def score_reduced(
     dimension: int,
     seed: int,
 ) -> Scored | None:
-    """Return the scores of k-NN after reducing the scaled features; None if the training rows are
-    too few for that."""
+    """Return the scores of k-NN after reducing the scaled features (n, f); None if the training
+    rows are too few for that. `value` (n,); `train`, `test` are row numbers."""
     if not reducible(dimension, len(train)):
         return None
-    scaling, made = raw_scaling(), make_reducer(reducer, dimension, seed)
+    scaling, method = raw_scaling(), make_reducer(reducer, dimension, seed)
     known, asked = features[train], features[test]
     with threadpool_limits(limits=1):
         known, fit_s = _timed(
-            lambda: made.fit_transform(scaling.fit_transform(known).astype(np.float32))
+            lambda: method.fit_transform(scaling.fit_transform(known).astype(np.float32))
         )
         asked, transform_s = _timed(
-            lambda: made.transform(scaling.transform(asked).astype(np.float32))
+            lambda: method.transform(scaling.transform(asked).astype(np.float32))
         )
     accuracy, query_s = _neighbours(known, asked, value[train], value[test])
     return Scored(accuracy, fit_s, transform_s, query_s)

@@ -44,9 +44,10 @@ def permutation_test(
 ) -> PermutationTest:
     """Test the hypothesis that the features of a group tell nothing of its label.
 
-    Labels are exchanged between whole groups: recordings of one grasp are near copies, and
-    exchanging those would make any accuracy look improbable. Folds are made anew from the permuted
-    labels, as they were from the true ones. Raises ValueError for a group of several labels.
+    `features` (n, n_features), `target` (n,), `groups` (n,). Labels are exchanged between whole
+    groups: recordings of one grasp are near copies, and exchanging those would make any accuracy
+    look improbable. Folds are made anew from the permuted labels, as they were from the true ones.
+    Raises ValueError for a group of several labels.
     """
     y = np.asarray(target)
     group = np.unique(np.asarray(groups), return_inverse=True)[1]
@@ -66,11 +67,11 @@ def permutation_test(
     generator = np.random.default_rng(seed)
     null = []
     with threadpool_limits(limits=1):
-        found = value(y)
+        observed = value(y)
         for _ in range(permutations):
             null.append(value(generator.permutation(label_of)[group]))
             progress()
-    as_good = np.asarray(null) <= found if name == "rmse" else np.asarray(null) >= found
+    as_good = np.asarray(null) <= observed if name == "rmse" else np.asarray(null) >= observed
     return PermutationTest(
-        name, found, tuple(null), float((as_good.sum() + 1) / (permutations + 1))
+        name, observed, tuple(null), float((as_good.sum() + 1) / (permutations + 1))
     )

@@ -72,18 +72,18 @@ def probe_within(
     reads the others (5 folds by `group`, (n,)). The scores are of all parts together; a part of one
     group has no say, and without any other the scores are NaN.
     """
-    found = []
+    readings = []
     rows = rows[prop.present[rows]]
-    for one in np.unique(part[rows]):
-        own = rows[part[rows] == one]
+    for label in np.unique(part[rows]):
+        own = rows[part[rows] == label]
         folds = min(WITHIN_FOLDS, len(np.unique(group[own])))
         if folds < 2:
             continue
         for train, test in grouped_folds(np.zeros(len(own)), group[own], "regression", folds, 0):
-            found.append(_read(space, prop, name, own[train], own[test]))
-    if not found:
+            readings.append(_read(space, prop, name, own[train], own[test]))
+    if not readings:
         return dict.fromkeys(SCORES, float("nan"))
-    columns = (np.concatenate(column) for column in zip(*found, strict=True))
+    columns = (np.concatenate(column) for column in zip(*readings, strict=True))
     return _scores(prop, *columns)
 
 

@@ -67,19 +67,19 @@ def shortcut_test(
     members = [_groups(y_true[r], group[r]) for r in rows]
 
     def value(labels: list[np.ndarray]) -> float:
-        found = [len(r) * measure(y, y_pred[r]) for r, y in zip(rows, labels, strict=True)]
-        return float(sum(found) / len(y_true))
+        weighted = [len(r) * measure(y, y_pred[r]) for r, y in zip(rows, labels, strict=True)]
+        return float(sum(weighted) / len(y_true))
 
     generator = np.random.default_rng(seed)
-    found = value([y_true[r] for r in rows])
+    observed = value([y_true[r] for r in rows])
     null = np.array(
         [
             value([generator.permutation(labels)[of] for labels, of in members])
             for _ in range(permutations)
         ]
     )
-    p = float((np.sum(null >= found) + 1) / (permutations + 1))
-    return ShortcutTest(MEASURES[name], found, float(null.mean()), permutations, p, p < LEVEL)
+    p = float((np.sum(null >= observed) + 1) / (permutations + 1))
+    return ShortcutTest(MEASURES[name], observed, float(null.mean()), permutations, p, p < LEVEL)
 
 
 def _groups(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -39,7 +39,7 @@ def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
     """Return `decide` for each row of (n, n_classes): numbers of classes (n,), STOP where it is
     None."""
     taken = (decide(row, threshold) for row in probability)
-    return np.array([STOP if one is None else one for one in taken])
+    return np.array([STOP if number is None else number for number in taken])
 
 
 def sort_stream(taken: np.ndarray, label: np.ndarray, seed: int) -> Run:
@@ -69,7 +69,8 @@ class Accepted:
 
 
 def accepted(taken: np.ndarray, label: np.ndarray) -> Accepted:
-    """Return what the threshold lets pass; arguments as for `sort_stream`."""
+    """Return what the threshold lets pass of the decisions `taken` (n,), with true classes
+    `label` (n,) (see `sort_stream`)."""
     passed = taken != STOP
     right = float(np.mean(taken[passed] == label[passed])) if passed.any() else float("nan")
     return Accepted(float(passed.mean()), right)

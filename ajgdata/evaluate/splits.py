@@ -34,6 +34,11 @@ def grouped_folds(
 
     A class with fewer groups than folds is allowed: some test parts lack it. Raises ValueError
     when there are fewer groups than folds, or when some training part would lack a class.
+
+    >>> from ajgdata.evaluate.splits import grouped_folds
+    >>> grasps = ["a", "a", "b", "b", "c", "c"]
+    >>> [test.tolist() for _, test in grouped_folds([1, 1, 2, 2, 3, 3], grasps, "regression", 3, 0)]
+    [[0, 1], [2, 3], [4, 5]]
     """
     y, group = np.asarray(y), np.unique(np.asarray(groups), return_inverse=True)[1]
     if len(y) != len(group):
@@ -52,7 +57,7 @@ def grouped_folds(
 
 
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
-    """Return folds that ignore groups: what a careless split would report.
+    """Return folds of the targets y (n,) that ignore groups: what a careless split would report.
 
     Raises ValueError when there are fewer rows than folds, and when all rows of a class that is
     rarer than the folds fall into one of them.

@@ -51,20 +51,20 @@ def by_value(
     known: Predictions, withheld: Predictions | None, period: float | None = None
 ) -> tuple[OneValue, ...]:
     """Return errors value by value, in rising order."""
-    found = [_of_values(known, False, period)]
+    parts = [_of_values(known, False, period)]
     if withheld is not None:
-        found.append(_of_values(withheld, True, period))
-    return tuple(sorted((one for part in found for one in part), key=lambda one: one.value))
+        parts.append(_of_values(withheld, True, period))
+    return tuple(sorted((error for part in parts for error in part), key=lambda error: error.value))
 
 
 def _of_values(predictions: Predictions, withheld: bool, period: float | None) -> list[OneValue]:
-    made = []
+    values = []
     for value in np.unique(predictions.y_true):
         rows = predictions.y_true == value
         error = metrics.wrapped(predictions.y_pred[rows] - value, period)
         fold = predictions.fold[rows]
         rmse = [float(np.sqrt(np.mean(error[fold == f] ** 2))) for f in np.unique(fold)]
-        made.append(
+        values.append(
             OneValue(
                 value=float(value),
                 withheld=withheld,
@@ -75,4 +75,4 @@ def _of_values(predictions: Predictions, withheld: bool, period: float | None) -
                 bias=float(np.mean(error)),
             )
         )
-    return made
+    return values

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -143,7 +143,7 @@ def figure(results: TaskResults) -> Figure:
     for axes, name in zip(panels, results.settings.test_on, strict=True):
         lines = [line for line in every if line.dataset == name]
         for i, line in enumerate(lines):
-            style = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+            style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
             axes.errorbar(line.grasps, line.mean, line.sd, label=line.label, **style)
             if np.isfinite(line.home.mean):
                 axes.axhline(line.home.mean, color=COLOURS[i], ls=(0, (5, 3)), lw=0.9)

@@ -177,12 +177,12 @@ def distances_of(results: TaskResults) -> list[Distances]:
     found = []
     for space, table in sorted(tables["categories"].parted("space").items()):
         names = tuple(map(str, dict.fromkeys(table.column("first"))))
-        runs = [
+        every, different = (
             np.array([_matrix_of(run, names, "distance") for run in part.parted("run").values()])
             for part in (table.where(pairs=ALL), table.where(pairs=DIFFERENT))
-        ]
+        )
         of_objects = _matrix_of(tables["objects"].where(space=space), objects, "mean")
-        found.append(Distances(space, names, *runs, objects, category, of_objects))
+        found.append(Distances(space, names, every, different, objects, category, of_objects))
     return found
 
 

@@ -140,8 +140,8 @@ def neighbours_of(results: TaskResults, space: str = "") -> list[Neighbours]:
     found = []
     for row in result.cost["times"].rows:
         key = row["space"], row["dimension"]
-        asked = row["transform_s"] + row["query_s"]  # type: ignore[operator]
-        found.append(Neighbours(*key, scores[key], row["fit_s"], asked, row["recordings"]))  # type: ignore[arg-type]
+        asked = row["transform_s"] + row["query_s"]
+        found.append(Neighbours(*key, scores[key], row["fit_s"], asked, row["recordings"]))
     if not space:
         return found
     return sorted((row for row in found if row.space == space), key=lambda r: r.dimension or 0)
@@ -290,7 +290,7 @@ def tables(results: TaskResults) -> Iterable[ShownTable]:
     spent = results.results[0].cost[SCORES].where(part=TRAINING)
     told = {row["metric"]: row["value"] for row in spent.rows}
     trained_in = (
-        f" {told['networks']} networks were trained in {number(told['cpu_s'])} s of one core."  # type: ignore[arg-type]
+        f" {told['networks']} networks were trained in {number(told['cpu_s'])} s of one core."
         if told else ""
     )  # fmt: skip
     yield ShownTable(

@@ -70,7 +70,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         for row in probe_rows(data, runs, settings, inputs.kinds, unseen=split == "unseen")
     ]
     labels = dict.fromkeys([settings.instance, settings.category or settings.target])
-    silhouettes = []
+    silhouettes: list[dict[str, Any]] = []
     for space, runs in runs_by_space(data, *seen):
         for label in labels:
             value = data.column(label).astype(str)
@@ -79,7 +79,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     scores = list(probe_scores(probed))
     for row in silhouettes:
         metric = f"silhouette of {row['label']}"
-        scores += run_scores(row["space"], "silhouette", metric, row["values"])
+        scores += run_scores(str(row["space"]), "silhouette", metric, row["values"])
     columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
     tables = (
         score_table(scores, TITLE),
@@ -157,8 +157,10 @@ def probes_of(results: TaskResults) -> list[Probe]:
     table = results.results[0].tables["probes"]
     keys = ("space", "probe", "target", "split", "metric", "chance")
     listed = [
-        Probe(*names[:-1], math.nan if names[-1] is None else names[-1], score)
-        for names, score in scores_by(table, keys, "value").items()
+        Probe(space, probe, target, split, metric, math.nan if chance is None else chance, score)
+        for (space, probe, target, split, metric, chance), score in scores_by(
+            table, keys, "value"
+        ).items()
     ]
     return [one for one in listed if math.isfinite(one.score.mean)]
 

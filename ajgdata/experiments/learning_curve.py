@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -96,7 +96,7 @@ def figure(results: TaskResults) -> Figure:
     axes = drawn.subplots()
     for i, result in enumerate(results.results):
         groups, mean, sd = curve_of(results, result)
-        style = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+        style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
         axes.errorbar(groups, mean, sd, label=result.label, **style)
     chance = _chance(results, results.results[0].tables["curve"])
     axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")

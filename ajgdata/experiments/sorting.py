@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -209,17 +210,17 @@ def caption(results: TaskResults, result: Result) -> Caption:
 def figures(results: TaskResults) -> list[Illustration]:
     """Return a figure for each model that sorts."""
     return [
-        Illustration(
-            results.named(one.model), caption(results, one), lambda one=one: figure(results, one)
-        )
+        Illustration(results.named(one.model), caption(results, one), partial(figure, results, one))
         for one in results.results
     ]
 
 
 def tables(results: TaskResults) -> list[ShownTable]:
     """Return calibration and runs of each model that sorts."""
-    heads = ("Probabilities", "Calibration error|", "Accepted|", "Right of those|")
-    heads += ("Sorts in a row|", "Before a mistake|")
+    heads = (
+        "Probabilities", "Calibration error|", "Accepted|", "Right of those|", "Sorts in a row|",
+        "Before a mistake|",
+    )  # fmt: skip
     shown = []
     for result in results.results:
         parts = parts_of(result)

@@ -25,6 +25,13 @@ def delay_samples(recording: NDArray[Any], excitation: NDArray[Any], max_delay: 
 
     Only delays up to +-`max_delay` are considered. Raises ValueError when either is silent, not
     finite, or not one-dimensional.
+
+    >>> import numpy as np
+    >>> from ajgdata.features.align import delay_samples
+    >>> played = np.random.default_rng(0).standard_normal(1000)
+    >>> heard = np.concatenate([np.zeros(30), 0.2 * played])
+    >>> delay_samples(heard, played, max_delay=100)
+    30
     """
     played = _prepared(excitation, "excitation")
     heard = _prepared(recording, "recording")

@@ -56,12 +56,27 @@ def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[
     """Return centre frequencies (n_bins,) of the spectrum's bins in Hz.
 
     Raises ValueError when `band_hz` holds no bin.
+
+    >>> from ajgdata.features.spectrum import frequencies_hz
+    >>> from ajgdata.types import FeatureSettings
+    >>> frequencies_hz(44_100, FeatureSettings(band_hz=(100, 180))).round(1)
+    array([107.7, 129.2, 150.7, 172.3])
     """
     return _all_frequencies(sample_rate_hz, settings)[_band(sample_rate_hz, settings)]
 
 
 def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
-    """Return the spectrum (n_bins,) of one recording (n,).
+    """Return the spectrum (n_bins,) of one recording (n,), in the unit of the settings.
+
+    >>> import numpy as np
+    >>> from ajgdata.features.spectrum import frequencies_hz, spectrum
+    >>> from ajgdata.types import FeatureSettings
+    >>> tone = np.sin(2 * np.pi * 1000 * np.arange(44_100) / 44_100)  # one second of 1 kHz
+    >>> values = spectrum(tone, 44_100, FeatureSettings())
+    >>> values.shape, values.dtype, round(float(values.sum()), 3)  # normalised: shares
+    ((1025,), dtype('float32'), 1.0)
+    >>> float(frequencies_hz(44_100, FeatureSettings())[values.argmax()])  # the nearest bin, Hz
+    990.52734375
 
     A normalised spectrum does not depend on the amplitude of the samples; that of silence is zero
     rather than 0/0. Safe to call from several threads. Raises ValueError for samples that are

@@ -87,7 +87,7 @@ class StackModes:
     shape: Real
 
 
-def spread(poisson: float) -> float:
+def cone_slope(poisson: float) -> float:
     """Slope at which the cone of a load widens: the mean displacement under a uniform load on a
     circle of a half-space, 16 (1-ν²) p a / (3π E) (Johnson 1985, section 3.4)."""
     return 3 * np.pi / (16 * (1 - poisson**2))
@@ -96,7 +96,7 @@ def spread(poisson: float) -> float:
 def rod_areas(body: Body, z: Real) -> Real:
     """Area (m²) that carries the load at the heights `z` (m), of its shape: the section within both
     cones."""
-    slope = spread(body.material.poisson)
+    slope = cone_slope(body.material.poisson)
     depth = body.height - z
     upper = np.pi * (np.sqrt(body.imprint_m2 / np.pi) + slope * depth) ** 2
     lower = np.pi * (np.sqrt(body.foot_m2 / np.pi) + slope * z) ** 2
@@ -115,7 +115,7 @@ def pad_stiffness(rubber: Material, thickness: float, foot_m2: float) -> float:
     radius = np.sqrt(foot_m2 / np.pi)
     shape = rubber.young_pa * (1 + 2 * (radius / (2 * thickness)) ** 2)
     bulk = rubber.young_pa / (3 * (1 - 2 * rubber.poisson))
-    wide = radius * (radius + spread(rubber.poisson) * thickness) * np.pi
+    wide = radius * (radius + cone_slope(rubber.poisson) * thickness) * np.pi
     return float(1 / (1 / shape + 1 / bulk) * wide / thickness)
 
 

@@ -16,6 +16,8 @@ from ajgdata.gripper.object_materials import Material
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
+#: m/s².
+GRAVITY = 9.81
 #: What grains are made of. Densities: the paper's balls, 0.2 g of 6 mm and 0.36 g of 4.5 mm, and
 #: handbook values else; the modulus and loss of coffee, a brittle foam, are estimates.
 GRAIN_SOLIDS = {

@@ -23,13 +23,13 @@ from ajgdata.gripper.system import WEAKEST
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
 #: 95 % of the energy of the feature lie here: a sweep's energy falls as the cavity's modes rise.
-BAND_HZ = (1_000.0, 14_000.0)
+FEATURE_BAND_HZ = (1_000.0, 14_000.0)
 #: Features have unit norm and no negative value, so that no two differ by more.
 FURTHEST = float(np.sqrt(2))
 #: On whole scenes the circuit errs by a factor of up to four, so that with this the effect is
 #: rather over- than underestimated (measured in studies/omissions.py).
 SAFETY = 2.5
-OMEGA = 2 * np.pi * np.linspace(*BAND_HZ, 261)
+OMEGA = 2 * np.pi * np.linspace(*FEATURE_BAND_HZ, 261)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ajgdata.gripper.scene import SAMPLE_RATE_HZ
 Real = NDArray[np.floating]
 REFERENCE_PA = 20e-6
 #: Band of the sound outside; in it, its spectrum is white.
-BAND_HZ = (20.0, 20_000.0)
+OUTSIDE_BAND_HZ = (20.0, 20_000.0)
 #: Sound arrives from all directions up to this angle from the normal: the usual field incidence.
 FIELD_LIMIT_DEG = 78.0
 
@@ -63,7 +63,7 @@ def external_noise_pa(
 @lru_cache(maxsize=16)
 def _gain(count: int, mass_kg_m2: float, coupling_hz: float) -> Real:
     """From unit white noise to that of 0 dB(A) outside, per reference pressure."""
-    low, high = BAND_HZ
+    low, high = OUTSIDE_BAND_HZ
     fine = np.linspace(low, high, 200_001)
     density = 1 / np.trapezoid(a_weighting(fine) ** 2, fine)
     f = np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ)

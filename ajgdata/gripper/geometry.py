@@ -15,9 +15,9 @@ from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.relief import MM, RASTER_M, Relief, relief
+from ajgdata.gripper.relief import RASTER_M, Relief, relief
 from ajgdata.gripper.scene import Scene, derive_seed
-from ajgdata.gripper.scene_model import SceneError
+from ajgdata.gripper.scene_model import MM, SceneError
 
 Real = NDArray[np.floating]
 

@@ -18,19 +18,18 @@ from scipy.ndimage import map_coordinates
 
 from ajgdata.gripper.bending import PlateModes, plate_modes
 from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
-from ajgdata.gripper.contact import GRAIN_SOLIDS, Latex, Pack, Spring, seat
+from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.object_materials import MATERIALS, Support, material_of
 from ajgdata.gripper.scene import Scene
+from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.sections import foot_area, section
 from ajgdata.gripper.shapes import Box, Cube
 from ajgdata.gripper.walls import WallList
 
-MM = 1e-3
 Real = NDArray[np.floating]
-GRAVITY = 9.81
 
 
 @dataclass(frozen=True)

@@ -6,18 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.gripper.contact import GRAIN_SOLIDS, LOOSEST_PA, Pack
+from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, LOOSEST_PA, Pack
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.scene import Scene
+from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.walls import WallList
 
-MM = 1e-3
-GRAVITY = 9.81
 #: First root of the Bessel function J0, of a clamped membrane.
 DRUM = 2.405
 
 
-class Span(NamedTuple):
+class MembraneSpan(NamedTuple):
     """Membrane between what holds it, per area: what its mean motion weighs (kg/m²) and the
     stiffness against it (N/m³)."""
 
@@ -25,7 +24,7 @@ class Span(NamedTuple):
     stiffness_n_m3: float
 
 
-def pinned(stress: float, pack: Pack, tension: float, mass_kg_m2: float) -> Span:
+def pinned(stress: float, pack: Pack, tension: float, mass_kg_m2: float) -> MembraneSpan:
     """A membrane of `tension` (N/m) that grains under `stress` (Pa) hold fast in one spot each.
 
     Around each grain lies a cell of radius R, πR² = 1/seats, of which the grain wraps a patch of
@@ -42,12 +41,12 @@ def pinned(stress: float, pack: Pack, tension: float, mass_kg_m2: float) -> Span
     share = weights / 2 * (outer - inner) * 2 * x / outer**2
     sag = (2 * outer**2 * np.log(x / inner) - x**2 + inner**2) / (4 * tension)
     mean = float(share @ sag)
-    return Span(mass_kg_m2 * float(share @ sag**2) / mean**2, 1 / mean)
+    return MembraneSpan(mass_kg_m2 * float(share @ sag**2) / mean**2, 1 / mean)
 
 
-def strip(width: float, tension: float, mass_kg_m2: float) -> Span:
+def strip(width: float, tension: float, mass_kg_m2: float) -> MembraneSpan:
     """A membrane held along two lines `width` (m) apart: w = p/2T x(width - x), as in `pinned`."""
-    return Span(1.2 * mass_kg_m2, 12 * tension / width**2)
+    return MembraneSpan(1.2 * mass_kg_m2, 12 * tension / width**2)
 
 
 def membrane_walls(scene: Scene, cells: Cells) -> WallList:

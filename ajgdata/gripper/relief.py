@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.scene import Scene
+from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.shapes import (
     Box,
     Compound,
@@ -24,7 +25,6 @@ from ajgdata.gripper.shapes import (
 )
 
 RASTER_M = 0.5e-3
-MM = 1e-3
 Real = NDArray[np.floating]
 #: Steps of the raster in half of all directions within 5 pixels: their cone is round to 0.2 %.
 _HALF_RING = np.array(

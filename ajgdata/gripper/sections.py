@@ -7,9 +7,9 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.shapes import Compound, Cylinder, Ellipsoid, Object, Rod, Sphere
 
-MM = 1e-3
 Real = NDArray[np.floating]
 
 

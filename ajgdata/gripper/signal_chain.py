@@ -17,7 +17,7 @@ from ajgdata.gripper.signal_settings import SignalChain
 
 Real = NDArray[np.floating]
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
-STEPS = 2.0**23
+PCM24_STEPS = 2.0**23
 #: Measured once on the default scene with a 20 mm cube; a test holds it to half a decibel.
 FLOW_AT_100_DB_M3_S = 2.71e-6
 
@@ -163,6 +163,6 @@ def _volume_velocity(level_db_spl: float) -> float:
 
 
 def _convert(signal: Real) -> Take:
-    codes = np.round(signal * STEPS)
-    clipped = int(np.count_nonzero((codes > STEPS - 1) | (codes < -STEPS)))
-    return Take(np.clip(codes, -STEPS, STEPS - 1) / STEPS, clipped)
+    codes = np.round(signal * PCM24_STEPS)
+    clipped = int(np.count_nonzero((codes > PCM24_STEPS - 1) | (codes < -PCM24_STEPS)))
+    return Take(np.clip(codes, -PCM24_STEPS, PCM24_STEPS - 1) / PCM24_STEPS, clipped)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.effect_estimates import Part, circuit
-from ajgdata.gripper.geometry import MM, Cavity, SceneError, cavity
+from ajgdata.gripper.geometry import Cavity, cavity
 from ajgdata.gripper.grasped_object import grasped, judged, rigid, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
@@ -18,7 +18,7 @@ from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, derive_seed
-from ajgdata.gripper.scene_model import PartName
+from ajgdata.gripper.scene_model import MM, PartName, SceneError
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -134,7 +134,7 @@ def build_plan(scene: Scene) -> Plan:
     )
     roof, sigma = gripper.height_mm * MM, gripper.transducer_sigma_mm * MM
     speaker, microphone = (
-        probe(cells, system, (x * MM, y * MM, roof), sigma)
+        gaussian_probe(cells, system, (x * MM, y * MM, roof), sigma)
         for x, y in (gripper.speaker_mm, gripper.microphone_mm)
     )
     return Plan(scene, parts, cells, system, speaker, microphone, per_sample, shape.displaced_m3)
@@ -222,7 +222,7 @@ def _gaussian(cells: Cells, position: tuple[float, float, float], sigma: float) 
     return np.exp(-square / (2 * sigma**2))
 
 
-def probe(
+def gaussian_probe(
     cells: Cells, system: System, position: tuple[float, float, float], sigma: float
 ) -> Probe:
     """Gaussian volume of width `sigma` (m) at x, y, z (m), inside the open cells."""

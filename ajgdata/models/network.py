@@ -52,8 +52,8 @@ class SpectrumCnn(nn.Module):
         self.register_buffer("target_std", torch.ones(n_outputs))
 
     def compress(self, x: Tensor) -> Tensor:
-        """Return asinh(x / scale): logarithmic for loud bins, linear for quiet ones, defined at
-        0."""
+        """Return asinh(x / scale) of features (n, n_features): logarithmic for loud bins, linear
+        for quiet ones, defined at 0."""
         return torch.asinh(x / self.scale)
 
     def trunk(self, z: Tensor) -> Tensor:
@@ -64,7 +64,8 @@ class SpectrumCnn(nn.Module):
         return self.dense(self.dropout(z))  # -> (n, n_outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return class scores, or the target in its own unit, of features as stored."""
+        """Return class scores, or the target in its own unit, (n, n_outputs), of features
+        (n, n_features) as stored."""
         scores = self.trunk((self.compress(x) - self.mean) / self.std)
         return scores * self.target_std + self.target_mean
 

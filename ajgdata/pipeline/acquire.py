@@ -10,13 +10,12 @@ from ajgdata.acquire.recipe import session_names
 from ajgdata.acquire.source import Source
 from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
 from ajgdata.store import manifest
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import SOURCES, DataError
 from ajgdata.types.registry import resolve
-
-Started = Callable[[int], Callable[[], object]]
 
 
 def acquire_virtual(

@@ -28,7 +28,7 @@ NOT_MEASURED = {"nan", "na", "n/a", "none", "null"}
 
 
 def declare(
-    name: str, folder: Path, found: Scan, settings: ImportSettings, targets: Sequence[str]
+    name: str, folder: Path, scanned: Scan, settings: ImportSettings, targets: Sequence[str]
 ) -> DatasetSpec:
     """A first dataset.yaml for what an import found; people are meant to complete it.
 
@@ -37,25 +37,27 @@ def declare(
     folds can hold as classes; a class otherwise. `targets` are the label columns to learn (default:
     all of a pattern's; a table's must be named).
     """
-    columns = sorted({column for one in found.found for column in one.labels})
+    columns = sorted({column for file in scanned.files for column in file.labels})
     named = [label_column(target) for target in targets]
     wanted = named or [c for c in columns if c not in ("n", "fold", "take", "clip")]
     if unknown := [target for target in wanted if target not in columns]:
         raise DataError("--target", f"there is no column {unknown[0]!r}", f"there are {columns}")
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
-    declared = {column: _target([one.labels[column] for one in found.found]) for column in wanted}
+    declared = {
+        column: _target([file.labels[column] for file in scanned.files]) for column in wanted
+    }
     tasks = {
         column: Task(target=column, folds=FOLDS)
         for column, target in declared.items()
-        if target.kind == "regression" or _classes(found, column) >= CLASSES_NEEDED
+        if target.kind == "regression" or _classes(scanned, column) >= CLASSES_NEEDED
     }
     try:
         return DatasetSpec(
             name=name,
             title=name,
             description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
-            audio=common_audio(folder / one.path for one in found.found),
+            audio=common_audio(folder / file.path for file in scanned.files),
             targets=declared,
             tasks=tasks,
             imports=settings,
@@ -81,8 +83,8 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _classes(found: Scan, column: str) -> int:
-    return len({one.labels[column] for one in found.found} - {""})
+def _classes(scanned: Scan, column: str) -> int:
+    return len({file.labels[column] for file in scanned.files} - {""})
 
 
 def common_audio(files: Iterable[Path]) -> AudioSettings:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import declare
+from ajgdata.pipeline.progress import Started
 from ajgdata.store.importing import Imported, import_scan
 from ajgdata.store.scan import Scan, label_column, scan, slug
 from ajgdata.store.sessions import read_dataset, write_dataset
@@ -22,7 +23,7 @@ def import_folder(
     targets: Sequence[str] = (),
     copy: bool = True,
     replace: bool = False,
-    started: Callable[[int], Callable[[], object]] = lambda total: lambda: None,
+    started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
@@ -40,7 +41,7 @@ def import_folder(
         )
     found = scan(folder, chosen, name=slug(folder.resolve().name))
     spec = declared or declare(dataset, folder, found, chosen, targets)
-    advance = started(len(found.found))
+    advance = started(len(found.files))
     result = import_scan(
         paths, dataset, folder, found, copy=copy, replace=replace, progress=advance
     )

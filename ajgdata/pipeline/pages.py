@@ -8,8 +8,9 @@ from pathlib import Path
 from ajgdata.ablations import ABLATIONS, ablation
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.studies import GALLERY, page_code
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import write_bytes
-from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.provenance import software
 from ajgdata.store.tables import read_tables
 
 

@@ -5,35 +5,83 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 Item = TypeVar("Item")
+#: Takes the number of items, returns what is to be called when one is done.
+Started = Callable[[int], Callable[[], object]]
 PATIENCE_S = 2.0
 
 
+@contextmanager
+def bar(what: str, patience_s: float = PATIENCE_S) -> Iterator[Started]:
+    """Yield a function to be called with the number of items when it is known.
+
+    It returns what is to be called when an item is done. A bar on the terminal says how far the
+    work is, from `patience_s` seconds after its start on.
+    """
+    start = time.monotonic()
+    with ExitStack() as shown:
+
+        def started(total: int) -> Callable[[], object]:
+            done, update = 0, None
+
+            def show() -> None:
+                nonlocal update
+                if update is None and time.monotonic() - start >= patience_s:
+                    progress = shown.enter_context(_bar())
+                    update = partial(progress.update, progress.add_task(what, total=total))
+                if update is not None:
+                    update(completed=done)
+
+            def advance() -> None:
+                nonlocal done
+                done += 1
+                show()
+
+            show()
+            return advance
+
+        yield started
+
+
+def _bar() -> Progress:
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True, emoji=False, highlight=False)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+
+
 def when_slow(items: Sequence[Item], what: str, patience_s: float = PATIENCE_S) -> Iterator[Item]:
-    """The items one by one; after `patience_s` seconds a bar on the terminal says how far it is."""
-    start, bar, task = time.monotonic(), None, None
-    try:
-        for done, item in enumerate(items):
-            if bar is None and time.monotonic() - start > patience_s:
-                from rich.console import Console
-                from rich.progress import Progress
-
-                console = Console(stderr=True)
-                bar = Progress(console=console, transient=True, disable=not console.is_terminal)
-                task = bar.add_task(what, total=len(items))
-                bar.start()
-            if bar is not None and task is not None:
-                bar.update(task, completed=done)
+    """Yield the items one by one, with a bar if that takes longer than `patience_s` seconds."""
+    with bar(what, patience_s) as started:
+        advance = started(len(items))
+        for item in items:
             yield item
-    finally:
-        if bar is not None:
-            bar.stop()
+            advance()
 
 
-def lines(what: str, parts: int = 10) -> Callable[[int], Callable[[], object]]:
-    """A line on the terminal at each of `parts` parts of the work, past any redirection.
+def lines(what: str, parts: int = 10) -> Started:
+    """Return what writes a line to the terminal at each of `parts` parts of the work, past any
+    redirection.
 
     Jobs of the workflow run side by side: their bars would overwrite one another.
     """

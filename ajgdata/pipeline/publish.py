@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, write_bytes, yaml_bytes
-from ajgdata.store.provenance import code_digest, commit_date, settings_digest, software
+from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.checks import Defect, defects
@@ -72,6 +73,14 @@ def publish(
     published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
     may show how far it is. Raises DataError, and leaves what was there, when the features are
     missing or not of the recordings as they are now.
+
+    >>> from pathlib import Path
+    >>> from ajgdata.paths import find_project
+    >>> from ajgdata.pipeline.publish import publish
+    >>> publish(find_project(), "size", Path("tree/size")).recordings
+    16
+    >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
+    ['CITATION.cff', 'LICENSE', 'README.md']
     """
     _check_options(version, date)
     _check_target(out)
@@ -287,5 +296,5 @@ def _provenance(
         "digest of the recordings": told.provenance.inputs_hash,
     }
     if told.source == "simulated":
-        facts["digest of the code of the virtual gripper"] = code_digest("gripper")
+        facts["digest of the code of the virtual gripper"] = code_digest("ajgdata.gripper")
     return facts

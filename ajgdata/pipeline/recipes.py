@@ -14,8 +14,8 @@ from ajgdata import gripper
 from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
 from ajgdata.acquire.source import Grasp
 from ajgdata.paths import Paths
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import line_of, write_bytes
-from ajgdata.store.provenance import code_digest
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
 from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe
 
@@ -44,7 +44,7 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     DataError with file, line, key and fix for a scene or a signal chain that cannot be.
     """
     recipe = recipe_of(path, spec)
-    code = SOURCES.origin(recipe.source) or code_digest("gripper")
+    code = SOURCES.origin(recipe.source) or code_digest("ajgdata.gripper")
     planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
     if recipe.source == "virtual":
         _check_scenes(path, recipe, dict(zip(sessions, planned, strict=True)))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from ajgdata.ablations import ablation
+from ajgdata.ablations import ABLATIONS, ablation
 from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.store.provenance import code_digest, software
+from ajgdata.store.code_digest import code_digest
+from ajgdata.store.provenance import software
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import table_of
 
@@ -17,21 +18,21 @@ STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions"
 TIMED = ("accuracy", "omissions")
 GALLERY = "gallery"
 
+
 def study_code(name: str) -> tuple[str, ...]:
     """Return what the tables of the study `name` follow from, for `code_digest`."""
-    return ("gripper", "studies", "features", "types", "pipeline/studies")
+    return ("ajgdata.pipeline.studies:run_study", f"ajgdata.studies.{name}:tables")
 
 
 def ablation_code(name: str) -> tuple[str, ...]:
     """Return what the tables of the ablation `name` follow from, for `code_digest`."""
-    science = ("gripper", "features", "models", "evaluate", "acquire")
-    return (*science, "ablations/base", "ablations/data", f"ablations/{name}", "pipeline/studies")
+    return ("ajgdata.pipeline.studies:run_ablation", f"ajgdata.ablations.{name}:measure")
 
 
 def page_code(name: str) -> tuple[str, ...]:
     """Return what the page `name`, and its figures, follow from, for `code_digest`."""
-    more = {GALLERY: ("gripper", "pipeline/show"), ABLATIONS_PAGE: ("ablations",)}
-    return ("report", "pipeline/pages", *more.get(name, ()))
+    modules = [f"ajgdata.ablations.{one}" for one in ABLATIONS] if name == ABLATIONS_PAGE else []
+    return ("ajgdata.pipeline.pages:build_page", *modules)
 
 
 def run_study(name: str, out: Path, *, quick: bool = False) -> None:

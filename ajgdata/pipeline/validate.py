@@ -9,6 +9,7 @@ from typing import Any
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
     examine,
     finding,
@@ -23,8 +24,6 @@ from ajgdata.store.manifest import HashCache, survey
 from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, FeatureSettings, Finding
-
-Started = Callable[[int], Callable[[], object]]
 
 
 def validate_datasets(

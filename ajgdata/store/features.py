@@ -132,7 +132,16 @@ def write_column(store: h5netcdf.File, name: str, column: Column) -> None:
 
 
 def read_store(path: Path) -> Shard:
-    """Return a whole store in memory."""
+    """Return a whole store in memory. Raises DataError for a file that is none.
+
+    >>> from ajgdata.paths import find_project
+    >>> from ajgdata.store.features import read_store
+    >>> shard = read_store(find_project().features("size"))
+    >>> shard.feature.shape, shard.frequency_hz[:2]  # (recordings, bins), Hz
+    ((16, 1025), array([ 0.        , 21.53320312]))
+    >>> shard.columns["edge_mm"].attrs["units"]
+    'mm'
+    """
     with reading(path) as store:
         spectra, frequency, columns, attrs = contents(store)
         feature = spectra[...]
@@ -178,7 +187,7 @@ def _variables(store: h5py.File) -> dict[str, h5py.Dataset]:
         if variable.dtype.kind not in "Sif":
             raise ValueError(f"{name} holds neither text nor numbers")
         variables[name] = variable
-    claimed = sum(one.size * one.dtype.itemsize for one in variables.values())
+    claimed = sum(array.size * array.dtype.itemsize for array in variables.values())
     if claimed > MAX_GROWTH * store.id.get_filesize() + SMALL_BYTES:
         raise ValueError("claims to be larger than it can be")
     return variables

@@ -187,13 +187,13 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
         loader.dispose()
     for step in place:
         if isinstance(node, yaml.MappingNode):
-            found = [pair for pair in node.value if pair[0].value == str(step)]
+            pairs = [pair for pair in node.value if pair[0].value == str(step)]
         elif isinstance(node, yaml.SequenceNode) and isinstance(step, int):
-            found = [(one, one) for one in node.value[step : step + 1]]
+            pairs = [(element, element) for element in node.value[step : step + 1]]
         else:
             break
-        if found:
-            (mark, node), *_ = found
+        if pairs:
+            (mark, node), *_ = pairs
             line = mark.start_mark.line + 1
     return line
 

@@ -15,7 +15,7 @@ from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSIO
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.files import replacing
 from ajgdata.store.provenance import software
-from ajgdata.store.scan import Found, Scan
+from ajgdata.store.scan import Scan, ScannedFile
 from ajgdata.store.sessions import (
     audio_path,
     inside,
@@ -41,22 +41,22 @@ def import_scan(
     paths: Paths,
     dataset: str,
     folder: Path,
-    found: Scan,
+    scanned: Scan,
     *,
     copy: bool,
     replace: bool,
     progress: Callable[[], object] = lambda: None,
 ) -> Imported:
-    """Write the sessions of `found` below `folder` into `dataset`.
+    """Write the sessions of `scanned` below `folder` into `dataset`.
 
     Running it again adds what is new, takes over changed labels, and keeps recordings that are no
     longer in the folder, quality, further columns and what was completed in session.yaml. A
     recording whose bytes differ from those held is left alone and listed in `conflicts`, unless
     `replace`. Raises DataError, before anything is written, for a session that cannot be added to.
     """
-    sessions: dict[str, list[Found]] = defaultdict(list)
-    for one in found.found:
-        sessions[one.session].append(one)
+    sessions: dict[str, list[ScannedFile]] = defaultdict(list)
+    for entry in scanned.files:
+        sessions[entry.session].append(entry)
     result = Imported(sessions=len(sessions))
     before = {
         name: _before(paths.session(dataset, name), copy=copy, folder=folder) for name in sessions
@@ -65,13 +65,13 @@ def import_scan(
         target = paths.session(dataset, name)
         session, held = before[name]
         rates = {session.sample_rate_hz} if session and held else set()
-        for one, recording_id in zip(members, _ids(members, held, copy=copy), strict=True):
-            recording = _recording(folder, one, recording_id, copy=copy)
-            _take(folder / one.path, target, held, recording, result, copy=copy, replace=replace)
+        for entry, recording_id in zip(members, _ids(members, held, copy=copy), strict=True):
+            recording = _recording(folder, entry, recording_id, copy=copy)
+            _take(folder / entry.path, target, held, recording, result, copy=copy, replace=replace)
             progress()
         rates |= _rates(folder, members)
         changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
-        if played := _excitation(folder, found.excitations.get(name), target):
+        if played := _excitation(folder, scanned.excitations.get(name), target):
             changed["excitation"] = played
         session = session or Session(
             session_id=name,
@@ -141,36 +141,36 @@ def _before(
     return session, held
 
 
-def _ids(members: Sequence[Found], held: Mapping[str, Recording], *, copy: bool) -> list[str]:
+def _ids(members: Sequence[ScannedFile], held: Mapping[str, Recording], *, copy: bool) -> list[str]:
     """Return the id that a file has, else its path inside the folder without suffix; with suffix
     where two files would share it."""
     known = {recording.file: name for name, recording in held.items()}
-    stems = [one.path.with_suffix("").as_posix() for one in members]
+    stems = [entry.path.with_suffix("").as_posix() for entry in members]
     counts = Counter(stems)
     ids: list[str] = []
-    for one, stem in zip(members, stems, strict=True):
-        new = stem if counts[stem] == 1 and stem not in held else one.path.as_posix()
-        ids.append(known.get(_file(one, copy=copy), new))
+    for entry, stem in zip(members, stems, strict=True):
+        new = stem if counts[stem] == 1 and stem not in held else entry.path.as_posix()
+        ids.append(known.get(_file(entry, copy=copy), new))
     return ids
 
 
-def _file(one: Found, *, copy: bool) -> str:
-    return (Path(AUDIO_FOLDER, one.path) if copy else one.path).as_posix()
+def _file(entry: ScannedFile, *, copy: bool) -> str:
+    return (Path(AUDIO_FOLDER, entry.path) if copy else entry.path).as_posix()
 
 
-def _recording(folder: Path, one: Found, recording_id: str, *, copy: bool) -> Recording:
+def _recording(folder: Path, entry: ScannedFile, recording_id: str, *, copy: bool) -> Recording:
     try:
         return Recording(
             recording_id=recording_id,
-            file=_file(one, copy=copy),
-            sha256=file_sha256(folder / one.path),
-            grasp_id=one.grasp,
-            sample=one.sample,
-            object=one.object,
-            labels=dict(one.labels),
+            file=_file(entry, copy=copy),
+            sha256=file_sha256(folder / entry.path),
+            grasp_id=entry.grasp,
+            sample=entry.sample,
+            object=entry.object,
+            labels=dict(entry.labels),
         )
     except ValidationError as error:
-        raise describe(error, folder / one.path) from None
+        raise describe(error, folder / entry.path) from None
 
 
 def _take(
@@ -214,12 +214,12 @@ def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation |
     )
 
 
-def _rates(folder: Path, members: Sequence[Found]) -> set[int]:
+def _rates(folder: Path, members: Sequence[ScannedFile]) -> set[int]:
     """Return rates of the readable recordings."""
     rates = set()
-    for one in members:
+    for entry in members:
         try:
-            rates.add(inspect_audio(folder / one.path).sample_rate_hz)
+            rates.add(inspect_audio(folder / entry.path).sample_rate_hz)
         except DataError:
             continue  # an unreadable recording is imported as it is, and named by `validate`
     return rates

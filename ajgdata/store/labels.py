@@ -38,15 +38,15 @@ def select(
 ) -> tuple[Shard, list[Finding]]:
     """Return the rows of a shard that are not rejected and whose labels can be used, and a finding
     for each row with a bad label."""
-    told, keep = [], []
+    findings, keep = [], []
     for index, name in enumerate(shard.columns["recording"].values):
         row = table.get(str(name))
         problem = "has no label row" if row is None else label_problem(row, targets)
         if problem is None:
             keep.append(index)
         elif row is None or not is_rejected(row):
-            told.append(bad_label(session, str(name), problem))
-    return take_rows(shard, np.asarray(keep, int)), told
+            findings.append(bad_label(session, str(name), problem))
+    return take_rows(shard, np.asarray(keep, int)), findings
 
 
 def bad_label(session: str, recording_id: str, problem: str) -> Finding:
@@ -90,7 +90,7 @@ def number(text: str) -> float:
 
 
 def take_rows(shard: Shard, rows: np.ndarray) -> Shard:
-    """Return some rows of a shard."""
+    """Return the rows of a shard that `rows` (m,), numbers or booleans, chooses."""
     columns = {n: Column(c.values[rows], c.attrs) for n, c in shard.columns.items()}
     return dataclasses.replace(shard, feature=shard.feature[rows], columns=columns)
 
@@ -155,9 +155,9 @@ def without_copies(shard: Shard, targets: Sequence[str]) -> tuple[Shard, list[Fi
     names = [str(name) for name in shard.columns["recording"].values]
     columns = [shard.columns[t].values for t in targets if t in shard.columns]
     labels = [tuple(str(values[i]) for values in columns) for i in range(len(names))]
-    told = copies(names, [str(d) for d in shard.columns["sha256"].values], labels)
-    keep = np.asarray([i for i in range(len(names)) if i not in told], int)
-    return take_rows(shard, keep), list(told.values())
+    findings = copies(names, [str(d) for d in shard.columns["sha256"].values], labels)
+    keep = np.asarray([i for i in range(len(names)) if i not in findings], int)
+    return take_rows(shard, keep), list(findings.values())
 
 
 def copies(
@@ -171,7 +171,7 @@ def copies(
     rows_of: dict[str, list[int]] = defaultdict(list)
     for row, digest in enumerate(digests):
         rows_of[digest].append(row)
-    told = {}
+    findings = {}
     for rows in (rows for rows in rows_of.values() if len(rows) > 1):
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
@@ -180,7 +180,7 @@ def copies(
             others = ", ".join(named)
             if len(rows) > _NAMED + 1:
                 others += f" and {len(rows) - 1 - _NAMED} more"
-            told[row] = (
+            findings[row] = (
                 Finding(
                     session, name, "", "error", "two_labels",
                     f"the same bytes as {others}, which is labelled otherwise",
@@ -192,4 +192,4 @@ def copies(
                     f"the same bytes as {others}; left out", "remove all rows but one",
                 )
             )  # fmt: skip
-    return told
+    return findings

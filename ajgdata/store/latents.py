@@ -48,22 +48,22 @@ class Latents:
     attrs: Mapping[str, str | float | int]
 
 
-def write_latents(path: Path, found: Latents) -> None:
+def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
-    folds = {VALIDATION_FOLD: found.validation_fold, UNSEEN_FOLD: found.unseen_fold}
+    folds = {VALIDATION_FOLD: latents.validation_fold, UNSEEN_FOLD: latents.unseen_fold}
     with replacing(path) as temporary, h5netcdf.File(temporary, "w") as store:
-        store.attrs.update({"Conventions": CONVENTIONS, **found.attrs})
-        store.dimensions["recording"] = len(found.validation_fold)
-        for name, column in sorted(found.columns.items()):
+        store.attrs.update({"Conventions": CONVENTIONS, **latents.attrs})
+        store.dimensions["recording"] = len(latents.validation_fold)
+        for name, column in sorted(latents.columns.items()):
             write_column(store, name, column)
         for name, fold in folds.items():
             write_column(store, name, Column(fold.astype(np.int32)))
-        coordinates = " ".join(sorted({*found.columns, *folds} - {"recording"}))
-        for dimension, values in sorted(found.latent.items()):
+        coordinates = " ".join(sorted({*latents.columns, *folds} - {"recording"}))
+        for dimension, values in sorted(latents.latent.items()):
             _write(store, f"{LATENT}{dimension}", "fold", values, coordinates)
-        if found.unseen is not None:
-            name = f"{UNSEEN}{found.unseen.shape[-1]}"
-            _write(store, name, "unseen_fold", found.unseen, coordinates)
+        if latents.unseen is not None:
+            name = f"{UNSEEN}{latents.unseen.shape[-1]}"
+            _write(store, name, "unseen_fold", latents.unseen, coordinates)
 
 
 def _write(

@@ -21,7 +21,7 @@ ESTIMATOR_FILE = "model.skops"
 
 
 def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Weights of a network by name."""
+    """Write the weights of a network by name, arrays of any shape."""
     from safetensors.numpy import save_file
 
     with replacing(folder / NETWORK_FILE) as temporary:
@@ -29,7 +29,7 @@ def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_network(folder: Path) -> dict[str, np.ndarray]:
-    """Return the arrays that `write_network` wrote, by name."""
+    """Return the arrays that `write_network` wrote, by name, of the same shapes."""
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
@@ -40,7 +40,7 @@ def read_network(folder: Path) -> dict[str, np.ndarray]:
 
 
 def write_estimator(folder: Path, estimator: BaseEstimator) -> None:
-    """A fitted scikit-learn estimator."""
+    """Write a fitted scikit-learn estimator."""
     from skops.io import dump
 
     with replacing(folder / ESTIMATOR_FILE) as temporary:

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-#: What results depend on. Caches and editors' swap files are not among it.
-SOURCES = (".py", ".yaml", ".j2", ".css", ".js")
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -46,23 +44,6 @@ def _git(*arguments: str) -> str:
     command = ["git", "-C", str(PACKAGE), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
     return done.stdout.strip()
-
-
-@functools.cache
-def code_digest(*parts: str) -> str:
-    """Return the digest of the sources of the named sub-packages or modules of ajgdata.
-
-    Snakemake does not see changes in imported modules; rules pass this as a parameter. Raises
-    FileNotFoundError for a name that is neither.
-    """
-    digest = hashlib.sha256()
-    for part in parts:
-        place = PACKAGE / part
-        files = sorted(place.rglob("*")) if place.is_dir() else [place.with_suffix(".py")]
-        for file in files:
-            if file.suffix in SOURCES and not file.name.startswith("."):
-                digest.update(str(file.relative_to(PACKAGE)).encode() + b"\0" + file.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def settings_digest(*settings: BaseModel) -> str:

@@ -28,7 +28,7 @@ _NO_TEXT = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff]")
 
 
 @dataclass(frozen=True)
-class Found:
+class ScannedFile:
     """One recording in the folder: path relative to it, its roles and labels."""
 
     path: Path
@@ -43,7 +43,7 @@ class Found:
 class Scan:
     """Recordings found in a folder. `skipped` says for each file left out why."""
 
-    found: list[Found] = field(default_factory=list)
+    files: list[ScannedFile] = field(default_factory=list)
     excitations: dict[str, Path] = field(default_factory=dict)
     skipped: list[tuple[str, str]] = field(default_factory=list)
 
@@ -59,7 +59,7 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     result = (
         _by_table(folder, settings, name) if settings.table else _by_name(folder, settings, name)
     )
-    if result.found:
+    if result.files:
         return result
     if not result.skipped and not result.excitations:
         raise DataError(
@@ -132,7 +132,7 @@ def _by_name(folder: Path, settings: ImportSettings, name: str) -> Scan:
             if played != path:
                 result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
             continue
-        result.found.append(_found(path, fields, settings, session))
+        result.files.append(_scanned(path, fields, settings, session))
     return result
 
 
@@ -154,13 +154,13 @@ def _by_table(folder: Path, settings: ImportSettings, name: str) -> Scan:
         if path in taken:
             raise DataError(table, f"{path} stands in two rows", "keep one of them")
         if path in audio:
-            result.found.append(_found(path, row, settings, name))
+            result.files.append(_scanned(path, row, settings, name))
             taken.add(path)
         else:
             result.skipped.append((str(path), f"in {settings.table} but not in the folder"))
     left = sorted(audio - taken)
     result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
-    result.found.sort(key=lambda one: one.path)
+    result.files.sort(key=lambda one: one.path)
     return result
 
 
@@ -177,14 +177,16 @@ def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
         ) from None
 
 
-def _found(path: Path, fields: Mapping[str, str], settings: ImportSettings, session: str) -> Found:
+def _scanned(
+    path: Path, fields: Mapping[str, str], settings: ImportSettings, session: str
+) -> ScannedFile:
     def role(key: str, template: str, default: str) -> str:
         filled = _filled(key, template, fields) if template else fields.get(key, "")
         return filled.strip() or default
 
     label = fields.get("label", "")
     sample = fields.get("sample", "")
-    return Found(
+    return ScannedFile(
         path,
         slug(role("session", settings.session, session)),
         role("grasp", settings.grasp, path.with_suffix("").as_posix()),

@@ -190,11 +190,11 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
         try:
             recording = Recording.model_validate({**known, "labels": {c: row[c] for c in extra}})
         except ValidationError as error:
-            told = describe(error, f"row {line}")
+            problem = describe(error, f"row {line}")
             findings.append(
                 Finding(
                     folder.name, row["recording_id"] or f"row {line}", row["file"], "error",
-                    "bad_row", f"{RECORDINGS_FILE} row {line}: {told.problem}", told.fix,
+                    "bad_row", f"{RECORDINGS_FILE} row {line}: {problem.problem}", problem.fix,
                 )
             )  # fmt: skip
             continue

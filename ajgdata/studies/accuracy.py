@@ -160,9 +160,10 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
     settings = QUICK if quick else Settings()
     simulate(scene(settings.objects[0], {"dx_mm": 6.0}))  # compiles the kernels
     references = {name: _reference(name, settings) for name in settings.objects}
+    plain_s = {name: run(scene(name, PLAIN), settings.repeats).time_s for name in references}
     rows: list[dict[str, Value]] = []
-    for name in settings.objects:
-        rows += _sweep_of(name, references[name], settings)
+    for name, reference in references.items():
+        rows += _sweep_of(name, reference, plain_s[name], settings)
     return (
         Table(
             "accuracy",
@@ -177,7 +178,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
             tuple(rows),
         ),
         _checks(references, settings),
-        _variants(references, settings),
+        _variants(references, plain_s, settings),
     )
 
 
@@ -185,13 +186,14 @@ def _reference(name: str, settings: Settings) -> Real:
     return run(scene(name, {"dx_mm": settings.reference_mm})).feature
 
 
-def _sweep_of(name: str, reference: Real, settings: Settings) -> list[dict[str, Value]]:
+def _sweep_of(
+    name: str, reference: Real, plain_s: float, settings: Settings
+) -> list[dict[str, Value]]:
     cases: list[Numbers] = [{"scheme": "wide", "dx_mm": dx} for dx in settings.wide_mm]
     cases += [{"scheme": "second", "dx_mm": dx} for dx in settings.second_mm]
     runs = [run(scene(name, case), settings.repeats) for case in cases]
-    plain = run(scene(name, PLAIN), settings.repeats).time_s
     return [
-        {"object": name, **case, **_figures(one, reference, plain)}
+        {"object": name, **case, **_figures(one, reference, plain_s)}
         for case, one in zip(cases, runs, strict=True)
     ]
 
@@ -218,10 +220,9 @@ def _checks(references: dict[str, Real], settings: Settings) -> Table:
     )
 
 
-def _variants(references: dict[str, Real], settings: Settings) -> Table:
+def _variants(references: dict[str, Real], plain_s: dict[str, float], settings: Settings) -> Table:
     """Precision, poles and stopping at the default grid, against the reference and the default."""
     name, reference = next(iter(references.items()))
-    plain = run(scene(name, PLAIN), settings.repeats).time_s
     default = run(scene(name, {})).feature
     rows: list[dict[str, Value]] = []
     for numbers in settings.variants:
@@ -233,7 +234,7 @@ def _variants(references: dict[str, Real], settings: Settings) -> Table:
                 "poles": numerics.poles,
                 "decay_db": numerics.decay_db,
                 "change": relative_error(one.feature, default),
-                **_figures(one, reference, plain),
+                **_figures(one, reference, plain_s[name]),
             }
         )
     first = (

@@ -50,7 +50,7 @@ TOTAL = "all that is left out"
 
 
 @dataclass(frozen=True)
-class Case:
+class OmissionCase:
     """An object of the library on a support."""
 
     thing: str
@@ -91,7 +91,7 @@ def without(part: PartName) -> tuple[tuple[PartName, ...], tuple[PartName, ...]]
     return kept, tuple(p for p in kept if p != part)
 
 
-def rows_of(case: Case) -> list[dict[str, Value]]:
+def omission_rows(case: OmissionCase) -> list[dict[str, Value]]:
     """One row a part, and a last one for all that the default plan leaves out."""
     default = case.plan(tolerance=0.01)
     known: dict[tuple[PartName, ...], Heard] = {}
@@ -135,8 +135,10 @@ def rows_of(case: Case) -> list[dict[str, Value]]:
 def tables(quick: bool = False) -> tuple[Table, ...]:
     """Omissions over the sample of scenes."""
     # Compiled kernels, before anything is timed.
-    simulate(Case("cube_20p7", "rigid", 6.0).plan(ALL))
-    rows = [row for case in (QUICK if quick else SAMPLE) for row in rows_of(Case(*case))]
+    simulate(OmissionCase("cube_20p7", "rigid", 6.0).plan(ALL))
+    rows = [
+        row for case in (QUICK if quick else SAMPLE) for row in omission_rows(OmissionCase(*case))
+    ]
     return (
         Table(
             "omissions",

@@ -28,7 +28,7 @@ class Table:
     title: str
     note: str
     columns: tuple[Column, ...]
-    rows: tuple[dict[str, Value], ...]
+    rows: tuple[dict[str, Any], ...]  #: cells are of type Value
 
     def __post_init__(self) -> None:
         keys = [column.key for column in self.columns]
@@ -36,7 +36,7 @@ class Table:
             if sorted(row) != sorted(keys):
                 raise ValueError(f"row {number} of table {self.name} has {sorted(row)}, not {keys}")
 
-    def column(self, key: str) -> list[Value]:
+    def column(self, key: str) -> list[Any]:
         """Return the values of one column, in the order of the rows."""
         return [row[key] for row in self.rows]
 

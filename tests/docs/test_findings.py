@@ -1,63 +1,174 @@
-"""What ablations found gets into the documentation by a tool, and by no other way."""
+"""Figures that a run computes get into README and docs by a tool, and by no other way."""
 
-import importlib.util
+import re
 from pathlib import Path
 
 import pytest
+from ajgdata.pipeline.ablations import ABLATIONS
 
-from ajgdata.ablations import ABLATIONS
+from ajgdata.evaluate.metrics import METRICS
 from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import COLUMNS
+from ajgdata.store.files import csv_bytes, write_bytes
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import Column, Table
+from tools.findings import blocks
+from tools.findings.documents import END, blocks_of, documents, outside, rewritten
+from tools.findings.evaluations import CHOSEN, HEADLINES, terms
+from tools.findings.results import Key, Results
 
 ROOT = Path(__file__).parents[2]
-spec = importlib.util.spec_from_file_location("findings", ROOT / "tools/findings.py")
-tool = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(tool)
+PAGES = documents(ROOT)
+#: Pages all of whose results are of a run; others also hold what was measured once, and say so.
+OF_A_RUN = ("README.md", "ablations.md", "contact.md", "virtual-gripper.md")
 
-ROW = {
+VERDICT = {
     "of": "size", "hypothesis": "louder is better", "change": "twice as loud", "metric": "R²",
     "model": "ridge", "before": -0.25, "before_sd": 0.11, "after": 0.5, "after_sd": 0.02,
     "gain": 0.75, "gain_low": -0.1, "gain_high": 1.6, "verdict": "not supported", "seconds": 3.0,
 }  # fmt: skip
 
+MADE = {"git_commit": "c0ffee1234567", "quick": False}
+
+
+def metric_row(key: Key, value: float, commit: str = "c0ffee1234567") -> dict:
+    given = {**key._asdict(), "source": "simulated", "value": value, "unit": "", "seed": 0}
+    return {**given, "commit": commit}
+
 
 @pytest.fixture
-def results(tmp_path):
+def project(tmp_path):
+    """Made-up results of a run."""
     paths = Paths(tmp_path)
-    judged = Table("t", "Loudness", "How loud.", tuple(Column(k, k) for k in ROW), (ROW,))
+    judged = Table("t", "Loudness", "How loud.", tuple(Column(k, k) for k in VERDICT), (VERDICT,))
     columns = (Column("band", "Band", "Hz"), Column("ratio", "Ratio"), Column("seconds", "Time"))
     plain = Table(
-        "p", "Bands", "By band.", columns, ({"band": "20–300", "ratio": -2.5e-5, "seconds": 1},)
+        "p", "Bands", "By band.", columns, ({"band": "20|300", "ratio": -2.5e-5, "seconds": 1},)
     )
     for name in ABLATIONS:
-        made_by = {"study": name, "git_commit": "a" * 40, "quick": False}
-        write_tables(paths.ablation(name), [judged, plain], **made_by)
+        write_tables(paths.ablation(name), [judged, plain], study=name, **MADE)
+    known = ("size", "size", "cnn", "grouped", "rmse")
+    plates = ("plate", "material", "knn", "grouped", "accuracy")
+    rows = [
+        metric_row(Key(*known, "mean"), 0.7249),
+        metric_row(Key(*known, "sd"), 0.1159),
+        metric_row(Key(*known, "chance"), 6.4163),
+        metric_row(Key(*plates, "mean"), 0.5625),
+        metric_row(Key(*plates, "sd"), 0.0442),
+        metric_row(Key("ycb", "object", "cnn", "cost of grouped", "train_s", "measured"), 7.618),
+    ]
+    write_bytes(paths.metrics_table, csv_bytes(COLUMNS, rows))
     return paths
 
 
-def test_a_line_for_each_verdict_and_each_row(results):
-    lines = tool.findings(results).splitlines()
-    assert lines.count("### Loudness") == lines.count("### Bands") == len(ABLATIONS)
+def test_every_block_stands_in_one_place_and_every_marker_has_its_block():
+    standing = [name for page in PAGES for name in blocks_of(page.read_text(encoding="utf-8"))]
+    assert sorted(standing) == sorted(blocks.BLOCKS)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_what_stands_there_says_which_run_it_is_of(page):
+    for name, text in blocks_of(page.read_text(encoding="utf-8")).items():
+        run = r"\nRun of commit [0-9a-f]{10}\+?(, [0-9a-f]{10}\+?)*, results [0-9a-f]{10}\.\n\n$"
+        assert re.search(run, text), name
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if p.name in OF_A_RUN], ids=lambda p: p.name)
+def test_no_result_is_typed(page):
+    """A mean with its deviation is a result; so is a table of numbers below 1."""
+    for line in outside(page.read_text(encoding="utf-8")).splitlines():
+        assert not re.search(r"\d\s*±\s*\d", line), line
+        assert not (line.startswith("|") and re.search(r"\| *\**0?\.\d", line)), line
+
+
+@pytest.mark.parametrize("row", [*HEADLINES, *CHOSEN], ids=lambda row: row.title)
+def test_what_the_tables_show_is_what_the_data_sets_declare(row):
+    spec = read_dataset(Paths(ROOT), row.dataset)
+    task = spec.tasks[row.task]
+    withheld = ["withheld"] if task.withhold else []
+    assert row.part in ("grouped", *withheld, *(f"on:{name}" for name in task.test_on))
+    assert "cnn" in task.models
+    assert terms(row).metric == METRICS[spec.targets[task.target].kind][0]
+
+
+def test_results_stand_beside_the_papers_with_the_run_that_they_are_of(project):
+    text = blocks.block("results", Results(project.results))
+    lines = text.splitlines()
+    assert lines[3] == (
+        "| edge length, 12 cubes seen in training, RMSE "
+        "| 0.72 ± 0.12 mm | — | — | 6.4 mm | 2.7 mm | `size/size`, grouped |"
+    )
+    plates, training = "| material of plates ", "| training on the 16 objects, all folds, one core "
+    assert plates + "| — | — | 56.2 ± 4.4 % | — | 100 % | `plate/material`, grouped |" in lines
+    assert training + "| 7.6 s | — | — |  |  | `ycb/object` |" in lines
+    assert re.fullmatch(r"Run of commit c0ffee1234, results [0-9a-f]{10}\.", lines[-2])
+
+
+def test_a_line_for_each_verdict_and_each_row(project):
+    lines = blocks.block("ablation-mirror", Results(project.results)).splitlines()
     verdict = (
         "| size | louder is better | twice as loud | R² | ridge | −0.25 ± 0.11 | 0.500 ± 0.020 "
     )
     assert f"{verdict}| −0.1 to 1.6 | not supported |" in lines
     at = lines.index("| Band, Hz | Ratio |")
-    assert lines[at + 2] == "| 20–300 | −2.5 × 10⁻⁵ |"
+    assert lines[at + 2] == "| 20\\|300 | −2.5 × 10⁻⁵ |"
 
 
-def test_the_page_keeps_its_words_and_is_made_whole_again(results):
-    text = tool.PAGE.read_text(encoding="utf-8")
-    words, found = text.split(tool.BEGIN)
-    assert text == tool.page(text, found.lstrip("\n"))  # nothing was added by hand after the tool
-    made = tool.page(text, tool.findings(results))
-    assert made.startswith(words + tool.BEGIN)
-    assert "twice as loud" in made and "### Noise" not in made
+def test_a_run_is_named_after_what_was_read(project):
+    """Neither a file that a block does not read, nor where the results are, changes its name."""
+    before = blocks.block("results", Results(project.results))
+    write_tables(project.ablation("noise"), [], study="noise", **MADE)
+    assert blocks.block("results", Results(project.results)) == before
+    moved = project.results.rename(project.root / "elsewhere")
+    assert blocks.block("results", Results(moved)) == before
+    table = moved / "metrics.csv"
+    table.write_text(table.read_text().replace("0.7249", "0.7250"))
+    copy = moved.rename(project.root / "later")
+    assert blocks.block("results", Results(copy)).splitlines()[-2] != before.splitlines()[-2]
 
 
-def test_the_committed_tables_are_those_of_every_ablation():
-    found = tool.PAGE.read_text(encoding="utf-8").split(tool.BEGIN)[1]
-    heads = [line for line in found.splitlines() if line.startswith("| paper's figure")]
-    assert heads == ["| " + " | ".join(tool.HEAD) + " |"] * len(ABLATIONS)
-    assert "Simulated." in found and "small, for testing" not in found
+def test_only_what_is_between_the_markers_is_rewritten():
+    text = (
+        "a  \r\n\ttab\n<!-- findings: one -->\nold\n" + END + "b <!-- findings: none --> é\n\n"
+        "<!-- findings: two -->\n" + END + "no line end"
+    )
+    asked = []
+
+    def content(name, before):
+        asked.append((name, before))
+        return f"new {name}\n"
+
+    assert rewritten(text, content) == (
+        "a  \r\n\ttab\n<!-- findings: one -->\nnew one\n" + END + "b <!-- findings: none --> é\n\n"
+        "<!-- findings: two -->\nnew two\n" + END + "no line end"
+    )
+    assert asked == [("one", "old\n"), ("two", "")]
+    assert rewritten(text, lambda name, before: before) == text
+    assert "old" not in outside(text) and "tab" in outside(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<!-- findings: one -->\nnever closed\n",
+        END,
+        "<!-- findings: one -->\n" + END + END,
+        "<!-- findings: one -->\n<!-- findings: two -->\n" + END,
+        "<!-- findings: one -->\n" + END + "<!-- findings: one -->\n" + END,
+    ],
+)
+def test_markers_that_do_not_pair_are_refused(text):
+    with pytest.raises(ValueError, match="findings"):
+        blocks_of(text)
+
+
+def test_a_figure_that_was_typed_over_is_found_where_the_results_are_those_it_names(project):
+    page = "<!-- findings: results -->\n" + blocks.block("results", Results(project.results)) + END
+    assert blocks.drifted(page, project.results) == []
+    typed = page.replace("0.72 ± 0.12", "0.70 ± 0.12")
+    assert blocks.drifted(typed, project.results) == ["results"]
+    table = project.metrics_table
+    table.write_text(table.read_text().replace("0.7249", "0.7250"))  # another run
+    other = project.results.rename(project.root / "other")
+    assert blocks.drifted(typed, other) == []

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from worlds import Project
 
+from ajgdata import gripper
 from ajgdata.paths import Paths
 
 
@@ -29,3 +30,17 @@ def snapshot():
         }
 
     return take
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Scenes that were really simulated."""
+    scenes = []
+
+    def simulate(scene):
+        scenes.append(scene)
+        return simulated(scene)
+
+    simulated = gripper.simulate
+    monkeypatch.setattr(gripper, "simulate", simulate)
+    return scenes

@@ -52,20 +52,6 @@ def recordings(project, dataset="d") -> dict[str, bytes]:
     }
 
 
-@pytest.fixture
-def solved(monkeypatch):
-    """Scenes that were really simulated."""
-    scenes = []
-
-    def simulate(one):
-        scenes.append(one)
-        return simulated(one)
-
-    simulated = gripper.simulate
-    monkeypatch.setattr(gripper, "simulate", simulate)
-    return scenes
-
-
 def test_a_second_acquisition_only_records(project, solved):
     project.declare(recipe=RECIPE)
     assert [tuple(done)[:2] for done in acquire(project)] == [(12, 0), (12, 0)]

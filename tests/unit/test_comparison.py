@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+from ajgdata.report.reasons import Change, Reason
 from result_samples import PAPER, paper_figure
 
 from ajgdata.report.comparison import (
@@ -16,7 +17,6 @@ from ajgdata.report.comparison import (
     in_papers_order,
 )
 from ajgdata.report.format import Score
-from ajgdata.report.reasons import Change, Reason
 
 
 @pytest.mark.parametrize(

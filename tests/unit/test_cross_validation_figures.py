@@ -30,9 +30,8 @@ from ajgdata.experiments.cross_validation.figures import (
     regression_figure,
 )
 from ajgdata.experiments.cross_validation.results import models_of
-from ajgdata.report.canvas import COLOURS, encode, styled
+from ajgdata.report.canvas import COLOURS, MAX_VECTOR_POINTS, encode, styled
 from ajgdata.report.format import Score
-from ajgdata.report.canvas import MAX_VECTOR_POINTS
 from ajgdata.types import Level
 
 

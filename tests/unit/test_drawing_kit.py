@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ajgdata.paths import Paths
+from ajgdata.report.canvas import pareto_front
 from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.paper import parse_paper
-from ajgdata.report.canvas import pareto_front
 from ajgdata.store.report_files import read_paper
 from ajgdata.types import DataError
 

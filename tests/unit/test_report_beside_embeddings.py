@@ -6,14 +6,14 @@ import math
 import embedding_samples
 import numpy as np
 import pytest
-from ajgdata.report.further import About, TransferLine, Transfers
-from report_samples import COST, regression_result, sample_report
-
 from ajgdata.pipeline.embed_documents import embedded
 from ajgdata.report.beside import absent, beside
+from ajgdata.report.further import About, TransferLine, Transfers
+from ajgdata.report.illustrations import illustrations
+from report_samples import COST, regression_result, sample_report
+
 from ajgdata.report.comparison import HIGHER, LOWER, PARTLY, UNCLEAR, YES, Spent, holds, together
 from ajgdata.report.format import Score
-from ajgdata.report.illustrations import illustrations
 from ajgdata.report.page import render_page
 from ajgdata.report.paper import PaperFigure
 

@@ -41,20 +41,6 @@ def store(tmp_path):
     return ResponseStore(tmp_path / "responses", limit_mb=10)
 
 
-@pytest.fixture
-def solved(monkeypatch):
-    """Scenes that were really simulated."""
-    scenes = []
-
-    def simulate(one):
-        scenes.append(one)
-        return simulated(one)
-
-    simulated = gripper.simulate
-    monkeypatch.setattr(gripper, "simulate", simulate)
-    return scenes
-
-
 def test_a_scene_is_solved_once_and_comes_back_the_same(store, solved):
     first = store.solve(scene())
     same(store.solve(scene()), first)

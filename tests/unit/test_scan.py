@@ -31,15 +31,15 @@ def test_starter_kit(tmp_path):
         *("Day 1/4_cube.m4a", ".hidden/5_cube.wav", "._6_cube.wav", "cube.wav", "x/7_a.b.flac"),
     )
     result = scan(tmp_path, KIT, "d")
-    assert [(f.path.as_posix(), f.session, f.object) for f in result.found] == [
+    assert [(f.path.as_posix(), f.session, f.object) for f in result.files] == [
         ("10_no object.wav", "d", "no object"),
         ("1_no object.wav", "d", "no object"),
         ("2_größe_10.WAV", "d", "größe_10"),
         ("Day 1/left/3_cube.ogg", "Day_1_left", "cube"),
         ("x/7_a.b.flac", "x", "a.b"),
     ]
-    assert result.found[1].labels == {"n": "1", "label": "no object"}
-    assert result.found[3].grasp == "Day 1/left/3_cube"
+    assert result.files[1].labels == {"n": "1", "label": "no object"}
+    assert result.files[3].grasp == "Day 1/left/3_cube"
     assert {s: p.as_posix() for s, p in result.excitations.items()} == {
         "d": "0_sweep.wav",
         "Day_1_left": "Day 1/left/00_sweep.wav",
@@ -60,7 +60,7 @@ def test_names_that_a_table_cannot_hold(tmp_path):
     files(tmp_path, "1_a.wav", "2_b\n.wav", " 3_c.wav")
     (tmp_path / os.fsdecode(b"4_caf\xe9.wav")).write_bytes(b"")
     result = scan(tmp_path, KIT, "d")
-    assert [f.path.name for f in result.found] == ["1_a.wav"]
+    assert [f.path.name for f in result.files] == ["1_a.wav"]
     assert [reason for _, reason in result.skipped] == ["its name is no plain text: rename it"] * 3
     assert [name for name, _ in result.skipped] == [" 3_c.wav", "2_b?.wav", "4_caf?.wav"]
 
@@ -74,7 +74,7 @@ def test_regular_expression_with_roles(tmp_path):
         session="fold {fold}",
         object="{label}!",
     )
-    dog, rain = result.found
+    dog, rain = result.files
     assert (dog.session, dog.grasp, dog.object, dog.sample) == ("fold_1", "clip 2", "Dog bark!", 0)
     assert rain.labels == {"label": "Rain", "fold": "5", "clip": "77", "take": "B"}
     assert result.skipped == [("README.wav", "does not match the pattern")]
@@ -83,7 +83,7 @@ def test_regular_expression_with_roles(tmp_path):
 def test_named_groups_that_are_roles_are_no_labels(tmp_path):
     files(tmp_path, "mon/cube/7_2.wav", "tue/cube/7_x.wav")
     pattern = r"(?P<session>\w+)/(?P<object>\w+)/(?P<grasp>\d+)_(?P<sample>\w+)(?P<opt>-.)?\.wav"
-    one, other = scanned(tmp_path, pattern=pattern).found
+    one, other = scanned(tmp_path, pattern=pattern).files
     assert (one.session, one.object, one.grasp, one.sample) == ("mon", "cube", "7", 2)
     assert (other.session, other.sample) == ("tue", 0)
     assert one.labels == {"opt": ""}
@@ -100,13 +100,13 @@ def test_table(tmp_path):
     result = scanned(
         tmp_path, table="t.csv", file="wav/{name}.wav", grasp="{source}", object="o {name}"
     )
-    assert [(f.path.name, f.session, f.grasp, f.object) for f in result.found] == [
+    assert [(f.path.name, f.session, f.grasp, f.object) for f in result.files] == [
         ("a.wav", "d", "y", "o a"),
         ("b.wav", "d", "x", "o b"),
     ]
     # names are made fit for every reader, standard columns are not overwritten
-    assert result.found[1].labels == {"name": "b", "mass_g": "12.5", "source_": "x"}
-    assert result.found[0].labels["mass_g"] == ""
+    assert result.files[1].labels == {"name": "b", "mass_g": "12.5", "source_": "x"}
+    assert result.files[0].labels["mass_g"] == ""
     assert dict(result.skipped) == {
         "wav/e.mp3": ".mp3 cannot be read: convert it (ffmpeg -i in.mp3 out.wav)",
         "wav/d.wav": "in t.csv but not in the folder",

@@ -13,7 +13,7 @@ from matplotlib.text import Text
 
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import EMBEDDING, GALLERY, STUDIES, page_code, run_study, study_code
+from ajgdata.pipeline.studies import GALLERY, STUDIES, page_code, run_study, study_code
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.render import draw_figures, picture
@@ -27,7 +27,7 @@ from ajgdata.report.study_page import (
     placed_figures,
     render_study,
 )
-from ajgdata.store.provenance import code_digest
+from ajgdata.store.code_digest import code_digest
 from ajgdata.store.tables import plain, read_tables, write_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
@@ -73,6 +73,8 @@ def pretend(monkeypatch, *made):
     module = types.ModuleType("ajgdata.studies.pretended")
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
+    # which has no source
+    monkeypatch.setattr(studies, "study_code", lambda name: study_code("verification"))
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):

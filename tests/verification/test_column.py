@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.gripper.column import Bed, Body, pad_stiffness, skin, solve, spread, stack
+from ajgdata.gripper.column import Bed, Body, cone_slope, pad_stiffness, skin, solve, stack
 from ajgdata.gripper.contact import Frame, Spring
 from ajgdata.gripper.object_materials import MATERIALS, Material
 
@@ -42,7 +42,7 @@ def test_a_half_space_yields_as_under_a_uniform_load():
     body = Body(FOAM, height, partial(_full, 1e3), 1e3, np.pi * radius**2)
     exact = 16 * (1 - FOAM.poisson**2) / (3 * np.pi * FOAM.young_pa * np.pi * radius)
     # The ground, a hundred radii away, takes off what lies below: a / (a + s H).
-    below = radius / (radius + spread(FOAM.poisson) * height)
+    below = radius / (radius + cone_slope(FOAM.poisson) * height)
     assert _static(body) == pytest.approx(exact * (1 - below), rel=5e-3)
 
 

@@ -5,7 +5,16 @@ import pytest
 
 from ajgdata.gripper import Scene, build_plan, simulate
 from ajgdata.gripper.object_materials import MATERIALS
-from ajgdata.studies.omissions import ALL, MECHANICS, NOTHING, QUICK, TOTAL, Case, heard, rows_of
+from ajgdata.studies.omissions import (
+    ALL,
+    MECHANICS,
+    NOTHING,
+    QUICK,
+    TOTAL,
+    OmissionCase,
+    heard,
+    omission_rows,
+)
 
 #: Coarser than the study: the plan does not depend on the grid, nor does what a part is worth.
 DX_MM = 6.0
@@ -13,7 +22,7 @@ DX_MM = 6.0
 
 @pytest.mark.parametrize(("thing", "support"), [*QUICK, ("bar", "rigid")])
 def test_all_that_is_left_out_stays_below_the_tolerance(thing, support):
-    rows = {row["part"]: row for row in rows_of(Case(thing, support, DX_MM))}
+    rows = {row["part"]: row for row in omission_rows(OmissionCase(thing, support, DX_MM))}
     assert rows[TOTAL]["measured"] < rows[TOTAL]["tolerance"]
     for part in ALL:
         # Stated: within a factor of three, or too little to matter by ten.
@@ -22,7 +31,11 @@ def test_all_that_is_left_out_stays_below_the_tolerance(thing, support):
 
 def test_soft_objects_keep_their_skin_and_hard_ones_need_nothing():
     kept = {
-        thing: {part.name for part in Case(thing, "rigid").plan(tolerance=0.01).parts if part.kept}
+        thing: {
+            part.name
+            for part in OmissionCase(thing, "rigid").plan(tolerance=0.01).parts
+            if part.kept
+        }
         for thing in ("sphere80_styrofoam", "sphere80_metal")
     }
     assert {"compliance", "motion", "elastic", "frame"} <= kept["sphere80_styrofoam"]
@@ -30,12 +43,12 @@ def test_soft_objects_keep_their_skin_and_hard_ones_need_nothing():
 
 
 def test_the_plan_says_why_and_the_response_what_was_left_out():
-    plan = Case("sphere80_metal", "rigid", DX_MM).plan(tolerance=0.01)
+    plan = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(tolerance=0.01)
     frame = next(part for part in plan.parts if part.name == "frame")
     assert not frame.kept and 0 < frame.effect < 0.01 and "stress through the grains" in frame.why
     left_out = simulate(plan).provenance["left_out"]
     assert any(said.startswith("frame (effect about") for said in left_out)
-    asked = Case("sphere80_metal", "rigid", DX_MM).plan(keep=("frame",))
+    asked = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(keep=("frame",))
     assert next(part for part in asked.parts if part.name == "frame").kept
     assert plan.bytes < asked.bytes
     assert plan.describe()["modes"] == 0 < asked.describe()["modes"]
@@ -78,12 +91,10 @@ def test_what_a_rigid_object_rests_on_changes_nothing():
 
 
 def test_the_error_stays_below_whatever_tolerance_is_asked_for():
-    whole = heard(Case("sphere80_styrofoam", "rigid", DX_MM).plan(ALL)).feature
+    case = OmissionCase("sphere80_styrofoam", "rigid", DX_MM)
+    whole = heard(case.plan(ALL)).feature
     errors = [
-        np.linalg.norm(
-            heard(Case("sphere80_styrofoam", "rigid", DX_MM).plan(("membrane",), limit)).feature
-            - whole
-        )
+        np.linalg.norm(heard(case.plan(("membrane",), limit)).feature - whole)
         for limit in (0.001, 0.03, 0.3)
     ]
     assert errors[0] < 0.001 < errors[1] < 0.03 < errors[2] < 0.3

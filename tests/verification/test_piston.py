@@ -8,7 +8,7 @@ from ajgdata.studies.verification.piston import (
     LENGTH_M,
     OMEGA,
     PISTONS,
-    transfer,
+    transfer_function,
     tube,
 )
 
@@ -24,8 +24,8 @@ def test_a_piston_of_nothing_holds_no_pressure(as_mode):
 def test_the_theory_has_its_limits():
     k, z0 = OMEGA / AIR.sound_speed, AIR.density * AIR.sound_speed
     # A matched end: nothing comes back, p = ρc u delayed by the way.
-    matched = transfer(0.0, (0.0, z0, 0.0))
+    matched = transfer_function(0.0, (0.0, z0, 0.0))
     assert matched == pytest.approx(z0 * np.exp(-1j * k * LENGTH_M))
     # A closed end: p = -i ρc u / sin kL.
-    closed = transfer(0.0, (0.0, 0.0, 1e20))
+    closed = transfer_function(0.0, (0.0, 0.0, 1e20))
     assert closed == pytest.approx(-1j * z0 / np.sin(k * LENGTH_M), rel=1e-6)

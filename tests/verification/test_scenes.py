@@ -1,6 +1,7 @@
 """Whole scenes: what must differ, what must not, and by how much."""
 
 import hashlib
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.signal_settings import SignalChain
 
 QUIET = SignalChain(noise_db_spl=None)
-_known: dict[str, np.ndarray] = {}
+#: Each scene is solved once, whichever tests ask for it.
+solved = cache(simulate)
 
 
 def _scene(edge_mm: float | None = 20.0, **parts) -> Scene:
@@ -22,24 +24,18 @@ def _scene(edge_mm: float | None = 20.0, **parts) -> Scene:
 
 def _feature(scene: Scene, chain: SignalChain = QUIET, seed: int = 0) -> np.ndarray:
     """Hann STFT 2048/512 magnitude, summed over time, unit norm."""
-    samples = record(simulate(scene), excitation_sweep(), chain, seed).samples
+    samples = record(solved(scene), excitation_sweep(), chain, seed).samples
     frames = np.lib.stride_tricks.sliding_window_view(samples, 2048)[::512]
     spectrum = np.abs(np.fft.rfft(frames * np.hanning(2049)[:-1], axis=1)).sum(0)
     return spectrum / np.linalg.norm(spectrum)
 
 
-def _base() -> np.ndarray:
-    if "base" not in _known:
-        _known["base"] = _feature(_scene())
-    return _known["base"]
-
-
 def test_the_same_scene_gives_the_same_bytes_in_a_fresh_interpreter(run_python):
-    here = simulate(_scene(13.0)).samples
-    simulate(_scene(17.0))
+    solved(_scene(28.0))
+    here = solved(_scene()).samples
     code = (
         "from ajgdata.gripper import Scene, simulate; import hashlib;"
-        f"s = Scene.model_validate_json({_scene(13.0).model_dump_json()!r});"
+        f"s = Scene.model_validate_json({_scene().model_dump_json()!r});"
         "print(hashlib.sha256(simulate(s).samples.tobytes()).hexdigest())"
     )
     assert run_python(code).strip() == hashlib.sha256(here.tobytes()).hexdigest()
@@ -48,8 +44,8 @@ def test_the_same_scene_gives_the_same_bytes_in_a_fresh_interpreter(run_python):
 def test_sizes_and_grasps_differ_and_repeats_hardly():
     loud = SignalChain()
     repeat = np.linalg.norm(_feature(_scene(), loud, 1) - _feature(_scene(), loud, 2))
-    regrasp = np.linalg.norm(_feature(_scene(grasp={"seed": 5})) - _base())
-    resize = np.linalg.norm(_feature(_scene(28.0)) - _base())
+    regrasp = np.linalg.norm(_feature(_scene(grasp={"seed": 5})) - _feature(_scene()))
+    resize = np.linalg.norm(_feature(_scene(28.0)) - _feature(_scene()))
     assert 0 < repeat < 0.01
     assert 0.02 < regrasp < 0.5
     assert resize > 0.05
@@ -57,27 +53,28 @@ def test_sizes_and_grasps_differ_and_repeats_hardly():
 
 
 def test_the_response_changes_smoothly_with_the_edge():
-    step = [np.linalg.norm(_feature(_scene(20.0 + d)) - _base()) for d in (0.1, 0.4)]
+    step = [np.linalg.norm(_feature(_scene(20.0 + d)) - _feature(_scene())) for d in (0.1, 0.4)]
     # Linear in the change within a factor of two: no cell jumps in or out.
     assert 2 < step[1] / step[0] < 8
 
 
 def test_refining_the_grid_converges_on_the_response():
-    fine = _feature(_scene(numerics={"dx_mm": 2.0}))
+    fine = _feature(_scene(numerics={"dx_mm": 2.6}))
     below_3k = slice(5, 140)
     errors = [
         np.linalg.norm((_feature(_scene(numerics={"dx_mm": dx})) - fine)[below_3k])
         / np.linalg.norm(fine[below_3k])
-        for dx in (6.0, 4.0, 2.8)
+        for dx in (6.0, 5.0, 4.0)
     ]
     assert errors[0] > errors[1] > errors[2]
-    assert errors[2] < 0.15
+    # Grids of 2 to 4 mm scatter by 0.01 to 0.02 about their limit.
+    assert errors[2] < 0.03
 
 
 def test_media_reflect_in_the_order_of_the_paper():
     energy = {}
     for kind in ("plastic", "metal", "coffee", "air"):
-        scene = _scene(None, medium={"kind": kind}, numerics={"max_time_s": 0.1})
+        scene = _scene(None, medium={"kind": kind}, numerics={"max_time_s": 0.1, "dx_mm": 5.0})
         energy[kind] = float(np.sum(simulate(scene).samples ** 2))
     shares = [energy[kind] / energy["air"] for kind in ("plastic", "metal", "coffee")]
     assert 0.5 > shares[0] > shares[1] > shares[2] > 0.001

@@ -25,7 +25,7 @@ def test_estimates_separate_what_is_worth_simulating():
 
 def test_effects_bring_hard_materials_apart_but_not_out_of_the_scatter():
     *_, before, last = STEPS
-    table = distances(("80 mm sphere",), (before, last), grasps=2)
+    table = distances(("80 mm sphere",), (before, last), grasps=2, dx_mm=5.5)
     free, held = table.rows
     for name in HARD:
         # Below 2.5 kHz the weight on the rubber shows once the membrane no longer drowns it.

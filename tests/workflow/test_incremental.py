@@ -148,6 +148,13 @@ def test_the_seed_redoes_the_evaluation(project):
     assert project.planned(*END, "--config", "seed=1") == TASKS
 
 
+def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):
+    style = project.paths.reports / "templates/style.css"
+    style.parent.mkdir(parents=True)
+    style.write_text("p { color: red }")
+    assert project.planned(*END) == {"report": 1}
+
+
 def test_a_broken_session_is_reported_and_the_rest_goes_on(project):
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
     project.snakemake(*END)

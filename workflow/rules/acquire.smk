@@ -17,9 +17,7 @@ rule acquire:
         session="|".join(VIRTUAL) or "-",
     conda:
         "../../environment.yml"
-    params:
-        root=str(PATHS.root),
     message:
-        "Recording session {wildcards.session} of {wildcards.dataset}"
+        "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
     script:
         "../scripts/acquire.py"

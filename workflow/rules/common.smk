@@ -8,6 +8,18 @@ def process_mode():
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
 
 
+def code_of(*entries):
+    """Digest of the code that a job may use, made for the jobs that are looked at."""
+    return lambda wildcards: code_digest(*entries)
+
+
+def setting(name):
+    """One key of the declaration of a job's data set, as plain values."""
+    return lambda wildcards: SPECS[wildcards.dataset].model_dump(
+        mode="json", include={name}
+    )[name]
+
+
 def of_session(path):
     """The session of a job, for one kind of file."""
     return lambda wildcards: INPUTS.of(

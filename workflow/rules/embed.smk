@@ -13,7 +13,7 @@ rule embed:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_digest("ajgdata.pipeline.embed:train_embedding"),
+        code=code_of("ajgdata.pipeline.embed:train_embedding"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -33,8 +33,7 @@ rule explorer:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
-        code=code_digest("ajgdata.pipeline.explorer:build_explorer"),
+        code=code_of("ajgdata.pipeline.explorer:build_explorer"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=REPORT_FILES,
     message:

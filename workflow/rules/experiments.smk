@@ -16,7 +16,7 @@ def encoders_of(wildcards):
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
 
 
-# Every experiment on every task and embedding: cross-validation, learning curves, and what else is asked for.
+# Every experiment on every task and embedding.
 rule experiment:
     input:
         store=PATHS.merged("{dataset}"),
@@ -42,7 +42,6 @@ rule experiment:
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
             mode="json"
         ),
-        root=str(PATHS.root),
         seed=config["seed"],
         code=lambda wildcards: code_digest(
             RUN_EXPERIMENT, measure_entry(asked(wildcards).experiment.name)
@@ -68,9 +67,8 @@ rule collect:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         documents=documents_of(MEASURED),
-        code=code_digest("ajgdata.pipeline.collect:collect"),
+        code=code_of("ajgdata.pipeline.collect:collect"),
     message:
         "All results in one table"
     script:

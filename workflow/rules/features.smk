@@ -1,15 +1,3 @@
-FEATURE_CODE = code_digest(
-    "features",
-    "store/audio",
-    "store/conversion",
-    "store/riff",
-    "store/features",
-    "store/findings",
-    "pipeline/recordings",
-    "pipeline/extract_features",
-)
-
-
 rule features:
     input:
         manifest=of_session(PATHS.audio_manifest),
@@ -23,15 +11,9 @@ rule features:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
-        cache=str(PATHS.shard_cache("{dataset}", "{session}")),
-        audio=lambda wildcards: PLANS[wildcards.dataset].spec.audio.model_dump(
-            mode="json"
-        ),
-        features=lambda wildcards: PLANS[wildcards.dataset].spec.features.model_dump(
-            mode="json"
-        ),
-        code=FEATURE_CODE,
+        audio=setting("audio"),
+        features=setting("features"),
+        code=code_of("ajgdata.pipeline.extract_features:extract_features"),
     message:
         "Spectra of session {wildcards.session} of {wildcards.dataset}"
     script:
@@ -53,14 +35,8 @@ rule merge:
     conda:
         "../../environment.yml"
     params:
-        published=lambda wildcards: str(PATHS.features(wildcards.dataset)),
-        targets=lambda wildcards: {
-            name: target.model_dump(mode="json")
-            for name, target in PLANS[wildcards.dataset].spec.targets.items()
-        },
-        code=code_digest(
-            "store/labels", "store/features", "store/findings", "pipeline/merge"
-        ),
+        targets=setting("targets"),
+        code=code_of("ajgdata.pipeline.merge:merge"),
     message:
         "Features and labels of {wildcards.dataset}"
     script:

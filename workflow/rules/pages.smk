@@ -38,7 +38,6 @@ rule ablate:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         recipes=lambda wildcards: [
             settings_digest(PLANS[name].spec.recipe)
             for name in ablation(wildcards.ablation).datasets
@@ -65,7 +64,6 @@ rule page:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         pages=PAGES,
         quick=config["quick"],
         code=lambda wildcards: code_digest(*page_code(wildcards.page)),

@@ -18,11 +18,9 @@ rule publish_dataset:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
-        tree=lambda wildcards: str(PATHS.published(wildcards.dataset)),
-        declared=lambda wildcards: settings_digest(PLANS[wildcards.dataset].spec),
+        declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
-        code=code_digest("report", "store/publishing", "pipeline/publish"),
+        code=code_of("ajgdata.pipeline.publish:publish"),
     message:
         "Publishing {wildcards.dataset}"
     script:

@@ -1,6 +1,3 @@
-REPORT_CODE = code_digest("ajgdata.pipeline.report:build_report")
-
-
 # Ablations that the report draws on.
 REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
 
@@ -26,14 +23,13 @@ rule report:
     conda:
         "../../environment.yml"
     params:
-        root=str(PATHS.root),
         datasets=list(PLANS),
         tasks=MEASURED,
         pages=PAGES,
         ablations=REASONS,
         published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
-        code=REPORT_CODE,
+        code=code_of("ajgdata.pipeline.report:build_report"),
         texts=REPORT_FILES,
     message:
         "Report on {params.datasets}"
@@ -41,7 +37,7 @@ rule report:
         "../scripts/report.py"
 
 
-rule report_alone:
+use rule report as report_alone with:
     input:
         stores=part(partial(data_of, PATHS.merged)),
         quarantines=part(partial(data_of, PATHS.quarantine)),
@@ -57,22 +53,15 @@ rule report_alone:
         "results/benchmarks/report_alone/{report}.tsv"
     wildcard_constraints:
         report="|".join(REPORTS) or "-",
-    conda:
-        "../../environment.yml"
     params:
-        root=str(PATHS.root),
         datasets=part(partial(datasets_of, SPECS)),
         tasks=part(list),
         pages=[],
         ablations=[],
         published=[],
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
-        code=REPORT_CODE,
-        texts=REPORT_FILES,
     message:
         "Report on {wildcards.report} alone"
-    script:
-        "../scripts/report.py"
 
 
 # `snakemake report_size`: that experiment, and nothing that it does not need.
@@ -80,6 +69,6 @@ for name in REPORTS:
 
     rule:
         name:
-            f"report_{report}"
+            f"report_{name}"
         input:
             PATHS.report_on(name),

@@ -10,9 +10,9 @@ rule train:
     conda:
         "../../environment.yml"
     params:
-        task=lambda wildcards: PLANS[wildcards.dataset].spec.training(wildcards.task),
+        task=lambda wildcards: SPECS[wildcards.dataset].training(wildcards.task),
         seed=config["seed"],
-        code=code_digest("models", "pipeline/train", "store/models"),
+        code=code_of("ajgdata.pipeline.train:train_model"),
     message:
         "Training {wildcards.model} for {wildcards.task} on all of {wildcards.dataset}"
     script:

@@ -10,7 +10,7 @@ rule verify:
         "../../environment.yml"
     params:
         quick=config["quick"],
-        code=code_digest("gripper"),
+        code=code_of("ajgdata.pipeline.verify:verify", "ajgdata.gripper"),
     message:
         "Checking the results, and the solver on runs too long for the test suite"
     script:

@@ -18,7 +18,7 @@ with logged(snakemake.log[0]):
         others=dict(zip(params.others, map(Path, snakemake.input.others), strict=True)),
         audio=AudioSettings(**params.audio),
         features=FeatureSettings(**params.features),
-        root=Path(params.root),
+        root=Path(),
         manifests=[Path(path) for path in snakemake.input.manifests],
         encoders=[Path(path) for path in snakemake.input.encoders],
         seed=params.seed,

@@ -11,7 +11,7 @@ with logged(snakemake.log[0]):
         Path(snakemake.input.projections),
         dataset=snakemake.wildcards.dataset,
         embedding=snakemake.wildcards.embedding,
-        paths=Paths(Path(snakemake.params.root)),
+        paths=Paths(),
         manifests=[Path(file) for file in snakemake.input.manifests],
         page=Path(snakemake.output.page),
     )

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.merge import merge
 from ajgdata.types import Target
@@ -14,6 +15,6 @@ with logged(snakemake.log[0]):
         findings=[Path(path) for path in snakemake.input.findings],
         targets={name: Target(**given) for name, given in snakemake.params.targets.items()},
         store=Path(snakemake.output.store),
-        published=Path(snakemake.params.published),
+        published=Paths().features(snakemake.wildcards.dataset),
         quarantine=Path(snakemake.output.quarantine),
     )

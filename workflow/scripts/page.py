@@ -9,7 +9,7 @@ from ajgdata.pipeline.pages import build_page
 params = snakemake.params
 with logged(snakemake.log[0]):
     build_page(
-        Paths(Path(params.root)),
+        Paths(),
         snakemake.wildcards.page,
         [Path(file) for file in snakemake.input],
         params.pages,

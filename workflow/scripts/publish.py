@@ -6,11 +6,12 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.publish import publish
 
+paths, dataset = Paths(), snakemake.wildcards.dataset
 with logged(snakemake.log[0]):
     publish(
-        Paths(Path(snakemake.params.root)),
-        snakemake.wildcards.dataset,
-        Path(snakemake.params.tree),
+        paths,
+        dataset,
+        paths.published(dataset),
         store=Path(snakemake.input.store),
         receipt=Path(snakemake.output.receipt),
     )

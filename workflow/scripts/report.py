@@ -8,7 +8,7 @@ from ajgdata.pipeline.report import build_report
 
 with logged(snakemake.log[0]):
     build_report(
-        Paths(Path(snakemake.params.root)),
+        Paths(),
         datasets=snakemake.params.datasets,
         tasks=[tuple(task) for task in snakemake.params.tasks],
         page=Path(snakemake.output.page),

@@ -24,9 +24,16 @@ from ajgdata.experiments.cross_validation.results import (
     quantity,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+from ajgdata.report.canvas import (
+    COLOURS,
+    GREY,
+    MARKERS,
+    MAX_VECTOR_POINTS,
+    WIDTH_IN,
+    new_figure,
+    pareto_front,
+)
 from ajgdata.report.format import Caption, number, with_unit, words
-from ajgdata.report.canvas import MAX_VECTOR_POINTS, pareto_front
 
 #: Fewer models of a task can be told apart in the figure of all tasks.
 MANY_MODELS = 4

@@ -15,9 +15,8 @@ from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation.figures import SHORTEST, TIMES, label_times
 from ajgdata.experiments.cross_validation.results import ModelResult, best_of, models_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure, pareto_front
 from ajgdata.report.format import Caption, Score, number
-from ajgdata.report.canvas import pareto_front
 
 Task = tuple[ModelResult, ...]
 COST, SPLITS = "error-against-run-time", "random-against-grouped"

@@ -183,8 +183,9 @@ def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
     """Return whether the test on silence flags the model, for each data set that it is asked."""
     where = model.task.dataset, model.task.task
     test = lookup("shortcut", *where)
-    there = test is not None and (test.dataset, test.task) == where
-    tested = (r for r in (test.results if there else ()) if r.model == model.result.model)
+    if test is None or (test.dataset, test.task) != where:
+        return []
+    tested = (r for r in test.results if r.model == model.result.model)
     return [bool(flag) for one in tested for flag in one.tables["silence"].column("flagged")]
 
 

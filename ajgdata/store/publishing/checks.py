@@ -56,28 +56,28 @@ def defects(tree: Tree) -> list[Defect]:
         problem = f"has no {tree.SUMS}: not a published data set"
         raise DataError(tree.root, problem, "name a folder that `ajgdata publish` made")
     hashes = read_checksums(tree / tree.SUMS)
-    found = list(_files(tree, hashes))
-    if any(defect.is_unsafe for defect in found):
-        return found
+    defects_found = list(_files(tree, hashes))
+    if any(defect.is_unsafe for defect in defects_found):
+        return defects_found
     for check in (_table, feature_defects, _archive, _documents, _card, _declaration):
-        found += _told(check, tree, hashes)
-    return sorted(set(found))
+        defects_found += _defects_of(check, tree, hashes)
+    return sorted(set(defects_found))
 
 
-def _told(
+def _defects_of(
     check: Callable[[Tree, Mapping[str, str]], Iterator[Defect]],
     tree: Tree,
     hashes: Mapping[str, str],
 ) -> list[Defect]:
     """Return the defects that a check finds; a file that cannot be read at all is one, too."""
-    found = []
+    defects_found = []
     try:
         for defect in check(tree, hashes):
-            found.append(defect)
+            defects_found.append(defect)
     except DataError as error:
         where = error.where.removeprefix(f"{tree.root}/")
-        found.append(Defect(where, error.problem, error.fix, is_unsafe=True))
-    return found
+        defects_found.append(Defect(where, error.problem, error.fix, is_unsafe=True))
+    return defects_found
 
 
 def _files(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
@@ -189,8 +189,8 @@ def _documents(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
     try:
         document = read_json(tree / tree.DATAPACKAGE)
         listed = document["resources"]
-        told = {r["path"]: r["hash"].removeprefix("sha256:") for r in listed}
-        yield from _hashes(tree.DATAPACKAGE, hashes, told)
+        named = {r["path"]: r["hash"].removeprefix("sha256:") for r in listed}
+        yield from _hashes(tree.DATAPACKAGE, hashes, named)
         (labels,) = [r for r in listed if r["name"] == LABELS]
         yield from _columns(
             tree.DATAPACKAGE, header, [field["name"] for field in labels["schema"]["fields"]]
@@ -199,11 +199,11 @@ def _documents(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
         yield Defect(tree.DATAPACKAGE, "is not what `ajgdata publish` writes")
 
 
-def _hashes(document: str, hashes: Mapping[str, str], told: Mapping[str, str]) -> Iterator[Defect]:
+def _hashes(document: str, hashes: Mapping[str, str], named: Mapping[str, str]) -> Iterator[Defect]:
     for name in (Tree.METADATA, Tree.FEATURES, Tree.ARCHIVE):
-        if name not in told:
+        if name not in named:
             yield Defect(document, f"does not name {name}")
-    for name, digest in told.items():
+    for name, digest in named.items():
         if name not in hashes:
             yield Defect(document, f"names {name!r}, which is no file of this data set")
         elif digest != hashes[name]:

@@ -17,8 +17,8 @@ _LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 
 def files_of(root: Path) -> list[str]:
     """Return every file and link below `root`, by name, except SHA256SUMS itself."""
-    found = (p for p in root.rglob("*") if p.is_symlink() or not p.is_dir())
-    return sorted({p.relative_to(root).as_posix() for p in found} - {Tree.SUMS})
+    files = (p for p in root.rglob("*") if p.is_symlink() or not p.is_dir())
+    return sorted({p.relative_to(root).as_posix() for p in files} - {Tree.SUMS})
 
 
 def checksums_bytes(root: Path) -> bytes:

@@ -53,29 +53,29 @@ def seen_defects(trees: Sequence[Tree]) -> list[list[Defect]]:
         return []
     with tempfile.TemporaryDirectory() as scratch:
         caches = {"HF_HOME": f"{scratch}/hf", "CROISSANT_CACHE": f"{scratch}/croissant"}
-        told = Path(scratch, "told.json")
-        command = [sys.executable, "-P", "-m", __name__, str(told), *(str(t.root) for t in trees)]
+        answer = Path(scratch, "told.json")
+        command = [sys.executable, "-P", "-m", __name__, str(answer), *(str(t.root) for t in trees)]
         done = subprocess.run(
             command, env={**os.environ, **OFFLINE, **caches}, capture_output=True, text=True,
             check=False,
         )  # fmt: skip
-        if not told.is_file():
+        if not answer.is_file():
             lines = done.stderr.strip().splitlines() or ["it said nothing"]
             fix = "pip install 'ajgdata[publish]'"
             raise DataError("readers of published data sets", lines[-1], fix)
-        return [[Defect(*one) for one in found] for found in json.loads(told.read_bytes())]
+        return [[Defect(*cells) for cells in tree] for tree in json.loads(answer.read_bytes())]
 
 
-def _main(told: str, *roots: str) -> None:
+def _main(answer: str, *roots: str) -> None:
     for library in LIBRARIES:
         import_module(library)
     sys.addaudithook(_no_network)
-    found = []
+    of_trees = []
     for root in roots:
-        found.append([vars(defect) for defect in _views(Tree(Path(root).resolve()))])
+        of_trees.append([vars(defect) for defect in _views(Tree(Path(root).resolve()))])
         shutil.rmtree(os.environ["CROISSANT_CACHE"], ignore_errors=True)  # it knows them by name
-    content = [[list(defect.values()) for defect in one] for one in found]
-    Path(told).write_text(json.dumps(content), encoding="utf-8")
+    content = [[list(defect.values()) for defect in of_tree] for of_tree in of_trees]
+    Path(answer).write_text(json.dumps(content), encoding="utf-8")
 
 
 def _no_network(event: str, _: tuple[object, ...]) -> None:

@@ -12,6 +12,7 @@ from ajgdata.gripper.bending import plate_modes
 from ajgdata.gripper.column import pad_stiffness
 from ajgdata.gripper.contact import (
     GRAIN_SOLIDS,
+    GRAVITY,
     Latex,
     Pack,
     Spring,
@@ -30,10 +31,9 @@ from ajgdata.types.table import Column, Table, Value
 R = NDArray[np.inexact]
 HARD: tuple[MaterialName, ...] = ("aluminium", "wood", "plastic")
 REFERENCE: MaterialName = "steel"
-AIR = 412.0
+AIR_IMPEDANCE = 412.0
 SOUND_PA = 2 * np.sqrt(2.0)
 FRICTION = 0.3
-GRAVITY = 9.81
 #: What an estimate must exceed for its effect to be worth simulating: relative change of the
 #: reflection at the imprint. A repeat of a recording moves the feature by about as much.
 WORTH = 1e-3
@@ -56,7 +56,7 @@ PLASTIC_BALLS = Pack(6e-3, 0.40, GRAIN_SOLIDS["plastic"])
 RUBBER = MATERIALS["rubber"], 5e-3
 
 
-class Bench:
+class PressedShape:
     """One shape under the default gripper: force, pressed area and stress (SI), depth of grains."""
 
     def __init__(self, shape: str, pack: Pack) -> None:
@@ -79,7 +79,7 @@ class Bench:
         """Loss of reflection 2ρc/Z of the imprint at OMEGA, for a held object and its seat."""
         grains = self.frame._replace(**frame)
         mass = self.mass(solid)
-        return 2 * AIR * stack_admittance(OMEGA, grains, self.depth, between, mass, held)
+        return 2 * AIR_IMPEDANCE * stack_admittance(OMEGA, grains, self.depth, between, mass, held)
 
     def support(self, solid: Material, rubber: bool) -> Spring | None:
         """Spring that the object rests on; None where nothing gives way."""
@@ -106,7 +106,7 @@ class Bench:
         u, v = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-edge, edge, 21)]))
         pressed = modes.at(u, v).mean(axis=1)[:, None] ** 2 * self.area
         square = modes.square[:, None] * (1 + 1j * modes.loss[:, None])
-        return 2 * AIR * np.sum(1j * OMEGA * pressed / (square - OMEGA**2), axis=0)
+        return 2 * AIR_IMPEDANCE * np.sum(1j * OMEGA * pressed / (square - OMEGA**2), axis=0)
 
 
 def estimates() -> Table:
@@ -114,7 +114,7 @@ def estimates() -> Table:
     rows: tuple[dict[str, Value], ...] = tuple(
         {"shape": shape, "effect": effect, "change": change, "worth": change > WORTH}
         for shape in SHAPES
-        for effect, change in _changes(Bench(shape, PLASTIC_BALLS)).items()
+        for effect, change in _changes(PressedShape(shape, PLASTIC_BALLS)).items()
     )
     return Table(
         "material_estimates",
@@ -132,7 +132,7 @@ def estimates() -> Table:
     )
 
 
-def _changes(bench: Bench) -> dict[str, float]:
+def _changes(bench: PressedShape) -> dict[str, float]:
     steel, stress, pack = MATERIALS[REFERENCE], bench.stress, bench.pack
     seated = bench.seat(steel)
     fixed = bench.reflected(None, seated, steel)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -46,8 +47,9 @@ STEPS = {
 }
 
 
-def feature(shape: str, material: str, physics: Physics, seed: int = 1, dx_mm: float = 4.0) -> R:
-    """Feature of a recording without noise."""
+@cache
+def feature(shape: str, material: str, physics: Physics, seed: int, dx_mm: float) -> R:
+    """Feature (1025,) of a recording without noise."""
     scene = Scene.model_validate(
         {
             "object": {**SHAPES[shape], "material": material},
@@ -62,31 +64,35 @@ def feature(shape: str, material: str, physics: Physics, seed: int = 1, dx_mm: f
 
 
 def distance(one: R, other: R) -> tuple[float, float]:
-    """Relative L2 distance from `other`, over the whole band and below 2.5 kHz."""
+    """Relative L2 distance of a feature (1025,) from the `other`: whole band, below 2.5 kHz."""
     change = one - other
     whole = np.linalg.norm(change) / np.linalg.norm(other)
     return float(whole), float(np.linalg.norm(change[LOW]) / np.linalg.norm(other[LOW]))
 
 
-def scatter(shape: str, physics: Physics, grasps: int) -> tuple[float, float]:
+def scatter(shape: str, physics: Physics, grasps: int, dx_mm: float) -> tuple[float, float]:
     """Root mean square distance between two grasps of the same steel object."""
-    features = [feature(shape, REFERENCE, physics, seed) for seed in range(1, grasps + 1)]
+    features = [feature(shape, REFERENCE, physics, s, dx_mm) for s in range(1, grasps + 1)]
     pairs = np.array([distance(a, b) for a, b in combinations(features, 2)])
     whole, low = np.sqrt(np.mean(pairs**2, axis=0))
     return float(whole), float(low)
 
 
 def distances(
-    shapes: Iterable[str] = tuple(SHAPES), steps: Iterable[str] = tuple(STEPS), grasps: int = 6
+    shapes: Iterable[str] = tuple(SHAPES),
+    steps: Iterable[str] = tuple(STEPS),
+    grasps: int = 6,
+    dx_mm: float = 4.0,
 ) -> Table:
     """Distance from steel by effect, beside what another grasp of the same object does."""
-    rows = tuple(row for shape in shapes for row in _rows(shape, steps, grasps))
+    rows = tuple(row for shape in shapes for row in _rows(shape, steps, grasps, dx_mm))
     return Table(
         "material_distances",
         "Distance between materials, simulated",
         "Relative L2 distance of the feature from that of steel in the same grasp, whole band and"
         " below 2.5 kHz; scatter: between two grasps of the steel object. Each step adds an effect"
-        " to the one before. Plastic balls, 4 mm grid, no noise. Nothing is fitted to the paper.",
+        f" to the one before. Plastic balls, {dx_mm:g} mm grid, no noise. Nothing is fitted to the"
+        " paper.",
         (
             Column("shape", "Object"),
             Column("step", "Physics"),
@@ -99,12 +105,14 @@ def distances(
     )
 
 
-def _rows(shape: str, steps: Iterable[str], grasps: int) -> Iterator[dict[str, Value]]:
+def _rows(
+    shape: str, steps: Iterable[str], grasps: int, dx_mm: float
+) -> Iterator[dict[str, Value]]:
     for step in steps:
         physics = STEPS[step]
-        steel = feature(shape, REFERENCE, physics)
+        steel = feature(shape, REFERENCE, physics, 1, dx_mm)
         row: dict[str, Value] = {"shape": shape, "step": step}
         for name in MATERIALS_TRIED:
-            row[name], row[f"{name}_low"] = distance(feature(shape, name, physics), steel)
-        row["scatter"], row["scatter_low"] = scatter(shape, physics, grasps)
+            row[name], row[f"{name}_low"] = distance(feature(shape, name, physics, 1, dx_mm), steel)
+        row["scatter"], row["scatter_low"] = scatter(shape, physics, grasps, dx_mm)
         yield row

@@ -65,7 +65,7 @@ def tube(h: float, piston: Parameters, as_mode: bool) -> tuple[Real, float, floa
     return heard, system.dt, float(area.sum())
 
 
-def transfer(h: float, piston: Parameters) -> Complex:
+def transfer_function(h: float, piston: Parameters) -> Complex:
     """Pressure (Pa) in the middle of the last cell per volume velocity per area (m/s) at the far
     end, (ω,) at OMEGA.
 
@@ -101,7 +101,7 @@ class Piston(Refinement):
         heard, dt, area = tube(h, PISTONS[self.piston], as_mode=True)
         time = (np.arange(len(heard)) + 0.5) * dt
         measured = np.exp(-1j * OMEGA[:, None] * time) @ heard * area
-        exact = transfer(h, PISTONS[self.piston])
+        exact = transfer_function(h, PISTONS[self.piston])
         return float(np.linalg.norm(measured - exact) / np.linalg.norm(exact))
 
     def cap(self, h: float) -> float:

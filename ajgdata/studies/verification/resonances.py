@@ -45,7 +45,7 @@ class BoxOnGrid(Refinement):
     title = "resonances of a box below 3 kHz, walls on the grid"
     derived = "numerical dispersion of a wave along an axis: (k h)²/24, or that of four weights"
     sizes: ClassVar[tuple[float, ...]] = (5e-3, 4e-3, 10e-3 / 3, 2.5e-3, 2e-3)
-    quick_sizes: ClassVar[tuple[float, ...]] = (5e-3, 10e-3 / 3)
+    quick_sizes: ClassVar[tuple[float, ...]] = (20e-3 / 3, 5e-3)
     highest = 3_000.0
     scheme: Scheme = "second"
 

@@ -1,0 +1,148 @@
+"""Blocks on evaluated models, made of metrics.csv."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from ajgdata.report.results import Score
+from ajgdata.report.wording import DASH, mean_sd, number, with_unit
+
+from ajgdata.paths import Paths
+from ajgdata.report.paper import PaperFigure, parse_paper
+from ajgdata.store.report_files import read_paper
+from ajgdata.store.sessions import read_dataset
+
+from .markdown import markdown_table
+from .results import Results
+
+#: The project whose docs these are, wherever its results may be.
+PROJECT = Paths(Path(__file__).resolve().parents[2])
+MODELS = ("cnn", "linear", "knn")
+
+
+class Row(NamedTuple):
+    """A part of an evaluation, and the figure of the paper beside it ("": none)."""
+
+    title: str
+    dataset: str
+    task: str
+    part: str
+    paper: str = ""
+
+
+class Terms(NamedTuple):
+    """The metric of a task, its unit, and what it is multiplied with to be shown in it."""
+
+    metric: str
+    unit: str
+    scale: float
+
+
+HEADLINES = (
+    Row("edge length, 12 cubes seen in training, RMSE", "size", "size", "grouped", "size-known"),
+    Row("edge length, 4 withheld cubes, RMSE", "size", "size", "withheld", "size-unknown"),
+    Row("the same in 80 dBA of noise, trained at 45", "size", "noise", "on:size_80dba", "noise"),
+    Row("angle of a bar, withheld angles, RMSE", "orientation", "angle", "withheld", "orientation"),
+    Row("the same, learned as sine and cosine, RMSE", "orientation", "direction", "withheld"),
+    Row("16 household objects, accuracy", "ycb", "object", "grouped", "ycb"),
+    Row("material of 80 mm spheres", "sphere80", "material", "grouped", "materials-sphere80"),
+    Row("material of plates", "plate", "material", "grouped", "materials-plate"),
+    Row("material of 30 mm spheres", "sphere30", "material", "grouped", "materials-sphere30"),
+)
+#: What the choice of the CNN's settings changed (docs/models.md).
+CHOSEN = (
+    Row("ycb, object", "ycb", "object", "grouped"),
+    Row("size, which cube", "size", "cube", "grouped"),
+    Row("size, known", "size", "size", "grouped"),
+    Row("size, withheld", "size", "size", "withheld"),
+    Row("size, at 80 dBA", "size", "noise", "on:size_80dba"),
+    Row("size, at 90 dBA", "size", "noise", "on:size_90dba"),
+    Row("orientation, known", "orientation", "angle", "grouped"),
+    Row("orientation, withheld", "orientation", "angle", "withheld"),
+    Row("orientation as direction, known", "orientation", "direction", "grouped"),
+    Row("80 mm spheres", "sphere80", "material", "grouped"),
+    Row("plates", "plate", "material", "grouped"),
+    Row("30 mm spheres", "sphere30", "material", "grouped"),
+)
+
+
+def terms(row: Row) -> Terms:
+    """Return the terms of a row's task, as its data set declares the target."""
+    spec = read_dataset(PROJECT, row.dataset)
+    target = spec.targets[spec.tasks[row.task].target]
+    classes = target.kind == "classification"
+    return Terms("accuracy", "%", 100) if classes else Terms("rmse", target.unit, 1)
+
+
+def headline_table(results: Results) -> str:
+    """The results beside the paper's, and what training took."""
+    paper = parse_paper(read_paper(PROJECT))
+    rows = [
+        [
+            row.title,
+            *(_score(results, row, model) for model in MODELS),
+            _chance(results, row),
+            _paper(paper[row.paper]) if row.paper else "",
+            f"`{row.dataset}/{row.task}`, {row.part}",
+        ]
+        for row in HEADLINES
+    ]
+    times = [results.metric("ycb", "object", m, "cost of grouped", "train_s", "measured") for m in MODELS]  # fmt: skip  # noqa: E501
+    told = [DASH if time is None else f"{number(time, 2)} s" for time in times]
+    rows.append(["training on the 16 objects, all folds, one core", *told, "", "", "`ycb/object`"])
+    head = ("*simulated*", "CNN", "ridge or logistic regression", "k-NN", "chance",
+            "the paper, CNN, real gripper", "task, split")  # fmt: skip
+    return markdown_table(head, rows)
+
+
+def after_the_choice(results: Results) -> str:
+    """What the CNN reaches with the settings that were chosen."""
+    names = {"rmse": "RMSE"}
+    rows = [
+        [row.title, names.get(metric := terms(row).metric, metric), _score(results, row, "cnn")]
+        for row in CHOSEN
+    ]
+    return markdown_table(("task", "metric", "CNN, chosen settings"), rows)
+
+
+def media(results: Results) -> str:
+    """Energy with each granular medium, the empty gripper being 100 %."""
+    metric = "energy relative to air"
+    rows = []
+    for medium in ("plastic", "metal", "coffee"):
+        mean, sd = (
+            results.metric("media", "reflection", "", f"energy:{medium}", metric, statistic)
+            for statistic in ("mean", "sd")
+        )
+        rows.append([medium, _told(mean, sd, "%", 100)])
+    return markdown_table(("granular medium", "energy, empty gripper = 100 %"), rows)
+
+
+def _score(results: Results, row: Row, model: str) -> str:
+    metric, unit, scale = terms(row)
+    mean, sd = (
+        results.metric(row.dataset, row.task, model, row.part, metric, statistic)
+        for statistic in ("mean", "sd")
+    )
+    return _told(mean, sd, unit, scale)
+
+
+def _told(mean: float | None, sd: float | None, unit: str, scale: float) -> str:
+    if mean is None or sd is None:
+        return DASH
+    return mean_sd(Score(mean, sd), unit, scale)
+
+
+def _chance(results: Results, row: Row) -> str:
+    """That of the first model that has it: chance looks at the targets alone."""
+    metric, unit, scale = terms(row)
+    values = (
+        results.metric(row.dataset, row.task, model, row.part, metric, "chance") for model in MODELS
+    )
+    found = next((value for value in values if value is not None), None)
+    return DASH if found is None else with_unit(number(scale * found, 2), unit)
+
+
+def _paper(figure: PaperFigure) -> str:
+    if figure.value is None:
+        return figure.text
+    return with_unit(number(figure.value), figure.unit)
