@@ -1,4 +1,4 @@
-"""A scene -> pictures in a folder, and what its plan says."""
+"""`ajgdata gripper`: pictures of a scene in a folder, and the facts of its plan."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FILM_FILE = "pressure.gif"
 
 
 def open_scene(name: str) -> tuple[str, Scene]:
-    """Title and scene of a file (YAML or JSON), or of an object or a gripper by its name.
+    """Return title and scene of a file (YAML or JSON), or of an object or a gripper by its name.
 
     Raises DataError.
     """
@@ -43,7 +43,7 @@ def open_scene(name: str) -> tuple[str, Scene]:
 
 
 def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
-    """Names of the library, each with what it is."""
+    """Return the names of the library, each with a description."""
     if kind == "objects":
         return {
             name: f"{spec.category}: {spec.shape.title}, {_material(spec.shape.material)}"
@@ -58,7 +58,7 @@ def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
 
 
 def _unlike_default(one: Gripper) -> str:
-    """What sets a gripper apart that its sizes do not tell."""
+    """Return the parts in which a gripper differs from the usual one, besides its sizes."""
     told = {"rim_radius_mm", "height_mm", "balloon_depth_mm", "bed_depth_mm"}
     usual = Gripper().model_dump()
     other = [key for key, size in one.model_dump().items() if size != usual[key]]
@@ -71,7 +71,7 @@ def _material(material: str | Material) -> str:
 
 
 def planned(name: str, scene: Scene) -> Plan:
-    """The plan of a scene. Raises DataError, in one line, for one that cannot exist."""
+    """Return the plan of a scene. Raises DataError, in one line, for one that cannot exist."""
     try:
         return build_plan(scene)
     except SceneError as error:
@@ -103,12 +103,12 @@ def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list
 
 
 def filmed(plan: Plan) -> Film:
-    """1.5 ms of the pressure in the plane of the cross-section, whatever the grid."""
+    """Return 1.5 ms of the pressure in the plane of the cross-section, whatever the grid."""
     return slices(plan, "xz", every=max(1, round(FRAME_S / plan.system.dt)), frames=FRAMES)
 
 
 def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
-    """What marching the scene `name` takes, in words by topic; its parts, kept or left out."""
+    """Return the cost of marching the scene `name`, by topic, and its parts, kept or left out."""
     _, scene = open_scene(name)
     plan = planned(name, scene)
     system, numerics = plan.system, scene.numerics
