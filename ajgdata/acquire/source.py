@@ -69,5 +69,5 @@ class Source(Protocol):
         ...
 
     def describe(self) -> Mapping[str, Any]:
-        """Keys of Session: `gripper`, `medium`, `device`, `scene`."""
+        """Return keys of Session: `gripper`, `medium`, `device`, `scene`."""
         ...

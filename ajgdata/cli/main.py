@@ -162,7 +162,7 @@ def validate(
 
 
 def _print_findings(findings: Sequence[Finding]) -> None:
-    """A table with one line for each finding, however wide the terminal is."""
+    """Print a table with one line for each finding, however wide the terminal is."""
     rows = [("recording", "level", "what", "problem", "fix")]
     rows += [
         (f"{one.session_id}/{one.recording_id}", one.level, one.code, one.problem, one.fix)
@@ -237,7 +237,7 @@ def acquire(
 
 
 def _free_cores() -> int:
-    """Cores that this process may use, which a batch system may have limited."""
+    """Return the number of cores that this process may use: a batch system may limit it."""
     import os
 
     if hasattr(os, "sched_getaffinity"):

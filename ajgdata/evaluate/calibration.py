@@ -108,8 +108,10 @@ def _probabilities(
 
 
 def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = 10) -> list[Bin]:
-    """Confidence (n,) of predictions against whether they were `right` (n,), in equal bins of 0..1;
-    bins that hold none are left out."""
+    """Return the accuracy of predictions in equal bins of their confidence (n,), in 0..1.
+
+    `right` (n,) says which were; bins that hold none are left out.
+    """
     edges = np.linspace(0, 1, bins + 1)
     number = np.clip(np.searchsorted(edges, confidence, side="left") - 1, 0, bins - 1)
     return [

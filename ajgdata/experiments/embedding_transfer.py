@@ -146,7 +146,7 @@ def transfer_of(results: TaskResults) -> tuple[list[TransferScore], list[Transfe
     """Return the accuracies of classifiers brought along, and of those trained there alone."""
     table = results.results[0].tables["transfer"]
     scores = scores_by(table, ("space", "gripper", "calibration"), "accuracy")
-    listed = [TransferScore(*names[:3], score) for names, score in scores.items()]
+    listed = [TransferScore(space, on, n, score) for (space, on, n), score in scores.items()]
     brought = [row for row in listed if row.calibration is not None]
     return brought, [row for row in listed if row.calibration is None]
 

@@ -174,5 +174,5 @@ def where_grasped(scene: Scene, shape: Cavity, cells: Cells) -> Imprint | None:
     """The imprint of an object that is not rigid; None where nothing could give way."""
     if scene.object is None or scene.object.material == "rigid":
         return None
-    found = imprint(shape, cells)
-    return found if found.total else None
+    where = imprint(shape, cells)
+    return where if where.total else None

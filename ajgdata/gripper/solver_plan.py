@@ -166,12 +166,12 @@ def _parts(
     worth: dict[PartName, float] = {"membrane": cavity_answer.effect(free)}
     balloon = judged(worth, scene.numerics, {"membrane": "the free balloon"})["membrane"]
     noise = Part("noise", False, None, "added when a take is recorded: the response needs none")
-    found = (
+    on_object = (
         grasped(scene, shape, cells, cavity_answer, where)
         if where
         else rigid("nothing is touched" if scene.object is None else "the object is rigid")
     )
-    return (bed, poles, balloon, there, *found.parts, noise), found.walls, found.modes
+    return (bed, poles, balloon, there, *on_object.parts, noise), on_object.walls, on_object.modes
 
 
 def _air(scene: Scene) -> Air:

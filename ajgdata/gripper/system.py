@@ -127,15 +127,7 @@ def assemble(
         ),
         strict=True,
     )
-    capacity = cells.volume * (1 - share) * air.compressibility
-    relaxing = np.zeros((POLES, *cells.shape))
-    rates = np.zeros(POLES)
-    if grains is not None:
-        dense = cells.volume * share * grains.fluid.compressibility * grains.ratio
-        capacity = capacity + dense
-        for j, (c, tau) in enumerate(zip(grains.fluid.strengths, grains.fluid.times, strict=True)):
-            relaxing[j] = dense * c
-            rates[j] = (half := dt / (2 * tau)) / (1 + half)
+    capacity, relaxing, rates = _capacity(cells, air, dt, share, grains)
     least = MARGIN * dt / 4 * _row_sums(gain, weight)
     live = least > 0
     mass = np.where(live, np.maximum(_share_out(capacity, least), least), 0.0)
@@ -158,6 +150,21 @@ def assemble(
         added,
         raised,
     )
+
+
+def _capacity(
+    cells: Cells, air: Fluid, dt: float, share: Real, grains: Packed | None
+) -> tuple[Real, Real, Real]:
+    """Capacity of the cells (m³/Pa), its relaxing parts (POLES, …) and their rates (POLES,)."""
+    capacity = cells.volume * (1 - share) * air.compressibility
+    relaxing, rates = np.zeros((POLES, *cells.shape)), np.zeros(POLES)
+    if grains is not None:
+        dense = cells.volume * share * grains.fluid.compressibility * grains.ratio
+        capacity = capacity + dense
+        for j, (c, tau) in enumerate(zip(grains.fluid.strengths, grains.fluid.times, strict=True)):
+            relaxing[j] = dense * c
+            rates[j] = (half := dt / (2 * tau)) / (1 + half)
+    return capacity, relaxing, rates
 
 
 def _weight(area: Real, axis: int, share: Real, wide: float) -> Real:

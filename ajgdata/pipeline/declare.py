@@ -1,4 +1,4 @@
-"""A folder of recordings -> the declaration of a data set, as far as it can be told."""
+"""First declaration of a data set from a folder of recordings, as far as it can be told."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NOT_MEASURED = {"nan", "na", "n/a", "none", "null"}
 def declare(
     name: str, folder: Path, scanned: Scan, settings: ImportSettings, targets: Sequence[str]
 ) -> DatasetSpec:
-    """A first dataset.yaml for what an import found; people are meant to complete it.
+    """Return a first dataset.yaml for what an import found; people are meant to complete it.
 
     The commonest rate is declared; several channels are averaged only if no recording is mono. A
     column is a regression target when every cell is a number and there are more distinct ones than
@@ -88,7 +88,7 @@ def _classes(scanned: Scan, column: str) -> int:
 
 
 def common_audio(files: Iterable[Path]) -> AudioSettings:
-    """Commonest rate of the readable files; channels averaged only if no file is mono."""
+    """Return the commonest rate of the readable files; channels are averaged if no file is mono."""
     infos: list[AudioInfo] = []
     for file in files:
         try:

@@ -1,4 +1,4 @@
-"""What a bug report should say of the machine and the installation."""
+"""The machine and the installation, as a bug report should describe them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROOM_BYTES = 3 * GB
 
 
 def doctor(paths: Paths | None, room_bytes: float = ROOM_BYTES) -> tuple[dict[str, str], list[str]]:
-    """Topic -> what is to be said of it, and what is wrong, with the fix.
+    """Return facts by topic, and a line with its fix for each thing that is wrong.
 
     `paths`: None outside a project. Less than `room_bytes` free on its disk is wrong.
     """
@@ -78,7 +78,10 @@ def _cores() -> str:
 
 
 def _backends() -> dict[str, str]:
-    """What computes: asked of the libraries themselves, which takes a second or two."""
+    """Return the devices and threads that compute.
+
+    The libraries themselves are asked, which takes a second or two.
+    """
     import h5py
     import soundfile
     import torch
@@ -98,7 +101,7 @@ def _backends() -> dict[str, str]:
 
 
 def missing(requirements: Iterable[str]) -> list[str]:
-    """Names of the packages that are not installed, among requirements that are no extra's."""
+    """Return the names of required packages that are not installed; extras do not count."""
     absent = []
     for requirement in requirements:
         name = re.split(r"[^A-Za-z0-9._-]", requirement)[0]

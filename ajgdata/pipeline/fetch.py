@@ -1,4 +1,4 @@
-"""A published data set from a folder or the web -> a data set of this project.
+"""`ajgdata fetch`: make a published data set, in a folder or on the web, one of this project.
 
 Nothing of it is believed: hashes, names, links and sizes are checked before anything is written
 into the project, and nothing of it is run. It is registered whole or not at all.
@@ -47,8 +47,10 @@ Each = Callable[[list[str]], Iterable[str]]
 
 @dataclass(frozen=True)
 class Fetched:
-    """What was registered. `dropped` are data sets that its tasks are tested on and that this
-    project does not have."""
+    """The data set that was registered.
+
+    `dropped` are data sets that its tasks are tested on and that this project does not have.
+    """
 
     name: str
     sums_sha256: str
@@ -101,14 +103,14 @@ def fetch(
 
 
 def folder_sums(paths: Paths, dataset: str) -> Path:
-    """SHA256SUMS of a data set that was fetched."""
+    """Return the path of the SHA256SUMS of a data set that was fetched."""
     return paths.sessions(dataset).parent / "published" / Tree.SUMS
 
 
 def _brought(
     paths: Paths, source: str, sha256: str, each: Each, retries: int
 ) -> tuple[Tree, dict[str, str], Path | None]:
-    """The tree with everything that is needed of it, its hashes right; their folder if it is a
+    """Return the tree with everything that is needed of it, its hashes right; its folder if it is a
     cache."""
     if is_web(source):
         cache = cache_of(paths.fetched, source)
@@ -136,7 +138,7 @@ def _brought(
 
 
 def _needed(sums: Path, hashes: Mapping[str, str]) -> list[str]:
-    """Files that are brought; the recordings come in the archive."""
+    """Return the names of the files to fetch; the recordings come in the archive."""
     needed = {Tree.METADATA, Tree.FEATURES, Tree.ARCHIVE, Tree.DECLARATION, *KEPT} - {Tree.SUMS}
     if missing := sorted(needed - set(hashes)):
         raise DataError(sums, f"does not name {missing[0]}", "publish the data set again")
@@ -144,7 +146,7 @@ def _needed(sums: Path, hashes: Mapping[str, str]) -> list[str]:
 
 
 def _check_text(tree: Tree, name: str) -> None:
-    """A file that is read whole: no more than people write, and YAML means what it says."""
+    """Raise DataError for a file that is too large to be read whole, or YAML with aliases."""
     is_yaml = name.endswith(".yaml")
     limit = archive.MAX_YAML_BYTES if is_yaml else archive.MAX_TEXT_BYTES
     if (tree / name).stat().st_size > limit:
@@ -154,7 +156,7 @@ def _check_text(tree: Tree, name: str) -> None:
 
 
 def _check_file(tree: Tree, name: str, digest: str) -> None:
-    """A file of a local folder: no link on its way, and its hash right."""
+    """Raise DataError for a file of a local folder with a link on its way or another hash."""
     steps = [tree / str(step) for step in (PurePosixPath(name), *PurePosixPath(name).parents)]
     if any(step.is_symlink() for step in steps[:-1]):
         raise DataError(tree / name, "is a link", DISTRUST)
@@ -166,7 +168,7 @@ def _check_file(tree: Tree, name: str, digest: str) -> None:
 
 
 def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[str, ...]]:
-    """The declaration as it is registered: without recipe, since the recordings are what was
+    """Return the declaration as it is registered: without recipe, since the recordings are what was
     published, and tested only on data sets that are here."""
     if "from" in read_yaml(tree / tree.DECLARATION):
         raise DataError(tree / tree.DECLARATION, "is derived from another one", DISTRUST)
@@ -189,7 +191,7 @@ def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[s
 
 
 def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recording]]:
-    """Name in the tree, session and recording of each row of metadata.csv."""
+    """Return name in the tree, session and recording of each row of metadata.csv."""
     _, lines = read_table(tree)
     found = []
     for line, row in lines:
@@ -221,7 +223,7 @@ def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recordi
 
 
 def _check_free(paths: Paths, name: str, tree: Tree) -> None:
-    """Nothing that is there is replaced, except what an interrupted `fetch` of the same left."""
+    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it."""
     if paths.dataset(name).exists():
         raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
     held, sums = paths.sessions(name).parent, folder_sums(paths, name)

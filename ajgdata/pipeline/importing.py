@@ -1,4 +1,4 @@
-"""`ajgdata import`: a folder -> sessions of a data set, declared if it was not."""
+"""`ajgdata import`: turn a folder into sessions of a data set, which is declared if it is new."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def import_folder(
 
 
 def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:
-    """What was given, completed by what dataset.yaml says; else the starter kit's convention."""
+    """Return the given settings, completed by dataset.yaml; else the starter kit's convention."""
     before = declared.imports if declared else ImportSettings(pattern="starter-kit")
     if given is None:
         return before

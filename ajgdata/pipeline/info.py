@@ -1,4 +1,4 @@
-"""What a data set is, and how much of it there is: for people."""
+"""`ajgdata info`: a description of a data set, and how much of it there is."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MAX_CLASSES = 8  # that are named
 
 
 def dataset_facts(paths: Paths, dataset: str) -> dict[str, str]:
-    """Topic -> what is to be said of it. Raises DataError for what cannot be read."""
+    """Return what is known of a data set, by topic. Raises DataError for what cannot be read."""
     spec = read_dataset(paths, dataset)
     folders = [paths.session(dataset, name) for name in recorded_sessions(paths, spec)]
     held = [(read_session(folder), read_recordings(folder)[0]) for folder in folders]
@@ -94,7 +94,7 @@ def _features(paths: Paths, spec: DatasetSpec) -> dict[str, str]:
 
 
 def _values(column: Column, unit: str) -> str:
-    """Range of numbers or number of recordings of each class, and how many have no value."""
+    """Return the range of numbers, or the recordings of each class, and how many have no value."""
     if column.values.dtype.kind == "f":
         there = column.values[np.isfinite(column.values)]
         if not len(there):

@@ -1,4 +1,4 @@
-"""What a job says goes to its log; what went wrong also goes to the terminal, in one line."""
+"""Logs of jobs: all output goes to the log, an error also to the terminal, in one line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ajgdata.types import DataError
 
 @contextmanager
 def logged(log: str) -> Iterator[None]:
-    """Send output to `log`. A DataError ends the process with its line, a bug traceably."""
+    """Send output to `log`. A DataError ends the process with its line, a bug with a traceback."""
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
         try:

@@ -1,4 +1,4 @@
-"""What a run of the workflow is about: data sets, their sessions, tasks and models.
+"""Data sets of a run of the workflow, with their sessions, tasks and models.
 
 Called while Snakemake parses, in every one of its processes: light imports only, and nothing is
 written. What a run brings up to date is done by `ajgdata.pipeline.inputs`.
@@ -80,7 +80,7 @@ def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
 
 
 def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> str | None:
-    """The data set whose session of this name is to be recorded before that of `dataset`.
+    """Return the data set whose session of this name is to be recorded before that of `dataset`.
 
     Its scenes are the same: side by side both would be solved. It is the data set whose grasps the
     others make again, or the first of those that make them.
@@ -101,7 +101,7 @@ def solved_by(plans: Mapping[str, DatasetPlan], dataset: str, session: str) -> s
 
 
 def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]:
-    """Data sets of a run that are handed on: those of `wanted`, else all."""
+    """Return the data sets of a run that are published: those of `wanted`, else all."""
     if unknown := sorted(set(wanted or ()) - set(plans)):
         problem = f"publish: {unknown[0]!r} is no data set of this run"
         raise DataError("config", problem, f"there are {', '.join(plans)}")
@@ -109,13 +109,16 @@ def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]
 
 
 def _others(spec: DatasetSpec) -> set[str]:
-    """Data sets that those of `spec` are tested on, or transferred from."""
+    """Return the data sets that those of `spec` are tested on, or transferred from."""
     tested = {other for task in spec.tasks.values() for other in task.others}
     return tested | {one.base for one in spec.embeddings.values() if one.base}
 
 
 def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[str]:
-    """Further data sets that the tasks of `spec` need; DataError if one lacks a target."""
+    """Return further data sets that the tasks of `spec` need.
+
+    Raises DataError if one of them lacks the target.
+    """
     for name, task in spec.tasks.items():
         for other in task.others:
             targets = read_dataset(paths, other).targets
@@ -127,7 +130,7 @@ def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[st
 
 
 def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
-    """A report that names an unknown figure of the paper would fail after all the work is done."""
+    """Raise DataError for an unknown figure of the paper: the report would fail after the work."""
     if not (named := {name for task in spec.tasks.values() for name in task.papers.values()}):
         return
     known = parse_paper(read_paper(paths))

@@ -80,10 +80,10 @@ def when_slow(items: Sequence[Item], what: str, patience_s: float = PATIENCE_S) 
 
 
 def lines(what: str, parts: int = 10) -> Started:
-    """Return what writes a line to the terminal at each of `parts` parts of the work, past any
-    redirection.
+    """Return a function like that of `bar`, which writes `parts` lines in all to the terminal.
 
-    Jobs of the workflow run side by side: their bars would overwrite one another.
+    They pass any redirection. Jobs of the workflow run side by side: their bars would overwrite one
+    another.
     """
 
     def started(total: int) -> Callable[[], object]:

@@ -1,4 +1,4 @@
-"""A data set of the project -> a folder that others can use as it stands; and whether it is one."""
+"""`ajgdata publish`: write a data set as a folder that others can use, and check such a folder."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ UNNAMED = {"simulated": "The ajgdata developers", "recorded": "Authors not named
 
 @dataclass(frozen=True)
 class Published:
-    """What was written."""
+    """Facts about a published data set."""
 
     folder: Path
     recordings: int
@@ -48,7 +48,7 @@ class Published:
 
 @dataclass(frozen=True)
 class Source:
-    """One recording's file, and whether its hash was written down when it was recorded."""
+    """A recording's file, and whether its hash was written down when it was recorded."""
 
     path: Path
     sha256: str
@@ -112,7 +112,7 @@ def publish(
 
 
 def check(folders: Sequence[Path]) -> list[list[Defect]]:
-    """Everything wrong with each of these published data sets. Raises DataError for a folder that
+    """Return the defects of each of these published data sets. Raises DataError for a folder that
     is none. What other readers think is asked only where the files themselves are safe to open."""
     trees = [Tree(folder) for folder in folders]
     found = [defects(tree) for tree in trees]
@@ -126,7 +126,7 @@ def check(folders: Sequence[Path]) -> list[list[Defect]]:
 
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:
-    """dataset.yaml with everything that the declaration takes over from another one."""
+    """Return dataset.yaml with everything that the declaration takes over from another one."""
     return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True))
 
 
@@ -141,7 +141,7 @@ def _check_options(version: str, day: str) -> None:
 
 
 def _check_target(out: Path) -> None:
-    """Nothing is overwritten but an older version of the same."""
+    """Raise DataError unless `out` is free or holds an older version of the same data set."""
     if out.is_dir() and any(out.iterdir()) and not (out / Tree.SUMS).is_file():
         raise DataError(out, "is a folder that holds something else", "name another folder")
     if out.exists() and not out.is_dir():
@@ -156,7 +156,7 @@ def _sessions(paths: Paths, dataset: str, store: Shard) -> dict[str, Session]:
 def _sources(
     paths: Paths, dataset: str, sessions: Mapping[str, Session], store: Shard
 ) -> list[Source]:
-    """The file of each row of the store, in its order."""
+    """Return the file of each row of the store, in its order."""
     known: dict[str, Source] = {}
     for name, session in sessions.items():
         folder = paths.session(dataset, name)
@@ -202,7 +202,7 @@ def _write_audio(
 def _write_sessions(
     tree: Tree, paths: Paths, dataset: str, sessions: Mapping[str, Session]
 ) -> None:
-    """What the sessions say, without where their files lay on this machine."""
+    """Return the sessions' descriptions, without the places of their files on this machine."""
     for name, session in sessions.items():
         changed: dict[str, Any] = {"audio_root": None}
         if played := session.excitation:
@@ -228,7 +228,7 @@ def _describe(
     version: str,
     date: str,
 ) -> tuple[int, int, bool]:
-    """Write everything that describes; returns what a `Published` ends with."""
+    """Write the description, metadata and figures; return the last fields of `Published`."""
     from ajgdata.pipeline.report import summary
     from ajgdata.report import card
     from ajgdata.report.canvas import encode
@@ -282,7 +282,7 @@ def _provenance(
     sessions: Mapping[str, Session],
     version: str,
 ) -> dict[str, str]:
-    """Which software, settings and gripper made it."""
+    """Return the software, settings and gripper that made it, by topic."""
     made = software()
     facts = {
         "simulated or recorded": told.source,

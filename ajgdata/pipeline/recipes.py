@@ -1,4 +1,4 @@
-"""Recipes as they stand in a file: which grasps they ask for, and on which line they are wrong.
+"""Recipes in a file: the grasps that they ask for, and the line on which they are wrong.
 
 Called while Snakemake parses: light imports only.
 """
@@ -21,24 +21,24 @@ from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe
 
 
 def with_recipe(paths: Paths) -> list[str]:
-    """Names of the data sets that have a recipe."""
+    """Return the names of the data sets that have a recipe."""
     return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
 
 
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
-    """The recipe of the declaration at `path`; DataError if it has none."""
+    """Return the recipe of the declaration at `path`. Raises DataError if it has none."""
     if spec.recipe is None:
         raise DataError(path, "has no recipe", "add one, or import recordings instead")
     return spec.recipe
 
 
 def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Names of the sessions that the recipe of `dataset` makes."""
+    """Return the names of the sessions that the recipe of `dataset` makes."""
     return session_names(recipe_of(paths.dataset(dataset), read_dataset(paths, dataset)))
 
 
 def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
-    """The grasps of each session of the recipe of `spec`, which stands in the file `path`.
+    """Return the grasps of each session of the recipe of `spec`, which stands in the file `path`.
 
     The setups of another source than the virtual gripper are its own to check. Raises
     DataError with file, line, key and fix for a scene or a signal chain that cannot be.
@@ -69,7 +69,7 @@ def _check_scenes(path: Path, recipe: Recipe, planned: Mapping[str, Sequence[Gra
 
 
 def declare_from(paths: Paths, file: Path) -> str:
-    """Make the declaration `file`, which has a recipe, a data set of the project; returns its name.
+    """Make the declaration `file`, which has a recipe, a data set of the project; return its name.
 
     Raises DataError, and declares nothing, when the file is no such declaration, when its recipe
     is wrong, and when another declaration has its name.

@@ -1,4 +1,4 @@
-"""A scene -> pictures in a folder, and what its plan says."""
+"""`ajgdata gripper`: pictures of a scene in a folder, and the facts of its plan."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def open_scene(name: str) -> tuple[str, Scene]:
 
 
 def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
-    """Return the names of the library, each with its description."""
+    """Return the names of the library, each with a description."""
     if kind == "objects":
         return {
             name: f"{spec.category}: {spec.shape.title}, {_material(spec.shape.material)}"
@@ -58,7 +58,7 @@ def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
 
 
 def _unlike_default(one: Gripper) -> str:
-    """Return what sets a gripper apart that its sizes do not tell."""
+    """Return the parts in which a gripper differs from the usual one, besides its sizes."""
     told = {"rim_radius_mm", "height_mm", "balloon_depth_mm", "bed_depth_mm"}
     usual = Gripper().model_dump()
     other = [key for key, size in one.model_dump().items() if size != usual[key]]
@@ -108,7 +108,7 @@ def filmed(plan: Plan) -> Film:
 
 
 def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
-    """Return what marching the scene `name` takes, in words by topic, and its parts."""
+    """Return the cost of marching the scene `name`, by topic, and its parts, kept or left out."""
     _, scene = open_scene(name)
     plan = planned(name, scene)
     system, numerics = plan.system, scene.numerics

@@ -1,4 +1,4 @@
-"""What of the results is current, what is not and why, and what people should see to."""
+"""State of a project: current results, stale ones with the reason, data that needs attention."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Group:
 
 
 def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[Group]]:
-    """How many results are current, and those that are not, in the order of the work.
+    """Return the number of current results, and the others in groups, in the order of the work.
 
     Asks Snakemake (`snakemake --summary`, with the arguments `more`), which runs nothing and, told
     that this is a dry run, writes no log. Raises DataError with what Snakemake complains of.
@@ -53,7 +53,7 @@ def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[G
 
 
 def summarised(table: str) -> tuple[int, list[Group]]:
-    """Snakemake's table of output files -> number of current ones, and the others in groups."""
+    """Return the number of current files in Snakemake's summary, and the others in groups."""
     current, grouped = 0, defaultdict(list)
     for row in csv.DictReader(io.StringIO(table), delimiter="\t"):
         if row["plan"] == "no update":
@@ -66,7 +66,7 @@ def summarised(table: str) -> tuple[int, list[Group]]:
 
 
 def data_status(paths: Paths) -> list[str]:
-    """A line for everything that no run of the workflow mends."""
+    """Return a line for each thing that no run of the workflow mends."""
     lines = []
     for name in list_datasets(paths):
         spec = read_dataset(paths, name)

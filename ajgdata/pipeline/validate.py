@@ -29,7 +29,7 @@ from ajgdata.types import AudioSettings, FeatureSettings, Finding
 def validate_datasets(
     project: Callable[[], Paths], names: Sequence[str], started: Started
 ) -> tuple[int, list[Finding]]:
-    """Number of recordings checked and everything found in data sets or folders `names`.
+    """Return the number of recordings checked, and all findings, of data sets or folders `names`.
 
     `project` finds the project; it is asked only when a data set is to be checked. A name that is
     no data set but a folder is checked as a plain folder of audio files.
@@ -50,7 +50,10 @@ def validate_datasets(
 
 
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
-    """Every session of a data set: files, samples, delays, labels, copies."""
+    """Check every session of a data set: files, samples, delays, labels, copies.
+
+    Returns the number of recordings and all findings.
+    """
     spec = read_dataset(paths, dataset)
     cache = HashCache(paths.hash_cache)
     surveys = [survey(paths, dataset, name, cache) for name in list_sessions(paths, dataset)]
@@ -78,7 +81,10 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
 
 
 def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]:
-    """Every audio file below a plain folder, against the commonest rate among them."""
+    """Check every audio file below a plain folder against the commonest sample rate among them.
+
+    Returns the number of files and all findings.
+    """
     files = [folder.absolute() / path for path in audio_files(folder)]
     name = folder.absolute().name
     entries = [

@@ -113,15 +113,15 @@ def run(what: Scene, repeats: int = 1) -> Run:
     return Run(feature(heard), min(times), steps, cells, build_plan(what).bytes / 1e6)
 
 
-def relative_error(found: Real, reference: Real) -> float:
+def relative_error(feature: Real, reference: Real) -> float:
     """Relative L2 difference of two features (1025,)."""
-    return float(np.linalg.norm(found - reference) / np.linalg.norm(reference))
+    return float(np.linalg.norm(feature - reference) / np.linalg.norm(reference))
 
 
-def decibels(found: Real, reference: Real) -> list[float]:
+def decibels(feature: Real, reference: Real) -> list[float]:
     """Root mean square of the error in level (dB) of a feature (1025,) in each of BANDS_KHZ."""
     khz = np.fft.rfftfreq(FRAME, 1e3 / SAMPLE_RATE_HZ)
-    level = 20 * np.log10(found / reference)
+    level = 20 * np.log10(feature / reference)
     return [
         float(np.sqrt(np.mean(level[(khz >= low) & (khz < high)] ** 2))) for low, high in BANDS_KHZ
     ]

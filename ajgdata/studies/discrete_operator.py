@@ -81,9 +81,9 @@ def operator(system: System) -> csc_array:
     trial[live] = np.random.default_rng(0).standard_normal(len(live))
     wanted = applied(system, trial)[live]
     for reach in (1, 3):
-        found = _probed(system, live, number, reach)
-        if np.max(np.abs(found @ trial[live] - wanted)) < 1e-12 * np.max(np.abs(wanted)):
-            return found
+        matrix = _probed(system, live, number, reach)
+        if np.max(np.abs(matrix @ trial[live] - wanted)) < 1e-12 * np.max(np.abs(wanted)):
+            return matrix
     raise ValueError("the kernel reaches further than three cells")
 
 
@@ -115,9 +115,9 @@ def _probed(
             columns.append(number[near])
             values.append(column[near + offset])
     entries = (np.concatenate(rows), np.concatenate(columns))
-    found = coo_array((np.concatenate(values), entries), shape=(len(live), len(live))).tocsc()
-    found.eliminate_zeros()
-    return found
+    matrix = coo_array((np.concatenate(values), entries), shape=(len(live), len(live))).tocsc()
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def fastest(system: System) -> float:

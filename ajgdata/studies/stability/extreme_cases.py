@@ -64,13 +64,13 @@ def of_bowl(
             thick = replace(fluid, drag=fluid.drag * drag)
             grains = Packed(thick, packing.porosity, np.ones(cells.shape))
         walls = NO_WALLS if wall is None else WallList.uniform(cells.membrane, *wall)
-        found = NO_MODES
+        moving = NO_MODES
         if modes is not None:
             cell = np.flatnonzero(cells.bed)
             weight = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * H**2
-            found = ModeList(cell, weight, *modes.T)
+            moving = ModeList(cell, weight, *modes.T)
         dt = time_step(H) if courant is None else courant * H / (np.sqrt(3) * AIR.sound_speed)
-        system = assemble(cells, air_fluid(AIR), dt, grains, walls, dtype, found)
+        system = assemble(cells, air_fluid(AIR), dt, grains, walls, dtype, moving)
         return system, *two_probes(system)
 
     return build

@@ -46,8 +46,8 @@ def table() -> Table:
     largest = fastest(system)
     rows: list[dict[str, Value]] = []
     for ratio in RATIOS:
-        found = rate(at_ratio(system, ratio, largest))
-        rows.append({"ratio": ratio, "rate": found, "expected": expected(ratio)})
+        measured = rate(at_ratio(system, ratio, largest))
+        rows.append({"ratio": ratio, "rate": measured, "expected": expected(ratio)})
     columns = (
         Column("ratio", "time step over its limit"),
         Column("rate", "growth per step, measured"),

@@ -120,11 +120,11 @@ class OnePiston(Identity):
 
     def deviation(self, quick: bool) -> float:
         """Return the largest difference over the largest pressure, of all pistons."""
-        found = []
+        differences = []
         for piston in PISTONS.values():
             local, modal = (tube(self.h, piston, as_mode)[0] for as_mode in (False, True))
-            found.append(float(np.max(np.abs(local - modal)) / np.max(np.abs(local))))
-        return max(found)
+            differences.append(float(np.max(np.abs(local - modal)) / np.max(np.abs(local))))
+        return max(differences)
 
     def cap(self, quick: bool) -> float:
         """See `derived`."""
