@@ -74,7 +74,9 @@ def pretend(monkeypatch, *made):
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
     # which has no source
-    monkeypatch.setattr(studies, "study_code", lambda name: study_code("verification"))
+    monkeypatch.setattr(
+        ajgdata.pipeline.studies, "study_code", lambda _: study_code("verification")
+    )
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
@@ -303,7 +305,7 @@ def test_the_settings_know_every_page():
     schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
     pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
     assert pages["items"]["enum"] == [ABLATIONS_PAGE, GALLERY, *STUDIES]
-    assert {*pages["items"]["enum"], EMBEDDING} == set(LEADS)
+    assert set(pages["items"]["enum"]) == set(LEADS)
 
 
 def test_nested_content_becomes_what_json_has():
