@@ -3,7 +3,6 @@
 import dataclasses
 
 import pytest
-from ajgdata.report.reasons import Change, Reason
 from result_samples import PAPER, paper_figure
 
 from ajgdata.report.comparison import (
@@ -11,7 +10,9 @@ from ajgdata.report.comparison import (
     LOWER,
     VAGUE,
     YES,
+    Change,
     PaperComparison,
+    Reason,
     agreement,
     evidence,
     in_papers_order,

@@ -5,12 +5,14 @@ import re
 
 import numpy as np
 import pytest
+from result_samples import sizes
 
 from ajgdata.experiments import cross_validation
-from ajgdata.experiments.base import Inputs
-from ajgdata.experiments.cross_validation import Settings
+from ajgdata.experiments.base import Inputs, Other, Result
+from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
+from ajgdata.experiments.cross_validation.results import models_of
 from ajgdata.store.features import Column, Shard, text_column
-from ajgdata.store.tables import write_tables
+from ajgdata.store.tables import read_tables, write_tables
 
 
 def store(**columns) -> Shard:
@@ -222,3 +224,44 @@ def test_other_data_sets_are_tested_without_a_grasp_on_both_sides():
     assert len(tables["predictions"].where(split="on:new").rows) == 3 * 32
     with pytest.raises(ValueError, match="on:narrow has 300 features, not 400"):
         measured(settings=Settings(test_on=("narrow",)), others={"narrow": narrow(store())})
+
+
+def test_what_is_read_back_from_files_is_what_was_measured(tmp_path):
+    """Withheld values, other data sets and all: the same rows, tables and words from the files."""
+    settings = Settings(models=("linear",), compare_random=True, test_on=("new",))
+    given = inputs(
+        withhold=[15.0], others={"new": store(grasp_id=text_column([f"t/{n}" for n in range(40)]))}
+    )
+    made = cross_validation.measure(given, settings, "linear")
+    write_tables(tmp_path / "t", made.tables, **made.about)
+    write_tables(tmp_path / "c", made.cost)
+    about, tables = read_tables(tmp_path / "t")
+    read = Result(
+        "linear", "ridge", about, by_name(tables), by_name(read_tables(tmp_path / "c")[1])
+    )
+    kept = Result("linear", "ridge", made.about, by_name(made.tables), by_name(made.cost))
+    shown = []
+    for one in (read, kept):
+        task = sizes(one, settings=settings, others={"new": Other("New")})
+        parts = EXPERIMENT.rows(task), EXPERIMENT.tables(task)
+        words = [figure.caption for figure in EXPERIMENT.figures(task)]
+        shown.append([*map(list, parts), EXPERIMENT.summary(task), words])
+        prediction = models_of(task)[0].predictions("on:new")
+        np.testing.assert_array_equal(prediction.y_true, np.tile(store_sizes(), 3))
+    assert shown[0] == shown[1]
+    assert [row.metric for row in shown[0][0]] == [
+        "RMSE",
+        "RMSE, unknown",
+        "RMSE, overall",
+        "RMSE, new",
+    ]
+
+
+def by_name(tables):
+    return {table.name: table for table in tables}
+
+
+def store_sizes() -> np.ndarray:
+    """Return the known sizes of the store, but for the one that is withheld."""
+    values = store().columns["edge_mm"].values
+    return values[np.isfinite(values) & (values != 15)]

@@ -176,9 +176,9 @@ def test_further_parts_have_rows_of_their_own_beside_the_paper():
     ]
     assert [row.part for row in rows] == [
         "",
-        "edge, values withheld from training",
-        "edge, known and withheld values together",
-        "edge, tested on Sizes at 80 dBA",
+        "values withheld from training",
+        "known and withheld values together",
+        "tested on Sizes at 80 dBA",
     ]
     assert {row.train_s for row in rows[1:]} == {""}
 

@@ -71,7 +71,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
                 f"{metric_name(results)}, {words(name)}",
                 model.shown(model.score(part)),
                 model.shown(Score(model.chance(part), 0.0)),
-                part=f"{words(results.task)}, {part_label(results, part)}",
+                part=part_label(results, part),
                 paper=dict(model.parts)[part],
             )
 
