@@ -86,10 +86,11 @@ def _belongs(
 
 def _timed(job: Job, datasets: Collection[str]) -> JobTime:
     stage = STAGES.get(job.rule, job.rule.replace("_", " "))
-    if job.rule in OF_TASKS:
+    of_task = job.rule in OF_TASKS
+    if of_task:
         stage = EXPERIMENTS[job.parts[2].partition("-")[0]].title
     parts = job.parts if job.parts and job.parts[0] in datasets else ()
-    return JobTime(stage, parts, job.wall_s, job.cpu_s, job.peak_mb)
+    return JobTime(stage, parts, job.wall_s, job.cpu_s, job.peak_mb, of_task)
 
 
 def busy_s(jobs: Sequence[Job]) -> float:

@@ -22,13 +22,14 @@ NO_DATA_SET = "of no data set"
 @dataclass(frozen=True)
 class JobTime:
     """One job: its stage and wildcards, s of wall and processor time, MB at most; NaN: too short
-    to be measured."""
+    to be measured. `of_task`: an experiment on a task."""
 
     stage: str
     parts: tuple[str, ...]
     wall_s: float
     cpu_s: float
     peak_mb: float
+    of_task: bool = False
 
 
 class StageTime(NamedTuple):
@@ -61,8 +62,8 @@ class Stages:
         return _together("all", list(self.jobs))
 
     def of_tasks(self) -> list[JobTime]:
-        """Return the jobs of single tasks: data set, task and experiment."""
-        return [job for job in self.jobs if len(job.parts) == 3]
+        """Return the experiments on tasks; their parts are data set, task and experiment."""
+        return [job for job in self.jobs if job.of_task]
 
 
 def _together(stage: str, jobs: list[JobTime]) -> StageTime:

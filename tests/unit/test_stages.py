@@ -22,12 +22,12 @@ def paths(tmp_path):
     made = Paths(tmp_path)
     for name, wall, ended in (
         ("acquire/a.s1", 10, 110),
-        ("evaluate/a.t.knn", 4, 112),
-        ("evaluate/b.t.knn", 2, 113),
-        ("evaluate/a.other.knn", 8, 113),
-        ("calibrate/a.other.knn", 8, 113),
+        ("experiment/a.t.cross_validation-knn", 4, 112),
+        ("experiment/b.t.cross_validation-knn", 2, 113),
+        ("experiment/a.other.cross_validation-knn", 8, 113),
+        ("experiment/a.other.sorting", 8, 113),
         ("train/a.t.knn", 3, 80),
-        ("embed_knn/a.grasps", 6, 90),
+        ("embed/a.grasps", 6, 90),
         ("collect", 1, 200),
         ("report", 99, 300),
     ):
@@ -51,7 +51,7 @@ def job(begun: float, ended: float) -> Job:
 
 def test_benchmark_files_are_read_in_their_units(paths):
     jobs = {(one.rule, one.parts): one for one in read_benchmarks(paths.benchmarks)}
-    one = jobs["evaluate", ("a", "t", "knn")]
+    one = jobs["experiment", ("a", "t", "cross_validation-knn")]
     assert (one.wall_s, one.cpu_s, one.ended_s) == (4, 2, 112)
     assert one.peak_mb == pytest.approx(104.8576)  # 100 MiB
     assert math.isnan(jobs["merge", ("a",)].cpu_s)
@@ -81,7 +81,7 @@ def test_a_report_counts_the_jobs_that_it_rests_on(paths):
     part = stages_of(paths, **ask, whole=False)
     table = {row.stage: row for row in part.table()}
     assert {name: row.wall_s for name, row in table.items()} == {
-        "recording": 10, "evaluation": 4, "features": 0.1, "report": 3,
+        "recording": 10, "Cross-validation": 4, "features": 0.1, "report": 3,
     }  # fmt: skip
     assert next(row.stage for row in part.table()) == "recording"
     # 100..110 and 108..112 s overlap by 2 s; the merge and the report stand alone
@@ -89,8 +89,9 @@ def test_a_report_counts_the_jobs_that_it_rests_on(paths):
     assert part.total().wall_s == pytest.approx(17.1)
     assert part.total().peak_mb == 400
     assert math.isnan(table["features"].peak_mb)
-    assert [one.parts for one in part.of_tasks()] == [("a", "t", "knn")]
+    assert [one.parts for one in part.of_tasks()] == [("a", "t", "cross_validation-knn")]
     whole = stages_of(paths, **ask, whole=True)
+    assert whole.of_tasks() == part.of_tasks()  # a final model is no experiment
     more = {row.stage: row.wall_s for row in whole.table() if row.stage not in table}
     assert more == {"table of results": 1, "embeddings": 6, "final models": 3}
     assert whole.busy_s == pytest.approx(part.busy_s + 1 + 6 + 3)
