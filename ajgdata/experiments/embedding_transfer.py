@@ -237,7 +237,7 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     yield ShownTable(
         "Mean accuracy over the unseen grippers, by calibration grasps of each thing "
         f"(chance {chance} %).",
-        ("space", *(f"{n} grasps" for n in grasps)),
+        ("space", *(f"{n} grasps|" for n in grasps)),
         tuple(
             (space_name(space), *(f"{number(100 * _mean(brought, space, n))} %" for n in grasps))
             for space in ordered([row.space for row in brought])
