@@ -29,6 +29,7 @@ from ajgdata.experiments.embedding import (
     scores_by,
     settings_table,
     space_name,
+    supervision,
 )
 from ajgdata.experiments.embedding_probes import probe_rows, probe_scores, probe_table
 from ajgdata.report.blocks import Illustration, ShownTable
@@ -283,6 +284,7 @@ EXPERIMENT = Experiment(
     settings=Embedding,
     measure=measure,
     figures=figures,
+    summary=supervision,
     tables=tables,
     paper_comparison=paper_comparison,
     of_embedding=True,

@@ -418,6 +418,12 @@ def test_what_was_not_made_is_not_shown():
     assert embedding_projections.clusters_of(results("embedding_projections", flat)) == ""
 
 
+def test_it_is_said_first_what_the_pairs_had_to_know():
+    for kind in ("embedding_projections", "embedding_transfer"):
+        said = EXPERIMENTS[kind].summary(results(kind))
+        assert said == f"What the pairs are made from: Which things are the same, and {SCRIPT}."
+
+
 def test_stored_projections_are_what_they_were():
     tables = results("embedding_projections").results[0].tables
     found, shown = embedding_projections.projections_of(tables), pictures()

@@ -10,12 +10,11 @@ import re
 import numpy as np
 import pytest
 import soundfile
-from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from embedding_samples import SCRIPT, SETTINGS, THINGS, pictures, projections
+from html_page import Page
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from html_page import Page
 from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.pipeline import explorer
@@ -32,6 +31,7 @@ from ajgdata.report.explorer import (
 )
 from ajgdata.report.projections import MISSING
 from ajgdata.store.audio import write_pcm24
+from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.tables import write_tables
 from ajgdata.types import AudioSettings, Recording, Target
 
