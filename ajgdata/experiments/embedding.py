@@ -112,6 +112,11 @@ def illustration(
     return Illustration(results.named(*([part] if part else [])), told, draw)
 
 
+def supervision(results: TaskResults) -> str:
+    """Return what the pairs that the encoders learned from had to know."""
+    return f"What the pairs are made from: {results.settings.supervision}"
+
+
 def settings_table(results: TaskResults) -> ShownTable:
     """Return how the embedding was made: first what its pairs had to know."""
     from ajgdata.report.render import setting

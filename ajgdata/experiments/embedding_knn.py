@@ -295,7 +295,7 @@ def tables(results: TaskResults) -> Iterable[ShownTable]:
     )  # fmt: skip
     yield ShownTable(
         f"Accuracy of k-NN and time of one fold, by dimension.{trained_in}",
-        ("dimension", *map(space_name, spaces)),
+        ("dimension|", *(f"{space_name(space)}|" for space in spaces)),
         tuple((str(d), *(cell(space, d) for space in spaces)) for d in _dimensions(rows)),
     )
     yield settings_table(results)

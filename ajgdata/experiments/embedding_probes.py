@@ -252,7 +252,7 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     labels = dict.fromkeys(label for _, label in told)
     yield ShownTable(
         "Silhouettes (Rousseeuw 1987) of validation points.",
-        ("silhouette of", *map(space_name, spaces)),
+        ("silhouette of", *(f"{space_name(space)}|" for space in spaces)),
         tuple((words(x), *(mean_sd(told[space, x]) for space in spaces)) for x in labels),
     )
 
@@ -273,8 +273,8 @@ def _probes_shown(probes: Sequence[Probe]) -> ShownTable:
     return ShownTable(
         "Scores of probes, mean ± sd over runs.",
         (
-            "target", "tested on", "metric", "chance",
-            *(f"{space_name(space)}, {PROBES[probe]}" for space, probe in kinds),
+            "target", "tested on", "metric", "chance|",
+            *(f"{space_name(space)}, {PROBES[probe]}|" for space, probe in kinds),
         ),
         tuple(
             (

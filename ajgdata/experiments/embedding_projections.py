@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
-from ajgdata.experiments.embedding import illustration, space_name, trained
+from ajgdata.experiments.embedding import illustration, space_name, supervision, trained
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Caption, words
 from ajgdata.report.latent_plane_figure import Plane, clusters_text, plane_caption, plane_figure
@@ -230,6 +230,7 @@ EXPERIMENT = Experiment(
     settings=Embedding,
     measure=measure,
     figures=figures,
+    summary=supervision,
     of_embedding=True,
     order=80,
 )

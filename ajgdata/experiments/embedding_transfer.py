@@ -29,6 +29,7 @@ from ajgdata.experiments.embedding import (
     scores_by,
     settings_table,
     space_name,
+    supervision,
 )
 from ajgdata.experiments.embedding_probes import probe_rows, probe_scores, probe_table
 from ajgdata.report.blocks import Illustration, ShownTable
@@ -237,7 +238,7 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     yield ShownTable(
         "Mean accuracy over the unseen grippers, by calibration grasps of each thing "
         f"(chance {chance} %).",
-        ("space", *(f"{n} grasps" for n in grasps)),
+        ("space", *(f"{n} grasps|" for n in grasps)),
         tuple(
             (space_name(space), *(f"{number(100 * _mean(brought, space, n))} %" for n in grasps))
             for space in ordered([row.space for row in brought])
@@ -283,6 +284,7 @@ EXPERIMENT = Experiment(
     settings=Embedding,
     measure=measure,
     figures=figures,
+    summary=supervision,
     tables=tables,
     paper_comparison=paper_comparison,
     of_embedding=True,

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     from ajgdata.report.paper import PaperFigure
 
-TaskKey = tuple[str, str]  #: data set, task
+TaskKey = tuple[str, str]  #: data set, and task or embedding
+EMBEDDING = "embedding"  #: report on all embeddings
 
 
 def asked_for(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> list[Asked]:
@@ -48,12 +49,17 @@ def datasets_of(specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]) -> l
 
 
 def tasks_by_report(specs: Mapping[str, DatasetSpec]) -> dict[str, list[TaskKey]]:
-    """Return tasks by the name of their report: that of their data set, unless they name some."""
+    """Return tasks by the name of their report: that of their data set, unless they name some.
+
+    Embeddings have a report of their own.
+    """
     found: dict[str, list[TaskKey]] = {}
     for dataset, spec in specs.items():
         for name, task in spec.tasks.items():
             for report in task.reports or (dataset,):
                 found.setdefault(report, []).append((dataset, name))
+        for name in spec.embeddings:
+            found.setdefault(EMBEDDING, []).append((dataset, name))
     return found
 
 

@@ -122,7 +122,9 @@ def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSect
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
         parts = tuple(_part(paths, one) for one in own)
-        yield TaskSection(dataset, task, own[0].title, own[0].source, parts)
+        page = paths.explorer(dataset, task)  # an embedding's
+        explorer = str(page.relative_to(paths.report.parent)) if page.is_file() else ""
+        yield TaskSection(dataset, task, own[0].title, own[0].source, parts, explorer)
 
 
 def _part(paths: Paths, results: TaskResults) -> Part:

@@ -84,13 +84,17 @@ class Part:
 
 @dataclass(frozen=True)
 class TaskSection:
-    """A task (or an embedding) of a data set with its experiments, in the order of the report."""
+    """A task (or an embedding) of a data set with its experiments, in the order of the report.
+
+    `explorer` is a link to the page on which its recordings are seen and heard, if there is one.
+    """
 
     dataset: str
     task: str
     title: str
     source: Source
     parts: tuple[Part, ...]
+    explorer: str = ""
 
     @property
     def anchor(self) -> str:

@@ -1,16 +1,24 @@
-"""Documents on a small embedding, as docs/embedding.md has them, and what is made of them."""
+"""Results on a small embedding, as they are stored, and what is made of them."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from ajgdata.pipeline.embed_documents import embedded
-from ajgdata.report.embedded import Embedded, Picture, Pictured
-from ajgdata.types import DatasetSpec
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import Result, TaskResults, score_table
+from ajgdata.experiments.embedding import by_run
+from ajgdata.experiments.embedding_probes import probe_table
+from ajgdata.report.projections import Projection, Projections
+from ajgdata.store.tables import read_tables, write_tables
+from ajgdata.types import Embedding
+from ajgdata.types.table import Table, table_of
 
 SCRIPT = "<script>alert(1)</script>"
 #: Of the things, two are spherical; one has a hostile name.
 THINGS = {"apple": "spherical", "orange": "spherical", "pen": "cylindrical", SCRIPT: "other"}
 CATEGORIES = ["cylindrical", "other", "spherical"]
-PROVENANCE = {"source": "simulated", "git_commit": "abc1234"}
+GRIPPERS = ["tall", SCRIPT]
 DIMENSIONS = (2, 4)
 SETTINGS = {
     "supervision": f"Which things are the same, and {SCRIPT}.",
@@ -24,158 +32,130 @@ SETTINGS = {
 }
 
 
-def declared(**changes) -> DatasetSpec:
-    return DatasetSpec.model_validate(
-        {
-            "name": "d",
-            "title": "Things",
-            "targets": {
-                "object": {"kind": "classification"},
-                "category": {"kind": "classification"},
-            },
-            "embeddings": {"poses": SETTINGS | changes},
-        }
-    )
+def listed(name: str, rows: list[dict], **columns: str) -> Table:
+    """A table whose columns are called as their keys."""
+    return table_of(name, name, rows, **{key: key for key in rows[0]} | columns)
 
 
-def score(mean: float, off: float = 0.1) -> dict:
+def runs(mean: float, off: float = 0.1) -> list[float]:
     """Two runs, `off` above and below the mean."""
-    return {"mean": mean, "sd": off * 2**0.5, "per_run": [mean - off, mean + off]}
+    return [mean - off, mean + off]
 
 
-def knn() -> dict:
-    rows = [{"space": "raw", "dimension": None, **score(0.5)}]
-    for space, best in (("latent", 0.6), ("pca", 0.4), ("umap", 0.3)):
-        rows += [
-            {"space": space, "dimension": d, **score(best - 0.2 / d)} for d in reversed(DIMENSIONS)
-        ]
-    gains = {"gain_points": 0.0, "gain_relative": 0.0}
-    return {"k": 5, "target": "object", "chance": 0.25, "rows": [row | gains for row in rows]}
-
-
-def cost() -> dict:
-    return {"networks": 4, "wall_s": 12.5, "cpu_s": 20.0}
-
-
-def knn_cost() -> dict:
+def knn(best: dict[str, list[float]] | None = None) -> tuple[list[Table], list[Table]]:
     """Raw takes 0.03 s a fold, a latent of d dimensions d + 0.03 s, and so on."""
+    rows = [{"space": "raw", "dimension": None, "values": runs(0.5)}]
+    for space, high in (("latent", 0.6), ("pca", 0.4), ("umap", 0.3)):
+        rows += [
+            {"space": space, "dimension": d, "values": runs(high - 0.2 / d)}
+            for d in reversed(DIMENSIONS)
+        ]
+    for row in rows:
+        if row["dimension"] in (4, None):
+            row["values"] = (best or {}).get(row["space"], row["values"])
     fits = {"raw": 0.0, "latent": 1.0, "pca": 0.1, "umap": 10.0}
-    return {
-        "rows": [
-            {
-                "space": row["space"],
-                "dimension": row["dimension"],
-                "fit_s": fits[row["space"]] * (row["dimension"] or 0),
-                "transform_s": 0.02,
-                "query_s": 0.01,
-                "recordings": 20,
-            }
-            for row in knn()["rows"]
-        ],
-    }
+    times = [
+        {
+            "space": row["space"], "dimension": row["dimension"],
+            "fit_s": fits[row["space"]] * (row["dimension"] or 0),
+            "transform_s": 0.02, "query_s": 0.01, "recordings": 20,
+        }
+        for row in rows
+    ]  # fmt: skip
+    columns = {"space": "Space", "dimension": "Dimension", "run": "Run", "accuracy": "Accuracy"}
+    cost = {"networks": 4, "cpu_s": 20.0}
+    spent = [("", "cost of training", name, "measured", value) for name, value in cost.items()]
+    found = table_of("knn", "k-NN", by_run(rows, "accuracy"), **columns)
+    return [found], [score_table(spent, "Cost"), listed("times", times)]
 
 
-def distances() -> dict:
-    """Within 1 and between 3; but within `other` 5, more than to others, of one thing only."""
-    mean = [[1.0, 3.0, 3.0], [3.0, 5.0, 3.0], [3.0, 3.0, 1.0]]
-    sd = [[0.1] * 3] * 3
-    different = [[None, 3.0, 3.0], [3.0, None, 3.0], [3.0, 3.0, 1.5]]
-    unknown = [[None, 0.1, 0.1], [0.1, None, 0.1], [0.1, 0.1, 0.1]]
+def distances(within: dict[str, float] | None = None, narrower: float = 0.0) -> list[Table]:
+    """Two runs: within 1 and between 3; but within `other` 5, more than to others, of one thing
+    only. The first run is `narrower` within cylindrical."""
+    own = within or {"cylindrical": 1.0, "other": 5.0, "spherical": 1.0}
+    rows = []
+    for space in ("latent", "raw"):
+        for pairs in ("all", "different things"):
+            for i, first in enumerate(CATEGORIES):
+                for second in CATEGORIES[i:]:
+                    for run, off in enumerate((-0.0708, 0.0708)):
+                        value = (own[first] if first == second else 3.0) + off
+                        if first == second == "cylindrical" and run == 0:
+                            value -= narrower
+                        if pairs != "all" and first == second:
+                            value = 1.5 + off if first == "spherical" else None
+                        rows.append({
+                            "space": space, "pairs": pairs, "first": first, "second": second,
+                            "run": run, "distance": value,
+                        })  # fmt: skip
     things = sorted(THINGS)
-    apart = [[1.0 + 2 * (a != b) for b in things] for a in things]
-    one = {
-        "categories": CATEGORIES,
-        "mean": mean,
-        "sd": sd,
-        "per_run": [mean, mean],
-        "other_objects": {"mean": different, "sd": unknown, "per_run": [different] * 2},
-        "objects": things,
-        "object_category": [THINGS[thing] for thing in things],
-        "object_mean": apart,
-        "object_sd": [[0.1] * 4] * 4,
-    }
-    return {"dimension": 4, "spaces": {"latent": one, "raw": one}}
+    objects = [
+        {"space": s, "first": a, "second": b, "mean": 1.0 + 2 * (a != b), "sd": 0.1}
+        for s in ("latent", "raw")
+        for i, a in enumerate(things)
+        for b in things[i:]
+    ]
+    members = [{"object": thing, "category": THINGS[thing]} for thing in things]
+    return [listed("categories", rows), listed("objects", objects), listed("members", members)]
 
 
-def probe(space: str, kind: str, target: str, split: str, metric: str, mean: float) -> dict:
-    chance = 0.25 if metric == "accuracy" else 0.0
-    about = {"space": space, "probe": kind, "target": target, "split": split, "metric": metric}
-    return {**about, "kind": "", "chance": chance, **score(mean)}
-
-
-def unknown(like: dict) -> dict:
-    """Angles have no rank."""
-    nothing = {"mean": None, "sd": None, "per_run": [None, None], "chance": 0.0}
-    return {**like, **nothing, "metric": "rank_correlation"}
-
-
-def probes() -> dict:
+def probe_rows(splits=("grouped", "unseen")) -> list[dict]:
     rows = []
     for space, better in (("latent", 0.2), ("raw", 0.0)):
         for kind in ("linear", "knn"):
-            rows.append(probe(space, kind, "object", "grouped", "accuracy", 0.5 + better))
-            for split in ("grouped", "unseen"):
-                rows.append(probe(space, kind, "angle_deg", split, "r2", -2.0 + better))
-                rows.append(unknown(rows[-1]))
-    silhouette = [
-        {"space": space, "label": "object", **score(mean)}
+            about = {"space": space, "probe": kind}
+            rows.append({
+                **about, "split": "grouped", "target": "object", "metric": "accuracy",
+                "chance": 0.25, "values": runs(0.5 + better),
+            })  # fmt: skip
+            for split in splits:
+                angle = {**about, "split": split, "target": "angle_deg", "chance": 0.0}
+                rows.append({**angle, "metric": "r2", "values": runs(-2.0 + better)})
+                nothing = [float("nan")] * 2  # angles have no rank
+                rows.append({**angle, "metric": "rank_correlation", "values": nothing})
+    return rows
+
+
+def probes() -> list[Table]:
+    rows = [
+        {"space": space, "label": "object", "values": runs(mean)}
         for space, mean in (("latent", 0.3), ("raw", -0.1))
     ]
-    return {"rows": rows, "silhouette": silhouette}
+    columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
+    found = table_of("silhouettes", "Silhouettes", by_run(rows, "silhouette"), **columns)
+    return [probe_table(probe_rows()), found]
 
 
-def retrieval() -> dict:
-    return {
-        "rows": [
-            {"space": space, "k": k, "gallery": gallery, "chance": 0.25, **score(mean / k)}
-            for space, mean in (("latent", 0.8), ("raw", 0.6))
-            for gallery in ("unseen", "all")
-            for k in (5, 1)
-        ]
-    }
-
-
-def transfer() -> dict:
-    levels = {"raw": 0.1, "gripper_latent": 0.4}
-    grippers = ["tall", SCRIPT]
+def retrieval() -> list[Table]:
     rows = [
-        {"space": s, "gripper": g, "calibration": n, **score(mean + 0.1 * n, 0.05)}
-        for s, mean in levels.items()
-        for g in grippers
-        for n in (0, 4)
+        {"space": space, "gallery": gallery, "k": k, "chance": 0.25, "run": run, "precision": value}
+        for space, mean in (("latent", 0.8), ("raw", 0.6))
+        for gallery in ("unseen", "all")
+        for k in (5, 1)
+        for run, value in enumerate(runs(mean / k))
     ]
-    within = [{"space": s, "gripper": g, **score(0.5)} for s in levels for g in grippers]
-    return {
-        "training_grippers": ["g1", "g2"],
-        "held_out_grippers": grippers,
-        "calibration": [0, 4],
-        "dimension": 4,
-        "target": "object",
-        "chance": 0.25,
-        "rows": rows,
-        "within": within,
-        "probes": [row for row in probes()["rows"] if row["split"] == "grouped"],
-    }
+    return [listed("retrieval", rows)]
 
 
-def documents() -> dict:
-    made = {
-        "knn": knn(),
-        "distances": distances(),
-        "probes": probes(),
-        "retrieval": retrieval(),
-    }
-    about = {"settings": {}, "provenance": PROVENANCE}
-    told = {name: {**about, **document} for name, document in made.items()}
-    return {**told, "cost": cost(), "knn_cost": knn_cost()}
+def transfer(grippers=GRIPPERS, pose: float | None = None) -> list[Table]:
+    """On every gripper 0.5 with 4 own grasps alone; `pose` is what the pose latent brings."""
+    levels = {"raw": 0.1, "gripper_latent": 0.4} | ({} if pose is None else {"pose_latent": pose})
+    rows = [
+        {"space": space, "gripper": gripper, "calibration": n, "run": run, "accuracy": value}
+        for gripper in grippers
+        for space, mean in levels.items()
+        for n, off in ((0, 0.05), (4, 0.05), (None, 0.1))
+        for run, value in enumerate(runs(0.5 if n is None else mean + 0.1 * n, off))
+    ]
+    return [listed("transfer", rows), probe_table(probe_rows(splits=("grouped",)))]
 
 
-def pictures(n: int = 32, seed: int = 0) -> Pictured:
+def pictures(n: int = 32, seed: int = 0) -> Projections:
     """Recordings of the things in turn, every fourth one held out."""
     rng = np.random.default_rng(seed)
     thing = np.resize(np.array(list(THINGS)), n)
     pairs = [(s, m) for s in ("latent", "raw") for m in ("pca", "umap", "tsne")]
-    return Pictured(
+    return Projections(
         recording=np.array([f"s{i % 2}/r{i}" for i in range(n)]),
         training=np.arange(n) // 4 % 4 != 0,
         columns={
@@ -185,12 +165,73 @@ def pictures(n: int = 32, seed: int = 0) -> Pictured:
             "session_id": np.array([f"s{i % 2}" for i in range(n)]),
             "grasp_id": np.array([f"g{i}" for i in range(n)]),
         },
-        pictures=(
-            Picture("latent", "plane", rng.standard_normal((n, 2))),
-            *(Picture(*pair, rng.standard_normal((n, 2))) for pair in pairs),
+        projections=(
+            Projection("latent", "plane", rng.standard_normal((n, 2))),
+            *(Projection(*pair, rng.standard_normal((n, 2))) for pair in pairs),
         ),
     )
 
 
-def sample(**changes) -> Embedded:
-    return embedded(declared(**changes), "poses", "simulated", documents(), pictures())
+def projections() -> list[Table]:
+    shown = pictures()
+    known = {"recording": shown.recording, "training": shown.training, **shown.columns}
+    recordings = [dict(zip(known, row, strict=True)) for row in zip(*known.values(), strict=True)]
+    points = [
+        {"space": one.space, "method": one.method, "x": x, "y": y}
+        for one in shown.projections
+        for x, y in one.points
+    ]
+    return [listed("recordings", recordings), listed("points", points)]
+
+
+ABOUT = {
+    "embedding_knn": {"chance": 0.25},
+    "embedding_transfer": {"chance": 0.25, "held_out_grippers": GRIPPERS},
+}
+TABLES = {
+    "embedding_knn": knn,
+    "embedding_distances": distances,
+    "embedding_probes": probes,
+    "embedding_retrieval": retrieval,
+    "embedding_transfer": transfer,
+    "embedding_projections": projections,
+}
+
+
+def results(
+    experiment, tables=None, cost=(), source="simulated", paper=None, about=None, **changes
+):
+    """The results of an experiment, after they were stored and read."""
+    tables = TABLES[experiment]() if tables is None else tables
+    if experiment == "embedding_knn":
+        tables, cost = tables
+    if experiment == "embedding_transfer":
+        changes = {"base": "other", "held_out": GRIPPERS} | changes
+        cost = [score_table([("", "cost of transfer", "cpu_s", "measured", 30.0)], "Cost")]
+    with TemporaryDirectory() as folder:
+        stored = []
+        for name, some in (("tables", tables), ("cost", cost)):
+            path = Path(folder) / f"{name}.json"
+            write_tables(path, some)
+            stored.append({one.name: one for one in read_tables(path)[1]})
+    told = ABOUT.get(experiment, {}) | (about or {})
+    return TaskResults(
+        experiment=experiment,
+        dataset="d",
+        dataset_title="Things",
+        task="poses",
+        kind="classification",
+        target="object",
+        unit="",
+        groups="grasp_id",
+        source=source,
+        settings=Embedding.model_validate(SETTINGS | changes),
+        results=(Result("", "", told, *stored),),
+        papers={experiment: paper} if paper else {},
+    )
+
+
+def figures(one: TaskResults) -> dict:
+    """The illustrations of an experiment by name, without what all names begin with."""
+    drawn = EXPERIMENTS[one.experiment].figures(one)
+    return {shown.name.removeprefix(one.named()).lstrip("-"): shown for shown in drawn}

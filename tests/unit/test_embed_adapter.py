@@ -1,4 +1,4 @@
-"""From a store to the documents of an embedding, on spectra that a person can reason about."""
+"""From a store to measurements of an embedding, on spectra that a person can reason about."""
 
 import dataclasses
 import json
@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ajgdata.pipeline.embed import logged_of, train_embedding
-from ajgdata.pipeline.embed_measures import knn_task, measure_task
-from ajgdata.pipeline.embed_transfer import transfer_task
-from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.evaluate.embedding_data import embedding_data
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import Inputs, Outcome
+from ajgdata.experiments.embedding import scores_by
+from ajgdata.pipeline.embed import train_embedding
+from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 from ajgdata.store.latents import open_latents, read_latents
 from ajgdata.types import DataError, Embedding
+from ajgdata.types.embedding import Probed
 
 BINS, THINGS, GRASPS = 48, 6, 6
 SETTINGS = Embedding(
@@ -60,18 +63,37 @@ def stored(path: Path, made: Shard) -> Path:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
-    """A folder with all documents of one embedding."""
+    """A folder with the latents of one embedding, and what training took."""
     folder = tmp_path_factory.mktemp("embed")
     store = stored(folder / "store.nc", shard(sessions=("s1", "s2")))
     train_embedding(
         store, settings=SETTINGS, seed=0, latents=folder / "latents.nc", cost=folder / "cost.json"
     )
-    measure_task(
-        store, folder / "latents.nc", settings=SETTINGS, kinds=KINDS,
-        distances=folder / "distances.json", probes=folder / "probes.json",
-        retrieval=folder / "retrieval.json",
-    )  # fmt: skip
     return folder
+
+
+def measured(folder: Path, name: str, settings: Embedding = SETTINGS, **changes) -> Outcome:
+    """The outcome of an experiment on a folder's store and latents."""
+    given = {
+        "dataset": "toy", "task": "e", "target": "kind", "kind": "classification", "unit": "",
+        "groups": settings.groups, "folds": settings.folds, "seed": 0, "kinds": KINDS,
+    }  # fmt: skip
+    if not settings.base:
+        given |= {"store": read_store(folder / "store.nc"), "training_cost": read(folder, "cost")}
+        given["latents"] = read_latents(folder / "latents.nc")
+    return EXPERIMENTS[name].measure(Inputs(**(given | changes)), settings, "")
+
+
+def table(outcome: Outcome, name: str):
+    return next(one for one in (*outcome.tables, *outcome.cost) if one.name == name)
+
+
+def of_scores(outcome: Outcome) -> dict:
+    """Values of the table of scores by space, part, metric and statistic: no two say the same."""
+    rows = [tuple(row.values()) for row in table(outcome, "scores").rows]
+    found = {row[:4]: row[4] for row in rows}
+    assert len(found) == len(rows)
+    return found
 
 
 def read(folder: Path, name: str) -> dict:
@@ -148,68 +170,132 @@ def test_things_are_looked_at(made, tmp_path):
     assert not np.allclose(other.latent[3], before.latent[3])
 
 
-def test_documents_are_of_the_things_that_there_are(made):
-    distances = read(made, "distances")
-    assert distances["provenance"]["source"] == "simulated"
-    assert distances["settings"]["supervision"] == "by hand"
+def test_distances_are_of_the_things_that_there_are(made):
+    found = measured(made, "embedding_distances")
+    members = table(found, "members")
+    assert members.column("object") == [f"t{n}" for n in range(THINGS)]
+    assert members.column("category") == ["low"] * 3 + ["high"] * 3
+    keys = ("space", "pairs", "first", "second")
+    scores = scores_by(table(found, "categories"), keys, "distance")
+    told = of_scores(found)
     for space in ("latent", "raw"):
-        one = distances["spaces"][space]
-        assert one["categories"] == ["high", "low"]
-        assert one["objects"] == [f"t{n}" for n in range(THINGS)]
-        assert one["object_category"] == ["low"] * 3 + ["high"] * 3
-        assert np.array(one["object_mean"]).shape == (THINGS, THINGS)
-        assert np.array(one["per_run"]).shape == (6 if space == "latent" else 3, 2, 2)
-    latent = np.array(distances["spaces"]["latent"]["object_mean"])
-    others = ~np.eye(THINGS, dtype=bool)
-    assert latent[~others].mean() < latent[others].mean()
+        for pairs, part in (
+            ("all", "distances"),
+            ("different things", "distances, other objects"),
+        ):
+            for metric in (("high", "high"), ("high", "low"), ("low", "low")):
+                score = scores.pop((space, pairs, *metric))
+                assert len(score.per_fold) == (6 if space == "latent" else 3)
+                named = (space, part, " to ".join(metric))
+                assert told[*named, "mean"] == pytest.approx(score.mean)
+                assert told[*named, "sd"] == pytest.approx(score.sd)
+                assert told[*named, "run 1"] == score.per_fold[1]
+    assert scores == {}
+    objects = table(found, "objects").where(space="latent")
+    same = np.array(objects.column("first")) == np.array(objects.column("second"))
+    assert len(same) == THINGS * (THINGS + 1) / 2
+    mean = objects.numbers("mean")
+    assert mean[same].mean() < mean[~same].mean()
+    assert told["latent", "distances, objects", "t0 to t1", "mean"] == mean[1]
+    assert ("latent", "distances, objects", "t0 to t1", "run 0") not in told
 
 
 def test_probes_read_what_is_there_to_be_read(made):
-    rows = {
-        (r["space"], r["split"], r["probe"], r["target"], r["metric"]): r
-        for r in read(made, "probes")["rows"]
-    }
-    assert rows["raw", "grouped", "linear", "object", "accuracy"]["mean"] > 0.95
-    assert rows["raw", "unseen", "linear", "pose", "r2"]["mean"] > 0.5
-    assert rows["latent", "grouped", "knn", "kind", "accuracy"]["chance"] == 0.5
-    assert len(rows["latent", "grouped", "knn", "kind", "accuracy"]["per_run"]) == 6
+    found = measured(made, "embedding_probes")
+    keys = ("space", "split", "probe", "target", "metric")
+    rows = scores_by(table(found, "probes"), keys, "value")
+    assert rows["raw", "grouped", "linear", "object", "accuracy"].mean > 0.95
+    assert rows["raw", "unseen", "linear", "pose", "r2"].mean > 0.5
+    kind = table(found, "probes").where(space="latent", split="grouped", probe="knn", target="kind")
+    assert kind.column("chance") == [0.5] * 6
     splits = {(split, target) for _, split, _, target, _ in rows}
     assert ("unseen", "object") not in splits  # no probe can name what it never met
-    assert ("grouped", "pose") not in splits
+    assert ("unseen", "pose") in splits and ("grouped", "pose") not in splits
+    told = of_scores(found)
+    for (space, split, probe, target, metric), score in rows.items():
+        named = (space, f"probe:{split}:{probe}", f"{metric} of {target}")
+        assert told[*named, "mean"] == pytest.approx(score.mean, nan_ok=True)
+    assert told["latent", "probe:grouped:knn", "accuracy of kind", "chance"] == 0.5
+    silhouettes = scores_by(table(found, "silhouettes"), ("space", "label"), "silhouette")
+    assert list(silhouettes) == [(s, x) for s in ("latent", "raw") for x in ("object", "kind")]
+    score = silhouettes["latent", "object"]
+    assert told["latent", "silhouette", "silhouette of object", "sd"] == score.sd
 
 
 def test_retrieval_is_of_unseen_things(made):
-    rows = {(r["space"], r["gallery"], r["k"]): r for r in read(made, "retrieval")["rows"]}
-    raw = rows["raw", "unseen", 1]
-    assert raw["mean"] > 0.9  # every thing has a peak of its own
+    found = measured(made, "embedding_retrieval")
+    rows = scores_by(table(found, "retrieval"), ("space", "gallery", "k", "chance"), "precision")
+    rows = {key[:3]: (score.mean, key[3]) for key, score in rows.items()}
+    mean, chance = rows["raw", "unseen", 1]
+    assert mean > 0.9  # every thing has a peak of its own
     # three unseen things, 24 recordings of each; two of 72 are the query's own grasp
-    assert raw["chance"] == pytest.approx(22 / 70)
-    assert rows["raw", "all", 1]["chance"] == pytest.approx(22 / 142)
+    assert chance == pytest.approx(22 / 70)
+    assert rows["raw", "all", 1][1] == pytest.approx(22 / 142)
+    told = of_scores(found)
+    assert told["raw", "retrieval:unseen", "precision at 1", "mean"] == mean
+    assert told["raw", "retrieval:all", "precision at 1", "chance"] == pytest.approx(22 / 142)
 
 
 def test_neighbours_and_what_they_cost(made):
-    knn_task(
-        made / "store.nc", made / "latents.nc", made / "cost.json", settings=SETTINGS, seed=0,
-        output=made / "knn.json", cost=made / "knn_cost.json",
-    )  # fmt: skip
-    found, cost = read(made, "knn"), read(made, "knn_cost")
-    spaces = [(row["space"], row["dimension"]) for row in found["rows"]]
+    found = measured(made, "embedding_knn")
+    scores = scores_by(table(found, "knn"), ("space", "dimension"), "accuracy")
     methods = ("latent", "pca", "umap")
-    assert spaces == [("raw", None), *((m, d) for m in methods for d in (2, 3))]
-    assert spaces == [(row["space"], row["dimension"]) for row in cost["rows"]]
-    assert found["chance"] == 0.5
-    raw = found["rows"][0]["mean"]
-    for row in found["rows"]:
-        assert row["gain_points"] == pytest.approx(100 * (row["mean"] - raw))
-        assert row["gain_relative"] == pytest.approx(row["mean"] / raw - 1)
-        assert row["mean"] == pytest.approx(np.mean(row["per_run"]))
-    share = read(made, "cost")["cpu_s"] / 16
-    assert cost["rows"][1]["fit_s"] == pytest.approx(share)
+    assert list(scores) == [("raw", None), *((m, d) for m in methods for d in (2, 3))]
+    times = table(found, "times")
+    assert [(row["space"], row["dimension"]) for row in times.rows] == list(scores)
+    assert found.about["chance"] == 0.5
+    told, raw = of_scores(found), scores["raw", None].mean
+    for (space, dimension), score in scores.items():
+        named = (space, f"knn:{dimension}" if dimension else "knn")
+        assert told[*named, "accuracy", "mean"] == score.mean
+        assert told[*named, "accuracy", "run 0"] == score.per_fold[0]
+        assert told[*named, "accuracy", "chance"] == 0.5
+        assert told[*named, "gain_points", "mean"] == pytest.approx(100 * (score.mean - raw))
+        assert told[*named, "gain_relative", "mean"] == pytest.approx(score.mean / raw - 1)
+    spent = read(made, "cost")
+    assert times.rows[1]["fit_s"] == pytest.approx(spent["cpu_s"] / 16)
+    cost = {tuple(row.values())[:4]: row["value"] for row in found.cost[0].rows}
+    assert cost["", "cost of training", "cpu_s", "measured"] == spent["cpu_s"]
+    assert cost["latent", "cost of knn:2", "fit_s", "measured"] == times.rows[1]["fit_s"]
+    assert cost["raw", "cost of knn", "query_s", "measured"] == times.rows[0]["query_s"]
+
+
+def test_projections_are_of_one_run_and_know_their_recordings(made):
+    found, latents = measured(made, "embedding_projections"), read_latents(made / "latents.nc")
+    recordings, points = table(found, "recordings"), table(found, "points")
+    assert recordings.column("recording") == latents.columns["recording"].values.tolist()
+    assert recordings.column("training") == (latents.validation_fold != 0).tolist()
+    names = [column.key for column in recordings.columns]
+    assert names == [
+        "recording", "training", "object", "kind", "pose", "session_id", "grasp_id",
+    ]  # fmt: skip
+    flat = points.where(space="latent", method="plane")
+    plane = np.column_stack([flat.numbers("x"), flat.numbers("y")])
+    np.testing.assert_allclose(plane, latents.latent[2][0, 0], rtol=1e-6)
+    methods = dict.fromkeys((row["space"], row["method"]) for row in points.rows)
+    assert set(methods) == {
+        ("latent", "plane"), *((s, m) for s in ("raw", "latent") for m in ("pca", "umap", "tsne"))
+    }  # fmt: skip
+    # a plane keeps part of the variance; of training points around their mean
+    pca, rows = points.where(space="latent", method="pca"), latents.validation_fold != 0
+    plane = np.column_stack([pca.numbers("x"), pca.numbers("y")])[rows]
+    assert plane.mean(axis=0) == pytest.approx(0, abs=1e-6)
+    share = plane.var(axis=0).sum() / latents.latent[3][0, 0][rows].var(axis=0).sum()
+    assert 2 / 3 < share <= 1 + 1e-6  # the two largest of three variances
+    assert measured(made, "embedding_projections") == found
+
+
+def test_latents_of_other_features_are_refused(made):
+    latents = read_latents(made / "latents.nc")
+    names = Column(latents.columns["recording"].values[::-1])
+    other = dataclasses.replace(latents, columns={**latents.columns, "recording": names})
+    with pytest.raises(DataError, match="are not of these features; delete them and run again"):
+        measured(made, "embedding_projections", latents=other)
 
 
 def test_recordings_of_nothing_are_no_thing():
     made = shard(references=3)
-    logged = logged_of(made, SETTINGS)
+    logged = embedding_data(made, SETTINGS)
     assert len(logged.feature) == len(made.feature) - 3
     assert "" not in logged.instance
 
@@ -230,12 +316,10 @@ def test_unseen_things_are_an_extra(tmp_path):
     found = train(tmp_path, shard(), settings)
     assert found.unseen is None
     assert (found.unseen_fold == -1).all()
-    outputs = {name: tmp_path / f"{name}.json" for name in ("distances", "probes", "retrieval")}
-    measure_task(
-        tmp_path / "store.nc", tmp_path / "latents.nc", settings=settings, kinds=KINDS, **outputs
-    )
-    assert "retrieval_folds is 0" in read(tmp_path, "retrieval")["skipped"]
-    assert {row["split"] for row in read(tmp_path, "probes")["rows"]} == {"grouped"}
+    with pytest.raises(ValueError, match="retrieval_folds is 0"):
+        measured(tmp_path, "embedding_retrieval", settings)
+    probes = table(measured(tmp_path, "embedding_probes", settings), "probes")
+    assert set(probes.column("split")) == {"grouped"}
 
 
 def test_what_cannot_be_trained_is_said(tmp_path):
@@ -245,11 +329,9 @@ def test_what_cannot_be_trained_is_said(tmp_path):
     alone = dataclasses.replace(one, feature=one.feature[rows], columns=columns)
     found = train(tmp_path, alone)
     assert "one thing" in found.attrs["skipped"]
-    outputs = {name: tmp_path / f"{name}.json" for name in ("distances", "probes", "retrieval")}
-    measure_task(
-        tmp_path / "store.nc", tmp_path / "latents.nc", settings=SETTINGS, kinds=KINDS, **outputs
-    )
-    assert "one thing" in read(tmp_path, "probes")["skipped"]
+    for name in ("knn", "distances", "probes", "retrieval", "projections"):
+        with pytest.raises(ValueError, match="one thing"):
+            measured(tmp_path, f"embedding_{name}")
 
 
 def test_damaged_latents_are_named(tmp_path):
@@ -260,46 +342,65 @@ def test_damaged_latents_are_named(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def transferred(tmp_path_factory) -> dict:
+def transferred() -> Outcome:
     """Grippers that tilt every spectrum, the fourth more than any that was trained on."""
-    folder = tmp_path_factory.mktemp("transfer")
-    grippers = stored(folder / "g.nc", shard(("s0", "s1", "s2", "s3"), tilt=2.0, references=2))
-    base = stored(folder / "b.nc", dataclasses.replace(
-        shard(("s0",), seed=1), attrs={"source": "simulated"}
-    ))  # fmt: skip
     settings = SETTINGS.model_copy(
-        update={"base": "toy", "held_out": ("s3",), "epochs": 10, "probes": {}}
+        update={"base": "toy", "held_out": ("s3",), "epochs": 10, "probes": {"object": Probed()}}
     )
-    transfer_task(
-        grippers, base, settings=settings, kinds=KINDS, seed=0,
-        output=folder / "transfer.json", cost=folder / "transfer_cost.json",
-    )  # fmt: skip
-    assert read(folder, "transfer_cost")["cpu_s"] > 0
-    return read(folder, "transfer")
+    grippers = shard(("s0", "s1", "s2", "s3"), tilt=2.0, references=2)
+    base = shard(("s0",), seed=1)
+    return measured(Path(), "embedding_transfer", settings, store=grippers, others={"toy": base})
+
+
+def accuracies(outcome: Outcome) -> dict:
+    return scores_by(table(outcome, "transfer"), ("space", "calibration"), "accuracy")
 
 
 def test_transfer_of_every_space_with_each_number_of_grasps(transferred):
-    assert transferred["training_grippers"] == ["s0", "s1", "s2"]
-    assert transferred["chance"] == pytest.approx(1 / THINGS)
-    rows = {(r["space"], r["calibration"]): r for r in transferred["rows"]}
-    assert {n for _, n in rows} == {0, 1, 2, 4}
-    assert len(rows["raw", 0]["per_run"]) == 3  # draws
-    assert len(rows["gripper_latent", 0]["per_run"]) == 3 * 2  # draws and initialisations
+    assert transferred.about["training_grippers"] == ["s0", "s1", "s2"]
+    assert transferred.about["held_out_grippers"] == ["s3"]
+    assert transferred.about["chance"] == pytest.approx(1 / THINGS)
+    rows = accuracies(transferred)
+    assert {n for _, n in rows} == {0, 1, 2, 4, None}
+    assert len(rows["raw", 0].per_fold) == 3  # draws
+    assert len(rows["gripper_latent", 0].per_fold) == 3 * 2  # draws and initialisations
+    told = of_scores(transferred)
+    named = ("raw", "transfer:s3:4", "accuracy")
+    assert told[*named, "mean"] == rows["raw", 4].mean
+    assert told[*named, "chance"] == pytest.approx(1 / THINGS)
+    assert told["raw", "transfer:s3:within", "accuracy", "sd"] == rows["raw", None].sd
+    assert ("raw", "transfer:s3:within", "accuracy", "chance") not in told
+    assert told["raw", "probe:grouped:linear", "accuracy of object", "mean"] > 0.9
+    (cost,) = (r["value"] for r in transferred.cost[0].rows if r["metric"] == "cpu_s")
+    assert cost > 0
 
 
 def test_a_reference_undoes_what_the_gripper_does(transferred):
     """Here a gripper multiplies each bin, and the recording of nothing holds just that factor."""
-    rows = {(r["space"], r["calibration"]): r["mean"] for r in transferred["rows"]}
+    rows = {key: score.mean for key, score in accuracies(transferred).items()}
     assert rows["referenced", 0] > 0.95
     assert rows["raw", 0] < rows["referenced", 0]
     assert rows["raw", 4] > rows["raw", 0]
 
 
-def test_references_that_are_missing_are_asked_for(tmp_path):
-    store = stored(tmp_path / "g.nc", shard(("s0", "s1")))
-    settings = SETTINGS.model_copy(update={"base": "toy", "held_out": ("s1",)})
-    transfer_task(
-        store, stored(tmp_path / "b.nc", shard(("s0",))), settings=settings, kinds=KINDS, seed=0,
-        output=tmp_path / "transfer.json", cost=tmp_path / "transfer_cost.json",
-    )  # fmt: skip
-    assert "has no recording of nothing" in read(tmp_path, "transfer")["skipped"]
+@pytest.mark.parametrize(
+    ("sessions", "held_out", "said"),
+    [
+        (("s0", "s1"), "s1", "has no recording of nothing"),
+        (("s1", "s2"), "s2", "no session has the gripper of base"),
+    ],
+)
+def test_what_transfer_lacks_is_asked_for(sessions, held_out, said):
+    settings = SETTINGS.model_copy(update={"base": "toy", "held_out": (held_out,)})
+    with pytest.raises(ValueError, match=said):
+        measured(
+            Path(), "embedding_transfer", settings,
+            store=shard(sessions), others={"toy": shard(("s0",))},
+        )  # fmt: skip
+
+
+def test_a_gripper_that_there_is_not_cannot_be_held_out():
+    settings = SETTINGS.model_copy(update={"base": "toy", "held_out": ("s9",)})
+    grippers, base = shard(("s0", "s1"), references=2), shard(("s0",))
+    with pytest.raises(ValueError, match="there is no session 's9'"):
+        measured(Path(), "embedding_transfer", settings, store=grippers, others={"toy": base})

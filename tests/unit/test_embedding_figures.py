@@ -5,62 +5,86 @@ import math
 
 import numpy as np
 import pytest
-from embedding_samples import DIMENSIONS, SCRIPT, THINGS, pictures, sample, transfer
+from drawn_figures import fits, texts
+from embedding_samples import (
+    DIMENSIONS,
+    SCRIPT,
+    TABLES,
+    THINGS,
+    distances,
+    figures,
+    knn,
+    pictures,
+    probes,
+    projections,
+    results,
+    transfer,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.colors import to_hex
 from matplotlib.patches import Ellipse as EllipsePatch
 from scipy.cluster.hierarchy import dendrogram
-from test_report_figures import fits, texts
 
-from ajgdata.pipeline.embed_documents import _transfer
-from ajgdata.report.canvas import COLOURS, encode
-from ajgdata.report.distances import apart_text, category_figure, object_figure, tree
-from ajgdata.report.embedded import Distances, Pictured
-from ajgdata.report.embedding_blocks import blocks, flat, probes_grid
-from ajgdata.report.embedding_page import figures
-from ajgdata.report.latents import (
-    EXPECTED_WITHIN,
-    Plane,
+from ajgdata.experiments import (
+    EXPERIMENTS,
+    embedding_distances,
+    embedding_knn,
+    embedding_probes,
+    embedding_projections,
+    embedding_transfer,
+)
+from ajgdata.experiments.embedding_distances import apart_text, distances_of
+from ajgdata.experiments.embedding_probes import LOWEST
+from ajgdata.report.canvas import COLOURS, draw, encode, styled
+from ajgdata.report.dendrogram import tree
+from ajgdata.report.latent_plane_figure import EXPECTED_WITHIN, Plane, plane_caption
+from ajgdata.report.latent_plane_figure import plane_figure as unstyled_plane
+from ajgdata.report.projections import (
+    MISSING,
+    Projections,
     category_colours,
-    plane_caption,
-    plane_figure,
+    shown_columns,
+    text_colours,
 )
-from ajgdata.report.neighbours import gain_text, neighbours_figure
-from ajgdata.report.probes import (
-    LOWEST,
-    probes_figure,
-    retrieval_figure,
-    transfer_caption,
-    transfer_figure,
-)
-from ajgdata.report.projected import MISSING, projected_figure, shown_columns, text_colours
+
+plane_figure = styled(unstyled_plane)
 
 
 @pytest.fixture(scope="module")
-def one():
-    return sample()
+def drawn():
+    """Every figure, by experiment and name."""
+    listed = {kind: figures(results(kind)) for kind in TABLES}
+    return {(k, name): draw(one) for k, some in listed.items() for name, one in some.items()}
 
 
-@pytest.fixture(scope="module")
-def drawn(one):
-    return {name: shown.draw() for name, shown in figures([one]).items()}
-
-
-def test_every_figure_says_simulated_fits_and_never_varies(one, drawn):
+def test_every_figure_says_simulated_fits_and_never_varies(drawn):
     assert set(drawn) == {
-        f"d--poses--{name}"
-        for name in (
-            "plane", "neighbours", "categories", "objects-latent", "objects-raw", "by-object",
-            "by-category", "by-angle_deg", "by-session_id", "probes", "retrieval",
-        )
-    }  # fmt: skip
-    for name, figure in drawn.items():
-        assert "simulated" in texts(figure), name
-        assert fits(figure), name
-    for name in ("d--poses--plane", "d--poses--by-object", "d--poses--objects-raw"):
-        assert encode(figures([one])[name].draw(), "svg") == encode(drawn[name], "svg")
+        ("embedding_knn", ""),
+        *(("embedding_distances", n) for n in ("categories", "objects-latent", "objects-raw")),
+        ("embedding_probes", "probes"),
+        ("embedding_retrieval", ""),
+        *(("embedding_transfer", name) for name in ("probes", "")),
+        *(
+            ("embedding_projections", name)
+            for name in ("plane", "by-object", "by-category", "by-angle_deg", "by-session_id")
+        ),
+    }
+    for key, figure in drawn.items():
+        assert "simulated" in texts(figure), key
+        assert any(text.startswith("Things · poses · ") for text in texts(figure)), key
+        assert fits(figure), key
+    for kind, name in (("embedding_projections", "plane"), ("embedding_distances", "objects-raw")):
+        again = draw(figures(results(kind))[name])
+        assert encode(again, "svg") == encode(drawn[kind, name], "svg")
+
+
+def test_captions_say_whose_and_whether_it_is_simulated():
+    for kind in TABLES:
+        for one in figures(results(kind, source="recorded")).values():
+            assert one.caption.text.startswith("Things · poses, recorded. ")
+            assert one.caption.alt.startswith("Things · poses. ")
 
 
 # the plane
@@ -162,7 +186,7 @@ def test_lengths_that_differ_are_refused():
     with pytest.raises(ValueError, match="do not match"):
         Plane(np.zeros((2, 2)), np.array(["a"]), np.array(["a"]), np.array([True]))
     with pytest.raises(ValueError, match=r"lengths \[1, 2\]"):
-        Pictured(np.array(["a"]), np.array([True]), {"object": np.array(["a", "b"])}, ())
+        Projections(np.array(["a"]), np.array([True]), {"object": np.array(["a", "b"])}, ())
 
 
 # distances
@@ -201,10 +225,11 @@ def test_unknown_distances_count_as_the_largest_and_one_object_is_no_tree():
     assert tree([[0.0]], ["a"]) is None
 
 
-def test_the_matrix_stands_in_the_order_of_the_tree(one):
-    latent = one.distances[0]
+def test_the_matrix_stands_in_the_order_of_the_tree(drawn):
+    one = results("embedding_distances")
+    latent = distances_of(one)[0]
     order = tree(latent.object_mean, latent.objects).order
-    branches, axes, *_ = object_figure(latent, "t", "simulated").axes
+    branches, axes, *_ = drawn["embedding_distances", "objects-latent"].axes
     shown = np.asarray(axes.get_images()[0].get_array())
     np.testing.assert_array_equal(shown, latent.object_mean[np.ix_(order, order)])
     labels = [t.get_text() for t in axes.get_yticklabels()]
@@ -219,34 +244,36 @@ def test_the_matrix_stands_in_the_order_of_the_tree(one):
     alone = dataclasses.replace(
         latent, objects=("a",), object_category=("b",), object_mean=np.zeros((1, 1))
     )
-    assert fits(object_figure(alone, "t", "simulated"))
+    assert fits(styled(embedding_distances.object_figure)(one, alone))
 
 
-def test_categories_are_compared_with_the_mean_of_the_others(one):
-    latent = one.distances[0]
+def test_categories_are_compared_with_the_mean_of_the_others(drawn):
+    latent = distances_of(results("embedding_distances"))[0]
     assert latent.apart() == {"cylindrical": True, "other": False, "spherical": True}
     assert apart_text(latent) == (
         "cylindrical 1 within < 3 between, other 5 within not < 3 between, "
         "spherical 1 within < 3 between"
     )
-    figure = category_figure(one.distances, "t", "simulated")
+    figure = drawn["embedding_distances", "categories"]
     assert {"1.00\n± 0.10", "5.00\n± 0.10", "—", "latent: different things only"} <= set(
         texts(figure)
     )
-    with pytest.raises(ValueError, match="2 categories, but shapes"):
-        dataclasses.replace(latent, categories=("a", "b"))
-    with pytest.raises(ValueError, match="1 objects, but shape"):
-        Distances(
-            "raw", (), *[np.zeros((0, 0))] * 4, objects=("a",), object_category=("b",),
-            object_mean=np.zeros((2, 2)), per_run=np.zeros((1, 0, 0)),
-        )  # fmt: skip
+
+
+def test_gaps_are_to_the_mean_of_the_others():
+    within = {"cylindrical": 1, "other": 2, "spherical": 1}
+    one = results("embedding_distances", distances(within, narrower=0.1))
+    gaps = distances_of(one)[0].gaps()
+    assert gaps["spherical"].mean == pytest.approx(2)
+    assert gaps["cylindrical"].mean == pytest.approx(2.05)
+    assert gaps["cylindrical"].sd == pytest.approx(0.1 / 2**0.5)
 
 
 # k-NN
 
 
-def test_accuracy_stands_against_dimension_and_against_time(one):
-    left, right = neighbours_figure(one, "t", "simulated").axes
+def test_accuracy_stands_against_dimension_and_against_time(drawn):
+    left, right = drawn["embedding_knn", ""].axes
     bars = {c.get_label(): c.lines[0].get_xydata() for c in left.containers}
     np.testing.assert_allclose(bars["latent"], [[2, 50], [4, 55]])
     np.testing.assert_allclose(bars["PCA"], [[2, 30], [4, 35]])
@@ -259,18 +286,24 @@ def test_accuracy_stands_against_dimension_and_against_time(one):
     assert right.get_ylim() == left.get_ylim() and left.get_ylim()[0] == 0
 
 
-def test_the_gain_is_told_in_points_and_relative(one):
-    assert gain_text(one) == (
+def test_the_gain_is_told_in_points_and_relative():
+    assert embedding_knn.gain_text(results("embedding_knn")) == (
         "k-NN on the latent reaches 55 ± 14 % at its best dimension, 4, on raw features "
         "50 ± 14 %: 5 percentage points, or 10 %, higher"
     )
-    worse = tuple(
-        row._replace(score=row.score._replace(mean=0.4)) if row.space == "latent" else row
-        for row in one.neighbours
-    )
-    said = gain_text(dataclasses.replace(one, neighbours=worse))
-    assert said.endswith("10 percentage points, or 20 %, lower") and "dimension, 2," in said
-    assert gain_text(dataclasses.replace(one, neighbours=())) == ""
+    worse = results("embedding_knn", knn({"latent": [0.1, 0.1], "raw": [0.6, 0.65]}))
+    said = embedding_knn.gain_text(worse)
+    assert said.endswith("12.5 percentage points, or 20 %, lower") and "dimension, 2," in said
+
+
+def test_the_table_of_knn_says_what_training_took_and_what_pairs_are_made_from():
+    accuracy, asked = EXPERIMENTS["embedding_knn"].tables(results("embedding_knn"))
+    assert "4 networks were trained in 20 s of one core" in accuracy.caption
+    assert accuracy.rows[1][:3] == ("4", "55 ± 14 %; 4 s", "50 ± 14 %; 0.03 s")
+    assert asked.rows[0] == (
+        "what the pairs are made from", f"Which things are the same, and {SCRIPT}."
+    )  # fmt: skip
+    assert dict(asked.rows[1:])["dimensions"] == "2; 4"
 
 
 # projections
@@ -287,16 +320,15 @@ def test_columns_that_tell_nothing_or_too_much_are_not_coloured():
     assert shown_columns(wide) == []
 
 
-def test_each_space_and_method_has_its_panel_with_its_points(one):
-    shown = one.pictured
-    figure = projected_figure(shown, "category", "t", "simulated")
+def test_each_space_and_method_has_its_panel_with_its_points(drawn):
+    shown, figure = pictures(), drawn["embedding_projections", "by-category"]
     panels = {axes.get_title(): axes for axes in figure.axes}
     assert list(panels) == [
         f"{space} · {method}"
         for space in ("latent", "raw features")
         for method in ("PCA", "UMAP", "t-SNE")
     ]
-    umap = next(p for p in shown.pictures if (p.space, p.method) == ("raw", "umap"))
+    umap = next(p for p in shown.projections if (p.space, p.method) == ("raw", "umap"))
     filled, rings = panels["raw features · UMAP"].collections
     np.testing.assert_array_equal(filled.get_offsets(), umap.points[shown.training])
     np.testing.assert_array_equal(rings.get_offsets(), umap.points[~shown.training])
@@ -306,10 +338,10 @@ def test_each_space_and_method_has_its_panel_with_its_points(one):
     ]
 
 
-def test_a_number_is_shaded_and_a_missing_one_grey(one):
-    figure = projected_figure(one.pictured, "angle_deg", "t", "simulated")
+def test_a_number_is_shaded_and_a_missing_one_grey(drawn):
+    figure = drawn["embedding_projections", "by-angle_deg"]
     rings = figure.axes[0].collections[1]
-    held_out = np.flatnonzero(~one.pictured.training)
+    held_out = np.flatnonzero(~pictures().training)
     colours = [to_hex(c) for c in rings.get_edgecolors()]
     assert colours[held_out.tolist().index(3)] == MISSING
     assert len(set(colours)) == len(held_out)
@@ -325,8 +357,8 @@ def test_things_have_colours_of_their_own():
 # probes, retrieval, transfer
 
 
-def test_probes_stand_at_their_scores_and_far_below_zero_at_the_edge(one):
-    figure = probes_figure(one.probes, "t", "simulated")
+def test_probes_stand_at_their_scores_and_far_below_zero_at_the_edge(drawn):
+    figure = drawn["embedding_probes", "probes"]
     left, right = figure.axes
     assert [t.get_text() for t in left.get_yticklabels()] == ["object (accuracy)", "angle deg (R²)"]
     found = {c.get_label(): c.lines[0].get_xdata().astype(float) for c in left.containers}
@@ -334,15 +366,16 @@ def test_probes_stand_at_their_scores_and_far_below_zero_at_the_edge(one):
     np.testing.assert_allclose(found["raw features, k-NN"], [0.5, LOWEST])
     assert (left.get_title(), right.get_title()) == ("new grasps of known things", "unseen things")
     assert all(len(c.lines[0].get_xdata()) == 1 for c in right.containers)
-    grid = probes_grid(one.probes)
-    assert grid.rows[0] == (
+    scores, silhouettes = EXPERIMENTS["embedding_probes"].tables(results("embedding_probes"))
+    assert scores.rows[0] == (
         "object", "new grasps of known things", "accuracy", "0.25",
         "0.70 ± 0.14", "0.70 ± 0.14", "0.50 ± 0.14", "0.50 ± 0.14",
     )  # fmt: skip
+    assert silhouettes.rows == (("object", "0.30 ± 0.14", "-0.10 ± 0.14"),)
 
 
-def test_precision_falls_with_k_in_its_gallery(one):
-    figure = retrieval_figure(one.retrieval, "t", "simulated")
+def test_precision_falls_with_k_in_its_gallery(drawn):
+    figure = drawn["embedding_retrieval", ""]
     assert [axes.get_title() for axes in figure.axes] == [
         "gallery: unseen things", "gallery: all things",
     ]  # fmt: skip
@@ -350,28 +383,59 @@ def test_precision_falls_with_k_in_its_gallery(one):
     np.testing.assert_allclose(bars["latent"], [[1, 80], [5, 16]])
 
 
-def test_transfer_has_a_panel_for_each_gripper():
-    found = _transfer(transfer())
-    figure = transfer_figure(found, "t", "simulated")
-    assert fits(figure)
+def test_transfer_has_a_panel_for_each_gripper(drawn):
+    figure = drawn["embedding_transfer", ""]
     assert [axes.get_title() for axes in figure.axes] == ["tall", SCRIPT]
     bars = {c.get_label(): c.lines[0].get_ydata().astype(float) for c in figure.axes[0].containers}
     np.testing.assert_allclose(bars["raw features"], [10, 50])
     np.testing.assert_allclose(bars["latent across grippers"], [40, 80])
-    assert "latent across grippers on tall, 4 grasps: 80.0 ± 7.1 %" in (transfer_caption(found).alt)
-    three = dataclasses.replace(found, held_out_grippers=("tall", SCRIPT, "wide"))
-    moved = tuple(row._replace(gripper="wide") for row in found.rows if row.gripper == "tall")
-    figure = transfer_figure(dataclasses.replace(three, rows=found.rows + moved), "t", "simulated")
+    told = embedding_transfer.caption(results("embedding_transfer")).alt
+    assert "latent across grippers on tall, 4 grasps: 80.0 ± 7.1 %" in told
+    three = ["tall", SCRIPT, "wide"]
+    more = results("embedding_transfer", transfer(three), about={"held_out_grippers": three})
+    figure = draw(figures(more)[""])
     assert fits(figure)
-    assert [axes.get_title() for axes in figure.axes if axes.get_visible()] == [
-        "tall", SCRIPT, "wide",
-    ]  # fmt: skip
+    visible = [axes.get_title() for axes in figure.axes if axes.get_visible()]
+    assert visible == ["tall", SCRIPT, "wide"]
 
 
-def test_what_was_not_made_is_not_shown(one):
-    nothing = dataclasses.replace(
-        one, neighbours=(), distances=(), probes=(), retrieval=(), pictured=None
-    )
-    assert blocks(nothing) == [] and flat(nothing) is None
-    lone = dataclasses.replace(nothing, transfer=_transfer(transfer()))
-    assert [block.id for block in blocks(lone)] == ["probes", "transfer"]
+def test_transfer_is_told_as_the_mean_of_all_unseen_grippers():
+    shown = list(EXPERIMENTS["embedding_transfer"].tables(results("embedding_transfer")))
+    assert "(chance 25 %)" in shown[0].caption
+    assert shown[0].rows == (
+        ("raw features", "10 %", "50 %"), ("latent across grippers", "40 %", "80 %")
+    )  # fmt: skip
+    assert [table.heads[0] for table in shown] == ["space", "target", "setting"]
+
+
+def test_what_was_not_made_is_not_shown():
+    none = [dataclasses.replace(table, rows=()) for table in probes()[:1]]
+    assert figures(results("embedding_probes", none)) == {}
+    assert list(EXPERIMENTS["embedding_probes"].tables(results("embedding_probes", none))) == []
+    recordings, points = projections()
+    flat = [recordings, points.where(space="raw")]
+    assert "plane" not in figures(results("embedding_projections", flat))
+    assert embedding_projections.clusters_of(results("embedding_projections", flat)) == ""
+
+
+def test_it_is_said_first_what_the_pairs_had_to_know():
+    for kind in ("embedding_projections", "embedding_transfer"):
+        said = EXPERIMENTS[kind].summary(results(kind))
+        assert said == f"What the pairs are made from: Which things are the same, and {SCRIPT}."
+
+
+def test_stored_projections_are_what_they_were():
+    tables = results("embedding_projections").results[0].tables
+    found, shown = embedding_projections.projections_of(tables), pictures()
+    assert found.recording.tolist() == shown.recording.tolist()
+    assert found.training.tolist() == shown.training.tolist()
+    assert list(found.columns) == list(shown.columns)
+    np.testing.assert_array_equal(found.columns["angle_deg"], shown.columns["angle_deg"])
+    for a, b in zip(found.projections, shown.projections, strict=True):
+        assert (a.space, a.method) == (b.space, b.method)
+        np.testing.assert_array_equal(a.points, b.points)
+
+
+def test_probes_are_read_without_those_that_say_nothing():
+    read = embedding_probes.probes_of(results("embedding_probes"))
+    assert {one.metric for one in read} == {"accuracy", "r2"}
