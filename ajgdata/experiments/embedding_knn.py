@@ -225,8 +225,7 @@ def _against_time(axes: Axes, rows: list[Neighbours]) -> None:
 
 def _front(axes: Axes, rows: Sequence[Neighbours]) -> None:
     """Draw a line through what nothing else beats in both accuracy and time."""
-    from ajgdata.report.canvas import GREY
-    from ajgdata.report.plots import pareto_front
+    from ajgdata.report.canvas import GREY, pareto_front
 
     seconds = np.array([max(row.seconds, SHORTEST) for row in rows])
     accuracy = np.array([100 * row.score.mean for row in rows])
