@@ -16,6 +16,7 @@ from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.tables import read_tables
+from ajgdata.types.table import Table
 
 pytestmark = pytest.mark.artefact
 
@@ -24,7 +25,7 @@ EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": 
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
-METRICS = [PATHS.metrics(*run) for run in RUNS["runs"]]
+EVALUATED = [(d, task, f"cross_validation-{model}") for d, task, model in RUNS["runs"]]
 TREES = [PATHS.published(name) for name in RUNS["published"]]
 PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
 STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name in STUDY_NAMES]
@@ -81,33 +82,41 @@ def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
     assert declared - stored <= listed
 
 
-@pytest.mark.parametrize("path", METRICS, ids=lambda p: "-".join(p.parts[-4:-1]))
-def test_reported_errors_follow_from_the_predictions(path):
-    document = json.loads(path.read_text())
-    if "skipped" in document:
-        assert len(document["skipped"]) > 10
+def evaluation(dataset: str, task: str, kind: str) -> tuple[dict, dict[str, Table]]:
+    about, tables = read_tables(PATHS.experiment(dataset, task, kind))
+    return about, {table.name: table for table in tables}
+
+
+@pytest.mark.parametrize("key", EVALUATED, ids="-".join)
+def test_reported_errors_follow_from_the_predictions(key):
+    about, tables = evaluation(*key)
+    if "skipped" in about:
+        assert len(about["skipped"]) > 10
         return
-    rows = rows_of(path.with_name("predictions.csv"))
+    rows = tables["predictions"].rows
     for split in {row["split"] for row in rows}:
         folds = {}
         for row in rows:
             if row["split"] == split:
                 folds.setdefault(int(row["fold"]), []).append((row["y_true"], row["y_pred"]))
-        assert len(folds) == document[split]["folds"]
+        assert len(folds) == about["parts"][split]["folds"]
         errors = []
         for _, pairs in sorted(folds.items()):
             true, predicted = zip(*pairs, strict=True)
-            if document["kind"] == "regression":
+            if about["kind"] == "regression":
                 true, predicted = (np.asarray(values, float) for values in (true, predicted))
-                if period := document["period"]:  # the prediction's nearest repetition
+                if period := about["period_deg"]:  # the prediction's nearest repetition
                     predicted = predicted - period * np.round((predicted - true) / period)
                 errors.append(root_mean_squared_error(true, predicted))
             else:
                 errors.append(accuracy_score(true, predicted))
-        name = "rmse" if document["kind"] == "regression" else "accuracy"
-        np.testing.assert_allclose(document[split]["per_fold"][name], errors, rtol=1e-9)
-        np.testing.assert_allclose(document[split]["mean"][name], np.mean(errors), rtol=1e-9)
-        np.testing.assert_allclose(document[split]["sd"][name], np.std(errors, ddof=1), rtol=1e-9)
+        name = "rmse" if about["kind"] == "regression" else "accuracy"
+        scores = tables["scores"].where(part=split, metric=name)
+        told = dict(zip(scores.column("statistic"), scores.numbers("value"), strict=True))
+        per_fold = [told[f"fold {n}"] for n in range(len(errors))]
+        np.testing.assert_allclose(per_fold, errors, rtol=1e-9)
+        np.testing.assert_allclose(told["mean"], np.mean(errors), rtol=1e-9)
+        np.testing.assert_allclose(told["sd"], np.std(errors, ddof=1), rtol=1e-9)
 
 
 def groups_of(dataset: str, column: str) -> dict[str, object]:
@@ -116,13 +125,13 @@ def groups_of(dataset: str, column: str) -> dict[str, object]:
     return dict(zip(names, columns[column].values.tolist(), strict=True))
 
 
-@pytest.mark.parametrize("path", METRICS, ids=lambda p: "-".join(p.parts[-4:-1]))
-def test_no_group_is_trained_on_where_it_is_tested(path):
+@pytest.mark.parametrize("key", EVALUATED, ids="-".join)
+def test_no_group_is_trained_on_where_it_is_tested(key):
     """Neither among the folds, nor where withheld values or other data sets are tested."""
-    document = json.loads(path.read_text())
-    dataset, column = path.parts[-4], document["groups"]
-    groups = groups_of(dataset, column)
-    rows = rows_of(path.with_name("predictions.csv"))
+    about, tables = evaluation(*key)
+    column = about["groups"]
+    groups = groups_of(key[0], column)
+    rows = tables["predictions"].rows if tables else ()
     fold_of = {}
     for row in rows:
         if row["split"] == "grouped":
@@ -185,17 +194,16 @@ def test_every_figure_is_on_the_page_and_every_model_in_it():
     """Figures of what was run, each under its name, with the files that it links to."""
     page = PATHS.report.read_text(encoding="utf-8")
     shown = set(re.findall(r'<figure id="([^"]+)"', page))
-    runs = [
-        run for run in RUNS["runs"] if "skipped" not in json.loads(PATHS.metrics(*run).read_text())
-    ]
-    assert {"predictions--" + "--".join(run) for run in runs} <= shown
+    made = [key for key in EVALUATED if "skipped" not in evaluation(*key)[0]]
+    named = (f"cross-validation--{d}--{t}--predictions--{k.partition('-')[2]}" for d, t, k in made)
+    assert set(named) <= shown
     folder = PATHS.report.parent / "figures"
     for suffix in ("svg", "png", "pdf"):
         assert {path.stem for path in folder.glob(f"*.{suffix}")} == shown
     table = page[page.index('<h2 id="results">') :]
     rows = re.findall(r"<tr>(.*?)</tr>", table[: table.index("</section>")], flags=re.S)
     models = [row for row in rows if re.search(r"<td>(RMSE|accuracy)</td>", row)]
-    assert len(models) == len(runs)
+    assert len(models) == len(made)
     for row in models:
         cells = re.findall(r'<td class="number">(.*?)</td>', row, flags=re.S)
         assert len(cells) == 5

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from ajgdata.pipeline.ablations import ABLATIONS
+from ajgdata.ablations import ABLATIONS
 
 from ajgdata.evaluate.metrics import METRICS
 from ajgdata.paths import Paths

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from ajgdata.pipeline.ablations import ABLATIONS
-from ajgdata.report.wording import number
+from ajgdata.ablations import ABLATIONS
+from ajgdata.report.format import number
 
 from ajgdata.pipeline.stages import busy_s
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from ajgdata.report.results import Score
-from ajgdata.report.wording import DASH, mean_sd, number, with_unit
+from ajgdata.report.format import Score
+from ajgdata.report.format import DASH, mean_sd, number, with_unit
 
 from ajgdata.paths import Paths
 from ajgdata.report.paper import PaperFigure, parse_paper

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ajgdata.report.wording import DASH, value
+from ajgdata.report.format import DASH, value
 
 from ajgdata.types.table import Column, Table
 

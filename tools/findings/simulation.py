@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from ajgdata.report.results import Score
-from ajgdata.report.wording import DASH, mean_sd, number, value
+from ajgdata.report.format import Score
+from ajgdata.report.format import DASH, mean_sd, number, value
 
 from ajgdata.gripper.scene import Numerics
 from ajgdata.studies.accuracy import PLAIN
