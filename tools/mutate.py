@@ -1,4 +1,4 @@
-"""Change lines of the package one at a time and see whether the tests notice (CONTRIBUTING says how).
+"""Change lines of the package one at a time and see whether the tests notice: see CONTRIBUTING.
 
 `draw` picks lines at random and one change for each, `score` tries each change in a copy of the
 project: the share that some test fails on is the mutation score. A change is kept as text (module,
@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import CodeType
@@ -76,92 +76,102 @@ def functions(tree: ast.Module) -> Iterator[tuple[str, ast.AST]]:
                     yield f"{node.name}.{inner.name}", inner
 
 
-def replacements(node: ast.AST, text: str) -> Iterator[tuple[int, int, str]]:
-    """Yield changes of a node that stands on one line: columns from, to, and what comes there."""
+#: Columns from and to, and what comes there.
+Replacement = tuple[int, int, str]
 
-    def operator(left: ast.expr, right: ast.expr, old: str, new: str) -> Iterator:
-        between = text[left.end_col_offset : right.col_offset]
-        if old in between:
-            at = left.end_col_offset + between.index(old)
-            yield at, at + len(old), new
 
-    def whole(inner: ast.AST, new: str) -> tuple[int, int, str]:
-        return inner.col_offset, inner.end_col_offset, new
+def replacements(node: ast.AST, text: str) -> Iterator[Replacement]:
+    """Yield changes of a node that stands on one line."""
+    yield from _operators(node, text)
+    yield from _constants(node)
+    yield from _conditions(node, text)
+    yield from _statements(node)
 
-    def source(inner: ast.AST) -> str:
-        return text[inner.col_offset : inner.end_col_offset]
 
+def _operators(node: ast.AST, text: str) -> Iterator[Replacement]:
+    changes: Iterable[tuple[str, str]] = ()
     match node:
         case ast.Compare(left=left, ops=[op], comparators=[right]):
-            for old, new in COMPARISONS[type(op)]:
-                yield from operator(left, right, old, new)
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATIONS:
-            yield from operator(left, right, *OPERATIONS[type(op)])
-        case ast.AugAssign(target=left, op=op, value=right) if type(op) in OPERATIONS:
-            yield from operator(left, right, *OPERATIONS[type(op)])
+            changes = COMPARISONS[type(op)]
+        case (
+            ast.BinOp(left=left, op=op, right=right)
+            | ast.AugAssign(target=left, op=op, value=right)
+        ) if type(op) in OPERATIONS:
+            changes = [OPERATIONS[type(op)]]
         case ast.BoolOp(op=op, values=[left, right, *_]):
-            words = ("and", "or") if isinstance(op, ast.And) else ("or", "and")
-            yield from operator(left, right, *words)
+            changes = [("and", "or") if isinstance(op, ast.And) else ("or", "and")]
+    for old, new in changes:
+        at = text.find(old, left.end_col_offset, right.col_offset)
+        if at >= 0:
+            yield at, at + len(old), new
+
+
+def _constants(node: ast.AST) -> Iterator[Replacement]:
+    match node:
         case ast.Constant(value=bool() as value):
-            yield whole(node, str(not value))
+            yield _whole(node, str(not value))
         case ast.Constant(value=int() | float() as value):
-            yield whole(node, repr(value + 1))
-            yield whole(node, repr(value - 1 if value else -1))
+            yield _whole(node, repr(value + 1))
+            yield _whole(node, repr(value - 1 if value else -1))
         case ast.Constant(value=str() as value) if value.replace("_", "").isalnum():
-            yield whole(node, repr(value + "X"))
+            yield _whole(node, repr(value + "X"))
+
+
+def _conditions(node: ast.AST, text: str) -> Iterator[Replacement]:
+    match node:
         case ast.UnaryOp(op=ast.Not() | ast.USub(), operand=inner):
-            yield whole(node, f"({source(inner)})")
-        case ast.If(test=test) | ast.IfExp(test=test) | ast.While(test=test):
-            if test.end_lineno == test.lineno:
-                yield whole(test, f"(not ({source(test)}))")
-        case ast.comprehension(ifs=[test, *_]):
-            yield whole(test, f"(not ({source(test)}))")
-        case ast.Return(value=ast.expr() as value) if value.end_lineno == node.lineno:
-            yield whole(node, "return None")
+            yield _whole(node, f"({text[inner.col_offset : inner.end_col_offset]})")
+        case (
+            ast.If(test=test)
+            | ast.IfExp(test=test)
+            | ast.While(test=test)
+            | ast.comprehension(ifs=[test, *_])
+        ) if test.end_lineno == test.lineno:
+            yield _whole(test, f"(not ({text[test.col_offset : test.end_col_offset]}))")
+
+
+def _statements(node: ast.AST) -> Iterator[Replacement]:
+    match node:
+        case ast.Return(value=ast.expr()):
+            yield _whole(node, "return None")
         case ast.Continue():
-            yield whole(node, "break")
+            yield _whole(node, "break")
         case ast.Break():
-            yield whole(node, "continue")
+            yield _whole(node, "continue")
         case ast.Expr(value=ast.Call()):
-            yield whole(node, "pass")
+            yield _whole(node, "pass")
         case ast.Call(args=args, keywords=keywords) if len(args) + len(keywords) > 1:
-            given = sorted([*args, *keywords], key=lambda one: one.col_offset)
-            if all(one.lineno == one.end_lineno == node.lineno for one in given):
-                yield given[-2].end_col_offset, given[-1].end_col_offset, ""
+            *_, before, last = sorted([*args, *keywords], key=lambda given: given.col_offset)
+            yield before.end_col_offset, last.end_col_offset, ""
 
 
-def _line_of(node: ast.AST) -> int:
-    inner = node.test if isinstance(node, ast.If | ast.While) else node
-    inner = inner.ifs[0] if isinstance(inner, ast.comprehension) and inner.ifs else inner
-    return getattr(inner, "lineno", 0)
+def _whole(node: ast.AST, new: str) -> Replacement:
+    return node.col_offset, node.end_col_offset, new
 
 
-def _one_line(node: ast.AST) -> bool:
-    if isinstance(node, ast.If | ast.While | ast.comprehension):
-        return True
-    return getattr(node, "end_lineno", 0) == getattr(node, "lineno", -1)
+def _line_of(node: ast.AST) -> int | None:
+    """Return the line that a node, or its condition, stands on whole."""
+    match node:
+        case ast.If(test=inner) | ast.While(test=inner) | ast.comprehension(ifs=[inner, *_]):
+            node = inner
+    first = getattr(node, "lineno", None)
+    return first if first == getattr(node, "end_lineno", None) else None
 
 
-def _runs(function: ast.AST) -> Iterator[ast.AST]:
-    """Yield nodes that are run: neither annotations, nor text within text, nor docstrings."""
-    skipped = {
-        id(getattr(function, "returns", None)),
-        id(getattr(function, "decorator_list", None)),
-    }
-    stack = [function]
-    while stack:
-        node = stack.pop()
-        yield node
-        for name, value in ast.iter_fields(node):
-            if name in ("annotation", "returns", "decorator_list") or id(value) in skipped:
-                continue
-            children = value if isinstance(value, list) else [value]
-            stack += [c for c in children if isinstance(c, ast.AST) and not _is_text(c)]
-
-
-def _is_text(node: ast.AST) -> bool:
-    docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-    return docstring or isinstance(node, ast.JoinedStr)
+def _runs(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield nodes that are run: neither annotations, nor docstrings, nor text with values in it."""
+    yield node
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            docstring = isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant)
+            if (
+                isinstance(child, ast.AST)
+                and not docstring
+                and not isinstance(child, ast.JoinedStr)
+            ):
+                yield from _runs(child)
 
 
 def mutants_of(module: Path, root: Path) -> dict[int, list[Mutant]]:
@@ -174,7 +184,7 @@ def mutants_of(module: Path, root: Path) -> dict[int, list[Mutant]]:
         body = [line.strip() for line in lines[function.lineno - 1 : function.end_lineno]]
         for node in _runs(function):
             number = _line_of(node)
-            if not number or not _one_line(node) or not lines[number - 1].isascii():
+            if number is None or not lines[number - 1].isascii():
                 continue  # columns are counted in bytes
             line = lines[number - 1]
             for start, end, new in replacements(node, line):
@@ -214,8 +224,8 @@ def draw(root: Path, packages: list[str], count: int, seed: int) -> list[Mutant]
 
 
 def find(mutant: Mutant, root: Path) -> tuple[Path, int] | None:
-    """Return where the line stands in a tree, and its number: in its module, else in the function of
-    that name elsewhere, else wherever it stands only once. None if it is gone."""
+    """Return the module that has the line now, and its number: in the same module, else in the
+    function of that name elsewhere, else where it stands only once. None if it is gone."""
     places = []
     for path in sorted((root / "ajgdata").rglob("*.py")):
         text = path.read_text(encoding="utf-8")
@@ -248,8 +258,8 @@ def imports(path: Path) -> set[str]:
 
 
 def concerned(module: str, root: Path) -> list[list[str]]:
-    """Return test files in rings: those that import a module (the ones named after it first), then
-    those that reach it over one more module, and so on."""
+    """Return test files in rings: those named after a module, those that import it, those reaching
+    it over one more module, and so on."""
     known = {_dotted(p, root): imports(p) for p in sorted((root / "ajgdata").rglob("*.py"))}
     folders = [root / folder for folder in TESTS]
     helpers = {p.stem: imports(p) for folder in folders for p in folder.rglob("*.py")}
@@ -257,18 +267,15 @@ def concerned(module: str, root: Path) -> list[list[str]]:
     for path in sorted(p for folder in folders for p in folder.rglob("test_*.py")):
         names = imports(path)
         reached[path] = names.union(*(helpers[name] for name in names & set(helpers)))
-    wanted, rings = {_dotted(root / module, root)}, []
-    stem = Path(module).stem
-    while reached:
-        ring = [path for path, names in reached.items() if names & wanted]
-        ring.sort(key=lambda path: (stem not in path.stem, path.stem))
-        rings.append([str(path.relative_to(root)) for path in ring])
-        reached = {path: names for path, names in reached.items() if path not in ring}
+    wanted = {_dotted(root / module, root)}
+    rings = [[path for path in reached if path.stem.endswith(f"_{Path(module).stem}")]]
+    while True:
+        done = {path for ring in rings for path in ring}
+        rings.append([p for p, names in reached.items() if names & wanted and p not in done])
         wider = wanted | {name for name, names in known.items() if names & wanted}
         if wider == wanted:
-            break
+            return [[str(path.relative_to(root)) for path in ring] for ring in rings if ring]
         wanted = wider
-    return [ring for ring in rings if ring]
 
 
 def _dotted(path: Path, root: Path) -> str:
@@ -305,8 +312,7 @@ def tried(tests: list[str], root: Path, seconds: int) -> str:
 
 
 def score(mutants: list[Mutant], root: Path, rings: int, seconds: int) -> Iterator[dict]:
-    """Yield each mutant with its outcome: killed, survived, timeout (a limit for each ring of tests)
-    or gone."""
+    """Yield each mutant with its outcome: killed, survived, gone, or timeout (for each ring)."""
     with tempfile.TemporaryDirectory() as temporary:
         tree = copy_of(root, Path(temporary))
         for index, mutant in enumerate(mutants):
@@ -331,6 +337,7 @@ def score(mutants: list[Mutant], root: Path, rings: int, seconds: int) -> Iterat
 
 
 def main() -> None:
+    """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     drawing = commands.add_parser("draw", help="pick lines and changes")

@@ -81,7 +81,9 @@ def test_only_what_is_new_is_read_and_edits_are_left_out_until_they_are_sealed(p
     for change in (add_recording, remove_recording, edit_recording):
         change(project)
     project.snakemake(*STORE)
-    logs = {day: project.root / f"results/logs/features/tones.{day}.log" for day in ("day1", "day2")}
+    logs = {
+        day: project.root / f"results/logs/features/tones.{day}.log" for day in ("day1", "day2")
+    }
     assert logs["day1"].read_text() == "1 recordings read, 8 features reused\n"
     assert logs["day2"].read_text() == "0 recordings read, 6 features reused\n"
     after = read_store(project.paths.features("tones"))

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 import yaml
-from conftest import DECLARATION, ROOT, SESSIONS, Project
+from conftest import DECLARATION, ROOT, SESSIONS, Project, rules_of
 
 TASK = {"target": "pitch", "folds": 3, "models": ["knn"]}
 
@@ -18,26 +18,18 @@ def declared(tmp_path_factory) -> Project:
     return Project(root)
 
 
-def needs(project: Project, target: str) -> tuple[dict[str, int], set[str]]:
-    """Jobs that a dry run announces, and data sets that are recorded for them."""
-    text = project.snakemake("--dry-run", target)
-    recorded = set(re.findall(r"Recording session \S+ of (\S+) with", text))
-    table = re.search(r"Job stats:\njob +count\n[- ]+\n(.*?)\ntotal", text, flags=re.S)
-    jobs = dict(row.split() for row in table[1].splitlines())
-    return {rule: int(count) for rule, count in jobs.items() if rule != target}, recorded
-
-
-def test_media_trains_nothing(declared):
-    jobs, recorded = needs(declared, "report_media")
-    assert recorded == {"media"}
-    assert jobs == {"acquire": 4, "features": 4, "merge": 1, "energy": 1, "experiment": 1}
-
-
-def test_size_records_no_noise_and_no_other_gripper(declared):
-    jobs, recorded = needs(declared, "report_size")
-    assert recorded == {"size"}
-    of_size = {"acquire": 4, "features": 4, "merge": 1, "evaluate": 6, "experiment": 1}
-    assert jobs == of_size
+@pytest.mark.parametrize(
+    ("name", "jobs"),
+    [
+        ("media", {"acquire": 4, "features": 4, "merge": 1, "energy": 1}),  # trains nothing
+        ("size", {"acquire": 4, "features": 4, "merge": 1, "evaluate": 6}),
+    ],
+)
+def test_an_experiment_needs_only_what_it_is_about(declared, name, jobs):
+    """No noise and no other gripper is recorded for the size."""
+    planned = declared.jobs_of(f"report_{name}")
+    assert rules_of(planned) == {**jobs, "experiment": 1, f"report_{name}": 1}
+    assert {job[1] for job in planned if job[0] == "acquire"} == {name}
 
 
 def test_an_experiment_is_reported_alone_and_evaluated_once(project):
