@@ -70,12 +70,12 @@ def rules_of(jobs: Counter[tuple[str, ...]]) -> dict[str, int]:
 def snakemake_here(*arguments: str) -> int | str:
     """Call Snakemake in this process, for what starts no job; returns its exit code, or the line
     that it ends with."""
-    try:
-        snakemake_main(arguments)
-    except SystemExit as ended:
-        code = ended.code
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ResourceWarning)  # it leaves folders to the interpreter
+        warnings.simplefilter("ignore", ResourceWarning)  # it leaves files to the interpreter
+        try:
+            snakemake_main(arguments)
+        except SystemExit as ended:
+            code = ended.code
         gc.collect()
     return code
 
