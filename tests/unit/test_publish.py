@@ -134,7 +134,7 @@ def test_both_descriptions_say_what_was_declared(world):
     )
     described = {one["name"]: one["description"] for one in croissant["recordSet"][0]["field"]}
     assert described["edge_mm"] == "length of the edge (mm)"
-    assert described["object"] == "object"
+    assert described["object"] == "what was held"
     fields = {one["name"]: one for one in package["resources"][0]["schema"]["fields"]}
     assert fields["edge_mm"]["description"] == "length of the edge"
     assert fields["edge_mm"]["unit"] == "mm"
