@@ -27,7 +27,7 @@ from typing import Any
 
 #: Where files are is no matter of what is in them, and the rules' inputs and outputs tell.
 IGNORED = {"ajgdata.paths"}
-_PLACE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?::(\w*))?")
+_PLACE = re.compile(r"([A-Za-z_]\w*(?:\.\w+)*):(\w*)")
 #: What an import means: (module, name in it), None for the module itself.
 Target = tuple[str, str | None]
 #: `a.b.c` as ("a", "b", "c").
@@ -240,7 +240,7 @@ class _Part:
             return self._read_name(node, write)
         if isinstance(node, ast.Constant):
             if isinstance(node.value, str) and (place := _PLACE.fullmatch(node.value)):
-                self.places.add(_place(place[1], place[2]))
+                self.places.add((place[1], (place[2],) if place[2] else ()))
         elif isinstance(node, ast.Import | ast.ImportFrom):
             for name, target in _imports(node, self._package):
                 self.imports[name].append(target)
@@ -280,14 +280,6 @@ def _defined(node: ast.stmt) -> list[str]:
         if all(isinstance(one, ast.Name | ast.Tuple) for one in targets):
             return [n.id for one in targets for n in ast.walk(one) if isinstance(n, ast.Name)]
     return []
-
-
-def _place(module: str, name: str | None) -> Mention:
-    """Return what a text `module:name`, `module:` or `module` means; `module` may be a class."""
-    if name is None:
-        top, *inside = module.split(".")
-        return (top, tuple(inside))
-    return (module, (name,) if name else ())
 
 
 def _imports(node: ast.Import | ast.ImportFrom, package: str) -> Iterator[tuple[str, Target]]:

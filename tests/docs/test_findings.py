@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
-from ajgdata.ablations import ABLATIONS
 
+from ajgdata.ablations import ABLATIONS
 from ajgdata.evaluate.metrics import METRICS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import COLUMNS

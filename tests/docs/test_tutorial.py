@@ -2,12 +2,17 @@
 
 import os
 import re
+import runpy
+import shlex
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import patch
 
+import pytest
 import yaml
 
+from ajgdata.cli import main
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
@@ -19,28 +24,30 @@ BLOCKS = re.findall(r"^```(sh|yaml)\n(.*?)^```", TEXT, flags=re.M | re.S)
 GIVEN = ("Snakefile", "workflow", "profiles", "tests", "docs", "environment.yml")
 
 
-def commands_beside_this_python(folder: Path) -> dict[str, str]:
-    """An environment in which `python`, `snakemake` and `ajgdata` are those that run the tests."""
-    folder.mkdir()
-    calls = {
-        "python": "",
-        "snakemake": "-m snakemake",
-        "ajgdata": "-c 'from ajgdata.cli import main; main()'",
-    }
-    for name, call in calls.items():
-        path = folder / name
-        path.write_text(f'#!/bin/sh\nexec {sys.executable} {call} "$@"\n')
-        path.chmod(0o755)
-    own = {"PATH": f"{folder}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    return {k: v for k, v in os.environ.items() if k != "AJGDATA_ROOT"} | own
+def run(command: str) -> None:
+    """A line of the shell, in this process where it does not start the workflow."""
+    program, *arguments = shlex.split(command)
+    if program == "snakemake":
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        subprocess.run([sys.executable, "-m", "snakemake", *arguments], env=environment, check=True)
+    elif program == "ajgdata":
+        with patch.object(sys, "argv", [program, *arguments]), pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code in (0, None), command
+    elif arguments[0] == "-c":
+        exec(compile(arguments[1], command, "exec"), {})
+    else:
+        with patch.object(sys, "argv", arguments):
+            runpy.run_path(arguments[0], run_name="__main__")
 
 
-def test_the_tutorial(tmp_path):
+def test_the_tutorial(tmp_path, monkeypatch, capfd):
     paths = Paths(tmp_path / "project")
     paths.datasets.mkdir(parents=True)
     for name in GIVEN:
         (paths.root / name).symlink_to(ROOT / name)
-    environment = commands_beside_this_python(tmp_path / "bin")
+    monkeypatch.chdir(paths.root)
+    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
     said = {}
     for kind, block in BLOCKS:
         if kind == "yaml":
@@ -49,16 +56,8 @@ def test_the_tutorial(tmp_path):
             paths.dataset(declared["name"]).write_text(block)
             continue
         for command in block.splitlines():
-            done = subprocess.run(
-                ["sh", "-c", command],
-                cwd=paths.root,
-                env=environment,
-                check=False,
-                capture_output=True,
-                text=True,
-            )
-            assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
-            said[command] = done.stdout
+            run(command)
+            said[command] = capfd.readouterr().out
     assert said["python docs/examples/make_takes.py takes"].startswith("18 recordings of 3 objects")
     assert "19 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate takes"]
     assert "18 added" in said["ajgdata import takes --dataset mine"]

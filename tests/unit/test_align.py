@@ -91,3 +91,10 @@ def test_shift_moves_and_pads_with_silence():
 )
 def test_delays_that_do_not_belong_to_the_session(delays, outliers):
     assert np.flatnonzero(delay_outliers(delays, 44_100)).tolist() == outliers
+
+
+@pytest.mark.parametrize("delay", [0, 700])
+def test_integers_have_no_end_of_range(delay):
+    """Of 16-bit codes the lowest has no absolute value; here it is the only one beside 0."""
+    codes = np.where(delayed(delay) < 0, -(2**15), 0).astype(np.int16)
+    assert delay_samples(codes, SWEEP, 2000) == delay

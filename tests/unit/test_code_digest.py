@@ -51,7 +51,8 @@ FILES = {
     "def unused():\n    return 1\n",
     "shapes": "class Base:\n    a = 1\nclass Box(Base):\n    b = 2\ndef area(x):\n"
     "    return Box() and x\n",
-    "late": "def late():\n    return 'pkg.named:chosen'\n",
+    "late": "def late():\n    return 'pkg.named:chosen', 'pkg.group'\n",
+    "group": "def member():\n    return 1\n",
     "named": "def chosen():\n    return 1\ndef not_chosen():\n    return 2\n",
     "other": "thing = 5\nelse_ = 6\n",
 }
@@ -74,6 +75,7 @@ FILES = {
         ("late", "def late():", "def late(*, x=1):", True),  # imported inside a function
         ("named", "return 1", "return 3", True),  # named by a text
         ("named", "return 2", "return 3", False),
+        ("group", "return 1", "return 2", False),  # a text may be anything
         ("other", "thing = 5", "thing = 7", True),
         ("other", "else_ = 6", "else_ = 7", False),
     ],

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ajgdata.store.files import (
+    bytes_below,
     csv_bytes,
     json_bytes,
     line_of,
@@ -279,3 +280,12 @@ def test_a_folder_survives_a_kill_between_its_two_renames(tmp_path):
         raise ValueError("disk full")
     assert (target / "a").read_text() == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["tree"]
+
+
+def test_the_size_of_files_and_folders(tmp_path):
+    (tmp_path / "d/e").mkdir(parents=True)
+    (tmp_path / "d/a").write_bytes(b"123")
+    (tmp_path / "d/e/b").write_bytes(b"12345")
+    assert bytes_below(tmp_path / "d/a") == 3
+    assert bytes_below(tmp_path / "d") == 8
+    assert bytes_below(tmp_path / "absent") == 0

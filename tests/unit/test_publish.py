@@ -35,7 +35,7 @@ from ajgdata.paths import Tree
 from ajgdata.pipeline.publish import check, publish
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.features import Column, Shard, read_store, text_column
-from ajgdata.store.files import read_csv
+from ajgdata.store.files import read_csv, read_json
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.publishing.table import (
@@ -118,6 +118,33 @@ def test_the_archive_holds_no_time_and_no_compression(world):
     assert [e.filename for e in entries] == [
         row["file_name"] for row in read_csv(world[1] / "metadata.csv")[1]
     ]
+
+
+def test_both_descriptions_say_what_was_declared(world):
+    tree = world[1]
+    croissant, package = read_json(tree / tree.CROISSANT), read_json(tree / tree.DATAPACKAGE)
+    assert croissant["creator"] == [{"@type": "sc:Person", "name": "A. Nobody"}]
+    assert package["contributors"] == [{"title": "A. Nobody", "role": "author"}]
+    assert (croissant["alternateName"], croissant["version"]) == ("Tones | <b>", package["version"])
+    assert croissant["datePublished"] + "T00:00:00Z" == package["created"] == "2026-01-31T00:00:00Z"
+    assert croissant["license"] == package["licenses"][0]["path"]
+    assert package["licenses"][0]["name"] == "CC0-1.0"
+    assert (
+        croissant["keywords"] == package["keywords"] and "acoustic sensing" in package["keywords"]
+    )
+    described = {one["name"]: one["description"] for one in croissant["recordSet"][0]["field"]}
+    assert described["edge_mm"] == "length of the edge (mm)"
+    assert described["object"] == "what was held"
+    fields = {one["name"]: one for one in package["resources"][0]["schema"]["fields"]}
+    assert fields["edge_mm"]["description"] == "length of the edge"
+    assert fields["edge_mm"]["unit"] == "mm"
+    assert fields["edge_mm"]["constraints"] == {"required": False, "unique": False}
+    assert fields["recording"]["constraints"] == {"required": True, "unique": True}
+    assert fields["sha256"]["constraints"] == {"required": True, "unique": False}
+    for one in (*croissant["distribution"][:3], *package["resources"]):
+        path = tree / one.get("contentUrl", one.get("path"))
+        size = path.stat().st_size
+        assert one.get("contentSize", f"{one.get('bytes')} B") == f"{size} B"
 
 
 def test_the_card_says_what_was_left_out_and_is_no_html(world):

@@ -1,18 +1,25 @@
 """A small project of synthetic tones, run once; each test changes a copy of it."""
 
-import re
+import fcntl
+import gc
+import logging
+import os
 import shutil
 import subprocess
 import sys
+import warnings
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from snakemake.cli import main as snakemake_main
+from snakemake_interface_logger_plugins.common import LogEvent
 
 from ajgdata.paths import Paths
 from ajgdata.store.audio import write_pcm24
+from ajgdata.store.importing import seal
 from ajgdata.store.sessions import write_session
 from ajgdata.types import Recording, Session
 
@@ -38,6 +45,41 @@ def write_tone(path: Path, hz: float, seed: int) -> None:
 SETTINGS = {"pages": [], "publish": [], "quick": True}
 
 
+class Announced(logging.Handler):
+    """Collect the jobs that Snakemake announces, and what it complains of."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.jobs: Counter[tuple[str, ...]] = Counter()
+        self.complaints: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if getattr(record, "event", None) == LogEvent.JOB_INFO:
+            self.jobs[record.rule_name, *record.wildcards.values()] += 1
+        elif record.levelno >= logging.ERROR:
+            self.complaints.append(record.getMessage())
+
+
+def rules_of(jobs: Counter[tuple[str, ...]]) -> dict[str, int]:
+    rules: Counter[str] = Counter()
+    for (rule, *_), count in jobs.items():
+        rules[rule] += count
+    return dict(rules)
+
+
+def snakemake_here(*arguments: str) -> int | str:
+    """Call Snakemake in this process, for what starts no job; returns its exit code, or the line
+    that it ends with."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # it leaves files to the interpreter
+        try:
+            snakemake_main(arguments)
+        except SystemExit as ended:
+            code = ended.code
+        gc.collect()
+    return code
+
+
 class Project:
     """A project folder and what Snakemake would do in it."""
 
@@ -46,25 +88,33 @@ class Project:
         if not (settings := root / "settings.yaml").exists():
             settings.write_text(yaml.safe_dump(SETTINGS))
 
+    def arguments(self, *more: str) -> list[str]:
+        given = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(self.root)]
+        given += ["--configfile", str(self.root / "settings.yaml"), "--cores", "2"]
+        return [*given, *more]
+
     def snakemake(self, *arguments: str) -> str:
-        command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-        command += ["--configfile", str(self.root / "settings.yaml")]
-        command += ["--directory", str(self.root), "--cores", "2", *arguments]
+        """Run it as a person does, in processes of its own; returns what it says."""
+        command = [sys.executable, "-m", "snakemake", *self.arguments(*arguments)]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout + done.stderr
 
-    def planned(self, *arguments: str) -> dict[str, int]:
-        """Jobs that a dry run announces, by rule."""
-        text = self.snakemake("--dry-run", *arguments)
-        table = re.search(r"Job stats:\njob +count\n[- ]+\n(.*?)\ntotal", text, flags=re.S)
-        rows = table[1].splitlines() if table else []
-        return {rule: int(count) for rule, count in (row.split() for row in rows)}
+    def jobs_of(self, *arguments: str) -> Counter[tuple[str, ...]]:
+        """Count the jobs of a dry run by (rule, *wildcards): in this process, in half a second."""
+        announced = Announced()
+        logger = logging.getLogger("snakemake")  # above the one whose handlers Snakemake replaces
+        logger.addHandler(announced)
+        try:
+            code = snakemake_here(*self.arguments("--dry-run", *arguments))
+        finally:
+            logger.removeHandler(announced)
+        assert code == 0, announced.complaints
+        return announced.jobs
 
-    def shards(self) -> Counter:
-        """Sessions whose features a dry run would compute."""
-        text = self.snakemake("--dry-run")
-        return Counter(re.findall(r"Spectra of session (\S+) of", text))
+    def planned(self, *arguments: str) -> dict[str, int]:
+        """Count the jobs of a dry run by rule."""
+        return rules_of(self.jobs_of(*arguments))
 
     def folder(self, session: str) -> Path:
         return self.paths.session("tones", session)
@@ -72,8 +122,22 @@ class Project:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory) -> Project:
-    """The project after one whole run, without the rule that runs tests."""
-    project = Project(tmp_path_factory.mktemp("project"))
+    """The project after one whole run, without the rule that runs tests: made by the process of
+    pytest-xdist that needs it first, for all of them."""
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+    with (shared / "tones.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (shared / "tones").exists():
+            made = make_tones(tmp_path_factory.mktemp("tones"))
+            made.root.rename(shared / "tones")
+    return Project(shared / "tones")
+
+
+def make_tones(root: Path) -> Project:
+    """Two sessions of eight recordings; those of the second are sealed."""
+    project = Project(root)
     declaration = project.paths.dataset("tones")
     declaration.parent.mkdir(parents=True)
     declaration.write_text(yaml.safe_dump(DECLARATION))
@@ -92,6 +156,7 @@ def finished(tmp_path_factory) -> Project:
         write_session(
             project.folder(session), Session(session_id=session, source="import"), recordings
         )
+    seal(project.paths, "tones", SESSIONS[1])
     project.snakemake("results/report/index.html")
     return project
 

@@ -34,7 +34,7 @@ rule summary:
 """
 #: Every script that serves several rules is run by one of them here.
 MORE = {
-    "curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]},
+    "experiments": {"learning_curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]}},
     "permutations": 20,
 }
 
@@ -55,9 +55,9 @@ def test_the_workflow_runs_as_a_module_with_a_prefix(project):
         return done.stdout + done.stderr
 
     planned = run("--dry-run")
-    for rule in ("curve", "permute", "report"):
+    for rule in ("experiment", "report"):
         assert f"\najg_{rule} " in planned
     run()
     assert "results/report/index.html" in (project.root / "summary.txt").read_text()
-    assert project.paths.curve("tones", "pitch", "knn").is_file()
+    assert project.paths.experiment("tones", "pitch", "learning_curve-knn").is_file()
     assert "Nothing to be done" in run("--dry-run")

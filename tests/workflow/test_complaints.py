@@ -1,19 +1,16 @@
 """What is wrong with a declaration or a setting is said in one line, without a traceback."""
 
-import subprocess
-import sys
-
 import pytest
-from conftest import ROOT
+from conftest import ROOT, snakemake_here
 
 
-def complaint(root, *arguments):
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--directory", str(root), "--dry-run", "--quiet", "all", *arguments]
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert done.returncode == 1
-    said = [line for line in done.stderr.splitlines() if not line.startswith(("Using", "Config"))]
-    return [line for line in said if line]
+def complaint(capsys, root, *arguments):
+    """The text that Python prints for a SystemExit, which is all that is said."""
+    call = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(root), "--dry-run"]
+    line = snakemake_here(*call, "--quiet", "all", *arguments)
+    said = capsys.readouterr().err.splitlines()
+    assert [line for line in said if not line.startswith(("Using", "Config"))] == []
+    return line
 
 
 @pytest.mark.parametrize(
@@ -23,12 +20,12 @@ def complaint(root, *arguments):
         ("name: d\n", "no data set here has recordings or a recipe; get some with"),
     ],
 )
-def test_a_declaration(tmp_path, content, said):
+def test_a_declaration(tmp_path, capsys, content, said):
     path = tmp_path / "datasets/d/dataset.yaml"
     path.parent.mkdir(parents=True)
     path.write_text(content)
-    (line,) = complaint(tmp_path)
-    assert said in line
+    line = complaint(capsys, tmp_path)
+    assert said in line and "\n" not in line
 
 
 @pytest.mark.parametrize(
@@ -39,6 +36,6 @@ def test_a_declaration(tmp_path, content, said):
         ("datasets=d", "config.datasets: 'd' is not of type 'array', 'null'; correct it"),
     ],
 )
-def test_a_setting(tmp_path, setting, said):
-    (line,) = complaint(tmp_path, "--config", setting)
-    assert line.startswith(said)
+def test_a_setting(tmp_path, capsys, setting, said):
+    line = complaint(capsys, tmp_path, "--config", setting)
+    assert line.startswith(said) and "\n" not in line

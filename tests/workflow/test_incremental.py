@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 import yaml
-from conftest import DECLARATION, write_tone
+from conftest import DECLARATION, rules_of, write_tone
 
 from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.pipeline.studies import STUDIES
@@ -17,7 +17,7 @@ from ajgdata.store.features import read_store
 from ajgdata.store.importing import seal
 
 #: What follows from a changed store.
-TASKS = {"evaluate": 1, "report": 1}
+TASKS = {"experiment": 1, "report": 1}
 END = ("results/report/index.html",)
 #: Enough of a run where only the features are looked at.
 STORE = ("results/features/tones/merged/tones.nc",)
@@ -50,37 +50,54 @@ def test_touching_redoes_nothing(project):
     assert project.planned(*END) == {}
 
 
-def test_a_new_recording_redoes_its_session_only_and_computes_one_feature(project):
+def add_recording(project):
     write_tone(project.folder("day1") / "audio/new.wav", 500, seed=7)
     new = {"recording_id": "new", "file": "audio/new.wav", "grasp_id": "new", "pitch": "low"}
     edit_table(project, "day1", lambda rows: [*rows, {**rows[0], **new, "sha256": ""}])
-    before = read_store(project.paths.features("tones"))
-    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
-    assert project.shards() == {"day1": 1}
-    project.snakemake(*STORE)
-    log = (project.root / "results/logs/features/tones.day1.log").read_text()
-    assert log == "1 recordings read, 8 features reused\n"
-    after = read_store(project.paths.features("tones"))
-    assert len(after.feature) == len(before.feature) + 1
-    old = [name != "day1/new" for name in after.columns["recording"].values]
-    np.testing.assert_array_equal(after.feature[old], before.feature)
-    assert project.planned(*END) == TASKS
 
 
-def test_an_edited_recording_is_left_out_until_it_is_sealed(project):
-    seal(project.paths, "tones", "day2")
-    project.snakemake(*STORE)
+def remove_recording(project):
+    (project.folder("day2") / "audio/0.wav").unlink()
+    edit_table(project, "day2", lambda rows: rows[1:])
+
+
+def edit_recording(project):
     write_tone(project.folder("day2") / "audio/3.wav", 1234, seed=8)
-    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
-    assert project.shards() == {"day2": 1}
+
+
+@pytest.mark.parametrize(
+    ("change", "session"),
+    [(add_recording, "day1"), (remove_recording, "day2"), (edit_recording, "day2")],
+)
+def test_a_recording_redoes_its_session_only(project, change, session):
+    change(project)
+    jobs = project.jobs_of(*END)
+    assert rules_of(jobs) == {"features": 1, "merge": 1, **TASKS}
+    assert jobs["features", "tones", session] == 1
+
+
+def test_only_what_is_new_is_read_and_edits_are_left_out_until_they_are_sealed(project):
+    before = read_store(project.paths.features("tones"))
+    for change in (add_recording, remove_recording, edit_recording):
+        change(project)
     project.snakemake(*STORE)
-    names = read_store(project.paths.features("tones")).columns["recording"].values
-    assert "day2/3" not in names
+    logs = {
+        day: project.root / f"results/logs/features/tones.{day}.log" for day in ("day1", "day2")
+    }
+    assert logs["day1"].read_text() == "1 recordings read, 8 features reused\n"
+    assert logs["day2"].read_text() == "0 recordings read, 6 features reused\n"
+    after = read_store(project.paths.features("tones"))
+    names = after.columns["recording"].values.tolist()
+    assert set(before.columns["recording"].values) ^ set(names) == {"day1/new", "day2/0", "day2/3"}
+    for name, feature in zip(before.columns["recording"].values, before.feature, strict=True):
+        if name in names:
+            np.testing.assert_array_equal(after.feature[names.index(name)], feature)
     assert "changed" in project.paths.quarantine("tones").read_text()
+    assert project.planned(*END) == TASKS
     assert seal(project.paths, "tones", "day2") == 1
     project.snakemake(*STORE)
-    log = (project.root / "results/logs/features/tones.day2.log").read_text()
-    assert log == "1 recordings read, 7 features reused\n"
+    assert logs["day2"].read_text() == "1 recordings read, 6 features reused\n"
+    assert "day2/3" in read_store(project.paths.features("tones")).columns["recording"].values
 
 
 def test_an_edit_that_keeps_size_and_time_is_noticed(project):
@@ -90,18 +107,6 @@ def test_an_edit_that_keeps_size_and_time_is_noticed(project):
     os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     assert path.stat().st_size == stat.st_size
     assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
-
-
-def test_a_removed_recording_redoes_its_session_only(project):
-    (project.folder("day2") / "audio/0.wav").unlink()
-    edit_table(project, "day2", lambda rows: rows[1:])
-    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
-    assert project.shards() == {"day2": 1}
-    project.snakemake(*STORE)
-    names = read_store(project.paths.features("tones")).columns["recording"].values
-    assert "day2/0" not in names
-    log = (project.root / "results/logs/features/tones.day2.log").read_text()
-    assert log == "0 recordings read, 7 features reused\n"
 
 
 def test_a_new_label_recomputes_no_feature(project):
@@ -118,8 +123,9 @@ def test_a_new_session_redoes_no_other(project):
     cells = {"recording_id": "0", "file": "audio/0.wav", "grasp_id": "0", "pitch": "low"}
     row = ",".join(cells.get(column, "") for column in header.split(","))
     (day3 / RECORDINGS_FILE).write_text(f"{header}\n{row}\n")
-    assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
-    assert project.shards() == {"day3": 1}
+    jobs = project.jobs_of(*END)
+    assert rules_of(jobs) == {"features": 1, "merge": 1, **TASKS}
+    assert jobs["features", "tones", "day3"] == 1
 
 
 @pytest.mark.parametrize(
@@ -130,11 +136,11 @@ def test_a_new_session_redoes_no_other(project):
         ({"audio": {"channel": "mean"}}, {"features": 2, "merge": 1, **TASKS}),
         (
             {"tasks": {"pitch": {"target": "pitch", "folds": 2, "models": ["knn"]}}},
-            {"evaluate": 1, "report": 1},
+            {"experiment": 1, "report": 1},
         ),
         (
             {"tasks": {"pitch": {"target": "pitch", "folds": 3, "models": ["knn", "linear"]}}},
-            {"evaluate": 1, "report": 1},
+            {"experiment": 1, "report": 1},
         ),
     ],
     ids=["title", "hop", "channel", "folds", "model"],
@@ -153,17 +159,6 @@ def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):
     style.parent.mkdir(parents=True)
     style.write_text("p { color: red }")
     assert project.planned(*END) == {"report": 1}
-
-
-def test_a_broken_session_is_reported_and_the_rest_goes_on(project):
-    (project.folder("day1") / "session.yaml").write_text("session_id: [")
-    project.snakemake(*END)
-    quarantine = project.paths.quarantine("tones").read_text()
-    assert "bad_session" in quarantine
-    assert "not valid YAML" in quarantine
-    sessions = read_store(project.paths.features("tones")).columns["session_id"].values
-    assert set(sessions) == {"day2"}
-    assert "not valid YAML" in project.paths.report.read_text()
 
 
 def test_same_inputs_give_the_same_bytes(project):
@@ -185,34 +180,39 @@ def test_a_failed_merge_leaves_the_old_features(project):
     assert project.paths.features("tones").read_bytes() == before
 
 
-def test_results_of_what_is_no_longer_declared_do_not_disturb_the_checks(project):
-    renamed = {"other": DECLARATION["tasks"]["pitch"]}
-    redeclare(project, tasks=renamed)
-    edit_table(project, "day1", lambda rows: rows[0].update(quality="reject"))
-    project.snakemake()
-    assert "passed" in (project.root / "results/verify/summary.txt").read_text()
-
-
-def test_pages_on_the_gripper_are_made_once_and_have_their_figures(project):
+def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_declared(project):
+    """With a page on the gripper, trained models, and the rule that checks the results."""
+    redeclare(project, tasks={"other": DECLARATION["tasks"]["pitch"]})
+    edit_table(project, "day2", lambda rows: rows[0].update(quality="reject"))
+    (project.folder("day1") / "session.yaml").write_text("session_id: [")
     ask = ("--config", "pages=[gallery]")
-    assert project.planned(*END, *ask) == {"page": 1, "report": 1}
-    project.snakemake("results/report/gallery.html", *ask)
-    assert project.planned(*END, *ask) == {"report": 1}
+    made = {"features": 1, "merge": 1, **TASKS, "page": 1, "train": 1, "collect": 1, "verify": 1}
+    assert project.planned(*ask) == {**made, "all": 1}
+    project.snakemake(*ask)
+    assert project.planned(*ask) == {}
+    quarantine = project.paths.quarantine("tones").read_text()
+    assert "bad_session" in quarantine and "not valid YAML" in quarantine
+    sessions = read_store(project.paths.features("tones")).columns["session_id"].values
+    assert set(sessions) == {"day2"}
+    assert "not valid YAML" in project.paths.report.read_text()
     page = project.paths.page("gallery").read_text()
     assert '<a href="index.html">' in page
     for link in re.findall(r'href="(gallery/[^"]+)"', page):
         assert (project.paths.report.parent / link).is_file()
+    assert "passed" in (project.root / "results/verify/summary.txt").read_text()
+    edit_recording(project)
+    assert project.planned(*END, *ask) == {"features": 1, "merge": 1, **TASKS}
+    assert project.planned(*END, *ask, "quick=False").items() >= {"gallery": 1}.items()
 
 
 def test_each_study_is_a_job_of_its_own(project):
-    """Other recordings redo no study, and quick ones are other ones."""
-    jobs = {"study": len(STUDIES), "page": len(STUDIES) + 1, "report": 1}
-    wanted = {rule: count for rule, count in jobs.items() if count}
     pages = ",".join(["gallery", *STUDIES])
-    assert project.planned(*END, "--config", f"pages=[{pages}]") == wanted
-    write_tone(project.folder("day1") / "audio/0.wav", 777, seed=3)
-    redone = project.planned(*END)
-    assert "study" not in redone and "page" not in redone
+    jobs = project.jobs_of(*END, "--config", f"pages=[{pages}]")
+    assert jobs == {
+        **{(rule, study): 1 for rule in ("study", "page") for study in STUDIES},
+        ("page", "gallery"): 1,
+        ("report",): 1,
+    }
 
 
 def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project):

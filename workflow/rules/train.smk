@@ -1,3 +1,6 @@
+from ajgdata.types import MODELS
+
+
 rule train:
     input:
         store=PATHS.merged("{dataset}"),
@@ -13,6 +16,7 @@ rule train:
         task=lambda wildcards: SPECS[wildcards.dataset].training(wildcards.task),
         seed=config["seed"],
         code=code_of("ajgdata.pipeline.train:train_model"),
+        registered_by=lambda wildcards: MODELS.origin(wildcards.model),
     message:
         "Training {wildcards.model} for {wildcards.task} on all of {wildcards.dataset}"
     script:

@@ -1,4 +1,4 @@
-"""The paper's further experiments as the workflow makes them: each only where a task asks."""
+"""Experiments as the one rule makes them: each only where a task asks for it."""
 
 import csv
 import json
@@ -7,16 +7,20 @@ import shutil
 import yaml
 from conftest import DECLARATION, SESSIONS
 
+from ajgdata.store.tables import read_tables
+
 TASK = {
     "target": "pitch",
     "folds": 3,
     "models": ["knn"],
     "test_on": ["copy"],
-    "curve": {"groups": [3, 5], "repeats": 3, "models": ["knn"]},
-    "permutations": 5,
-    "calibrate": {"test_on": ["copy"], "grasps": [0, 1], "models": ["knn"]},
-    "stft": {"settings": [{"hop": 2048}, {"window": 512}], "models": ["knn"]},
-    "sorting": {"objects": ["high", "low"], "models": ["linear"]},
+    "experiments": {
+        "learning_curve": {"groups": [3, 5], "repeats": 3, "models": ["knn"]},
+        "permutation_test": {"permutations": 5},
+        "cross_gripper": {"test_on": ["copy"], "grasps": [0, 1], "models": ["knn"]},
+        "stft_settings": {"settings": [{"hop": 2048}, {"window": 512}], "models": ["knn"]},
+        "sorting": {"objects": ["high", "low"], "models": ["linear"]},
+    },
 }
 
 
@@ -32,25 +36,32 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         paths.dataset(name).parent.mkdir(exist_ok=True)
         paths.dataset(name).write_text(yaml.safe_dump(content))
     page = ("results/report/index.html", "results/metrics.json")
-    new = {"features": 2, "merge": 1, "curve": 1, "permute": 1, "sort": 1, "stft": 1}
-    new["calibrate"] = 1
-    assert project.planned(*page) == {**new, "evaluate": 1, "report": 1, "collect": 1}
+    new = {"features": 2, "merge": 1, "experiment": 6}
+    assert project.planned(*page) == {**new, "report": 1, "collect": 1}
     project.snakemake(*page)
-    found = json.loads(paths.metrics("tones", "pitch", "knn").read_text())
-    assert found["on:copy"]["per_fold"] == found["grouped"]["per_fold"]
-    assert len(json.loads(paths.curve("tones", "pitch", "knn").read_text())["points"]) == 6
-    assert len(json.loads(paths.permutations("tones", "pitch").read_text())["null"]) == 5
-    assert json.loads(paths.sorting("tones", "pitch", "linear").read_text())["recordings"] == 16
-    points = json.loads(paths.transfer("tones", "pitch", "knn").read_text())["on"]["copy"]
-    assert all(p["home"] == p["scores"] for p in points if not p["grasps"])
+
+    def tables(kind):
+        found = read_tables(paths.experiment("tones", "pitch", kind))[1]
+        return {table.name: table for table in found}
+
+    scores = tables("cross_validation-knn")["scores"]
+    there, here = (
+        scores.where(part=part, statistic="mean").column("value") for part in ("on:copy", "grouped")
+    )
+    assert there == here
+    curve = tables("learning_curve-knn")["curve"].where(metric="accuracy")
+    assert len(curve.rows) == 6
+    assert len(tables("permutation_test")["null"].rows) == 5
+    folds = tables("cross_gripper-knn")["folds"].where(grasps=0)
+    assert folds.rows and folds.column("home") == folds.column("value")
     text = paths.report.read_text()
     assert "tested on Second microphone" in text
     assert "Permutation test" in text
     for name in (
-        "transfer--tones--pitch",
-        "curve--tones--pitch",
-        "stft--tones--pitch",
-        "chance--tones--pitch",
+        "cross-gripper--tones--pitch",
+        "learning-curve--tones--pitch",
+        "stft-settings--tones--pitch",
+        "permutation-test--tones--pitch",
         "sorting--tones--pitch--linear",
     ):
         assert f'id="{name}"' in text
@@ -59,7 +70,10 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
         rows = list(csv.DictReader(stream))
     values = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in rows}
     assert len(values) == len(rows)
-    for fold, accuracy in enumerate(found["on:copy"]["per_fold"]["accuracy"]):
+    for fold in range(3):
+        (accuracy,) = scores.where(
+            part="on:copy", metric="accuracy", statistic=f"fold {fold}"
+        ).column("value")
         assert float(values["knn", "on:copy", "accuracy", f"fold {fold}"]) == accuracy
     assert float(values["knn", "curve:5", "accuracy", "draw 2"]) <= 1
     assert float(values["knn", "stft:2048/2048", "accuracy", "mean"]) <= 1
@@ -69,16 +83,17 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert float(values["knn", "transfer:copy:1", "accuracy", "fold 0"]) <= 1
     assert {r["source"] for r in rows} == {"recorded"}
     document = json.loads(paths.all_metrics.read_text())
-    (evaluation,) = document["evaluations"]
-    assert evaluation["on:copy"] == found["on:copy"]
-    assert evaluation["cost"]["grouped"]["train_s"] > 0
-    kinds = ("curves", "permutations", "sorting", "transfers", "energies")
-    assert [len(document[kind]) for kind in kinds] == [1, 1, 1, 1, 0]
+    collected = {one["experiment"]: one for one in document["experiments"]}
+    assert set(collected) == {"cross_validation", *TASK["experiments"]}
+    assert [t["name"] for t in collected["learning_curve"]["tables"]] == ["scores", "curve"]
+    with paths.predictions.open(newline="") as stream:
+        predicted = list(csv.DictReader(stream))
+    assert {row["split"] for row in predicted} == {"grouped", "on:copy"}
 
 
 def test_an_experiment_that_cannot_be_made_says_why_and_stops_nothing(project):
     task = {"target": "pitch", "folds": 3, "models": ["knn"]}
-    task |= {"curve": {"groups": [1, 99], "models": ["linear"]}}
+    task |= {"experiments": {"learning_curve": {"groups": [1, 99], "models": ["linear"]}}}
     paths = project.paths
     paths.dataset("tones").write_text(yaml.safe_dump(DECLARATION | {"tasks": {"pitch": task}}))
     project.snakemake("results/report/index.html")

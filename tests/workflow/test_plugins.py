@@ -1,0 +1,109 @@
+"""A package of somebody else's adds a model, a source and an experiment, and the report has them."""
+
+import csv
+import os
+import subprocess
+import sys
+
+import yaml
+from conftest import DECLARATION
+
+MODULE = '''
+from contextlib import contextmanager
+
+import numpy as np
+from sklearn.dummy import DummyClassifier
+
+from ajgdata.experiments.base import Experiment, Outcome, score_table
+from ajgdata.report.blocks import ResultRow
+from ajgdata.types import Strict
+from ajgdata.types.registry import Model, SourceMaker
+
+GUESS = Model("somebody:guess", "always the commonest", "always the mean")
+
+
+def guess(kind, seed):
+    return DummyClassifier()
+
+
+@contextmanager
+def opened(folder, cores):
+    yield None
+
+
+BENCH = SourceMaker("somebody:opened")
+
+
+class Settings(Strict):
+    """Count the recordings of each class."""
+
+    least: int = 1
+
+
+def measure(inputs, settings, _):
+    names, counts = np.unique(inputs.data().value, return_counts=True)
+    rows = [("", f"class:{n}", "recordings", "count", c) for n, c in zip(names, counts)]
+    return Outcome((score_table(rows, "Counts"),))
+
+
+def rows(results):
+    for row in results.results[0].tables["scores"].rows:
+        yield ResultRow(row["part"], "recordings", f"{row['value']:.0f} counted")
+
+
+COUNT = Experiment(
+    name="count", title="Counts", settings=Settings, measure=measure,
+    figures=lambda results: [], rows=rows,
+)
+'''
+POINTS = """
+[ajgdata.models]
+guess = somebody:GUESS
+[ajgdata.sources]
+bench = somebody:BENCH
+[ajgdata.experiments]
+count = somebody:COUNT
+"""
+
+
+def test_what_another_package_registers_has_rows_in_the_report(project, tmp_path):
+    """Installed as pip leaves it: a module, and metadata with entry points."""
+    site = tmp_path / "site"
+    about = site / "somebody-1.0.dist-info"
+    about.mkdir(parents=True)
+    (site / "somebody.py").write_text(MODULE)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebody\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(POINTS)
+    task = DECLARATION["tasks"]["pitch"] | {"models": ["guess"], "experiments": {"count": {}}}
+    project.paths.dataset("tones").write_text(
+        yaml.safe_dump(DECLARATION | {"tasks": {"pitch": task}})
+    )
+    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "snakemake", *project.arguments()]
+
+    def run(*arguments: str) -> str:
+        done = subprocess.run(
+            [*command, *arguments], check=False, capture_output=True, text=True,
+            env={**os.environ, "PYTHONPATH": path},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    wanted = ("results/report/index.html", "results/metrics.csv")
+    run(*wanted)
+    text = project.paths.report.read_text()
+    assert "always the commonest" in text
+    assert "8 counted" in text and "class:high" in text
+    with project.paths.metrics_table.open(newline="") as stream:
+        counted = {
+            r["part"]: r["value"] for r in csv.DictReader(stream) if r["statistic"] == "count"
+        }
+    assert counted == {"class:high": "8.0", "class:low": "8.0"}
+    (site / "somebody.py").write_text(MODULE.replace('"recordings", "count"', '"rows", "count"'))
+    assert "\nexperiment " in run(*wanted, "--dry-run")  # its code changed
+    script = "from ajgdata.types import SOURCES; print(SOURCES.names(), SOURCES.origin('bench'))"
+    said = subprocess.run(
+        [sys.executable, "-c", script], check=True, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    ).stdout  # fmt: skip
+    assert said.strip() == "['virtual', 'bench'] somebody 1.0"
