@@ -1,18 +1,19 @@
 """A small report: a simulated regression and a recorded classification with hostile names."""
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from ajgdata.report.content import (
-    Cost,
+from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.report.format import Caption
+from ajgdata.report.paper import PaperFigure
+from ajgdata.report.report_data import (
     DatasetSummary,
-    Predictions,
+    Part,
     Provenance,
     Report,
     Spectra,
-    TaskResult,
+    TaskSection,
 )
-from ajgdata.report.format import Score
-from ajgdata.report.paper import PaperFigure
 from ajgdata.types import FeatureSettings, Finding
 
 SCRIPT = "<script>alert(1)</script>"
@@ -25,60 +26,47 @@ PAPER = PaperFigure(
     where="cubes",
     source="arXiv 2603.00351",
 )
-COST = Cost(3.2, 0.21, 512.0)
-# Rows: true basalt 3 + 1, true granite 2 + 4; the tag must never reach a page as a tag.
-CLASSES = ("basalt", "<b>granite</b>")
-TRUE = np.repeat(CLASSES, (4, 6))
-PREDICTED = np.array(CLASSES)[[0, 0, 0, 1, 0, 0, 1, 1, 1, 1]]
 
 
-def regression_result(**changes) -> TaskResult:
-    y_true = np.repeat([10.0, 20.0, 30.0], 4)
-    y_pred = y_true + np.tile([-1.0, 1.0, -3.0, 3.0], 3)
+def illustration(name: str, folded: str = "") -> Illustration:
+    text = f"Predicted against true, {name}."
+    return Illustration(name, Caption(text, f"{text} A figure of {SCRIPT}."), Figure, folded)
+
+
+def row(label: str, value: str, **changes) -> ResultRow:
+    return ResultRow(label, "RMSE", value, "8.2 mm", "3.2", "0.21", "512", **changes)
+
+
+def part(rows: tuple[ResultRow, ...], **changes) -> Part:
     values = {
-        "dataset": "size",
-        "dataset_title": "Cube size",
-        "task": "edge",
-        "model": "cnn",
-        "model_label": "CNN",
-        "kind": "regression",
-        "target": "edge_mm",
-        "unit": "mm",
-        "source": "simulated",
-        "metrics": {
-            "rmse": Score(2.2, 0.3, (1.9, 2.5)),
-            "r2": Score(np.nan, np.nan, (np.nan,) * 2),
-        },
-        "chance": 8.2,
-        "n_recordings": 12,
-        "n_groups": 6,
-        "group_column": "grasp_id",
-        "folds": 2,
-        "cost": COST,
-        "predictions": Predictions(y_true, y_pred, np.arange(12) % 2),
-        "random_split": Score(1.1, 0.2),
-        "paper": PAPER,
+        "experiment": "cross_validation",
+        "title": "Cross-validation",
+        "summary": "Regression of edge_mm.",
+        "text": f"# What\n\n## Question\n\nIs {SCRIPT} *escaped*?",
+        "rows": rows,
+        "figures": (illustration("size--cnn"), illustration("size--knn", "k-NN: RMSE 4.00")),
+        "tables": (
+            ShownTable("Errors.", ("Value", "RMSE|"), (("15", "3"), (SCRIPT, "—"))),
+            ShownTable("All.", ("Model", "Fold 1|"), (("CNN", "1.9"),), folded="Fold by fold"),
+        ),
     }
-    return TaskResult(**{**values, **changes})
+    return Part(**{**values, **changes})
 
 
-def classes_result(**changes) -> TaskResult:
-    values = {
-        "dataset": "stones",
-        "dataset_title": SCRIPT,
-        "task": "kind",
-        "kind": "classification",
-        "target": "kind",
-        "unit": "",
-        "source": "recorded",
-        "metrics": {"accuracy": Score(0.7, 0.05, (0.65, 0.75))},
-        "chance": 0.6,
-        "n_recordings": 10,
-        "predictions": Predictions(TRUE, PREDICTED, np.arange(10) % 2, CLASSES),
-        "random_split": None,
-        "paper": None,
-    }
-    return regression_result(**{**values, **changes})
+def sections() -> tuple[TaskSection, ...]:
+    sizes = (
+        row("CNN", "2.20 ± 0.30 mm", best=True, paper=PAPER),
+        row("k-NN", "4.00 ± 0.40 mm", paper=PAPER),
+        row("CNN", "3.50 ± 0.40 mm", part="values withheld from training"),
+    )
+    kinds = (ResultRow("CNN", "accuracy", "70.0 ± 5.0 %", "60 %", "3", "0.2", "512", best=True),)
+    return (
+        TaskSection("size", "edge", "Cube size · edge", "simulated", (part(sizes),)),
+        TaskSection(
+            "stones", "kind", f"{SCRIPT} · kind", "recorded",
+            (part(kinds, figures=(), tables=(), text="", summary=""),),
+        ),
+    )  # fmt: skip
 
 
 def dataset(name: str, source: str, **changes) -> DatasetSummary:
@@ -104,19 +92,9 @@ def dataset(name: str, source: str, **changes) -> DatasetSummary:
 def sample_report() -> Report:
     problem = Finding("s1", "r7", f"audio/{SCRIPT}.wav", "error", "truncated", SCRIPT, "repeat it")
     flagged = Finding("s1", "r8", "audio/r8.wav", "warning", "clipped", "clips", "lower the gain")
-    results = (
-        regression_result(),
-        regression_result(
-            model="knn",
-            model_label="k-NN",
-            metrics={"rmse": Score(4.0, 0.4, (3.6, 4.4))},
-            cost=Cost(0.0, 0.05, 128.0),
-            random_split=None,
-        ),
-        classes_result(),
-    )
     datasets = (
         dataset("size", "simulated", title="Cube size", facts={"grid spacing (mm)": 2.0}),
         dataset("stones", "recorded", title=SCRIPT, findings=(problem, flagged)),
     )
-    return Report("Results", "0.1.0", "abc1234", datasets, results)
+    across = (illustration("random-against-grouped"),)
+    return Report("Results", "0.1.0", "abc1234", datasets, sections(), across=across)

@@ -4,35 +4,28 @@ import dataclasses
 import itertools
 import re
 
-import numpy as np
 import pytest
 from html_page import Page
-from report_samples import (
-    PAPER,
-    SCRIPT,
-    classes_result,
-    dataset,
-    regression_result,
-    sample_report,
-)
+from jinja2 import UndefinedError
+from report_samples import PAPER, SCRIPT, dataset, row, sample_report, sections
 
-from ajgdata.report.content import PartResult, Predictions, Report, SkippedTask, ValueErrors
-from ajgdata.report.figures import regression_figure
-from ajgdata.report.format import DASH, Score
-from ajgdata.report.illustrations import illustrations
-from ajgdata.report.page import (
-    MAX_FINDINGS,
-    figure_link,
-    paper_cells,
-    quarantine_link,
-    render_page,
-)
-from ajgdata.report.render import setting
+from ajgdata.report.comparison import LOWER, Cost, PaperComparison
+from ajgdata.report.format import DASH
+from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_page
+from ajgdata.report.render import picture, setting
+from ajgdata.report.report_data import Report, Skipped
 from ajgdata.types import Finding
 
 
-def render(report: Report) -> str:
-    return render_page(report, {name: b"<svg/>" for name in illustrations(report)})
+def figures(report: Report):
+    listed = [
+        picture(one, f"<svg>{one.name}</svg>".encode(), "figures") for one in illustrations(report)
+    ]
+    return {one.name: one for one in listed}
+
+
+def render(report: Report, *more) -> str:
+    return render_page(report, figures(report), *more)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +42,7 @@ def test_labels_are_escaped(html):
 def test_published_data_sets_are_linked_and_others_are_not(html):
     report = sample_report()
     name = report.datasets[0].name
-    linked = render_page(report, {n: b"<svg/>" for n in illustrations(report)}, (), [name])
+    linked = render(report, (), [name])
     assert f'href="../published/{name}/README.md"' in linked
     assert "../published/" not in html
 
@@ -73,30 +66,27 @@ def test_links_stay_on_the_page_or_beside_it(html):
     links = [a["href"] for a in page.all("a")]
     assert {link[1:] for link in links if link.startswith("#")} <= ids
     files = {link for link in links if not link.startswith("#")}
-    expected = {
-        figure_link(n, s) for n in illustrations(sample_report()) for s in ("svg", "png", "pdf")
-    }
+    names = [one.name for one in illustrations(sample_report())]
+    expected = {f"figures/{name}.{suffix}" for name in names for suffix in ("svg", "png", "pdf")}
     assert files == expected | {"../quarantine/stones.csv"}
-    assert figure_link("x", "png") == "figures/x.png"
-    assert quarantine_link("stones") == "../quarantine/stones.csv"
 
 
 def test_only_web_addresses_become_links():
     for url, linked in (("https://example.org/a?b=1&c", True), ("javascript:alert(1)", False)):
-        report = Report("t", "1", "c", (dataset("size", "simulated", url=url),), ())
+        report = Report("t", "1", "c", (dataset("size", "simulated", url=url),))
         assert (url in [a["href"] for a in Page(render(report)).all("a")]) == linked
 
 
 def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(html):
     page = Page(html)
-    assert page.row(["Cube size", "· edge"])[-1] == "simulated"
-    assert page.row([SCRIPT, "· kind"])[-1] == "recorded"
+    assert page.row(["Cube size · edge"])[-1] == "simulated"
+    assert page.row([f"{SCRIPT} · kind"])[-1] == "recorded"
     assert page.row(["CNN", "RMSE"]) == [
         "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm", "3.2", "0.21", "512",
         "RMSE 2.6 mm overall", "cubes; arXiv 2603.00351",
     ]  # fmt: skip
     assert page.row(["k-NN", "RMSE"]) == [
-        "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "0", "0.05", "128",
+        "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "3.2", "0.21", "512",
     ]  # fmt: skip
     assert "Simulated is not recorded." in page.words
 
@@ -106,19 +96,68 @@ def test_a_missing_paper_figure_is_a_dash(html):
 
 
 def test_a_shared_paper_figure_is_written_once():
-    shared = regression_result(), regression_result(model="knn")
+    shared = [row("CNN", "1", paper=PAPER), row("k-NN", "2", paper=PAPER)]
     assert paper_cells(shared) == [
         ("RMSE 2.6 mm overall", "cubes; arXiv 2603.00351", 2),
-        ("RMSE 2.6 mm overall", "cubes; arXiv 2603.00351", 0),
+        ("", "", 0),
     ]
-    mixed = regression_result(), regression_result(model="knn", paper=None)
-    assert [cell[0::2] for cell in paper_cells(mixed)] == [("RMSE 2.6 mm overall", 1), ("—", 1)]
+    mixed = [*shared, row("SVM", "3"), row("CNN", "4", part="withheld", paper=PAPER)]
+    assert [cell[2] for cell in paper_cells(mixed)] == [2, 0, 1, 1]
+    assert paper_cells(mixed)[2][0] == DASH
 
 
 def test_the_lowest_error_is_bold_and_shown_first(html):
     assert re.findall(r"<strong>(\d.*?)</strong>", html) == ["2.20 ± 0.30 mm", "70.0 ± 5.0 %"]
-    cnn, knn = (html.index(f'<figure id="predictions--size--edge--{m}"') for m in ("cnn", "knn"))
-    assert cnn < html.index("<summary>k-NN: RMSE 4.00 ± 0.40 mm</summary>") < knn
+    cnn, knn = (html.index(f'<figure id="size--{m}"') for m in ("cnn", "knn"))
+    assert cnn < knn < html.index("<summary>k-NN: RMSE 4.00</summary>")
+
+
+def test_rows_of_a_part_stand_below_its_heading(html):
+    heading = html.index("edge, values withheld from training")
+    assert html.index("4.00 ± 0.40 mm") < heading < html.index("3.50 ± 0.40 mm")
+    assert html.count("values withheld from training") == 1
+
+
+def test_words_and_tables_of_an_experiment_are_on_the_page(html):
+    page = Page(html)
+    assert "Regression of edge_mm." in page.words
+    assert page.row(["15", "3"]) == ["15", "3"]
+    assert page.row([SCRIPT, "—"]) == [SCRIPT, "—"]
+    assert "<em>escaped</em>" in html and "<summary>Fold by fold</summary>" in html
+
+
+def test_results_stand_beside_the_papers_with_their_cost():
+    found = PaperComparison(
+        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", LOWER, Cost(7.6, 0.9)
+    )
+    other = PAPER.model_copy(update={"id": "x", "where": "angles"})
+    report = dataclasses.replace(sample_report(), comparisons=(found,), paper=(PAPER, other))
+    page = Page(render(report))
+    cells = page.row(["cubes", "RMSE 2.6 mm overall"])
+    assert cells[-5:] == ["CNN", "7.6", "0.9", LOWER, "Not looked for."]
+    assert any("and this page does not: angles." in words for words in page.words)
+    assert "#task-size-edge" in [a["href"] for a in page.all("a")]
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"dataset": "nope"}, "the report has no data set nope"),
+        ({"source": "recorded"}, "recorded, but its data set is not"),
+        ({"dataset": "stones", "source": "recorded", "task": "kind"}, "occurs twice"),
+    ],
+)
+def test_a_section_that_fits_no_data_set_is_refused(changes, says):
+    first, second = sections()
+    with pytest.raises(ValueError, match=says):
+        dataclasses.replace(
+            sample_report(), sections=(dataclasses.replace(first, **changes), second)
+        )
+
+
+def test_two_data_sets_of_one_name_are_refused():
+    with pytest.raises(ValueError, match="share a name"):
+        Report("t", "1", "c", (dataset("size", "simulated"),) * 2)
 
 
 def test_quarantine(html):
@@ -133,7 +172,7 @@ def test_a_long_quarantine_is_cut_and_says_so():
         Finding("s1", f"r{i}", "f.wav", "error", "silent", "is silent", "repeat it")
         for i in range(MAX_FINDINGS + 1)
     )
-    html = render(Report("t", "1", "c", (dataset("size", "simulated", findings=rows),), ()))
+    html = render(Report("t", "1", "c", (dataset("size", "simulated", findings=rows),)))
     assert f"s1 / r{MAX_FINDINGS - 1}<" in html and f"s1 / r{MAX_FINDINGS}<" not in html
     assert f"its first {MAX_FINDINGS} rows are here" in html
 
@@ -145,7 +184,7 @@ def test_headings_tables_and_images_are_accessible(html):
     assert all(b - a <= 1 for a, b in itertools.pairwise(levels))
     assert all(a.get("scope") in {"row", "col", "rowgroup"} for a in page.all("th"))
     assert all(len(a["alt"]) > 40 for a in page.all("img"))
-    assert len(page.all("img")) == len(illustrations(sample_report()))
+    assert len(page.all("img")) == len(list(illustrations(sample_report())))
     assert page.all("html") == [{"lang": "en"}]
     assert html.startswith("<!DOCTYPE html>")
 
@@ -172,24 +211,20 @@ def test_settings_and_provenance_are_shown(html):
     assert "grid spacing (mm)" in page.words
 
 
-def test_an_undefined_metric_is_a_dash(html):
-    assert Page(html).row(["CNN", "r2"]) == ["CNN", "r2", "—", "—", "—"]
-
-
 def test_what_was_not_evaluated_is_said_with_its_reason():
-    skipped = SkippedTask("size", "edge", "CNN", "4 groups for 5 folds")
+    skipped = Skipped("size", "edge", "CNN", "4 groups for 5 folds")
     html = render(dataclasses.replace(sample_report(), skipped=(skipped,)))
     assert "<li>size · edge · CNN: 4 groups for 5 folds</li>" in html
 
 
 def test_recorded_data_alone_need_no_warning_about_simulation():
-    report = Report("t", "1", "c", (dataset("stones", "recorded"),), (classes_result(),))
+    report = Report("t", "1", "c", (dataset("stones", "recorded"),), sections()[1:])
     html = render(report)
     assert "Simulated is not recorded" not in html and 'class="badge simulated"' not in html
 
 
 def test_an_empty_report_is_a_page():
-    html = render(Report("Nothing yet", "1", "c", (), ()))
+    html = render(Report("Nothing yet", "1", "c", ()))
     assert html.count("No task has been evaluated.") == 1
     Page(html)
 
@@ -199,26 +234,5 @@ def test_the_same_report_gives_the_same_page(html):
 
 
 def test_figures_must_be_there():
-    with pytest.raises(ValueError, match="figures not drawn: random-against-grouped"):
+    with pytest.raises(UndefinedError, match="random-against-grouped"):
         render_page(sample_report(), {})
-
-
-def test_withheld_values_have_rows_of_their_own_beside_the_paper():
-    parts = (
-        PartResult("unknown", Score(3.5, 0.4), PAPER, 9.0),
-        PartResult("overall", Score(2.4, 0.2)),
-    )
-    unseen = Predictions(np.array([15.0, 15.0]), np.array([14.0, 17.0]), np.arange(2))
-    values = (ValueErrors(15.0, True, 1, 3.0, 1.0, 2.0, 0.5),)
-    result = regression_result(parts=parts, unseen=unseen, values=values)
-    report = dataclasses.replace(sample_report(), results=(result,))
-    page = Page(render(report))
-    assert page.row(["CNN", "RMSE, unknown"]) == [
-        "CNN", "RMSE, unknown", "3.50 ± 0.40 mm", "9 mm",
-        "RMSE 2.6 mm overall", "cubes; arXiv 2603.00351",
-    ]  # fmt: skip
-    assert page.row(["CNN", "RMSE, overall"])[2:4] == ["2.40 ± 0.20 mm", "—"]
-    assert page.row(["15", "no: withheld"]) == ["15", "no: withheld", "1", "3", "2", "0.5"]
-    figure = regression_figure(result)
-    labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert "withheld values" in labels

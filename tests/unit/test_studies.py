@@ -74,9 +74,7 @@ def pretend(monkeypatch, *made):
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
     # which has no source
-    monkeypatch.setattr(
-        ajgdata.pipeline.studies, "study_code", lambda _: study_code("verification")
-    )
+    monkeypatch.setattr("ajgdata.pipeline.studies.study_code", lambda _: study_code("verification"))
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):

@@ -34,8 +34,10 @@ rule summary:
 """
 #: Every script that serves several rules is run by one of them here.
 MORE = {
-    "experiments": {"learning_curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]}},
-    "permutations": 20,
+    "experiments": {
+        "learning_curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]},
+        "permutation_test": {"permutations": 20},
+    },
 }
 
 

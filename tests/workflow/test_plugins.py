@@ -1,4 +1,4 @@
-"""A package of somebody else's adds a model, a source and an experiment, and the report has them."""
+"""A package of somebody else adds a model, a source and an experiment; the report has them."""
 
 import csv
 import os
@@ -98,7 +98,7 @@ def test_what_another_package_registers_has_rows_in_the_report(project, tmp_path
         counted = {
             r["part"]: r["value"] for r in csv.DictReader(stream) if r["statistic"] == "count"
         }
-    assert counted == {"class:high": "8.0", "class:low": "8.0"}
+    assert counted == {"class:high": "8", "class:low": "8"}
     (site / "somebody.py").write_text(MODULE.replace('"recordings", "count"', '"rows", "count"'))
     assert "\nexperiment " in run(*wanted, "--dry-run")  # its code changed
     script = "from ajgdata.types import SOURCES; print(SOURCES.names(), SOURCES.origin('bench'))"

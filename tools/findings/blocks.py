@@ -5,9 +5,8 @@ from functools import partial
 from pathlib import Path
 
 from ajgdata.ablations import ABLATIONS
-from ajgdata.report.format import number
-
 from ajgdata.pipeline.stages import busy_s
+from ajgdata.report.format import number
 
 from . import evaluations, simulation
 from .documents import blocks_of

@@ -3,10 +3,8 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from ajgdata.report.format import Score
-from ajgdata.report.format import DASH, mean_sd, number, with_unit
-
 from ajgdata.paths import Paths
+from ajgdata.report.format import DASH, Score, mean_sd, number, with_unit
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ajgdata.report.format import DASH, value
-
 from ajgdata.types.table import Column, Table
 
 Rows = Sequence[Mapping[str, Any]]

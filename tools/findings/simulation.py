@@ -4,10 +4,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from ajgdata.report.format import Score
-from ajgdata.report.format import DASH, mean_sd, number, value
-
 from ajgdata.gripper.scene import Numerics
+from ajgdata.report.format import DASH, Score, mean_sd, number, value
 from ajgdata.studies.accuracy import PLAIN
 from ajgdata.types.table import Table
 
