@@ -188,7 +188,7 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     seed = scene.grasp.seed
     level = scene.gripper.bed_depth_mm * MM - scene.gripper.balloon_depth_mm * MM
     volume = np.sum(np.clip(np.minimum(level, roof) - free, 0, None))
-    rough = RandomField.draw(seed, "roughness", 2, nuisance.roughness_correlation_mm * MM)
+    rough = RandomField(seed, "roughness", 2, nuisance.roughness_correlation_mm * MM)
     tilt = np.random.default_rng(derive_seed(seed, "slope")).standard_normal(2)
     tilt *= np.tan(np.deg2rad(nuisance.slope_deg))
     shape = _heave(scene, floor, free, level) + nuisance.roughness_mm * MM * rough.on_axes(

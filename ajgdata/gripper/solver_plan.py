@@ -187,7 +187,7 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
     medium, nuisance = scene.medium, scene.grasp.nuisance
     if medium.kind == "air":
         return None
-    field = RandomField.draw(
+    field = RandomField(
         scene.grasp.seed, "packing", 3, nuisance.packing_correlation_mm * MM
     ).on_axes(cells.z, cells.y, cells.x)
     ratio = 1 + nuisance.packing * np.clip(field, -3, 3)

@@ -98,3 +98,10 @@ def test_integers_have_no_end_of_range(delay):
     """Of 16-bit codes the lowest has no absolute value; here it is the only one beside 0."""
     codes = np.where(delayed(delay) < 0, -(2**15), 0).astype(np.int16)
     assert delay_samples(codes, SWEEP, 2000) == delay
+
+
+def test_the_last_sample_is_within_reach_and_what_lies_beyond_is_not():
+    """Lengths whose correlation fills the transform: one delay more on a side would be another."""
+    first, last = np.eye(8)[0], np.eye(8)[7]
+    assert delay_samples(last, first, 100) == 7
+    assert delay_samples(first, last, 100) == -7

@@ -1,5 +1,7 @@
 """Stiff and extreme cases: bounded or refused, as each should be."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -15,9 +17,14 @@ TRIALS = {f"{t.group}: {t.name}": t for t in trials(quick=True)}
 SINGLE = 1_000 * 2.0**-24 * 2 * np.pi
 
 
+@cache
+def verdict_on(name):
+    return judge(TRIALS[name])
+
+
 @pytest.mark.parametrize("name", TRIALS)
 def test_each_is_bounded_or_refused(name):
-    verdict = judge(TRIALS[name])
+    verdict = verdict_on(name)
     assert verdict.outcome == verdict.expected, verdict
     if verdict.outcome == "refused":
         assert len(verdict.message) > 20
@@ -32,7 +39,7 @@ def test_each_is_bounded_or_refused(name):
 
 def test_without_losses_nothing_is_lost_either():
     for name in ("wall: mass 1e-06 kg/m²", "mode: resonance at 160 GHz", "mode: mass 0 kg"):
-        verdict = judge(TRIALS[name])
+        verdict = verdict_on(name)
         assert verdict.growth == pytest.approx(1, abs=1e-10)
 
 

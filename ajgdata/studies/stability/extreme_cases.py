@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -175,9 +176,14 @@ def _shapes() -> Members:
     yield "object taller than the cavity", of_scene({"object": tall})
     wide = {"kind": "box", "length_mm": 400.0, "width_mm": 400.0, "height_mm": 40.0}
     yield "object wider than the cavity", of_scene({"object": wide})
-    yield "cavity pressed until almost closed", of_scene(_tightest())
+    yield "cavity pressed until almost closed", _almost_closed
 
 
+def _almost_closed(dtype: type) -> Ends:
+    return of_scene(_tightest())(dtype)
+
+
+@cache
 def _tightest() -> dict[str, Any]:
     """A needle under a gripper just too stiff to be pierced: bisection of its stiffness."""
 
