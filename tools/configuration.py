@@ -12,7 +12,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from ajgdata import gripper
-from ajgdata.types import MODELS, SOURCES, DatasetSpec, Recording, Session
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.types import CROSS_VALIDATION, MODELS, SOURCES, DatasetSpec, Recording, Session
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"
@@ -22,6 +23,12 @@ FILES: dict[str, Model] = {
     "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
     "session.yaml": Session,
     "recordings.csv": Recording,
+}
+#: Settings of a task's `experiments`, by their names.
+MEASURED: dict[str, Model] = {
+    f"`tasks.<name>.experiments.{name}`": EXPERIMENTS.own[name].settings
+    for name in EXPERIMENTS.own
+    if not EXPERIMENTS.own[name].of_embedding and name != CROSS_VALIDATION
 }
 #: Parts of `scene` and `signal` of a recipe, and of the files of `ajgdata gripper`.
 SCENES: dict[str, Model] = {"Scene": gripper.Scene, "Signal chain": gripper.SignalChain}
@@ -157,7 +164,7 @@ def page() -> str:
         "",
         *workflow_table(),
     ]
-    for roots, level in ((FILES, 2), (SCENES, 2)):
+    for roots, level in ((FILES, 2), (MEASURED, 2), (SCENES, 2)):
         for title, model in nested(roots):
             heading = "#" * (level if title in roots else level + 1)
             said = " ".join((model.__doc__ or "").split("\n\n")[0].split())
