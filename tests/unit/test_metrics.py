@@ -15,6 +15,12 @@ def test_regression():
     assert tuple(found) == metrics.METRICS["regression"]
 
 
+def test_a_weight_of_two_counts_as_a_row_given_twice():
+    y_true, y_pred, weight = np.array([1.0, 2, 6]), np.array([2.0, 2, 5]), np.array([1, 3, 2])
+    twice = metrics.regression(np.repeat(y_true, weight), np.repeat(y_pred, weight))
+    assert metrics.regression(y_true, y_pred, weight=weight) == pytest.approx(twice)
+
+
 def test_r2_is_undefined_where_all_targets_are_equal():
     found = metrics.score(np.array([2.0, 2]), np.array([1.0, 3]), "regression")
     assert math.isnan(found["r2"])

@@ -436,6 +436,11 @@ BREAKS = {
             t / t.CROISSANT, lambda d: d["distribution"][0].update(sha256="0" * 64)
         ), False, r"croissant.json: its sha256 of metadata.csv is wrong",
     ),
+    "a file too many in croissant.json": (
+        lambda t: edit_json(
+            t / t.CROISSANT, lambda d: d["distribution"][0].update(contentUrl="labels.csv")
+        ), False, r"croissant.json: names 'labels.csv', which is no file of this data set",
+    ),
     "wrong column in croissant.json": (
         lambda t: edit_json(t / t.CROISSANT, wrong_croissant_column), True,
         r"croissant.json: its columns are not those of metadata.csv: sesion_id, session_id",
