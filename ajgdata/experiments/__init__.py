@@ -63,6 +63,15 @@ class Asked:
         name = self.experiment.name
         return tuple(f"{name}-{model}" if model else name for model in self.models)
 
+    def job_settings(self, kind: str) -> dict[str, Any]:
+        """Return the settings of the job `kind` as JSON has them; of models only its own.
+
+        So one more model redoes none of the others.
+        """
+        settings = self.settings.model_dump(mode="json")
+        own = {"models": [kind.partition("-")[2]]} if self.experiment.by_model else {}
+        return settings | own
+
 
 def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     """Return what a task, or an embedding of that name, asks for, in the order of the report.

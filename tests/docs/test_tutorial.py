@@ -15,7 +15,7 @@ import yaml
 from ajgdata.cli import main
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
-from ajgdata.store.files import read_json
+from ajgdata.store.tables import read_tables
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
@@ -66,9 +66,11 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd):
     store = read_store(paths.features("mine"))
     assert store.feature.shape == (18, 1025)
     assert set(store.columns["label"].values.tolist()) == {"cube", "ball", "bar"}
-    metrics = read_json(paths.metrics("mine", "label", "linear"))
-    assert metrics["grouped"]["recordings"] == 18
-    assert metrics["grouped"]["mean"]["accuracy"] > 2 * metrics["grouped"]["chance"]["accuracy"]
+    about, tables = read_tables(paths.experiment("mine", "label", "cross_validation-linear"))
+    assert about["parts"]["grouped"]["recordings"] == 18
+    scores = tables[0].where(part="grouped", metric="accuracy")
+    reached, chance = (scores.where(statistic=s).numbers("value")[0] for s in ("mean", "chance"))
+    assert reached > 2 * chance
     status = next(text for command, text in said.items() if command.startswith("ajgdata status"))
     assert "train would run (missing)" in status
     assert "features would run" not in status

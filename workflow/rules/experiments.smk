@@ -35,7 +35,7 @@ rule experiment:
     conda:
         "../../environment.yml"
     params:
-        settings=lambda wildcards: asked(wildcards).settings.model_dump(mode="json"),
+        settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
