@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.experiments.base import Experiment
-from ajgdata.types import DataError, DatasetSpec, Embedding, describe
+from ajgdata.types import MODELS, DataError, DatasetSpec, Embedding, describe
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
@@ -73,6 +73,13 @@ class Asked:
         return settings | own
 
 
+def packages_of(asked: Asked, kind: str) -> list[str]:
+    """Return the packages, with versions, that the experiment and its models come from."""
+    models = asked.job_settings(kind).get("models", ())
+    named = [EXPERIMENTS.origin(asked.experiment.name), *map(MODELS.origin, models)]
+    return sorted(set(filter(None, named)))
+
+
 def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     """Return what a task, or an embedding of that name, asks for, in the order of the report.
 
@@ -84,6 +91,8 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     for name, given in spec.tasks[task].asked.items():
         try:
             one = EXPERIMENTS[name]
+            if one.of_embedding:
+                raise ValueError(f"experiments.{name} is for embeddings: declare it there")
             asked.append(_asked(spec, task, one, one.settings.model_validate(given)))
         except ValidationError as error:
             complaint = describe(error, f"experiments.{name}")
@@ -95,8 +104,6 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
 
 def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Asked:
     kind = spec.targets[spec.tasks[task].target].kind
-    if one.of_embedding:
-        raise ValueError(f"experiments.{one.name} is for embeddings: declare it under embeddings")
     if kind not in one.kinds:
         raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not {kind}")
     one.check(settings, kind, spec.features)

@@ -76,10 +76,10 @@ def run_experiment(
     features: FeatureSettings,
     root: Path,
     manifests: Sequence[Path],
-    encoders: Sequence[Path],
     seed: int,
     tables: Path,
     cost: Path,
+    encoders: Sequence[Path] = (),
 ) -> None:
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 

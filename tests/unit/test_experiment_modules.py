@@ -407,6 +407,7 @@ def test_a_task_asks_for_experiments_by_name_and_model():
         ({"nope": {}}, "unknown experiment 'nope': choose one of"),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),
+        ({"embedding_knn": {}}, "is for embeddings: declare it there"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),
         (
             {"reflected_energy": {"reference": "a", "band_hz": [1, 2]}},
@@ -419,6 +420,19 @@ def test_a_task_asks_for_experiments_by_name_and_model():
 def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, says):
     with pytest.raises(ValueError, match=f"task t: .*{says}"):
         asked_of(spec(experiments=experiments), "t")
+
+
+def test_what_is_for_classes_is_refused_for_numbers():
+    number = spec(target="y", experiments={"sorting": {"objects": ["a", "b"]}})
+    with pytest.raises(ValueError, match="experiments.sorting is for classification, not regress"):
+        asked_of(number, "t")
+
+
+def test_a_job_has_the_settings_of_its_own_model_alone():
+    curve = {"groups": [1, 2], "models": ["knn", "linear"]}
+    asked = asked_of(spec(models=[], experiments={"learning_curve": curve}), "t")[0]
+    assert asked.job_settings("learning_curve-knn")["models"] == ["knn"]
+    assert asked.job_settings("learning_curve-knn")["groups"] == [1, 2]
 
 
 def test_settings_name_the_further_data_sets_that_a_task_needs():

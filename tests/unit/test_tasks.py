@@ -17,25 +17,9 @@ def spec(kind: str, **task: object) -> DatasetSpec:
 
 @pytest.mark.parametrize("key", [{"withhold": [1, 2]}, {"period_deg": 180}])
 def test_what_is_for_numbers_is_refused_for_classes(key):
-    assert spec("regression", **key).evaluation("t").items() >= key.items()
+    assert spec("regression", **key).task_settings("t").items() >= key.items()
     with pytest.raises(ValidationError, match=f"task t: {next(iter(key))} is for a number"):
         spec("classification", **key)
-
-
-def test_energies_are_of_classes_and_of_spectra_that_were_not_divided():
-    energy = {"reference": "air", "band_hz": [100, 6000]}
-    with pytest.raises(ValidationError, match="task t: energy is for classes"):
-        spec("regression", energy=energy)
-    with pytest.raises(ValidationError, match=r"energy needs features.quantity power and"):
-        spec("classification", energy=energy)
-    with pytest.raises(ValidationError, match="must be 0 <= low < high"):
-        Task(target="x", energy={"reference": "air", "band_hz": [6000, 100]})
-
-
-def test_silence_is_one_of_the_data_sets_that_are_tested_on():
-    assert Task(target="x", test_on=("a", "b"), silent=("b",)).silent == ("b",)
-    with pytest.raises(ValidationError, match="silent: b is not in test_on; add it there"):
-        Task(target="x", test_on=("a",), silent=("b",))
 
 
 def test_a_final_model_knows_the_period_and_not_what_was_withheld():

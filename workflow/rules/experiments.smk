@@ -42,6 +42,7 @@ rule experiment:
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
             mode="json"
         ),
+        packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
         seed=config["seed"],
         code=lambda wildcards: code_digest(
             RUN_EXPERIMENT, measure_entry(asked(wildcards).experiment.name)
