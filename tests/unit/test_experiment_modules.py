@@ -424,7 +424,7 @@ def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, sa
 
 def test_what_is_for_classes_is_refused_for_numbers():
     number = spec(target="y", experiments={"sorting": {"objects": ["a", "b"]}})
-    with pytest.raises(ValueError, match="experiments.sorting is for classification, not regress"):
+    with pytest.raises(ValueError, match=r"experiments\.sorting is for classification, not reg"):
         asked_of(number, "t")
 
 
