@@ -25,7 +25,7 @@ FIGURE_FORMATS = ("svg", "png", "pdf")
 
 @dataclass(frozen=True)
 class Paths:
-    """Where things are, relative to a project folder. Patterns keep `{wildcards}` untouched."""
+    """Places of files, relative to a project folder. Patterns keep `{wildcards}` untouched."""
 
     root: Path = Path()
 
@@ -41,7 +41,7 @@ class Paths:
 
     @property
     def reports(self) -> Path:
-        """What people edit to change a report; see `store.report_files`."""
+        """Return the folder of what people edit to change a report; see `store.report_files`."""
         return self.root / "reports"
 
     @property
@@ -51,12 +51,12 @@ class Paths:
 
     @property
     def cache(self) -> Path:
-        """What may be deleted at any time."""
+        """Return the folder that may be deleted at any time."""
         return self.root / ".ajgdata"
 
     @property
     def benchmarks(self) -> Path:
-        """What Snakemake measured of each job."""
+        """Return the folder of what Snakemake measured of each job."""
         return self.results / "benchmarks"
 
     def dataset(self, dataset: str) -> Path:
@@ -72,7 +72,7 @@ class Paths:
         return self.sessions(dataset) / session
 
     def scenes(self, dataset: str, session: str) -> Path:
-        """What a virtual session shall hold: the input of its acquisition."""
+        """Return the file of what a virtual session shall hold: the input of its acquisition."""
         return self.results / "manifest" / dataset / f"{session}.scenes.json"
 
     def audio_manifest(self, dataset: str, session: str) -> Path:
@@ -88,7 +88,7 @@ class Paths:
         return self.results / "features" / dataset / f"{session}.nc"
 
     def shard_findings(self, dataset: str, session: str) -> Path:
-        """What was found wrong or odd while making a shard."""
+        """Return the file of what was found wrong or odd while making a shard."""
         return self.results / "features" / dataset / f"{session}.findings.csv"
 
     def merged(self, dataset: str) -> Path:
@@ -96,7 +96,7 @@ class Paths:
         return self.results / "features" / dataset / "merged" / f"{dataset}.nc"
 
     def features(self, dataset: str) -> Path:
-        """The same for people: replaced when a new one is whole, never deleted."""
+        """Return the same file for people: replaced when a new one is whole, never deleted."""
         return self.results / "features" / f"{dataset}.nc"
 
     def quarantine(self, dataset: str) -> Path:
@@ -153,7 +153,7 @@ class Paths:
 
     @property
     def metrics_table(self) -> Path:
-        """The same numbers, one a row."""
+        """Return the file of the same numbers, one a row."""
         return self.results / "metrics.csv"
 
     @property
@@ -163,7 +163,7 @@ class Paths:
 
     @property
     def runs(self) -> Path:
-        """What the report is about: data sets, and triples of data set, task and model."""
+        """Return the file that says what the report is about: data sets, and triples of data set, task and model."""
         return self.report.with_name(RUNS_FILE)
 
     @property
@@ -253,7 +253,7 @@ class Tree:
 
     @staticmethod
     def session(session: str) -> str:
-        """What a session says of itself."""
+        """Return the file in which a session describes itself."""
         return f"sessions/{session}/{SESSION_FILE}"
 
     @staticmethod
@@ -262,7 +262,7 @@ class Tree:
         return f"sessions/{session}/excitation{suffix}"
 
     def __truediv__(self, name: str) -> Path:
-        """Where the file `name` is."""
+        """Return the path of the file `name`."""
         return self.root / name
 
 

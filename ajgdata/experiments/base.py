@@ -1,4 +1,4 @@
-"""What an experiment is: settings -> measure() -> tables -> figures, rows, and the paper beside.
+"""The protocol of an experiment: settings -> measure() -> tables -> figures, rows, and the paper beside.
 
 An experiment is one module that ends in `EXPERIMENT = Experiment(...)`. Its settings stand in a
 task of dataset.yaml, under `experiments`, by its name. What `measure` returns is stored, and is all
@@ -39,7 +39,7 @@ SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """All that a measurement may use of a task, of the stores it needs, and of recordings.
+    """Everything that a measurement may use of a task, of the stores it needs, and of recordings.
 
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
     name as `test_on`, or that of an embedding's `base`. `samples(names, window)` yields the samples
@@ -88,7 +88,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was measured: `tables` are the same for the same inputs, those of `cost` never are."""
+    """The result of a measurement: `tables` are the same for the same inputs, those of `cost` never are."""
 
     tables: tuple[Table, ...]
     cost: tuple[Table, ...] = ()
@@ -108,7 +108,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Other:
-    """What is told of a data set that a task is tested on."""
+    """Another data set that a task is tested on, as it is named in figures."""
 
     title: str
     level: Level | None = None

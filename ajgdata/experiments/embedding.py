@@ -1,4 +1,4 @@
-"""What the experiments on embeddings share: their data, scores of runs, looks, and settings."""
+"""Shared by the experiments on embeddings: their data, scores of runs, looks, and settings."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ TICKS_MS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)
 
 
 class FeatureChange(Strict):
-    """What differs from the data set's own feature settings."""
+    """A difference from the data set's own feature settings."""
 
     window: int | None = Field(None, ge=16, description="STFT window in samples")
     hop: int | None = Field(None, ge=1, description="samples between windows")

@@ -48,7 +48,7 @@ class Row:
 
 
 class _Reference(Strict):
-    """What a feature depends on besides its recording and the settings."""
+    """Return what a feature depends on besides its recording and the settings."""
 
     code: str
     excitation: str

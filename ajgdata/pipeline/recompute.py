@@ -1,4 +1,4 @@
-"""Whether published spectra are those of the published recordings: they are made once more."""
+"""Published spectra are made once more from the published recordings, and compared."""
 
 from __future__ import annotations
 

@@ -37,13 +37,13 @@ REPORTS = ("report", "report_alone")
 
 
 class Stopwatch:
-    """What this process took since."""
+    """The time that this process has taken since this was made."""
 
     def __init__(self) -> None:
         self.wall_s, self.cpu_s = time.perf_counter(), time.process_time()
 
     def so_far(self) -> JobTime:
-        """As the job of the report."""
+        """Return it as the job of the report."""
         wall, cpu = time.perf_counter() - self.wall_s, time.process_time() - self.cpu_s
         return JobTime("report", (), wall, cpu, memory_mb("VmHWM"))
 
@@ -94,7 +94,7 @@ def _timed(job: Job, datasets: Collection[str]) -> JobTime:
 
 
 def busy_s(jobs: Sequence[Job]) -> float:
-    """How long at least one job was running: the union of their times."""
+    """Return how long at least one job was running: the union of their times."""
     if not jobs:
         return 0.0
     spans = sorted((job.ended_s - job.wall_s, job.ended_s) for job in jobs)

@@ -1,4 +1,4 @@
-"""What a page is made of: figures that are not drawn yet, tables, and rows of the main table."""
+"""Parts of a page: figures that are not drawn yet, tables, and rows of the main table."""
 
 from __future__ import annotations
 

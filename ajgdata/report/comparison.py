@@ -29,7 +29,7 @@ REACH = 2.0
 
 
 class Cost(NamedTuple):
-    """What a result cost: training, and predicting one recording alone."""
+    """Cost of a result: training, and predicting one recording alone."""
 
     train_s: float
     inference_ms_per_recording: float

@@ -18,7 +18,7 @@ class Score(NamedTuple):
 
 
 class Caption(NamedTuple):
-    """What stands below a figure, and what a person who cannot see it is told."""
+    """Words below a figure, and those for a person who cannot see it."""
 
     text: str
     alt: str

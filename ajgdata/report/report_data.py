@@ -1,4 +1,4 @@
-"""What a report is made of: plain values, figures that are not drawn yet, and text.
+"""Content of a report: plain values, figures that are not drawn yet, and text.
 
 The report knows a list of experiments and none by name: what one has to show is in its `Part`.
 """
@@ -67,7 +67,7 @@ class DatasetSummary:
 
 @dataclass(frozen=True)
 class Part:
-    """What one experiment shows of one task: rows of the main table, figures, tables.
+    """One experiment on one task: rows of the main table, figures, tables.
 
     `summary` is said first; `text` (Markdown) says what is asked, how it is made and how its figure
     is read.
@@ -109,7 +109,7 @@ class TaskSection:
 
 @dataclass(frozen=True)
 class Skipped:
-    """What could not be measured, and why."""
+    """A measurement that could not be made, and why."""
 
     dataset: str
     what: str

@@ -31,7 +31,7 @@ def elsewhere(dataset: str) -> str:
 
 
 class ModelCost(NamedTuple):
-    """What a model cost: s to train all folds, ms to predict one recording alone, peak RSS."""
+    """Cost of a model: s to train all folds, ms to predict one recording alone, peak RSS."""
 
     train_s: float
     inference_ms_per_recording: float
