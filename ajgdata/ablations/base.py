@@ -1,4 +1,4 @@
-"""The protocol of an ablation: data sets -> measure() -> tables -> figures, and verdicts on hypotheses.
+"""The protocol of an ablation: data sets -> measure() -> tables -> figures, and verdicts.
 
 An ablation is one module that ends in `ABLATION = Ablation(...)`. Light: Snakemake imports it, so
 matplotlib, SciPy's statistics and scikit-learn are imported inside functions.

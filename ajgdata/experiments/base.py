@@ -1,4 +1,4 @@
-"""The protocol of an experiment: settings -> measure() -> tables -> figures, rows, and the paper beside.
+"""The protocol of an experiment: settings -> measure() -> tables -> figures, rows, comparison.
 
 An experiment is one module that ends in `EXPERIMENT = Experiment(...)`. Its settings stand in a
 task of dataset.yaml, under `experiments`, by its name. What `measure` returns is stored, and is all
@@ -88,7 +88,7 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of a measurement: `tables` are the same for the same inputs, those of `cost` never are."""
+    """The result of a measurement: `tables` follow from the inputs, those of `cost` do not."""
 
     tables: tuple[Table, ...]
     cost: tuple[Table, ...] = ()

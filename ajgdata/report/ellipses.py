@@ -36,7 +36,7 @@ class Ellipse(NamedTuple):
 
 
 def covariance_ellipse(centre: ArrayLike, covariance: ArrayLike, sigmas: float = 2.0) -> Ellipse:
-    """Return the curve on which a Gaussian is `sigmas` standard deviations from its mean in Mahalanobis's distance.
+    """Return the curve at a Mahalanobis distance of `sigmas` from the mean of a Gaussian.
 
     `centre` (2,), `covariance` (2, 2): symmetric, perhaps singular. Half axes are `sigmas` times
     the roots of its eigenvalues (negative ones are round-off and count as 0). Raises ValueError

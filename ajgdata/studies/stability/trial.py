@@ -1,4 +1,4 @@
-"""The judgement of a trial: strike the system once, march it in both precisions, look at the rest."""
+"""The judgement of a trial: strike the system once, march it in both precisions, look on."""
 
 from __future__ import annotations
 
