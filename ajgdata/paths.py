@@ -163,7 +163,7 @@ class Paths:
 
     @property
     def runs(self) -> Path:
-        """Return the file that lists the data sets of the report, and each data set, task and model."""
+        """Return the file that lists the data sets and evaluated models of the report."""
         return self.report.with_name(RUNS_FILE)
 
     @property

@@ -203,7 +203,7 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     assert "passed" in (project.root / "results/verify/summary.txt").read_text()
     edit_recording(project)
     assert project.planned(*END, *ask) == {"features": 1, "merge": 1, **TASKS}
-    assert project.planned(*END, *ask, "quick=False").items() >= {"gallery": 1}.items()
+    assert project.planned(*END, *ask, "quick=False").items() >= {"page": 1}.items()
 
 
 def test_each_study_is_a_job_of_its_own(project):

@@ -104,7 +104,7 @@ def nothing(project):
 
 FEATURES = "Spectra of session {} of tones"
 MERGE, END = "Features and labels of tones", ["Report on tones"]
-TRIED = ["Cross-validating knn on pitch of tones"]
+TRIED = ["Measuring cross_validation-knn of pitch of tones"]
 CHANGES = [
     (nothing, []),
     (new_recording, [FEATURES.format("day1"), MERGE, *TRIED, *END]),

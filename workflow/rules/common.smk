@@ -83,3 +83,21 @@ def embedding_settings(wildcards):
 def of_latents(path):
     """All embeddings that have latents of their own, for one kind of file."""
     return list(dict.fromkeys(path(*key[:2]) for key in ASKED if ASKED[key].of_latents))
+
+
+RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
+
+
+def recordings_of(wildcards):
+    """Where the recordings are, for an experiment that reads them."""
+    if not asked(wildcards).experiment.reads_recordings:
+        return []
+    return of_sessions(PATHS.audio_manifest)(wildcards)
+
+
+def encoders_of(wildcards):
+    """What the encoders of an embedding made, and what training them took."""
+    if not asked(wildcards).of_latents:
+        return []
+    key = wildcards.dataset, wildcards.task
+    return [PATHS.latents(*key), PATHS.training_cost(*key)]

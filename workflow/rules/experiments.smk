@@ -1,21 +1,3 @@
-RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
-
-
-def recordings_of(wildcards):
-    """Where the recordings are, for an experiment that reads them."""
-    if not asked(wildcards).experiment.reads_recordings:
-        return []
-    return of_sessions(PATHS.audio_manifest)(wildcards)
-
-
-def encoders_of(wildcards):
-    """What the encoders of an embedding made, and what training them took."""
-    if not asked(wildcards).of_latents:
-        return []
-    key = wildcards.dataset, wildcards.task
-    return [PATHS.latents(*key), PATHS.training_cost(*key)]
-
-
 # Every experiment on every task and embedding.
 rule experiment:
     input:
