@@ -17,6 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
 from ajgdata.store.features import Column, Shard, text_column, write_store
+from ajgdata.store.report_files import read_experiment_text
 from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Table
@@ -235,3 +236,15 @@ def test_every_experiment_is_looked_at_here():
     assert names == {name for name in EXPERIMENTS.names() if not EXPERIMENTS[name].of_embedding}
     others = {other for asked in ASKED for other in asked.others}
     assert {asked.dataset for asked in ASKED} | others <= set(MADE)
+
+
+def test_every_experiment_says_what_it_asks_and_how_its_figure_is_read():
+    for name in EXPERIMENTS.own:
+        text = read_experiment_text(PATHS, name)
+        assert "## Question" in text and "## How to read the figure" in text, name
+
+
+def test_no_two_experiments_share_a_name_or_a_title():
+    known = [EXPERIMENTS[name] for name in EXPERIMENTS.names()]
+    assert len({one.title for one in known}) == len(known)
+    assert all(one.measure.__name__ == "measure" for one in known)  # what digests begin at
