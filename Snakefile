@@ -6,7 +6,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
-from ajgdata.experiments import measure_entry, packages_of
+from ajgdata.experiments import experiment_modules, measure_entry, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
 from ajgdata.pipeline.experiments import (

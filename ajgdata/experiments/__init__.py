@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from ajgdata.types import MODELS, DataError, DatasetSpec, Embedding, describe
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
-SHARED = ("base", "embedding", "overview")
+SHARED = ("base", "embedding")
 
 
 def _built_in() -> dict[str, Experiment]:
@@ -107,6 +107,10 @@ def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Aske
     if kind not in one.kinds:
         raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not {kind}")
     one.check(settings, kind, spec.features)
+    for key in ("models", "test_on", "coverages", "groups", "grasps"):
+        listed = getattr(settings, key, ())
+        if len(set(listed)) != len(listed):
+            raise ValueError(f"experiments.{one.name}.{key} lists one twice")
     models = tuple(settings.models) if one.by_model else ("",)
     return Asked(one, spec.name, task, settings, models)
 
@@ -131,6 +135,11 @@ def all_asked(spec: DatasetSpec, where: object) -> Iterator[Asked]:
             yield from asked_of(spec, task)
         except ValueError as error:
             raise DataError(where, f"tasks: {error}", "correct it, or remove it") from None
+
+
+def experiment_modules(asked: Iterable[Asked]) -> list[str]:
+    """Return the modules of experiments: what a report on them is drawn by."""
+    return sorted({one.experiment.measure.__module__ for one in asked})
 
 
 def measure_entry(name: str) -> str:

@@ -201,11 +201,11 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
-    together, `training_cost` is what training the paper's model costs. `measure(inputs, settings,
-    model)` raises ValueError for a task that lacks what it needs. The settings model's `test_on`,
-    if it has one, names further data sets; its `models`, if `by_model`, are measured in jobs of
-    their own. `check(settings, kind, features)` raises ValueError for settings that the task cannot
-    have.
+    together, `training_cost` is what training the model of a label costs. `measure(inputs,
+    settings, model)` raises ValueError for a task that lacks what it needs. The settings model's
+    `test_on`, if it has one, names further data sets; its `models`, if `by_model`, are measured in
+    jobs of their own. `check(settings, kind, features)` raises ValueError for settings that the
+    task cannot have.
 
     Those `of_embedding` are made of embeddings, whose declaration is their settings: of all, or
     (`of_base`) of those alone that have a `base`, and then of no others. On data sets that stand
@@ -222,7 +222,7 @@ class Experiment:
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
     summary: Callable[[TaskResults], str] = no_summary
     across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
-    training_cost: Callable[[TaskResults], Cost | None] = lambda results: None
+    training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report

@@ -161,7 +161,7 @@ def _scores(result: Result, key: str) -> list[Score]:
 
 def figure(results: TaskResults) -> Figure:
     """Return the share of truths held, and the width of intervals, against what was stated."""
-    from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+    from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure
 
     drawn = new_figure(
         (WIDTH_IN, 3.4),
@@ -173,7 +173,7 @@ def figure(results: TaskResults) -> Figure:
     stated = 100 * np.array(results.settings.coverages)
     left.plot([0, 100], [0, 100], color=GREY, ls=(0, (5, 3)), lw=1.1, label="as stated")
     for i, result in enumerate(results.results):
-        style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+        style: dict[str, Any] = {**model_style(i), "capsize": 2.5}
         held, width = (np.array([s[:2] for s in _scores(result, k)]).T for k in ("held", "width"))
         left.errorbar(stated, 100 * held[0], 100 * held[1], label=result.label, **style)
         right.errorbar(stated, width[0], width[1], **style)

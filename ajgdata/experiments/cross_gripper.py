@@ -128,7 +128,7 @@ def _told(results: TaskResults, mean: float, sd: float) -> str:
 
 def figure(results: TaskResults) -> Figure:
     """Return the metric against calibration grasps, a panel for each gripper; dashed: at home."""
-    from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+    from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure
 
     folds = len(set(results.results[0].tables["folds"].column("fold")))
     drawn = new_figure(
@@ -143,10 +143,10 @@ def figure(results: TaskResults) -> Figure:
     for axes, name in zip(panels, results.settings.test_on, strict=True):
         lines = [line for line in every if line.dataset == name]
         for i, line in enumerate(lines):
-            style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+            style: dict[str, Any] = {**model_style(i), "capsize": 2.5}
             axes.errorbar(line.grasps, line.mean, line.sd, label=line.label, **style)
             if np.isfinite(line.home.mean):
-                axes.axhline(line.home.mean, color=COLOURS[i], ls=(0, (5, 3)), lw=0.9)
+                axes.axhline(line.home.mean, color=model_style(i)["color"], ls=(0, (5, 3)), lw=0.9)
         axes.axhline(lines[0].chance, color=GREY, ls=":", lw=1.1, label="chance")
         axes.set_title(lines[0].title)
         axes.set_xlabel("calibration grasps of each class")

@@ -84,7 +84,7 @@ def _chance(results: TaskResults, table: Table) -> float:
 
 def figure(results: TaskResults) -> Figure:
     """Return the metric against the number of training grasps, mean ± sd over draws."""
-    from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure
+    from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure
 
     drawn = new_figure(
         (WIDTH_IN, 3.4),
@@ -96,7 +96,7 @@ def figure(results: TaskResults) -> Figure:
     axes = drawn.subplots()
     for i, result in enumerate(results.results):
         groups, mean, sd = curve_of(results, result)
-        style: dict[str, Any] = {"color": COLOURS[i], "marker": MARKERS[i], "capsize": 2.5}
+        style: dict[str, Any] = {**model_style(i), "capsize": 2.5}
         axes.errorbar(groups, mean, sd, label=result.label, **style)
     chance = _chance(results, results.results[0].tables["curve"])
     axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")

@@ -62,7 +62,7 @@ def build_report(
 
     watch = Stopwatch()
     folder = page.parent / FIGURES
-    report = _assembled(paths, datasets, tasks, ablations)
+    report = _assembled(paths, datasets, tasks, ablations, page)
     figures = draw_figures(illustrations(report), folder)
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
@@ -82,6 +82,7 @@ def _assembled(
     datasets: Sequence[str],
     tasks: Sequence[tuple[str, str]],
     ablations: Sequence[str],
+    page: Path,
 ) -> Report:
     """Return all that the report says, but for the time that it took."""
     paper = parse_paper(read_paper(paths))
@@ -94,7 +95,7 @@ def _assembled(
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
         datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in datasets),
-        sections=tuple(_sections(paths, results)),
+        sections=tuple(_sections(paths, results, page)),
         comparisons=tuple(_comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
         across=tuple(
             drawing
@@ -117,13 +118,14 @@ def _title(results: TaskResults) -> str:
     return title[0].lower() + title[1:]
 
 
-def _sections(paths: Paths, results: Sequence[TaskResults]) -> Iterator[TaskSection]:
+def _sections(paths: Paths, results: Sequence[TaskResults], page: Path) -> Iterator[TaskSection]:
     """Yield a section for each task that has a result."""
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
         parts = tuple(_part(paths, one) for one in own)
-        page = paths.explorer(dataset, task)  # an embedding's
-        explorer = str(page.relative_to(paths.report.parent)) if page.is_file() else ""
+        place = paths.explorer(dataset, task)  # an embedding's, beside the whole report alone
+        beside = page == paths.report and place.is_file()
+        explorer = str(place.relative_to(page.parent)) if beside else ""
         yield TaskSection(dataset, task, own[0].title, own[0].source, parts, explorer)
 
 
@@ -162,12 +164,12 @@ def _comparisons(
 
 
 def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
-    """Return the row, with what training the paper's model costs where it names a model only."""
+    """Return the row, with the cost of its model on the task where it does not say one."""
     if row.cost is not None or not row.model:
         return row
     for name in EXPERIMENTS.names():
         found = lookup(name, row.dataset, row.task)
-        cost = EXPERIMENTS[name].training_cost(found) if found else None
+        cost = EXPERIMENTS[name].training_cost(found, row.model) if found else None
         if cost is not None:
             return dataclasses.replace(row, cost=cost)
     return row

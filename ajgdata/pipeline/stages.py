@@ -18,7 +18,7 @@ from ajgdata.store.sessions import list_datasets
 OF_DATASETS = ("acquire", "features", "merge")
 #: Rules whose jobs are of a data set's task.
 OF_TASKS = ("experiment",)
-#: What rules make; others are called by their names.
+#: What rules make; of others (a report itself, or what an older version made) nothing is told.
 STAGES = {
     "acquire": "recording",
     "features": "features",
@@ -32,8 +32,6 @@ STAGES = {
     "publish": "publishing",
     "collect": "table of results",
 }
-#: Of a report itself nothing is known before it is there.
-REPORTS = ("report", "report_alone")
 
 
 class Stopwatch:
@@ -64,7 +62,7 @@ def stages_of(
     jobs = [
         job
         for job in read_benchmarks(paths.benchmarks)
-        if job.rule not in REPORTS and _belongs(job, datasets, tasks, others, whole)
+        if _known(job) and _belongs(job, datasets, tasks, others, whole)
     ]
     timed = (_timed(job, datasets) for job in jobs)
     return Stages((*timed, report), busy_s(jobs) + report.wall_s)
@@ -84,11 +82,16 @@ def _belongs(
     return whole and not (job.parts and job.parts[0] in others)
 
 
+def _known(job: Job) -> bool:
+    """Return whether the job is of a rule and an experiment that there still are."""
+    if job.rule in OF_TASKS:
+        return len(job.parts) == 3 and job.parts[2].partition("-")[0] in EXPERIMENTS.names()
+    return job.rule in STAGES
+
+
 def _timed(job: Job, datasets: Collection[str]) -> JobTime:
-    stage = STAGES.get(job.rule, job.rule.replace("_", " "))
     of_task = job.rule in OF_TASKS
-    if of_task:
-        stage = EXPERIMENTS[job.parts[2].partition("-")[0]].title
+    stage = EXPERIMENTS[job.parts[2].partition("-")[0]].title if of_task else STAGES[job.rule]
     parts = job.parts if job.parts and job.parts[0] in datasets else ()
     return JobTime(stage, parts, job.wall_s, job.cpu_s, job.peak_mb, of_task)
 

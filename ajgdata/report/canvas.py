@@ -118,6 +118,11 @@ def new_figure(
     return figure
 
 
+def model_style(index: int) -> dict[str, Any]:
+    """Return colour and marker of the `index`-th of several models; both differ from the next."""
+    return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
+
+
 def line_style(index: int) -> dict[str, Any]:
     """Return colour and marker of the `index`-th of several lines; they repeat late, and apart."""
     return {

@@ -84,7 +84,8 @@ class Code:
         for module, names in sorted(reached.items()):
             for name in sorted(names):
                 for part in self._parts(module, name):
-                    digest.update(f"{module}:{name}\0{part.text}\0".encode())
+                    others = " ".join(self._outside(module, part))
+                    digest.update(f"{module}:{name}\0{part.text}\0{others}\0".encode())
         return digest.hexdigest()[:16]
 
     def reached(self, *entries: str) -> dict[str, set[str]]:
@@ -141,6 +142,17 @@ class Code:
             elif dotted[0] in parsed.parts or dotted[0] in parsed.imports or "*" in parsed.imports:
                 yield (module, dotted)
         yield from part.places
+
+    def _outside(self, module: str, part: _Part) -> list[str]:
+        """Return what a statement uses of packages that are not followed, by the name it has."""
+        parsed = self._module(module)
+        imports = {**(parsed.imports if parsed else {}), **part.imports}
+        return sorted(
+            f"{name}={place}:{what or ''}"
+            for name in {dotted[0] for dotted in part.uses} & set(imports)
+            for place, what in imports[name]
+            if place.partition(".")[0] not in self.folders
+        )
 
     def _meant(self, module: str, dotted: Dotted) -> tuple[set[str], list[Mention]]:
         """Return which definitions of `module` the names `dotted`, one in the other, mean, and what
@@ -244,8 +256,8 @@ class _Part:
         elif isinstance(node, ast.Import | ast.ImportFrom):
             for name, target in _imports(node, self._package):
                 self.imports[name].append(target)
-        elif isinstance(node, _DEFINITIONS):
-            node.body = _without_docstring(node.body)
+        else:
+            _tidy(node)
         return [getattr(node, field, None) for field in node._fields]
 
     def _read_name(self, node: ast.expr, write: Callable[[str], None]) -> Iterable[ast.expr]:
@@ -262,6 +274,33 @@ class _Part:
 
 #: Kept by content, since tests and plug-ins read some sources more than once.
 _parsed = lru_cache(maxsize=1024)(_Module)
+
+
+def _tidy(node: ast.AST) -> None:
+    """Take what does not run out of a node: its docstring, and types that are only said."""
+    if isinstance(node, ast.arg):
+        _take_as_text(node, "annotation")
+    elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        _take_as_text(node, "returns")
+    elif isinstance(node, ast.ClassDef) and _is_record(node):
+        for field in node.body:
+            if isinstance(field, ast.AnnAssign):
+                _take_as_text(field, "annotation")
+    if isinstance(node, _DEFINITIONS):
+        node.body = _without_docstring(node.body)
+
+
+def _take_as_text(node: ast.AST, field: str) -> None:
+    """Keep a type that is only said, so that what it names is not followed."""
+    said = getattr(node, field)
+    if said is not None and not isinstance(said, ast.Constant):
+        setattr(node, field, ast.Constant(ast.unparse(said)))
+
+
+def _is_record(node: ast.ClassDef) -> bool:
+    """Return whether the types of a class's fields are only said: of a dataclass or NamedTuple."""
+    named = {ast.unparse(one).partition("(")[0] for one in (*node.decorator_list, *node.bases)}
+    return bool(named & {"dataclass", "dataclasses.dataclass", "NamedTuple"})
 
 
 def _without_docstring(body: list[ast.stmt]) -> list[ast.stmt]:

@@ -8,6 +8,7 @@ of installed packages is read; what it stands for is imported when it is used.
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -71,6 +72,8 @@ class Registry(Generic[Entry]):
 
     def checked(self, name: str) -> str:
         """Return `name`. Raises ValueError, which lists the names, if nothing has it."""
+        if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+            raise ValueError(f"{self.noun} {name!r}: names are small letters, digits and _")
         if name not in self.own and name not in self._registered():
             known = ", ".join(self.names())
             raise ValueError(f"unknown {self.noun} {name!r}: choose one of {known}")

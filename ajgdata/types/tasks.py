@@ -79,6 +79,10 @@ class Task(Strict):
             raise ValueError("withhold lists a value twice")
         parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
         parts += tuple(self.experiments)
+        if CROSS_VALIDATION in self.experiments:
+            raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")
+        if len(set(self.models)) != len(self.models):
+            raise ValueError("models lists one twice")
         if more := sorted(set(self.papers) - set(parts)):
             raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self

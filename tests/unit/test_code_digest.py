@@ -229,4 +229,4 @@ def test_what_hand_written_lists_had_missed():
     assert "ajgdata.models.cnn" in train  # named by a text in the registry
     features = code.reached("ajgdata.pipeline.extract_features:extract_features")
     assert "write_findings" in features["ajgdata.store.findings"]
-    assert not {"ajgdata.report.figures", "ajgdata.paths"} & (set(train) | set(features))
+    assert not {"ajgdata.report.canvas", "ajgdata.paths"} & (set(train) | set(features))

@@ -27,10 +27,10 @@ from ajgdata.experiments.cross_validation.results import (
     metric_axis,
     models_of,
     paper_model,
-    paper_model_cost,
     quantity,
     score_of,
     shown_score,
+    training_cost,
 )
 from ajgdata.report.comparison import LOWER, PARTLY, UNCLEAR, UNTOLD, VAGUE, YES
 from ajgdata.report.format import DASH, Score
@@ -110,10 +110,11 @@ def test_scores_are_found_by_model_part_and_metric():
 
 
 def test_the_paper_s_model_and_what_it_cost():
-    assert paper_model_cost(sizes()) == COST[:2]
+    assert training_cost(sizes(), "CNN") == COST[:2]
+    assert training_cost(sizes(), "nobody") is None
     assert paper_model(sizes()).shown() == "2.20 ± 0.30 mm"
     other = sizes(size_result("knn", "k-NN"))
-    assert paper_model(other) is None and paper_model_cost(other) is None
+    assert paper_model(other) is None and training_cost(other, "CNN") is None
 
 
 def test_scores_and_targets_as_people_write_them():

@@ -29,7 +29,10 @@ rule report:
         ablations=REASONS,
         published=PUBLISHED,
         declared=[settings_digest(one.spec) for one in PLANS.values()],
-        code=code_of("ajgdata.pipeline.report:build_report"),
+        code=code_of(
+            "ajgdata.pipeline.report:build_report", *experiment_modules(ASKED.values())
+        ),
+        packages=sorted({p for key in ASKED for p in packages_of(ASKED[key], key[2])}),
         texts=REPORT_FILES,
     message:
         "Report on {params.datasets}"

@@ -30,7 +30,7 @@ from ajgdata.experiments.cross_validation.results import (
     RANDOM,
     WITHHELD,
     elsewhere,
-    paper_model_cost,
+    training_cost,
 )
 from ajgdata.report.blocks import Illustration
 from ajgdata.types import ModelName, Name, Strict
@@ -221,7 +221,7 @@ EXPERIMENT = Experiment(
     summary=shown.summary,
     paper_comparison=shown.paper_comparison,
     across=_across,
-    training_cost=paper_model_cost,
+    training_cost=training_cost,
     order=1,
     by_model=True,
 )

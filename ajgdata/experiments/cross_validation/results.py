@@ -228,10 +228,10 @@ def paper_model(results: TaskResults) -> ModelResult | None:
     return next((ModelResult(results, result) for result in found), None)
 
 
-def paper_model_cost(results: TaskResults) -> comparison.Cost | None:
-    """Return what the paper's own model cost, if the task has it."""
-    model = paper_model(results)
-    return None if model is None else comparison.Cost(*model.cost[:2])
+def training_cost(results: TaskResults, label: str) -> comparison.Cost | None:
+    """Return what the model of that name for people cost, if the task has it."""
+    found = (model for model in models_of(results) if model.label == label)
+    return next((comparison.Cost(*model.cost[:2]) for model in found), None)
 
 
 def metric_name(results: TaskResults) -> str:

@@ -23,6 +23,7 @@ from ajgdata.report.blocks import ResultRow, ShownTable
 from ajgdata.report.comparison import (
     NEAR_CHANCE,
     UNTOLD,
+    WORKS,
     YES,
     Cost,
     PaperComparison,
@@ -37,7 +38,6 @@ from ajgdata.report.paper import PaperFigure
 BASELINE, BASELINES = "knn", "baselines"
 #: Figures without a number: what a model that works at home fails at.
 FAILS = ("limit", "lesson")
-WORKS = "no: it works"
 #: Where the paper also counts the classes that are told this well.
 COUNTED, WELL = "ycb", 0.9
 
