@@ -230,3 +230,29 @@ def test_what_hand_written_lists_had_missed():
     features = code.reached("ajgdata.pipeline.extract_features:extract_features")
     assert "write_findings" in features["ajgdata.store.findings"]
     assert not {"ajgdata.report.canvas", "ajgdata.paths"} & (set(train) | set(features))
+
+
+def test_a_figure_is_of_the_report_and_of_no_measurement():
+    code, module = Code({"ajgdata": PACKAGE}), "ajgdata.experiments.learning_curve"
+    measured = code.reached("ajgdata.pipeline.experiments:run_experiment", f"{module}:measure")
+    assert "measure" in measured[module] and "figure" not in measured[module]
+    assert not [name for name in measured if name.startswith("ajgdata.report")]
+    drawn = code.reached("ajgdata.pipeline.report:build_report", module)
+    assert {"figure", "caption", "paper_comparison"} <= drawn[module]
+
+
+def test_what_is_imported_from_elsewhere_counts_and_a_type_that_is_only_said_does_not(tmp_path):
+    package = tmp_path / "pkg"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "kinds.py").write_text("class Kind:\n    one = 1\n")
+    text = (
+        "from math import {} as f\nfrom pkg.kinds import Kind\ndef run(x: Kind):\n    return f(x)\n"
+    )
+    digests = []
+    for name in ("sin", "cos"):
+        (package / "mod.py").write_text(text.format(name))
+        digests.append(Code({"pkg": package}).digest("pkg.mod:run"))
+    assert digests[0] != digests[1]
+    (package / "kinds.py").write_text("class Kind:\n    one = 2\n")
+    assert Code({"pkg": package}).digest("pkg.mod:run") == digests[1]
