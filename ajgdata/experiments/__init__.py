@@ -16,7 +16,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.experiments.base import Experiment
-from ajgdata.types import MODELS, DataError, DatasetSpec, Embedding, describe
+from ajgdata.types import CROSS_VALIDATION, MODELS, DataError, DatasetSpec, Embedding, describe
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
@@ -73,6 +73,13 @@ class Asked:
         return settings | own
 
 
+def _for_tasks() -> list[str]:
+    """Return the experiments that a task may name under `experiments`."""
+    own = EXPERIMENTS.own
+    apart = {name for name in own if own[name].of_embedding} | {CROSS_VALIDATION}
+    return [name for name in EXPERIMENTS.names() if name not in apart]
+
+
 def packages_of(asked: Asked, kind: str) -> list[str]:
     """Return the packages, with versions, that the experiment and its models come from."""
     models = asked.job_settings(kind).get("models", ())
@@ -90,13 +97,15 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     asked = []
     for name, given in spec.tasks[task].asked.items():
         try:
+            if name not in EXPERIMENTS.names():
+                raise ValueError(f"no experiment {name!r}: there are {', '.join(_for_tasks())}")
             one = EXPERIMENTS[name]
             if one.of_embedding:
                 raise ValueError(f"experiments.{name} is for embeddings: declare it there")
             asked.append(_asked(spec, task, one, one.settings.model_validate(given)))
         except ValidationError as error:
-            complaint = describe(error, f"experiments.{name}")
-            raise ValueError(f"task {task}: {complaint}") from None
+            problem = describe(error, "").problem
+            raise ValueError(f"task {task}: experiments.{name}: {problem}") from None
         except ValueError as error:
             raise ValueError(f"task {task}: {error}") from None
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))

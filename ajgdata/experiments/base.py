@@ -236,11 +236,15 @@ class Experiment:
 def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: str) -> Table:
     """Return rows of model, part, metric, statistic and value as a table of scores.
 
-    A value that is NaN becomes a missing one.
+    A value that is not finite (an interval without an end, say) becomes a missing one.
     """
-    keys = [column.key for column in SCORE_COLUMNS]
-    named = (dict(zip(keys, row, strict=True)) for row in rows)
+    keys = [column.key for column in SCORE_COLUMNS[:-1]]
+    named = ({**dict(zip(keys, row[:-1], strict=True)), "value": _finite(row[-1])} for row in rows)
     return table_of(SCORES, title, named, **{column.key: column.title for column in SCORE_COLUMNS})
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and np.isfinite(value) else None
 
 
 def fold_scores(

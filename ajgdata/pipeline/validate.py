@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio
 from ajgdata.pipeline.progress import Started
@@ -52,9 +53,11 @@ def validate_datasets(
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
     """Check every session of a data set: files, samples, delays, labels, copies.
 
-    Returns the number of recordings and all findings.
+    Returns the number of recordings and all findings. Raises DataError for a declaration that
+    cannot be used.
     """
     spec = read_dataset(paths, dataset)
+    list(all_asked(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
     cache = HashCache(paths.hash_cache)
     surveys = [survey(paths, dataset, name, cache) for name in list_sessions(paths, dataset)]
     advance = started(sum(len(manifest["recordings"]) for manifest, _ in surveys))

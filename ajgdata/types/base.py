@@ -62,7 +62,8 @@ class Strict(BaseModel):
 
 def describe(error: ValidationError, where: object) -> DataError:
     """Name file, key, value and fix of the first complaint in `error`."""
-    errors = error.errors()
+    # A key that is misspelt is often missing, too: its spelling is what to say.
+    errors = sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
     first, *others = errors
     place = first["loc"]
     # Where a value may be of several types, pydantic complains once for each: say it together.

@@ -404,9 +404,14 @@ def test_a_task_asks_for_experiments_by_name_and_model():
 @pytest.mark.parametrize(
     ("experiments", "says"),
     [
-        ({"nope": {}}, "unknown experiment 'nope': choose one of"),
+        (
+            {"nope": {}},
+            "no experiment 'nope': there are conformal_intervals, cross_gripper",
+        ),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),
+        ({"permutation_test": {"permutation": 20}}, "permutation_test: unknown key permutation"),
+        ({"learning_curve": {"groups": [1, 1]}}, "learning_curve.groups lists one twice"),
         ({"embedding_knn": {}}, "is for embeddings: declare it there"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),
         (
@@ -444,3 +449,8 @@ def test_settings_name_the_further_data_sets_that_a_task_needs():
 def test_results_are_immutable():
     with pytest.raises(dataclasses.FrozenInstanceError):
         curve_results().task = "other"
+
+
+def test_an_interval_without_an_end_is_a_missing_number():
+    (row,) = score_table([("knn", "intervals:95 %", "width", "fold 0", math.inf)], "t").rows
+    assert row["value"] is None
