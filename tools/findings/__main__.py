@@ -13,7 +13,7 @@ from .results import Results
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Pictures of the last run, by the figure of the report that they are.
-IMAGES = {"docs/images/size.png": "predictions--size--size--cnn"}
+IMAGES = {"docs/images/size.png": "cross-validation--size--size--predictions--cnn"}
 
 
 def main() -> None:
