@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ajgdata.evaluate.embedding_data import embedding_data
+from ajgdata.evaluate.neighbours import score_latent, score_raw, score_reduced
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
@@ -404,3 +405,38 @@ def test_a_gripper_that_there_is_not_cannot_be_held_out():
     grippers, base = shard(("s0", "s1"), references=2), shard(("s0",))
     with pytest.raises(ValueError, match="there is no session 's9'"):
         measured(Path(), "embedding_transfer", settings, store=grippers, others={"toy": base})
+
+
+# What UMAP serves: in one module, hence one process, since it compiles for half a minute
+
+
+def test_neighbours_in_every_space():
+    rng = np.random.default_rng(0)
+    value = np.array(["low", "high"])[np.arange(60) % 2]
+    level = np.where(value == "low", 1.0, 2.0)[:, None]
+    features = level * rng.uniform(0.9, 1.1, (60, 12))
+    train, test = np.arange(40), np.arange(40, 60)
+    assert score_raw(features, value, train, test).accuracy == 1.0
+    assert score_latent(level, value, train, test).accuracy == 1.0
+    for reducer in ("pca", "umap"):
+        found = score_reduced(features, value, train, test, reducer=reducer, dimension=2, seed=0)
+        assert found.accuracy == 1.0
+        assert min(found.fit_s, found.transform_s, found.query_s) >= 0
+        assert score_reduced(
+            features, value, train, test, reducer=reducer, dimension=39, seed=0
+        ) is None  # fmt: skip
+
+
+def test_what_is_reduced_is_learned_from_the_training_rows_alone():
+    """Validation rows in another place change no training point, hence not those of others."""
+    rng = np.random.default_rng(0)
+    features = rng.uniform(1, 2, (50, 8))
+    value = rng.choice(["a", "b"], 50)
+    train, test = np.arange(40), np.arange(40, 45)
+    moved = features.copy()
+    moved[45:] += 100
+    for reducer in ("pca", "umap"):
+        given = {"reducer": reducer, "dimension": 3, "seed": 0}
+        first = score_reduced(features, value, train, test, **given)
+        again = score_reduced(moved, value, train, test, **given)
+        assert first.accuracy == again.accuracy

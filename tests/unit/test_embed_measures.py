@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from ajgdata.evaluate.distances import mean_distances, precision_at, silhouette
 from ajgdata.evaluate.latent_transfer import calibration_draws, transfer_accuracy
-from ajgdata.evaluate.neighbours import score_latent, score_raw, score_reduced
 from ajgdata.evaluate.probes import Property, probe, probe_within
 
 EVEN, ODD = np.arange(0, 80, 2), np.arange(1, 80, 2)
@@ -156,38 +155,6 @@ def test_silhouette_of_far_clusters_is_nearly_1():
     assert silhouette(space, np.repeat([0, 1], 5)) == 1.0
     assert np.isnan(silhouette(space, np.zeros(10)))
     assert np.isnan(silhouette(space, np.arange(10)))
-
-
-def test_neighbours_in_every_space():
-    rng = np.random.default_rng(0)
-    value = np.array(["low", "high"])[np.arange(60) % 2]
-    level = np.where(value == "low", 1.0, 2.0)[:, None]
-    features = level * rng.uniform(0.9, 1.1, (60, 12))
-    train, test = np.arange(40), np.arange(40, 60)
-    assert score_raw(features, value, train, test).accuracy == 1.0
-    assert score_latent(level, value, train, test).accuracy == 1.0
-    for reducer in ("pca", "umap"):
-        found = score_reduced(features, value, train, test, reducer=reducer, dimension=2, seed=0)
-        assert found.accuracy == 1.0
-        assert min(found.fit_s, found.transform_s, found.query_s) >= 0
-        assert score_reduced(
-            features, value, train, test, reducer=reducer, dimension=39, seed=0
-        ) is None  # fmt: skip
-
-
-def test_what_is_reduced_is_learned_from_the_training_rows_alone():
-    """Validation rows in another place change no training point, hence not those of others."""
-    rng = np.random.default_rng(0)
-    features = rng.uniform(1, 2, (50, 8))
-    value = rng.choice(["a", "b"], 50)
-    train, test = np.arange(40), np.arange(40, 45)
-    moved = features.copy()
-    moved[45:] += 100
-    for reducer in ("pca", "umap"):
-        given = {"reducer": reducer, "dimension": 3, "seed": 0}
-        first = score_reduced(features, value, train, test, **given)
-        again = score_reduced(moved, value, train, test, **given)
-        assert first.accuracy == again.accuracy
 
 
 def test_draws_test_every_grasp_and_never_calibrate_with_it():
