@@ -5,7 +5,7 @@ Called while Snakemake parses, too: light imports only.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,7 +103,7 @@ def run_experiment(
         audio=audio,
         features=features,
         **_encoded(*encoders),
-        samples=lambda names, window: _samples(root, manifests, audio, names, window),
+        samples=_reader(root, manifests, audio),
     )
     try:
         outcome = one.measure(inputs, one.settings.model_validate(settings), model)
@@ -124,23 +124,30 @@ def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> 
     return {"latents": read_latents(latents), "training_cost": read_json(training_cost)}
 
 
-def _samples(
-    root: Path, manifests: Sequence[Path], audio: AudioSettings, names: Sequence[str], window: int
-) -> Iterator[np.ndarray]:
-    """Yield the samples of recordings. Raises ValueError for one that cannot be used."""
-    from ajgdata.pipeline.recordings import examine
+def _reader(
+    root: Path, manifests: Sequence[Path], audio: AudioSettings
+) -> Callable[[Sequence[str], int], Iterator[np.ndarray]]:
+    """Return a function that yields the samples of recordings; manifests are read once.
 
+    The function raises ValueError for a recording that cannot be used.
+    """
     where: dict[str, str] = {}
     for path in manifests:
         content = read_manifest(path)[0]
         session = content["session_id"]
         where |= {f"{session}/{e['recording_id']}": e["path"] for e in content["recordings"]}
-    for name in names:
-        samples = examine(root / where[name], audio, window).samples
-        if samples is None:
-            problem = f"recording {name!r} cannot be used with a window of {window}"
-            raise ValueError(f"{problem}: see its data set's quarantine, or lower the window")
-        yield samples
+
+    def samples(names: Sequence[str], window: int) -> Iterator[np.ndarray]:
+        from ajgdata.pipeline.recordings import examine
+
+        for name in names:
+            found = examine(root / where[name], audio, window).samples
+            if found is None:
+                problem = f"recording {name!r} cannot be used with a window of {window}"
+                raise ValueError(f"{problem}: see its data set's quarantine, or lower the window")
+            yield found
+
+    return samples
 
 
 def read_results(

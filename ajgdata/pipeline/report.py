@@ -62,7 +62,8 @@ def build_report(
 
     watch = Stopwatch()
     folder = page.parent / FIGURES
-    report = _assembled(paths, datasets, tasks, ablations, page)
+    specs = {name: read_dataset(paths, name) for name in datasets}
+    report = _assembled(paths, specs, tasks, ablations, page)
     figures = draw_figures(illustrations(report), folder)
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
@@ -71,7 +72,6 @@ def build_report(
     figures |= draw_figures(later, folder)
     html = render_page(report, figures, page_links(pages), published, project=paths)
     write_bytes(page, html.encode())
-    specs = {name: read_dataset(paths, name) for name in datasets}
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
     content["published"] = list(published)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
@@ -79,14 +79,13 @@ def build_report(
 
 def _assembled(
     paths: Paths,
-    datasets: Sequence[str],
+    specs: Mapping[str, DatasetSpec],
     tasks: Sequence[tuple[str, str]],
     ablations: Sequence[str],
     page: Path,
 ) -> Report:
     """Return all that the report says, but for the time that it took."""
     paper = parse_paper(read_paper(paths))
-    specs = {name: read_dataset(paths, name) for name in datasets}
     read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
     results = [one for one, _ in read if one.results]
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
@@ -94,7 +93,7 @@ def _assembled(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
-        datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in datasets),
+        datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in specs),
         sections=tuple(_sections(paths, results, page)),
         comparisons=tuple(_comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
         across=tuple(

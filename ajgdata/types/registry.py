@@ -122,7 +122,7 @@ def resolve(place: str) -> Any:
     """Return what `module:name` names. Raises ValueError, in one line, if it cannot be imported."""
     try:
         return resolve_name(place)
-    except Exception as error:
+    except Exception as error:  # as above: an import runs what it likes
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(f"{place} cannot be imported ({reason}): mend or remove it") from None
 

@@ -15,7 +15,7 @@ from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.stft_settings import features_of
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
-from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
+from ajgdata.pipeline.experiments import _reader, asked_for, read_results, run_experiment
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
@@ -147,10 +147,9 @@ def test_the_own_settings_make_the_features_of_the_store(store):
     shard, seen = store.read_shard(), {}
 
     def samples(names, window):
-        from ajgdata.pipeline.experiments import _samples
-
         seen["window"] = window
-        return _samples(store.root, [store.paths.audio_manifest("d", "s1")], AUDIO, names, window)
+        read = _reader(store.root, [store.paths.audio_manifest("d", "s1")], AUDIO)
+        return read(names, window)
 
     stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
     inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, samples=samples)
