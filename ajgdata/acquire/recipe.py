@@ -11,7 +11,7 @@ import numpy as np
 
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.scene import derive_seed
-from ajgdata.types import Recipe, RecipeObject
+from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, Recipe, RecipeObject
 from ajgdata.types.recipe import EMPTY
 
 
@@ -35,18 +35,26 @@ def session_names(recipe: Recipe) -> list[str]:
     return list(_sessions(recipe))
 
 
-def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[Grasp]:
+def plan_session(
+    recipe: Recipe,
+    dataset: str,
+    session: str,
+    code: str,
+    played: ExcitationSpec = DEFAULT_EXCITATION,
+) -> list[Grasp]:
     """Return every grasp of one session: of nothing first, then objects in turn as a person would
     place them.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
     number): adding an object or a grasp changes no other. Variants share their seeds unless each
     draws its own grasps; the data set is `recipe.grasps_of` where that is given. `code` is a digest
-    of the gripper's sources; with scene and signal chain it makes the grasp's digest, so that
-    changed physics is simulated again. What `vary` draws is a label of the recording, too.
+    of the gripper's sources; with scene, signal chain and what is played (where that is not the
+    default) it makes the grasp's digest, so that changed physics is simulated again. What `vary`
+    draws is a label of the recording, too.
     """
     drawn_by, variant = _sessions(recipe)[session]
     scene = {**recipe.scene, **recipe.variants.get(variant, {})}
+    sound = {} if played == DEFAULT_EXCITATION else {"excitation": played.model_dump(mode="json")}
 
     def planned(held: RecipeObject | None, number: int) -> Grasp:
         name = held.name if held else ""
@@ -60,7 +68,7 @@ def plan_session(recipe: Recipe, dataset: str, session: str, code: str) -> list[
             samples=recipe.samples_per_grasp,
             targets={**drawn, **held.targets} if held else {},
             setup=setup,
-            digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
+            digest=_digest({"setup": setup, "signal": recipe.signal, "code": code, **sound}),
         )
 
     empty = [planned(None, number) for number in range(1, recipe.references + 1)]

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
-import signal
-import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import cache
-from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Protocol
 
 from ajgdata import gripper
+from ajgdata.acquire.child import follow_parent
 from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DataError
 
@@ -124,24 +121,11 @@ def solving(folder: Path, cores: int) -> Iterator[Solver]:
         yield SerialSolver(folder)
         return
     context = multiprocessing.get_context("spawn")  # forking would copy threads in any state
-    pool = ProcessPoolExecutor(cores, mp_context=context, initializer=_begin)
+    pool = ProcessPoolExecutor(cores, mp_context=context, initializer=follow_parent)
     try:
         yield PoolSolver(folder, pool, cores)
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _begin() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the main process hears it, and ends this one
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """A killed parent cannot tell its children: without this they would wait for ever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
 
 
 @cache

@@ -26,6 +26,10 @@ class Grasp:
     setup: Mapping[str, Any]
     digest: str
 
+    def recording_id(self, sample: int) -> str:
+        """Return the name of one of its recordings; `sample` counts from 0."""
+        return f"{self.grasp_id}_{sample + 1}"
+
 
 @dataclass(frozen=True)
 class Take:
@@ -69,5 +73,6 @@ class Source(Protocol):
         ...
 
     def describe(self) -> Mapping[str, Any]:
-        """Return keys of Session: `gripper`, `medium`, `device`, `scene`."""
+        """Return keys of Session: `gripper`, `medium`, `device`, `scene`; of `excitation`, if
+        something is played, `description` and `settings`."""
         ...

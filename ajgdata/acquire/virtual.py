@@ -11,10 +11,11 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from ajgdata import gripper
+from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.solving import Solver, solving
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
-from ajgdata.types import describe
+from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, describe
 
 Settings = TypeVar("Settings", bound=BaseModel)
 
@@ -23,19 +24,25 @@ class VirtualGripper:
     """Source of simulated recordings (see acquire.source.Source).
 
     `setup` is any grasp's setup of the session: gripper, medium and numerics are the same for all.
-    `signal` is what of the signal chain differs from its defaults.
+    `signal` is what of the signal chain differs from its defaults. Raises ValueError for an
+    excitation that its rate cannot play.
     """
 
     kind: Literal["virtual"] = "virtual"
 
     def __init__(
-        self, setup: Mapping[str, Any], solver: Solver, signal: Mapping[str, Any] | None = None
+        self,
+        setup: Mapping[str, Any],
+        solver: Solver,
+        signal: Mapping[str, Any] | None = None,
+        played: ExcitationSpec = DEFAULT_EXCITATION,
     ) -> None:
         self.sample_rate_hz: int = gripper.SAMPLE_RATE_HZ
         self._scene = scene_of("recipe", setup)
         self._chain = chain_of("recipe: signal", signal or {})
         self._solver, self._before = solver, solver.solved
-        self._sweep = gripper.excitation_sweep()
+        self._played = played
+        self._samples = excitation_samples(played, self.sample_rate_hz)
         self._solved: tuple[str, gripper.ImpulseResponse] | None = None
 
     @property
@@ -44,9 +51,8 @@ class VirtualGripper:
         return self._solver.solved - self._before
 
     def excitation(self) -> np.ndarray | None:
-        """Return a one-second logarithmic sweep (44100,), 20 Hz to 20 kHz; None of a silent
-        speaker."""
-        return None if self._chain.level_db_spl is None else self._sweep
+        """Return the samples (n,) of what is declared; None of a silent speaker."""
+        return None if self._chain.level_db_spl is None else self._samples
 
     def expect(self, grasps: Sequence[Grasp]) -> None:
         """Let the solver work ahead."""
@@ -54,6 +60,14 @@ class VirtualGripper:
 
     def take(self, grasp: Grasp, sample: int) -> Take:
         """Solve the grasp, unless it was the last one, and record one sample of it."""
+        (taken,) = self.record(grasp, sample, [self._samples])
+        return taken
+
+    def record(self, grasp: Grasp, sample: int, sounds: Sequence[np.ndarray]) -> list[Take]:
+        """Return recordings (n,) of one sample of a grasp, one for each of `sounds` (n,).
+
+        Each is what `take` returns where that sound is what is declared.
+        """
         scene = scene_of(grasp.grasp_id, grasp.setup)
         if self._solved is None or self._solved[0] != grasp.digest:
             try:
@@ -62,8 +76,8 @@ class VirtualGripper:
                 raise GraspError(grasp.grasp_id, str(error), "correct the recipe") from None
         seed = gripper.derive_seed(scene.grasp.seed, "noise", sample)
         angle = scene.grasp.angle_deg
-        taken = gripper.record(self._solved[1], self._sweep, self._chain, seed, angle)
-        return Take(taken.samples, taken.clipped_count)
+        taken = [gripper.record(self._solved[1], one, self._chain, seed, angle) for one in sounds]
+        return [Take(one.samples, one.clipped_count) for one in taken]
 
     def describe(self) -> Mapping[str, Any]:
         """Return what session.yaml keeps of this source."""
@@ -73,18 +87,23 @@ class VirtualGripper:
             "gripper": f"virtual-{_variant(self._scene.gripper)}",
             "medium": self._scene.medium.kind,
             "device": "virtual gripper",
+            "excitation": {
+                "description": self._played.description,
+                "settings": self._played.model_dump(mode="json"),
+            },
             "scene": {**kept, "signal": self._chain.model_dump(mode="json")},
         }
 
 
 @contextmanager
 def open_virtual(folder: Path, cores: int) -> Iterator[Callable[..., VirtualGripper]]:
-    """Yield a function (setup, signal) -> VirtualGripper for each session (types.SourceMaker).
+    """Yield a function (setup, signal, excitation) -> VirtualGripper for each session
+    (types.SourceMaker).
 
     Responses are kept in `folder`; `cores` processes solve scenes, and end with this one.
     """
     with solving(folder, cores) as solver:
-        yield lambda setup, signal: VirtualGripper(setup, solver, signal)
+        yield lambda setup, signal, played: VirtualGripper(setup, solver, signal, played)
 
 
 def _variant(settings: Gripper) -> str:

@@ -129,14 +129,14 @@ def _record(folder: Path, source: Source, grasp: Grasp, row: Recording) -> Recor
 def _session(
     folder: Path, source: Source, sound: np.ndarray | None, notes: str, skipped: dict[str, str]
 ) -> Session:
+    about = dict(source.describe())
+    told = about.pop("excitation", {})
     played, path = None, folder / EXCITATION_FILE
     if sound is None:
         path.unlink(missing_ok=True)
     else:
         write_pcm24(path, sound, source.sample_rate_hz)
-        played = Excitation(
-            file=EXCITATION_FILE, sha256=file_sha256(path), description="logarithmic sweep"
-        )
+        played = Excitation(file=EXCITATION_FILE, sha256=file_sha256(path), **told)
     return Session(
         session_id=folder.name,
         source=source.kind,
@@ -145,12 +145,12 @@ def _session(
         software=f"ajgdata {software()['ajgdata_version']}",
         notes=notes,
         skipped=skipped,
-        **source.describe(),
+        **about,
     )
 
 
 def _row(grasp: Grasp, sample: int) -> Recording:
-    name = f"{grasp.grasp_id}_{sample + 1}"
+    name = grasp.recording_id(sample)
     return Recording(
         recording_id=name,
         file=f"{AUDIO_FOLDER}/{name}.wav",

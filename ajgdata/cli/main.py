@@ -6,13 +6,16 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 from rich.cells import cell_len, set_cell_size
 from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.cli.acquire import acquiring
+from ajgdata.cli.compare import comparing
+from ajgdata.cli.device import device
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.project import looking
 from ajgdata.cli.publish import publishing
@@ -27,8 +30,11 @@ app = typer.Typer(
     "What lies between (features, models, report) is done by the command [b]snakemake[/b].",
 )
 app.add_typer(gripper, name="gripper")
+app.add_typer(device, name="device")
+app.add_typer(acquiring)
 app.add_typer(publishing)
 app.add_typer(looking)
+app.add_typer(comparing)
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 
@@ -189,57 +195,3 @@ def seal(dataset: DatasetArgument) -> None:
     for session in when_slow(sessions, "sealing"):
         changed = seal_session(paths, dataset, session)
         out.print(f"{dataset}/{session}: {changed} recordings sealed")
-
-
-@app.command()
-def acquire(
-    dataset: Annotated[
-        list[str] | None, typer.Argument(help="data sets; default: all that have a recipe")
-    ] = None,
-    source: Annotated[
-        Literal["virtual"], typer.Option(help="virtual: the physics simulation")
-    ] = "virtual",
-    recipe: Annotated[
-        Path | None,
-        typer.Option(
-            help="declaration (like dataset.yaml) with a recipe: made a data set of the project and"
-            " recorded"
-        ),
-    ] = None,
-    session: Annotated[str, typer.Option(help="one session; default: all of the recipe")] = "",
-    cores: Annotated[
-        int, typer.Option(min=0, help="processes that simulate; default: one for each core")
-    ] = 0,
-) -> None:
-    """Record what is missing of a data set's recipe. Stop it at any moment: it goes on there."""
-    from ajgdata.paths import find_project
-    from ajgdata.pipeline.acquire import acquire_all
-    from ajgdata.pipeline.recipes import declare_from, recipe_sessions, with_recipe
-
-    paths = find_project()
-    names = [*(dataset or []), *([declare_from(paths, recipe)] if recipe else [])]
-    wanted = [
-        (name, one)
-        for name in names or with_recipe(paths)
-        for one in ([session] if session else recipe_sessions(paths, name))
-    ]
-    said, skipped = [], 0
-    with bar(f"recording ({source})", patience_s=0) as started:
-        for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
-            for grasp, reason in done.skipped.items():
-                err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
-            skipped += len(done.skipped)
-            left = f", {len(done.skipped)} grasps skipped" if done.skipped else ""
-            said.append(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
-    for line in said:
-        out.print(line, soft_wrap=True)
-    raise typer.Exit(bool(skipped))
-
-
-def _free_cores() -> int:
-    """Return the number of cores that this process may use: a batch system may limit it."""
-    import os
-
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

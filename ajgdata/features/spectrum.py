@@ -80,9 +80,11 @@ def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSett
 
     A normalised spectrum does not depend on the amplitude of the samples; that of silence is zero
     rather than 0/0. Safe to call from several threads. Raises ValueError for samples that are
-    shorter than one window, not one-dimensional or not finite, and for a spectrum that, not being
-    normalised, exceeds float32.
+    shorter than one window, not one-dimensional or not finite, for a spectrum that, not being
+    normalised, exceeds float32, and for settings of another kind of feature (see `feature_maker`).
     """
+    if settings.kind != "stft":
+        raise ValueError(f"features.kind {settings.kind} is no spectrum: it needs the played sound")
     samples = np.asarray(samples)
     band = _band(sample_rate_hz, settings)
     exponent = _check(samples, settings)
@@ -99,9 +101,22 @@ def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSett
         if total.max() > np.finfo(np.float32).max:
             raise ValueError("the spectrum exceeds float32: set features.normalisation")
         return total.astype(np.float32)
-    order = {"l1": 1, "l2": 2, "max": np.inf}[settings.normalisation]
-    norm = np.linalg.norm(total, order)
-    return (total / norm if norm else total).astype(np.float32)
+    return normalised(total, settings.normalisation)
+
+
+def normalised(values: NDArray[np.float64], normalisation: str) -> Float32:
+    """Return values (n_bins,) over their norm, `l1`, `l2` or `max`; as they are for `none`."""
+    if normalisation == "none":
+        return values.astype(np.float32)
+    norm = np.linalg.norm(values, {"l1": 1, "l2": 2, "max": np.inf}[normalisation])
+    return (values / norm if norm else values).astype(np.float32)
+
+
+def in_band(
+    values: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings
+) -> NDArray[np.float64]:
+    """Return those of values (window/2 + 1,) that lie in the band of the settings, (n_bins,)."""
+    return np.asarray(values[_band(sample_rate_hz, settings)], np.float64)
 
 
 def spectra(recordings: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:

@@ -16,12 +16,33 @@ from ajgdata.types.base import (
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings
 from ajgdata.types.embedding import Embedding
+from ajgdata.types.excitation import (
+    DEFAULT_EXCITATION,
+    ChirpTrain,
+    ExcitationKind,
+    ExcitationSpec,
+    LinearSweep,
+    LogSweep,
+    MaximumLengthSequence,
+    Multitone,
+)
+from ajgdata.types.protocol import GraspProtocol
 from ajgdata.types.recipe import Recipe, RecipeObject
-from ajgdata.types.registry import MODELS, SOURCES, Kind, Model, Registry, SourceMaker
+from ajgdata.types.registry import (
+    MODELS,
+    ROBOTS,
+    SOURCES,
+    Kind,
+    Model,
+    Registry,
+    RobotMaker,
+    SourceMaker,
+)
 from ajgdata.types.session import (
     RECORDING_COLUMNS,
     SESSION_COLUMNS,
     STORE_NAMES,
+    Acquisition,
     Excitation,
     Recording,
     Session,
@@ -32,29 +53,41 @@ from ajgdata.types.tasks import CROSS_VALIDATION, Task
 
 __all__ = [
     "CROSS_VALIDATION",
+    "DEFAULT_EXCITATION",
     "MODELS",
     "NAME",
     "RECORDING_COLUMNS",
+    "ROBOTS",
     "SESSION_COLUMNS",
     "SOURCES",
     "STORE_NAMES",
+    "Acquisition",
     "AudioSettings",
+    "ChirpTrain",
     "DataError",
     "DatasetSpec",
     "Embedding",
     "Excitation",
+    "ExcitationKind",
+    "ExcitationSpec",
     "FeatureSettings",
     "Finding",
+    "GraspProtocol",
     "ImportSettings",
     "Kind",
     "Level",
+    "LinearSweep",
+    "LogSweep",
+    "MaximumLengthSequence",
     "Model",
     "ModelName",
+    "Multitone",
     "Name",
     "Recipe",
     "RecipeObject",
     "Recording",
     "Registry",
+    "RobotMaker",
     "Session",
     "SourceMaker",
     "SourceName",

@@ -9,6 +9,8 @@ from pydantic import Field, model_validator
 
 from ajgdata.types.base import Name, Strict
 from ajgdata.types.embedding import Embedding
+from ajgdata.types.excitation import DEFAULT_EXCITATION, ExcitationSpec
+from ajgdata.types.protocol import ACQUIRED_COLUMNS, GraspProtocol
 from ajgdata.types.recipe import Recipe
 from ajgdata.types.registry import Kind
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
@@ -52,6 +54,9 @@ class DatasetSpec(Strict):
     )
     url: str = Field("", description="where it comes from")
     audio: AudioSettings = Field(AudioSettings(), description="what its recordings are")
+    excitation: ExcitationSpec = Field(
+        DEFAULT_EXCITATION, description="what is played; default: the paper's one-second sweep"
+    )
     features: FeatureSettings = Field(
         FeatureSettings(), description="how a recording becomes a spectrum"
     )
@@ -68,6 +73,9 @@ class DatasetSpec(Strict):
     recipe: Recipe | None = Field(
         None, description="how the virtual gripper makes its sessions; null: they are imported"
     )
+    protocol: GraspProtocol | None = Field(
+        None, description="how a person or a robot records it; the workflow never does"
+    )
     imports: ImportSettings = Field(
         ImportSettings(), description="how `ajgdata import` reads a folder for it"
     )
@@ -77,15 +85,27 @@ class DatasetSpec(Strict):
         for name in self.targets:
             if is_reserved(name) and name not in ("object", *SESSION_COLUMNS):
                 raise ValueError(f"target {name} has the name of a standard column")
-        if self.recipe:
-            for made in self.recipe.objects:
-                if unknown := set(made.targets) - set(self.targets):
-                    raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
+        given = (self.recipe, self.protocol)
+        for made in [one for declared in given if declared for one in declared.objects]:
+            if unknown := set(made.targets) - set(self.targets):
+                raise ValueError(f"object {made.name}: unknown targets {sorted(unknown)}")
+        if self.protocol:
+            if unknown := set(self.protocol.ask) - set(self.targets):
+                raise ValueError(f"protocol.ask: unknown targets {sorted(unknown)}")
+            if taken := set(self.targets) & set(ACQUIRED_COLUMNS):
+                raise ValueError(f"target {min(taken)} has the name of a column of acquisition")
         if self.features.band_hz:
             bins_per_hz = self.features.window / self.audio.sample_rate_hz
             low, high = (edge * bins_per_hz for edge in self.features.band_hz)
             if math.ceil(low) > min(math.floor(high), self.features.window // 2):
                 raise ValueError(f"features.band_hz {self.features.band_hz} holds no bin")
+        return self
+
+    @model_validator(mode="after")
+    def _can_be_played(self) -> DatasetSpec:
+        high, rate = getattr(self.excitation, "high_hz", 0.0), self.audio.sample_rate_hz
+        if "excitation" in self.model_fields_set and high >= rate / 2:
+            raise ValueError(f"excitation.high_hz {high:g} is not below half the rate of {rate} Hz")
         return self
 
     @model_validator(mode="after")

@@ -1,4 +1,5 @@
-"""Registries of what a declaration may name: models and sources, ours and of installed packages.
+"""Registries of what a declaration may name: models, sources and robots, ours and those of
+installed packages.
 
 This is the one list of them: choices in dataset.yaml, labels in the report, the types that a
 model's file may hold, documentation and contract tests all follow from it. A package adds its own
@@ -46,9 +47,21 @@ class SourceMaker:
     """A source of recordings that a recipe may name.
 
     `open` is `module:function`: a context manager, called with (folder, cores) where `folder`
-    keeps what the source wants to find again, that yields a function (setup, signal) -> Source
-    (see `acquire.source`). It is called for each session with the setup of its first grasp and
-    the recipe's `signal`.
+    keeps what the source wants to find again, that yields a function (setup, signal, excitation)
+    -> Source (see `acquire.source`). It is called for each session with the setup of its first
+    grasp, the recipe's `signal` and the data set's `excitation` (`ExcitationSpec`).
+    """
+
+    open: str
+
+
+@dataclass(frozen=True)
+class RobotMaker:
+    """A robot that a protocol may name.
+
+    `open` is `module:function`: a context manager, called with (settings, confirm) that yields a
+    Robot (see `acquire.robot`). `settings` are the protocol's `robot_settings`; `confirm(text)`
+    says something to the person and waits for Enter.
     """
 
     open: str
@@ -167,4 +180,13 @@ SOURCES = Registry(
     "ajgdata.sources",
     SourceMaker,
     {"virtual": SourceMaker("ajgdata.acquire.virtual:open_virtual")},
+)
+ROBOTS = Registry(
+    "robot",
+    "ajgdata.robots",
+    RobotMaker,
+    {
+        "manual": RobotMaker("ajgdata.acquire.robot:open_manual"),
+        "command": RobotMaker("ajgdata.acquire.robot_command:open_command"),
+    },
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from ajgdata.types.base import Name, Strict
 
@@ -24,6 +24,25 @@ class Excitation(Strict):
     file: str = Field(description="relative to the session folder")
     sha256: str = Field(description="of its file")
     description: str = Field("", description="what it is, for people")
+    settings: dict[str, Any] | None = Field(
+        None, description="its declaration, which makes its samples again; null if it was imported"
+    )
+
+
+class Acquisition(Strict):
+    """Circumstances of a session with a real gripper."""
+
+    finished: bool = Field(description="false while it is recorded, and after a crash")
+    setup: dict[str, JsonValue] = Field(
+        description="protocol, device and played sound: a session with others is another one"
+    )
+    driver: dict[str, JsonValue] = Field({}, description="what the sound card says of itself")
+    latency_samples: int | None = Field(
+        None, description="from playing to hearing, measured and taken out"
+    )
+    level_dbfs: float | None = Field(None, description="peak of the played sound")
+    check: dict[str, JsonValue] = Field({}, description="report of `ajgdata device check`")
+    temperature_c: float | None = Field(None, description="of the room, if it was given")
 
 
 class Session(Strict):
@@ -45,6 +64,7 @@ class Session(Strict):
     scene: dict[str, Any] = Field({}, description="settings of the source, for provenance")
     skipped: dict[str, str] = Field({}, description="grasps that could not be made, and why")
     notes: str = Field("", description="what the operator noted")
+    acquisition: Acquisition | None = Field(None, description="null unless a real gripper's")
 
 
 class Recording(Strict):

@@ -1,0 +1,149 @@
+"""Declared excitation -> the samples that are played, the same for the same declaration.
+
+All are float64 in [-1, 1] of full scale; a sound card gets them as float32. Fades are raised
+cosines, sin²(π t / 2 T) of the time t to the nearer end.
+
+A logarithmic sweep has an energy density that falls by 3 dB an octave; that of a linear sweep, of
+the multitone and of a maximum-length sequence is flat. At one peak level the crest factor (peak
+over rms) says how much energy is played: 3 dB for sweeps (a sine's), some 4.5 dB for the multitone
+with Schroeder's phases, 0 dB for the sequence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import max_len_seq
+
+from ajgdata.types import (
+    ChirpTrain,
+    ExcitationSpec,
+    LinearSweep,
+    LogSweep,
+    MaximumLengthSequence,
+    Multitone,
+)
+
+Real = NDArray[np.float64]
+
+
+@lru_cache(maxsize=32)
+def excitation_samples(declared: ExcitationSpec, sample_rate_hz: int) -> Real:
+    """Return the samples (n,) of an excitation, n = (length_s + silence_s) rate; do not write them.
+
+    Raises ValueError for a band that reaches beyond half the rate, and for a sound shorter than two
+    samples.
+
+    >>> from ajgdata.acquire.excitation import excitation_samples
+    >>> from ajgdata.types import LogSweep
+    >>> samples = excitation_samples(LogSweep(length_s=0.5, amplitude=0.9), 44_100)
+    >>> samples.shape, bool(abs(samples).max() <= 0.9)
+    ((22050,), True)
+    """
+    high = getattr(declared, "high_hz", 0.0)
+    if high >= sample_rate_hz / 2:
+        raise ValueError(
+            f"excitation.high_hz {high:g} is not below half the rate of {sample_rate_hz} Hz"
+        )
+    count = round(declared.length_s * sample_rate_hz)
+    if count < 2:
+        raise ValueError(f"excitation.length_s {declared.length_s:g} is shorter than two samples")
+    sound = _MAKERS[declared.kind](declared, count, sample_rate_hz)
+    silence = np.zeros(round(declared.silence_s * sample_rate_hz))
+    samples = np.concatenate([sound, silence])
+    samples.flags.writeable = False
+    return samples
+
+
+def crest_factor_db(samples: NDArray[Any]) -> float:
+    """Return peak over rms of samples (n,) in decibels."""
+    return float(20 * np.log10(np.abs(samples).max() / np.sqrt(np.mean(np.square(samples)))))
+
+
+def _faded(unit: Real, declared: Any, sample_rate_hz: int) -> Real:
+    """Return a sound of peak 1 at its level, with its fades."""
+    if not declared.fade_s:
+        return np.asarray(declared.amplitude * unit)
+    time = np.arange(len(unit)) / sample_rate_hz
+    edge = np.clip(np.minimum(time, time[::-1]) / declared.fade_s, 0, 1)
+    return np.asarray(declared.amplitude * unit * np.sin(np.pi / 2 * edge) ** 2)
+
+
+def _log_phase(low_hz: float, high_hz: float, length_s: float, time: Real) -> Real:
+    """Phase of a sweep with f(t) = low (high/low)^(t/T): 2π low T/ln(high/low) (f(t)/low - 1).
+
+    A. Farina, "Simultaneous measurement of impulse response and distortion with a swept-sine
+    technique", 108th AES Convention (2000), equation 7.
+    """
+    octaves = np.log(high_hz / low_hz)
+    return np.asarray(2 * np.pi * low_hz * length_s / octaves * np.expm1(time / length_s * octaves))
+
+
+def _log_sweep(declared: LogSweep, count: int, rate: int) -> Real:
+    time = np.arange(count) / rate
+    phase = _log_phase(declared.low_hz, declared.high_hz, declared.length_s, time)
+    return _faded(np.sin(phase), declared, rate)
+
+
+def _linear_sweep(declared: LinearSweep, count: int, rate: int) -> Real:
+    """A sweep with f(t) = low + (high - low) t/T."""
+    time = np.arange(count) / rate
+    growth = (declared.high_hz - declared.low_hz) / declared.length_s
+    phase = 2 * np.pi * time * (declared.low_hz + growth * time / 2)
+    return _faded(np.sin(phase), declared, rate)
+
+
+def _multitone(declared: Multitone, count: int, rate: int) -> Real:
+    """N lines of one amplitude, of phases -π k (k - 1)/N for k = 1 ... N, divided by their peak.
+
+    M. Schroeder, "Synthesis of low-peak-factor signals and binary sequences with low
+    autocorrelation", IEEE Trans. Inf. Theory 16 (1970): a flat spectrum.
+    """
+    spacing = declared.spacing_hz
+    first = int(np.ceil(declared.low_hz / spacing - 1e-9))
+    last = int(np.floor(declared.high_hz / spacing + 1e-9))
+    lines = last - first + 1
+    # One period, where it is a whole number of samples: the rest repeats it exactly.
+    period = rate / spacing
+    length = min(count, round(period)) if abs(period - round(period)) < 1e-9 else count
+    turn = 2 * np.pi * spacing * np.arange(length) / rate
+    total = np.zeros(length)
+    for k in range(1, lines + 1):
+        total += np.cos((first + k - 1) * turn - np.pi * k * (k - 1) / lines)
+    return _faded(np.resize(total / np.abs(total).max(), count), declared, rate)
+
+
+def _sequence(declared: MaximumLengthSequence, count: int, rate: int) -> Real:
+    """±1 with the circular autocorrelation N at 0 and -1 elsewhere, N = 2^order - 1.
+
+    D. Rife and J. Vanderkooy, "Transfer-function measurement with maximum-length sequences",
+    J. Audio Eng. Soc. 37 (1989).
+    """
+    order = declared.order or max(2, (count + 1).bit_length() - 1)
+    bits = max_len_seq(order)[0].astype(np.float64)
+    return _faded(np.resize(2 * bits - 1, count), declared, rate)
+
+
+def _chirp_train(declared: ChirpTrain, count: int, rate: int) -> Real:
+    """As many whole chirps as fit, each a logarithmic sweep with its own fades."""
+    chirp = round(declared.chirp_s * rate)
+    step = chirp + round(declared.gap_s * rate)
+    time = np.arange(chirp) / rate
+    phase = _log_phase(declared.low_hz, declared.high_hz, declared.chirp_s, time)
+    one, train = _faded(np.sin(phase), declared, rate), np.zeros(count)
+    for start in range(0, count - chirp + 1, step):
+        train[start : start + chirp] = one
+    return train
+
+
+_MAKERS: dict[str, Callable[[Any, int, int], Real]] = {
+    "log_sweep": _log_sweep,
+    "linear_sweep": _linear_sweep,
+    "multitone": _multitone,
+    "mls": _sequence,
+    "chirp_train": _chirp_train,
+}

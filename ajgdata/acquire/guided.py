@@ -1,0 +1,260 @@
+"""The guided acquisition: plan, robot, card and operator, one grasp after another."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ajgdata.acquire.band_levels import Level, jump_db, level_of, usual
+from ajgdata.acquire.card import Capture, Card, CardError, TakeError
+from ajgdata.acquire.live_session import REJECTED, LiveSession
+from ajgdata.acquire.operator import Choice, Decision, Operator, Progress, Report
+from ajgdata.acquire.protocol import DOUBT, PlannedGrasp, grasp_id, remaining, whole_grasps
+from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
+from ajgdata.features.checks import check_samples
+from ajgdata.store.audio import read_audio
+from ajgdata.types import AudioSettings, GraspProtocol, Target
+
+_OFFERED = (Choice.REDO, Choice.SKIP, Choice.QUIT)
+
+
+class Outcome(NamedTuple):
+    """An acquisition's outcome: recordings made, grasps that are left because the operator ended
+    it, those that shall not be made, with the reason, and those whose labels were not asked for."""
+
+    recorded: int
+    left: int
+    skipped: Mapping[str, str]
+    unlabelled: Sequence[str] = ()
+
+
+class Problem(NamedTuple):
+    """What speaks against a recording; `fatal`: it cannot be kept; `marked`: nobody need decide,
+    since it is marked for whoever uses it."""
+
+    text: str
+    fatal: bool
+    marked: bool = False
+
+
+@dataclass
+class GuidedAcquisition:
+    """Records what is left of a plan into a session.
+
+    `played` float32 (n,) is the excitation, `targets` what labels are asked for, `window` the
+    samples that a feature needs.
+    """
+
+    session: LiveSession
+    planned: Sequence[PlannedGrasp]
+    protocol: GraspProtocol
+    targets: Mapping[str, Target]
+    window: int
+    card: Card
+    played: np.ndarray
+    robot: Robot
+    operator: Operator
+    _levels: dict[str, dict[str, Level]] = field(default_factory=dict)
+    _problems: list[Problem] = field(default_factory=list)
+    _spent_s: list[float] = field(default_factory=list)
+    _asked: set[str] = field(default_factory=set)
+    _recorded: int = 0
+    _reason: str = ""
+
+    def run(self) -> Outcome:
+        """Make the grasps that are left. Raises CardError, and RobotError if nobody is there."""
+        if not all(self._label_after(grasp) for grasp in self._unlabelled()):  # of a killed one
+            return self._outcome(len(self._left()))
+        queue = self._left()
+        before: PlannedGrasp | None = None
+        while queue:
+            grasp = queue[0]
+            self.operator.announce(grasp, self._progress(len(queue)))
+            start = time.monotonic()
+            choice = self._grasp(grasp)
+            match choice:
+                case Choice.KEEP:
+                    before = queue.pop(0)
+                    if not self._label_after(before):
+                        return self._outcome(len(queue))
+                    self._spent_s.append(time.monotonic() - start)
+                case Choice.SKIP:
+                    self.session.skip(grasp, self._reason)
+                    queue.pop(0)
+                case Choice.BACK if before is not None:
+                    self._forget(before)
+                    queue.insert(0, before)
+                    before = None
+                case Choice.QUIT:
+                    self._drop_partial(grasp)
+                    return self._outcome(len(queue))
+        return self._outcome(0)
+
+    def _left(self) -> list[PlannedGrasp]:
+        return remaining(self.planned, self.session.recordings, self.session.skipped)
+
+    def _outcome(self, left: int) -> Outcome:
+        unlabelled = [grasp.name for grasp in self._unlabelled()]
+        return Outcome(self._recorded, left, self.session.skipped, unlabelled)
+
+    def _progress(self, left: int) -> Progress:
+        mean_s = sum(self._spent_s) / len(self._spent_s) if self._spent_s else None
+        total = len(self.planned)
+        return Progress(total - left, total, None if mean_s is None else mean_s * left)
+
+    def _grasp(self, grasp: PlannedGrasp) -> Choice:
+        """Make one attempt at a grasp; return what becomes of it."""
+        attempt = self.session.begin(grasp)
+        self._asked.discard(grasp.name)
+        self._problems, self._reason = [], "left out by the operator; record it another time"
+        try:
+            if error := self._failed(grasp, attempt):
+                whole = len(self.session.whole(grasp)) == grasp.samples  # it failed afterwards
+                return self._decide(str(error), (Choice.KEEP, *_OFFERED) if whole else _OFFERED)
+            return self._judge(grasp, attempt)
+        except Decision as decision:
+            return decision.choice
+        except BaseException as error:  # a card that is gone, Ctrl-C, a full disk
+            self._drop_partial(grasp)
+            if isinstance(error, CardError):
+                fix = f"{error.fix}; what was recorded is kept: acquire again to go on"
+                raise CardError(error.where, error.problem, fix) from None
+            raise
+
+    def _failed(self, grasp: PlannedGrasp, attempt: int) -> TakeError | RobotError | None:
+        """Record an attempt; return what went wrong if somebody may decide about it."""
+        try:
+            self._move(grasp, attempt, self._ask(grasp, self._names("before")))
+        except TakeError as error:
+            return error
+        except RobotError as error:
+            if not self.operator.attended:
+                raise
+            return error
+        return None
+
+    def _unlabelled(self) -> list[PlannedGrasp]:
+        """Return the grasps that are whole, and whose labels were to be asked for after them."""
+        whole = whole_grasps(self.session.recordings)
+        return [
+            grasp
+            for grasp in self.planned
+            if grasp.object and grasp.name not in self._asked
+            and len(rows := whole.get(grasp.name, [])) >= grasp.samples
+            and not all(row.labels.get(name) for row in rows for name in self._names("after"))
+        ]  # fmt: skip
+
+    def _label_after(self, grasp: PlannedGrasp) -> bool:
+        """Ask for what is known only now; False if the operator quits instead."""
+        rows = self.session.whole(grasp)
+        names = [n for n in self._names("after") if not all(row.labels.get(n) for row in rows)]
+        try:
+            known = self._ask(grasp, names)
+        except Decision:
+            return False
+        self._asked.add(grasp.name)  # be it to hear that nobody knows
+        if known:
+            self.session.label(grasp, known)
+        return True
+
+    def _names(self, moment: str) -> list[str]:
+        return [name for name, when in self.protocol.ask.items() if when == moment]
+
+    def _ask(self, grasp: PlannedGrasp, names: Sequence[str]) -> dict[str, str]:
+        if not grasp.object:
+            return {}
+        return {name: self.operator.label(name, self.targets[name], grasp) for name in names}
+
+    def _move(self, grasp: PlannedGrasp, attempt: int, known: Mapping[str, str]) -> None:
+        """Let the robot make the grasp, and record while it holds."""
+        protocol = self.protocol
+        place = Placement(grasp_id(grasp, attempt), grasp.object, grasp.number, protocol.force_n)
+        later = dict.fromkeys((n for n in protocol.ask if n not in known), "")
+
+        def sense(force_n: float | None) -> None:
+            labels = {**later, **known} if grasp.object else {}
+            force = "" if force_n is None else f"{force_n:g}"
+            for sample in range(grasp.samples):
+                self._take(grasp, attempt, sample, {**labels, "force_reached_n": force})
+
+        grasp_once(self.robot, place, protocol.sequence, protocol.wait_s, sense)
+
+    def _take(
+        self, grasp: PlannedGrasp, attempt: int, sample: int, labels: Mapping[str, str]
+    ) -> None:
+        silence = grasp.reference == "silence"
+        capture = self.card.listen(len(self.played)) if silence else self.card.take(self.played)
+        level = level_of(capture.samples, self.card.settings.sample_rate_hz)
+        known = usual(list(self._earlier(grasp).values()))
+        problems = [] if silence else self._doubts(grasp, capture, level, known)
+        self._problems += problems
+        quality = REJECTED if silence or problems else "ok"
+        said = [problem.text for problem in problems]
+        labels = {**labels, **capture.labels(), DOUBT: "; ".join(said)}
+        self.session.record(grasp, attempt, sample, capture.samples, quality=quality, labels=labels)
+        self._recorded += 1
+        self.operator.show(Report(grasp, sample, level, known, said, capture.doubts))
+        if not problems:
+            self._earlier(grasp)[f"{grasp.name}_{sample}"] = level
+
+    def _doubts(
+        self, grasp: PlannedGrasp, capture: Capture, level: Level, known: Level | None
+    ) -> list[Problem]:
+        """Return what `ajgdata validate` would say of it, and what it cannot know."""
+        found = check_samples(capture.samples, "PCM_24", self.window)
+        doubts = [
+            Problem(f"{r.problem}; {r.fix}", r.level == "error", r.code == "clipped") for r in found
+        ]
+        if capture.clipped and "clipped" not in {remark.code for remark in found}:
+            problem = f"{capture.clipped} samples reach full scale: clipped"
+            doubts.append(Problem(f"{problem}; lower the gain and redo", False, marked=True))
+        if jump := jump_db(level, known):
+            problem = f"{jump:+.0f} dB from earlier grasps of {grasp.object or 'nothing'}"
+            doubts.append(Problem(f"{problem}; check gain and plugs", False))
+        return doubts
+
+    def _judge(self, grasp: PlannedGrasp, attempt: int) -> Choice:
+        """Accept a grasp without problems, else let the operator decide."""
+        if not self._problems:
+            return Choice.KEEP
+        said = "; ".join(dict.fromkeys(problem.text for problem in self._problems))
+        person = self.operator.attended
+        may_keep = not any(one.fatal or not (person or one.marked) for one in self._problems)
+        choice = self._decide(said, (Choice.KEEP, *_OFFERED) if may_keep else _OFFERED)
+        if choice is Choice.KEEP:
+            self.session.accept(grasp, attempt)
+        return choice
+
+    def _decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
+        """Let the operator decide; the problem is the reason if the grasp is left out for it."""
+        self._reason = problem
+        return self.operator.decide(problem, choices)
+
+    def _earlier(self, grasp: PlannedGrasp) -> dict[str, Level]:
+        """Return the levels of the object's whole grasps, read once from what is on disk."""
+        key = grasp.object or grasp.reference or ""
+        if key not in self._levels:
+            audio = AudioSettings(sample_rate_hz=self.card.settings.sample_rate_hz)
+            self._levels[key] = {
+                f"{one.name}_{row.sample}": level_of(
+                    read_audio(self.session.folder / row.file, audio).samples, audio.sample_rate_hz
+                )
+                for one in self.planned
+                if (one.object, one.reference) == (grasp.object, grasp.reference) and one != grasp
+                for row in self.session.whole(one)
+            }
+        return self._levels[key]
+
+    def _drop_partial(self, grasp: PlannedGrasp) -> None:
+        """Reject a grasp unless all of it counts."""
+        if len(self.session.whole(grasp)) < grasp.samples:
+            self._forget(grasp)
+
+    def _forget(self, grasp: PlannedGrasp) -> None:
+        """Reject a grasp, and compare no other with it."""
+        self.session.reject(grasp)
+        self._levels.pop(grasp.object or grasp.reference or "", None)

@@ -1,0 +1,126 @@
+"""The setup of a real session: what it is made with, held by one process, and the same for ever."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from filelock import FileLock, Timeout
+
+from ajgdata.acquire.simulated_card import DEVICE
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, SESSION_FILE
+from ajgdata.store.audio import file_sha256, write_pcm24
+from ajgdata.store.files import replacing_folder
+from ajgdata.store.provenance import software
+from ajgdata.store.sessions import read_recordings, read_session, write_session
+from ajgdata.types import Acquisition, DataError, Excitation, ExcitationSpec, Session
+
+
+def setup_digest(setup: Mapping[str, Any]) -> str:
+    """Return what tells setups apart in the table."""
+    return hashlib.sha256(json.dumps(setup, sort_keys=True).encode()).hexdigest()
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Hold the session's lock, which the system takes back from a process that ends, however."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder.with_name(f".{folder.name}.lock"), timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        fix = "stop that one, or record into another --session"
+        raise DataError(folder, "another process is recording into this session", fix) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def create(
+    folder: Path,
+    setup: Mapping[str, Any],
+    excitation: np.ndarray,
+    played: ExcitationSpec,
+    sample_rate_hz: int,
+    about: Mapping[str, Any],
+) -> None:
+    """Make a session that holds nothing yet, in one step.
+
+    What the simulated card gives is simulated, and is told as such wherever it goes.
+    """
+    with replacing_folder(folder) as new:
+        (new / AUDIO_FOLDER).mkdir()
+        write_pcm24(new / EXCITATION_FILE, excitation, sample_rate_hz)
+        digest = file_sha256(new / EXCITATION_FILE)
+        peak = float(np.abs(excitation).max())
+        session = Session(
+            session_id=folder.name,
+            source="virtual" if about.get("device") == DEVICE else "soundcard",
+            sample_rate_hz=sample_rate_hz,
+            excitation=Excitation(
+                file=EXCITATION_FILE,
+                sha256=digest,
+                description=played.description,
+                settings=played.model_dump(mode="json"),
+            ),
+            software=f"ajgdata {software()['ajgdata_version']}",
+            acquisition=Acquisition(
+                finished=False, setup=dict(setup), level_dbfs=round(20 * math.log10(peak), 2)
+            ),
+            **about,
+        )
+        write_session(new, session, [])
+
+
+def is_empty(folder: Path) -> bool:
+    """Return True for a session of the sound card that never got a recording."""
+    if not (folder / SESSION_FILE).is_file() or any((folder / AUDIO_FOLDER).glob("[!.]*")):
+        return False
+    return read_session(folder).acquisition is not None and not read_recordings(folder)[0]
+
+
+def discard(folder: Path) -> None:
+    """Remove a session in one step, as others see it."""
+    hidden = folder.with_name(f".{folder.name}.empty")
+    shutil.rmtree(hidden, ignore_errors=True)  # left by a killed process
+    folder.rename(hidden)
+    shutil.rmtree(hidden)
+
+
+def check_setup(folder: Path, setup: Mapping[str, Any]) -> None:
+    """Raise DataError, with what differs, if a session was recorded with another setup."""
+    session = read_session(folder)
+    known = session.acquisition
+    fix = "record into another --session"
+    if known is None:
+        raise DataError(folder, "was not recorded by `ajgdata acquire --source soundcard`", fix)
+    if differing := list(_differences(known.setup, json.loads(json.dumps(setup)))):
+        more = f" (and {len(differing) - 1} more)" if len(differing) > 1 else ""
+        problem = f"was recorded with another setup: {differing[0]}{more}"
+        raise DataError(folder, problem, f"restore that, or {fix}")
+    if session.excitation is not None:
+        played = folder / session.excitation.file
+        if file_sha256(played) != session.excitation.sha256:
+            raise DataError(played, "is not what was played (sha256 differs)", "restore it")
+
+
+def _differences(was: Any, now: Any, place: str = "") -> Iterator[str]:
+    """Yield what differs between two nestings of mappings, one line each."""
+    if isinstance(was, dict) and isinstance(now, dict):
+        for key in [*was, *(key for key in now if key not in was)]:
+            yield from _differences(was.get(key), now.get(key), f"{place}.{key}".lstrip("."))
+    elif was != now:
+        yield f"{place} was {_short(was)}, is {_short(now)}"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,211 @@
+"""`ajgdata acquire`: recordings by the virtual gripper, or by a real one through a sound card."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from ajgdata.pipeline.progress import bar
+from ajgdata.types import SOURCES, DataError
+
+acquiring = typer.Typer()
+out = Console(emoji=False, highlight=False)
+err = Console(stderr=True, emoji=False, highlight=False)
+
+SOUNDCARD = "soundcard"
+_CARD = "sound card"
+_RECIPE = "recipes"
+
+
+@acquiring.command()
+def acquire(
+    context: typer.Context,
+    dataset: Annotated[
+        list[str] | None, typer.Argument(help="data sets; default: all that have a recipe")
+    ] = None,
+    source: Annotated[
+        str,
+        typer.Option(
+            help="virtual: recipes of the physics simulation; soundcard: the protocol of a data "
+            "set, with a real gripper; default: every recipe, by the source that it names"
+        ),
+    ] = "",
+    session: Annotated[
+        str,
+        typer.Option(
+            help="one session; default: all of the recipe, or the one that is not complete"
+        ),
+    ] = "",
+    recipe: Annotated[
+        Path | None,
+        typer.Option(
+            help="declaration (like dataset.yaml) with a recipe: made a data set of the project and"
+            " recorded",
+            rich_help_panel=_RECIPE,
+        ),
+    ] = None,
+    cores: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="processes that simulate; default: one for each core",
+            rich_help_panel=_RECIPE,
+        ),
+    ] = 0,
+    device: Annotated[
+        str,
+        typer.Option(help="exact name, as `ajgdata device list` has it", rich_help_panel=_CARD),
+    ] = "",
+    input_channel: Annotated[
+        int, typer.Option(min=1, help="of the microphone", rich_help_panel=_CARD)
+    ] = 1,
+    output_channel: Annotated[
+        int, typer.Option(min=1, help="of the speaker", rich_help_panel=_CARD)
+    ] = 1,
+    loopback_channel: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="input that a cable connects to the output", rich_help_panel=_CARD
+        ),
+    ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="nobody is there: ask nothing", rich_help_panel=_CARD)
+    ] = False,
+    notes: Annotated[str, typer.Option(help="for session.yaml", rich_help_panel=_CARD)] = "",
+    temperature_c: Annotated[
+        float | None, typer.Option(help="of the room", rich_help_panel=_CARD)
+    ] = None,
+    check: Annotated[
+        Path | None,
+        typer.Option(help="report of `ajgdata device check`, kept", rich_help_panel=_CARD),
+    ] = None,
+) -> None:
+    """Record what is missing of a recipe or a protocol. Stop it at any moment: it goes on there."""
+    if source != SOUNDCARD:
+        _refuse_options_of(_CARD, context, f"add --source {SOUNDCARD}")
+        _by_recipe(dataset or [], source, session, recipe, cores)
+        return
+    _refuse_options_of(_RECIPE, context, f"leave out --source {SOUNDCARD}")
+    if len(dataset or []) != 1 or not device:
+        fix = f'ajgdata acquire NAME --source {SOUNDCARD} --device "…" (see `ajgdata device list`)'
+        raise DataError(f"--source {SOUNDCARD}", "needs one data set and a device", fix)
+    channels = {
+        "input_channel": input_channel,
+        "output_channel": output_channel,
+        "loopback_channel": loopback_channel,
+    }
+    from ajgdata.pipeline.acquire_live import Noted
+
+    noted = Noted(notes, temperature_c, check)
+    _by_protocol((dataset or [""])[0], session, {"device": device, **channels}, yes, noted)
+
+
+def _refuse_options_of(panel: str, context: typer.Context, fix: str) -> None:
+    """Raise DataError if an option of another source was given: it would do nothing."""
+    for option in context.command.params:
+        given = context.get_parameter_source(option.name or "")
+        typed = given is not None and given.name == "COMMANDLINE"
+        if typed and getattr(option, "rich_help_panel", None) == panel:
+            raise DataError(option.opts[0], f"is for a {panel}".removesuffix("s"), fix)
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP end the program as Ctrl-C does: the robot lets go, the session is
+    finished."""
+
+    def end(number: int, _frame: object) -> None:
+        for one in mine:
+            signal.signal(one, signal.SIG_IGN)  # once is enough: what is going on now is tidying up
+        raise SystemExit(128 + number)
+
+    known = [getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP")]
+    mine = {n: signal.getsignal(n) for n in known if n and signal.getsignal(n) != signal.SIG_IGN}
+    for number in mine:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, before in mine.items():
+            signal.signal(number, before)
+
+
+def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, noted: Any) -> None:
+    from ajgdata.acquire.operator import Unattended
+    from ajgdata.cli.terminal import TerminalOperator
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.acquire_live import acquire_live
+
+    terminal = TerminalOperator(out)
+    operator = Unattended(terminal) if yes else terminal
+    again = "the same command goes on there"
+    try:
+        with _ended_by_signals():
+            name, done = acquire_live(
+                find_project(), dataset, session,
+                device=device, operator=operator, noted=noted, warn=_warn,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        out.print(f"stopped; what was recorded is kept, {again}", soft_wrap=True)
+        raise typer.Exit(130) from None
+    left = f", {done.left} grasps left; {again}" if done.left else ", all grasps are there"
+    out.print(f"{dataset}/{name}: {done.recorded} recorded{left}", soft_wrap=True)
+    for grasp, reason in done.skipped.items():
+        err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
+    if done.unlabelled:
+        fix = f"fill them in in recordings.csv, or give --session {name} to be asked again"
+        _warn(f"labels of {', '.join(done.unlabelled)} were not asked for; {fix}")
+    missing = done.skipped or done.unlabelled or (yes and done.left)
+    raise typer.Exit(bool(missing))
+
+
+def _warn(said: str) -> None:
+    err.print(f"[yellow]warning[/yellow] {escape(said)}", soft_wrap=True)
+
+
+def _by_recipe(
+    datasets: list[str], source: str, session: str, recipe: Path | None, cores: int
+) -> None:
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.acquire import acquire_all
+    from ajgdata.pipeline.recipes import declare_from, recipe_sessions, with_recipe
+
+    if source:
+        try:
+            SOURCES.checked(source)
+        except ValueError as error:
+            raise DataError("--source", str(error), f"or {SOUNDCARD}") from None
+    paths = find_project()
+    names = [*datasets, *([declare_from(paths, recipe)] if recipe else [])]
+    wanted = [
+        (name, one)
+        for name in names or with_recipe(paths, source)
+        for one in ([session] if session else recipe_sessions(paths, name, source))
+    ]
+    said, skipped = [], 0
+    with bar(f"recording ({source or 'recipes'})", patience_s=0) as started:
+        for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
+            for grasp, reason in done.skipped.items():
+                err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
+            skipped += len(done.skipped)
+            left = f", {len(done.skipped)} grasps skipped" if done.skipped else ""
+            said.append(f"{name}/{one}: {done.recorded} recorded, {done.kept} already there{left}")
+    for line in said:
+        out.print(line, soft_wrap=True)
+    raise typer.Exit(bool(skipped))
+
+
+def _free_cores() -> int:
+    """Return the number of cores that this process may use: a batch system may limit it."""
+    import os
+
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

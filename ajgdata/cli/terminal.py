@@ -1,0 +1,118 @@
+"""The operator at a terminal: plain lines in, plain lines out, so that SSH and pipes will do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from rich.console import Console
+from rich.markup import escape
+
+from ajgdata.acquire.operator import Choice, Decision, Progress, Report
+from ajgdata.acquire.protocol import PlannedGrasp
+from ajgdata.types import Target
+
+_BLOCKS = "▁▂▃▄▅▆▇█"
+#: Levels from the quietest block to the highest, of full scale.
+_LOW_DB, _HIGH_DB = -84.0, -20.0
+_METER = 20  # characters for 60 dB
+_KEYS = {"b": Choice.BACK, "s": Choice.SKIP, "q": Choice.QUIT}
+
+
+class TerminalOperator:
+    """A person who reads lines and types them (see acquire.operator.Operator)."""
+
+    attended = True
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def announce(self, grasp: PlannedGrasp, progress: Progress) -> None:
+        """Print what comes, how far it is, and how long the rest takes."""
+        what = grasp.object or f"{grasp.reference} (reference)"
+        left = "" if progress.left_s is None else f", {_minutes(progress.left_s)} left"
+        self._say(
+            f"[b]{progress.done + 1} of {progress.total}[/b]{left}: [b]{escape(what)}[/b], "
+            f"number {grasp.number}"
+        )
+
+    def confirm(self, text: str) -> None:
+        """Print it and wait for Enter; b, s and q decide otherwise."""
+        while True:
+            said = self._line(f"  {text}; then Enter (b: redo the one before, s: skip, q: quit) ")
+            if not said:
+                return
+            if said in _KEYS:
+                raise Decision(_KEYS[said])
+
+    def label(self, name: str, target: Target, grasp: PlannedGrasp) -> str:
+        """Ask for a value until it is one; nothing is a value that is not known."""
+        unit = f" in {target.unit}" if target.unit else ""
+        whose = f"{grasp.object}, number {grasp.number}"
+        while True:
+            said = self._line(f"  {name}{unit} of {whose} (Enter: not known) ")
+            if target.kind == "classification" or said in ("", *target.missing) or _number(said):
+                return said
+            self._say(f"  [red]{escape(said)} is no number[/red]")
+
+    def show(self, report: Report) -> None:
+        """Print level and spectrum beside those of the object's earlier grasps."""
+        for reason in report.retakes:
+            self._say(f"  [yellow]repeated[/yellow] {escape(reason)}")
+        colour = "red" if report.problems else "green"
+        peak = report.level.peak_dbfs
+        line = f"  [{colour}]{meter(peak)}[/{colour}] {peak:6.1f} dBFS  "
+        self._say(line + sparkline(report.level.bands_db))
+        if report.usual is not None:
+            peak = report.usual.peak_dbfs
+            most = float(np.abs(report.level.bands_db - report.usual.bands_db).max())
+            self._say(
+                f"  [dim]{meter(peak)} {peak:6.1f} dBFS  {sparkline(report.usual.bands_db)} before"
+                f"; differs by up to {most:.0f} dB[/dim]"
+            )
+
+    def decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
+        """Print what is wrong and ask until the answer is a choice, or its first letter."""
+        self._say(f"  [red]{escape(problem)}[/red]")
+        by_key = {choice.value[0]: choice for choice in choices}
+        offered = ", ".join(f"{key}: {choice.value}" for key, choice in by_key.items())
+        while True:
+            said = self._line(f"  {offered}? ").lower()
+            if said[:1] in by_key and by_key[said[0]].value.startswith(said):
+                return by_key[said[0]]
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, soft_wrap=True)
+
+    def _line(self, prompt: str) -> str:
+        """Return what was typed; Ctrl-D, or a terminal that is gone, quits."""
+        try:
+            return self._console.input(escape(prompt)).strip()
+        except EOFError:
+            self._say("")
+            raise Decision(Choice.QUIT) from None
+
+
+def meter(peak_dbfs: float) -> str:
+    """Return a bar that is full at 0 dB of full scale and empty 60 dB below."""
+    filled = int(np.clip(np.ceil(_METER * (1 + peak_dbfs / 60)), 0, _METER))
+    return "█" * filled + "·" * (_METER - filled)
+
+
+def sparkline(bands_db: ArrayLike) -> str:
+    """Return one block for each level (n_bands,) in dB of full scale, 8 dB apart up to -20."""
+    share = (np.asarray(bands_db) - _LOW_DB) / (_HIGH_DB - _LOW_DB)
+    blocks = np.clip(share * len(_BLOCKS), 0, len(_BLOCKS) - 1).astype(int)
+    return "".join(_BLOCKS[block] for block in blocks)
+
+
+def _minutes(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+
+
+def _number(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False

@@ -1,0 +1,329 @@
+"""Results of the experiment on excitations: read back, and as figures, tables and words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ajgdata.experiments.base import SCORES, TaskResults
+from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.comparison import mark_of
+from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit
+from ajgdata.report.panel import Highlight
+from ajgdata.types import DEFAULT_EXCITATION, ExcitationKind
+from ajgdata.types.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Where speaker and microphone answer, and where the error of a recovered response is taken.
+BAND_HZ = (100.0, 16_000.0)
+NAMES: dict[ExcitationKind, str] = {
+    "log_sweep": "log sweep",
+    "linear_sweep": "linear sweep",
+    "multitone": "multitone",
+    "mls": "MLS",
+    "chirp_train": "chirp train",
+}
+REFERENCE = DEFAULT_EXCITATION
+
+
+class Point(NamedTuple):
+    """One excitation: the error of each model over folds (mean, sd), and that of its response."""
+
+    kind: ExcitationKind
+    length_s: float
+    crest_db: float
+    recovered_db: float
+    worst_db: float
+    feature_ms: float
+    errors: tuple[Score, ...]  #: NaN where a model was not evaluated with it
+
+    @property
+    def label(self) -> str:
+        """Return kind and length in short."""
+        return f"{NAMES[self.kind]} of {self.length_s:g} s"
+
+
+def points_of(results: TaskResults) -> list[Point]:
+    """Return what was tried, the paper's sweep first."""
+    (result,) = results.results
+    scores, costs, points = result.tables[SCORES], result.cost[SCORES], []
+    for row in result.tables["excitations"].rows:
+        of = scores.where(part=row["part"], metric=results.metric)
+        cost = costs.where(part=f"cost of {row['part']}", metric="feature_s_per_recording")
+        errors = (_error(results, of.where(model=model)) for model in results.settings.models)
+        points.append(
+            Point(
+                row["kind"], row["length_s"], row["crest_db"], row["recovered_db"],
+                row["worst_db"], 1e3 * float(cost.numbers("value")[0]), tuple(errors),
+            )
+        )  # fmt: skip
+    return points
+
+
+def _error(results: TaskResults, scores: Table, statistic: str = "mean") -> Score:
+    if not scores.rows:
+        return Score(np.nan, np.nan)
+    value, sd = (scores.where(statistic=s).numbers("value")[0] for s in (statistic, "sd"))
+    wrong = results.kind == "classification"
+    return Score(100 * (1 - value), 100 * sd) if wrong else Score(float(value), float(sd))
+
+
+def _error_name(results: TaskResults) -> str:
+    return "share that is wrong" if results.kind == "classification" else "RMSE"
+
+
+def _labels(results: TaskResults) -> list[str]:
+    from ajgdata.models import model_label
+
+    return [model_label(model, results.kind) for model in results.settings.models]
+
+
+def shortest(points: list[Point], model: int) -> Point:
+    """Return the shortest that errs by no more than the first and its deviation over folds.
+
+    Of several of one length, that with the least error.
+    """
+    enough = (p for p in points if _keeps(points, p, model))
+    return min(enough, key=lambda point: (point.length_s, point.errors[model].mean))
+
+
+def _keeps(points: list[Point], one: Point, model: int) -> bool:
+    first, error = points[0].errors[model], one.errors[model]
+    return error.mean <= first.mean + first.sd
+
+
+def _alike(points: list[Point], found: Point, model: int) -> list[Point]:
+    """Return those of the length of `found` that keep the error, too."""
+    return [p for p in points if p.length_s == found.length_s and _keeps(points, p, model)]
+
+
+def _difference(results: TaskResults, model: int, found: Point) -> str:
+    """Return by how much a model errs less than with the paper's sweep, on the same folds."""
+    from ajgdata.evaluate.paired_fold_test import paired_fold_test
+
+    scores, name = results.results[0].tables[SCORES], results.settings.models[model]
+    scores = scores.where(model=name, metric=results.metric)
+    folds = []
+    for kind, length_s in ((REFERENCE.kind, REFERENCE.length_s), (found.kind, found.length_s)):
+        rows = scores.where(part=f"excitation:{kind} {length_s:g} s").rows
+        of_folds = (row for row in rows if row["statistic"].startswith("fold"))
+        folds.append([results.scale * row["value"] for row in of_folds])
+    lower = results.kind == "regression"
+    gain = paired_fold_test(*folds, lower_is_better=lower, paired=True)
+    low, high = (with_unit(number(end, 2), results.shown_unit) for end in (gain.low, gain.high))
+    less = with_unit(number(gain.gain, 2), results.shown_unit)
+    return f"{less} less on the same folds, 95 % interval {low} to {high}"
+
+
+def _crest(point: Point) -> str:
+    return number(round(abs(point.crest_db), 1))
+
+
+def finding(results: TaskResults, model: int) -> str:
+    """Return in a few words how short an excitation keeps the error of a model."""
+    points, label = points_of(results), _labels(results)[model]
+    found = shortest(points, model)
+    if found.length_s >= REFERENCE.length_s:
+        return f"nothing shorter than {REFERENCE.length_s:g} s keeps the error of the {label}"
+    if len(_alike(points, found, model)) == len(results.settings.kinds):
+        return f"{found.length_s:g} s keep the error of the {label}, whatever is played"
+    return f"{found.label} keeps the error of the {label}"
+
+
+def highlights(results: TaskResults) -> list[Highlight]:
+    """Return the shortest excitation that keeps the error of the first model, if it is shorter."""
+    points = points_of(results)
+    found = shortest(points, 0)
+    if found.length_s >= REFERENCE.length_s:
+        return []
+    marks = (
+        mark_of("ours", f"{found.length_s:g} s", found.errors[0]),
+        mark_of("other", f"{REFERENCE.length_s:g} s", points[0].errors[0]),
+    )
+    said = f"{_error_name(results)}, {found.label}"
+    return [Highlight("Shorter sound", said, results.shown_unit, marks)]
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return a panel for each model: its error over the length of what is played, by kind."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+
+    drawn = new_figure(
+        (WIDTH_IN, 3.9),
+        finding(results, 0),
+        f"{results.title}: error against acquisition time at one peak level; mean ± sd over folds "
+        "(grey: the paper's sweep)",
+        [results.source],
+    )
+    labels, points = _labels(results), points_of(results)
+    panels = drawn.subplots(1, len(labels), sharey=True, squeeze=False)[0]
+    errors = [{(p.kind, p.length_s): p.errors[n] for p in points} for n in range(len(labels))]
+    for axes, of, label in zip(panels, errors, labels, strict=True):
+        _lines(axes, results, of)
+        axes.set_title(label)
+    for axes, of in zip(panels, errors, strict=True):
+        _names(axes, results, of)
+    unit = f" ({results.shown_unit})" if results.shown_unit else ""
+    panels[0].set_ylabel(f"{_error_name(results)}{unit}")
+    return drawn
+
+
+def response_figure(results: TaskResults) -> Figure:
+    """Return the error of recovered responses over the length of what is played, by kind."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+
+    points = points_of(results)
+    best = min(points, key=lambda point: point.recovered_db)
+    drawn = new_figure(
+        (0.75 * WIDTH_IN, 3.6),
+        f"The response is recovered best from {best.label}: {number(best.recovered_db)} dB",
+        f"{results.dataset_title}: error of the transfer function, {BAND_HZ[0]:g} to "
+        f"{number(BAND_HZ[1], 5)} Hz; median",
+        [results.source],
+    )
+    axes = drawn.subplots()
+    of = {(p.kind, p.length_s): Score(p.recovered_db, 0) for p in points}
+    _lines(axes, results, of)
+    _names(axes, results, of)
+    axes.set_ylabel("error (dB)")
+    return drawn
+
+
+Errors = dict[tuple[ExcitationKind, float], Score]
+
+
+def _lines(axes: Axes, results: TaskResults, of: Errors) -> None:
+    """Draw a line a kind, a square round the paper's sweep, and a band of its deviation."""
+    from ajgdata.report.canvas import GREY, line_style, plain_ticks
+
+    for n, kind in enumerate(results.settings.kinds):
+        x, mean, sd = _line(results, of, kind)
+        style = line_style(n)
+        axes.vlines(x, mean - sd, mean + sd, color=style["color"], lw=0.7, alpha=0.4)
+        axes.plot(x, mean, **style)
+    first = of[REFERENCE.kind, REFERENCE.length_s]
+    if first.sd > 0:
+        axes.axhspan(first.mean - first.sd, first.mean + first.sd, color=GREY, alpha=0.1, lw=0)
+    place: dict[str, Any] = {"mfc": "none", "mec": "black", "ms": 10, "zorder": 5}
+    axes.plot(REFERENCE.length_s, first.mean, "s", **place)
+    near: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7}
+    at = REFERENCE.length_s, first.mean
+    axes.annotate("paper", at, (0, 9), ha="center", va="bottom", **near)
+    axes.set(xscale="log", xlabel="length of the excitation (s)")
+    axes.set_xlim(0.85 * min(length for _, length in of), 9)
+    axes.margins(y=0.08)
+    plain_ticks(axes.xaxis, sorted({length for _, length in of}))
+
+
+def _line(
+    results: TaskResults, of: Errors, kind: ExcitationKind
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return places on the axis, beside those of the other kinds, mean and deviation (n,), of what
+    was evaluated."""
+    kinds = results.settings.kinds
+    found = sorted((n, *e[:2]) for (other, n), e in of.items() if other == kind)
+    lengths, mean, sd = np.array([one for one in found if np.isfinite(one[1])]).reshape(-1, 3).T
+    return lengths * 1.025 ** (kinds.index(kind) - len(kinds) // 2), mean, sd
+
+
+def _names(axes: Axes, results: TaskResults, of: Errors) -> None:
+    """Write the name of each kind beside the end of its line, where all panels are drawn."""
+    from ajgdata.report.canvas import line_style
+    from ajgdata.report.cost_panels import apart
+
+    low, high = axes.get_ylim()
+    room, ends = high - low, {}
+    for n, kind in enumerate(results.settings.kinds):
+        x, mean, _ = _line(results, of, kind)
+        if len(x):
+            ends[n] = float(x[-1]), float(mean[-1])
+    wanted = [y - low - 0.04 * room for _, y in ends.values()]
+    places = low + 0.04 * room + apart(wanted, 0.06 * room, 0.92 * room)
+    for (n, end), place in zip(ends.items(), places.tolist(), strict=True):
+        colour = line_style(n)["color"]
+        lead = {"arrowstyle": "-", "lw": 0.5, "color": colour}
+        words: dict[str, Any] = {"va": "center", "fontsize": 7.5, "color": colour}
+        axes.annotate(NAMES[results.settings.kinds[n]], end, (2.6, place), arrowprops=lead, **words)
+    axes.set_ylim(low, high)
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    points, unit, lines = points_of(results), results.shown_unit, []
+    for model, label in enumerate(_labels(results)):
+        first, found = points[0].errors[model], shortest(points, model)
+        alike = _alike(points, found, model)
+        lines.append(
+            f"{label}: {mean_sd(first, unit)} with the paper's {points[0].label}, "
+            f"{mean_sd(found.errors[model], unit)} with {found.label}, the shortest that errs by "
+            f"no more than that and its deviation, as {len(alike)} of the "
+            f"{len(results.settings.kinds)} kinds of this length do "
+            f"({_difference(results, model, found)})"
+        )
+    scores = results.results[0].tables[SCORES].where(metric=results.metric)
+    chance = _error(results, scores.where(model=results.settings.models[0]), "chance").mean
+    listed = "; ".join(lines)
+    crest = ", ".join(
+        f"{NAMES[p.kind]} {_crest(p)} dB" for p in points if p.length_s == REFERENCE.length_s
+    )
+    return Caption(
+        f"{results.title}, {results.source}: the same grasps, noise and folds, recorded with other "
+        f"sounds of the same peak level ({REFERENCE.level_dbfs:.2f} dBFS). {listed}; chance: "
+        f"{with_unit(number(chance), unit)}. Crest factors: {crest}: the lower, the more energy in "
+        "the same time. To choose the best of many on these folds flatters it: nothing was changed "
+        "for it.",
+        f"{sentence(finding(results, 0))}. {_error_name(results).capitalize()} over the length "
+        f"of the excitation. {listed}.",
+    )
+
+
+def response_caption(results: TaskResults) -> Caption:
+    """Return the caption of `response_figure`."""
+    points = points_of(results)
+    best = min(points, key=lambda point: point.recovered_db)
+    listed = ", ".join(
+        f"{p.label} {number(p.recovered_db)} dB" for p in points if p.length_s in (0.1, 1.0)
+    )
+    return Caption(
+        f"{results.dataset_title}, {results.source}: the transfer function recovered from a "
+        f"recording (regularised least squares) against the scene's own, over "
+        f"{results.settings.responses} recordings: {listed}. A logarithmic sweep that is short "
+        "ends while its highest frequencies still sound: what was not heard is not recovered.",
+        f"The response is recovered best from {best.label}. Error over the length of the "
+        f"excitation: {listed}.",
+    )
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return errors of models, and of recovered responses."""
+    return [
+        Illustration(results.named(), caption(results), lambda: figure(results)),
+        Illustration(
+            results.named("response"), response_caption(results), lambda: response_figure(results)
+        ),
+    ]
+
+
+def tables(results: TaskResults) -> list[ShownTable]:
+    """Return every excitation with its errors."""
+    unit = f" in {results.shown_unit}" if results.shown_unit else ""
+    name = "Share that is wrong" if results.kind == "classification" else "RMSE"
+    models = (f"{label}|" for label in _labels(results))
+    heads = ("Excitation", "Length, s|", "Crest factor, dB|", "ms a feature|", *models)
+    heads += ("Response, dB|", "Largest, dB|")
+    rows = tuple(
+        (
+            NAMES[p.kind], f"{p.length_s:g}", _crest(p), number(p.feature_ms),
+            *(mean_sd(error) for error in p.errors), number(p.recovered_db), number(p.worst_db),
+        )
+        for p in sorted(points_of(results), key=lambda p: (list(NAMES).index(p.kind), p.length_s))
+    )  # fmt: skip
+    told = (
+        f"{name}{unit}, mean ± sd over folds; error of the recovered response against the true one "
+        f"from {BAND_HZ[0]:g} Hz to {BAND_HZ[1]:g} Hz, median and largest."
+    )
+    return [ShownTable(told, heads, rows, folded="Every excitation")]

@@ -1,0 +1,165 @@
+"""Protocol -> a session recorded through a sound card."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.acquire.card import Card, CardSettings, card_settings
+from ajgdata.acquire.check_report import kept_check
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.guided import GuidedAcquisition, Outcome
+from ajgdata.acquire.live_session import live_session
+from ajgdata.acquire.operator import Operator
+from ajgdata.acquire.protocol import plan_protocol, remaining
+from ajgdata.acquire.robot import open_robot
+from ajgdata.acquire.simulated_card import DEVICE
+from ajgdata.paths import EXCITATION_FILE, Paths
+from ajgdata.store.audio import read_audio
+from ajgdata.store.files import sha256_of
+from ajgdata.store.riff import encode_pcm24
+from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings, read_session
+from ajgdata.types import NAME, AudioSettings, DataError, DatasetSpec, GraspProtocol
+
+_NAME = re.compile(r"soundcard-(\d+)")
+_NAMES = "use letters, digits, _ and -"
+
+
+class Noted(NamedTuple):
+    """Notes of the operator for session.yaml: words, temperature of the room, and the file that
+    `ajgdata device check` wrote."""
+
+    notes: str = ""
+    temperature_c: float | None = None
+    check: Path | None = None
+
+
+def acquire_live(
+    paths: Paths,
+    dataset: str,
+    session: str,
+    *,
+    device: Mapping[str, Any],
+    operator: Operator,
+    noted: Noted,
+    warn: Callable[[str], object],
+) -> tuple[str, Outcome]:
+    """Record what is left of the protocol of `dataset` into `session`; "": see `session_name`.
+
+    `device` are keys of `CardSettings` but the rate, which the data set declares; `warn` is told
+    what is doubtful and no reason to refuse. Returns the session's name and the outcome. Raises
+    DataError for whatever cannot be recorded.
+    """
+    spec = read_dataset(paths, dataset)
+    protocol = protocol_of(paths, spec)
+    if not operator.attended:
+        _refuse_what_needs_a_person(paths.dataset(dataset), protocol, device["device"])
+    session = session or session_name(paths, dataset, protocol)
+    if not NAME.fullmatch(session):
+        raise DataError("--session", f"no session can have the name {session!r}", _NAMES)
+    settings = card_settings(sample_rate_hz=spec.audio.sample_rate_hz, **device)
+    sound = _sound(paths.dataset(dataset), spec)
+    setup = {
+        # Settings of the robot may hold hosts and tokens, and a time limit may be raised.
+        "protocol": protocol.model_dump(mode="json", exclude={"robot_settings"}),
+        "device": settings.model_dump(mode="json", exclude={"attempts"}),
+        "excitation": spec.excitation.model_dump(mode="json"),
+        "excitation_sha256": sha256_of(encode_pcm24(sound, settings.sample_rate_hz)),
+    }
+    about = {"gripper": protocol.gripper, "medium": protocol.medium, "device": settings.device}
+    given: dict[str, Any] = {}
+    if noted.temperature_c is not None:
+        given["temperature_c"] = noted.temperature_c
+    if noted.check:
+        given["check"] = kept_check(noted.check, settings, warn)
+    folder = paths.session(dataset, session)
+    with (
+        live_session(
+            folder, setup=setup, excitation=sound, played=spec.excitation,
+            sample_rate_hz=settings.sample_rate_hz, about=about,
+        ) as live,
+        open_robot(protocol.robot, protocol.robot_settings, operator.confirm) as robot,
+        open_card(settings) as card,
+    ):  # fmt: skip
+        card.resume(live.latency_samples)
+        live.note(noted.notes)
+        live.about(**given)
+        audio = AudioSettings(sample_rate_hz=settings.sample_rate_hz)
+        acquisition = GuidedAcquisition(
+            session=live,
+            planned=plan_protocol(protocol, session),
+            protocol=protocol,
+            targets=spec.targets,
+            window=spec.features.window,
+            card=card,
+            played=read_audio(folder / EXCITATION_FILE, audio).samples,  # as it is stored
+            robot=robot,
+            operator=operator,
+        )
+        try:
+            return session, acquisition.run()
+        finally:
+            live.about(**_known(card))
+
+
+def _refuse_what_needs_a_person(path: Path, protocol: GraspProtocol, device: str) -> None:
+    """Raise DataError for a protocol that nobody can follow."""
+    if asked := [name for name, moment in protocol.ask.items() if moment != "later"]:
+        fix = "write `later`, or leave out --yes"
+        raise DataError(path, f"protocol.ask: {asked[0]} needs a person", fix)
+    if protocol.robot == "manual" and device != DEVICE:  # the simulated card harms no data
+        fix = "name the robot that places the objects, or leave out --yes"
+        raise DataError(path, "protocol.robot: manual needs a person", fix)
+
+
+def _sound(path: Path, spec: DatasetSpec) -> NDArray[np.float64]:
+    """Return the samples (n,) that a data set plays, at its rate."""
+    try:
+        return excitation_samples(spec.excitation, spec.audio.sample_rate_hz)
+    except ValueError as error:
+        raise DataError(path, str(error), "change it, or audio.sample_rate_hz") from None
+
+
+def open_card(settings: CardSettings) -> AbstractContextManager[Card]:
+    """Open the sound card until the end of the context. Raises CardError if there is none."""
+    from ajgdata.acquire.line import open_card as opened
+
+    return opened(settings)
+
+
+def _known(card: Card) -> dict[str, Any]:
+    """Return what the card says of itself, as keys of types.Acquisition."""
+    said = dict(card.describe())
+    settings = card.settings.model_dump(mode="json")
+    latency = said.pop("latency_samples", None)
+    driver = {key: value for key, value in said.items() if key not in settings}
+    return {"driver": driver, "latency_samples": latency}
+
+
+def protocol_of(paths: Paths, spec: DatasetSpec) -> GraspProtocol:
+    """Return the protocol of a data set. Raises DataError if it has none, or audio that a session
+    cannot have."""
+    path = paths.dataset(spec.name)
+    if spec.protocol is None:
+        raise DataError(path, "has no protocol", "add one, as in docs/tutorial.md")
+    return spec.protocol
+
+
+def session_name(paths: Paths, dataset: str, protocol: GraspProtocol) -> str:
+    """Return the last session of the sound card if something of it is left, else the next name."""
+    numbers = [
+        int(found[1]) for name in list_sessions(paths, dataset) if (found := _NAME.fullmatch(name))
+    ]
+    last = f"soundcard-{max(numbers, default=0):02d}"
+    if numbers:
+        folder = paths.session(dataset, last)
+        skipped = read_session(folder).skipped
+        if remaining(plan_protocol(protocol, last), read_recordings(folder)[0], skipped):
+            return last
+    return f"soundcard-{max(numbers, default=0) + 1:02d}"

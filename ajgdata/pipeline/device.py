@@ -1,0 +1,57 @@
+"""`ajgdata device`: sound cards listed and checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from ajgdata.acquire.card import CardSettings
+from ajgdata.acquire.card_check import DRIFT_S, CardCheck, check_card
+from ajgdata.acquire.line import list_devices, open_card
+from ajgdata.acquire.simulated_card import DEVICE
+from ajgdata.report.format import Source
+from ajgdata.store.files import write_bytes
+from ajgdata.types import DataError
+
+NO_DEVICE = DataError(
+    "PortAudio",
+    "finds no sound card",
+    "plug one in, or start a simulated one: ajgdata device simulate cube_20p7",
+)
+
+
+def listed() -> list[str]:
+    """Return a line for each device: name, channels, rates, API. Raises DataError if there is
+    none."""
+    found = list_devices()
+    if not found:
+        raise NO_DEVICE
+    width = max(len(one["name"]) for one in found)
+    return [
+        f"{one['name']:{width}}  {one['inputs']:3} in {one['outputs']:3} out  "
+        f"{' '.join(map(str, one['rates_hz'])) or 'no usual rate'} Hz  {one['api']}"
+        for one in found
+    ]
+
+
+def check_device(
+    settings: CardSettings,
+    *,
+    drift_s: float = DRIFT_S,
+    page: Path | None = None,
+    numbers: Path | None = None,
+    progress: Callable[[str], object] = lambda _: None,
+) -> CardCheck:
+    """Check a sound card; write its `page` (HTML) and `numbers` (JSON). Raises CardError."""
+    with open_card(settings) as card:
+        check, sounds = check_card(card, drift_s, progress)
+    kept = check.summary()
+    if numbers:
+        write_bytes(numbers, (json.dumps(kept, indent=1, allow_nan=False) + "\n").encode())
+    if page:
+        from ajgdata.report.card_check import card_page
+
+        source: Source = "simulated" if settings.device == DEVICE else "recorded"
+        write_bytes(page, card_page(kept, sounds.take, sounds.delays, source).encode())
+    return check

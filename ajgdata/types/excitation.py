@@ -1,0 +1,146 @@
+"""The played sound as it is declared: what kind of signal, how long, of which band and level.
+
+`ajgdata.acquire.excitation` makes the samples; the same declaration drives a sound card and the
+virtual gripper.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from ajgdata.types.base import Strict
+
+
+class _Played(Strict):
+    """Base of every excitation: its length, level and edges."""
+
+    length_s: float = Field(1.0, gt=0, le=60, description="of the sound")
+    amplitude: float = Field(
+        0.9, gt=0, le=1, description="peak, of full scale: 0.9 is -0.92 dBFS, 0.5 is -6 dBFS"
+    )
+    fade_s: float = Field(0.005, ge=0, description="raised-cosine fade at either end")
+    silence_s: float = Field(
+        0.0, ge=0, le=60, description="silence after it, recorded too: the sound dies away"
+    )
+
+    @property
+    def level_dbfs(self) -> float:
+        """Peak level in decibels of full scale."""
+        return 20 * math.log10(self.amplitude)
+
+    @property
+    def description(self) -> str:
+        """Return what it is, for people."""
+        silence = f", then {self.silence_s:g} s of silence" if self.silence_s else ""
+        fades = f", fades of {1e3 * self.fade_s:g} ms" if self.fade_s else ""
+        head = f"{self._said()}, {self.length_s:g} s{fades}"
+        return f"{head}, peak {self.level_dbfs:.2f} dBFS{silence}"
+
+    def _said(self) -> str:
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _fades_fit(self) -> _Played:
+        if 2 * self.fade_s > self.length_s:
+            raise ValueError(f"fade_s {self.fade_s:g}: two fades do not fit into length_s")
+        return self
+
+
+class _Banded(_Played):
+    """Base of every excitation with a band."""
+
+    low_hz: float = Field(20.0, gt=0, description="lowest frequency")
+    high_hz: float = Field(20_000.0, gt=0, description="highest; below half the rate")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> _Banded:
+        if self.low_hz >= self.high_hz:
+            raise ValueError(f"low_hz {self.low_hz:g} must be below high_hz {self.high_hz:g}")
+        return self
+
+    @property
+    def _band(self) -> str:
+        return f"{self.low_hz:g} to {self.high_hz:g} Hz"
+
+
+class LogSweep(_Banded):
+    """Sweep whose frequency grows by the same factor in equal times (Farina 2000; the paper's)."""
+
+    kind: Literal["log_sweep"] = Field("log_sweep", description="what it is")
+
+    def _said(self) -> str:
+        return f"logarithmic sweep, {self._band}"
+
+
+class LinearSweep(_Banded):
+    """Sweep whose frequency grows by the same amount in equal times."""
+
+    kind: Literal["linear_sweep"] = Field("linear_sweep", description="what it is")
+
+    def _said(self) -> str:
+        return f"linear sweep, {self._band}"
+
+
+class Multitone(_Banded):
+    """Harmonics of one frequency, all at once and of one amplitude, with Schroeder's phases."""
+
+    kind: Literal["multitone"] = Field("multitone", description="what it is")
+    spacing_hz: float = Field(
+        20.0, gt=0, description="lines stand at its multiples; the signal repeats after 1/spacing"
+    )
+
+    def _said(self) -> str:
+        return f"multitone every {self.spacing_hz:g} Hz, {self._band}"
+
+    @model_validator(mode="after")
+    def _holds_a_line(self) -> Multitone:
+        if math.floor(self.high_hz / self.spacing_hz) < math.ceil(self.low_hz / self.spacing_hz):
+            raise ValueError(f"no multiple of spacing_hz {self.spacing_hz:g} lies in the band")
+        return self
+
+
+class MaximumLengthSequence(_Played):
+    """Binary noise of a shift register, white up to half the rate, repeated to fill its length."""
+
+    kind: Literal["mls"] = Field("mls", description="what it is")
+    fade_s: float = Field(0.0, ge=0, description="raised-cosine fade at either end")
+    order: Annotated[int, Field(ge=2, le=20)] | None = Field(
+        None, description="it repeats after 2^order - 1 samples; null: the longest that fits"
+    )
+
+    def _said(self) -> str:
+        order = f" of order {self.order}" if self.order else ""
+        return f"maximum-length sequence{order}"
+
+
+class ChirpTrain(_Banded):
+    """Short logarithmic sweeps, one after another with silence between them."""
+
+    kind: Literal["chirp_train"] = Field("chirp_train", description="what it is")
+    fade_s: float = Field(0.002, ge=0, description="raised-cosine fade at both ends of each chirp")
+    chirp_s: float = Field(0.02, gt=0, description="length of one chirp")
+    gap_s: float = Field(0.03, ge=0, description="silence after each")
+
+    def _said(self) -> str:
+        gap = f"{1e3 * self.chirp_s:g} ms every {1e3 * (self.chirp_s + self.gap_s):g} ms"
+        return f"train of logarithmic chirps of {gap}, {self._band}"
+
+    @model_validator(mode="after")
+    def _chirps_fit(self) -> ChirpTrain:
+        if self.chirp_s > self.length_s:
+            raise ValueError(f"chirp_s {self.chirp_s:g}: not one chirp fits into length_s")
+        if 2 * self.fade_s > self.chirp_s:
+            raise ValueError(f"fade_s {self.fade_s:g}: two fades do not fit into chirp_s")
+        return self
+
+
+ExcitationSpec = Annotated[
+    LogSweep | LinearSweep | Multitone | MaximumLengthSequence | ChirpTrain,
+    Field(discriminator="kind"),
+]
+ExcitationKind = Literal["log_sweep", "linear_sweep", "multitone", "mls", "chirp_train"]
+#: The paper's: one second, logarithmic.
+DEFAULT_EXCITATION = LogSweep()

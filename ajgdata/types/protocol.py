@@ -1,0 +1,103 @@
+"""Protocols: what a person, or a robot, records with a real gripper, in which order.
+
+The workflow never runs one: `ajgdata acquire --source soundcard` does.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
+
+from ajgdata.types.base import Name, Strict
+from ajgdata.types.registry import ROBOTS
+
+RobotName = Annotated[Name, AfterValidator(ROBOTS.checked)]
+#: When the operator is asked for a label; `later`: the column is there, to be filled in by hand.
+Moment = Literal["before", "after", "later"]
+#: Silence is recorded without playing anything.
+Reference = Literal["silence", "empty"]
+Step = Literal["loosen", "approach", "wait", "sense", "jam", "lift", "release"]
+#: The paper's: sensing happens at ambient pressure, before jamming.
+PAPER_SEQUENCE: tuple[Step, ...] = (
+    "loosen", "approach", "wait", "sense", "jam", "lift", "release",
+)  # fmt: skip
+#: Columns of recordings.csv that the acquisition writes beside the labels.
+ACQUIRED_COLUMNS = (
+    "planned", "grasp_attempt", "reference", "force_reached_n", "setup_sha256", "latency_samples",
+    "arrival_samples", "peak_dbfs", "clipped", "xruns", "attempts", "time", "doubt",
+)  # fmt: skip
+
+
+class ProtocolObject(Strict):
+    """One object that is grasped, and the labels that are known of it beforehand."""
+
+    name: Name
+    targets: dict[str, float | str] = Field({}, description="its values of the targets")
+
+
+class References(Strict):
+    """Recordings of nothing, that tell drift from objects."""
+
+    every: int = Field(
+        10, ge=1, description="grasps between two of them; the session begins with one, too"
+    )
+    kinds: tuple[Reference, ...] = Field(
+        ("silence", "empty"),
+        min_length=1,
+        description="silence: nothing is played (kept as `reject`: it has no spectrum to learn); "
+        "empty: the gripper holds nothing",
+    )
+
+
+class GraspProtocol(Strict):
+    """A protocol by which a session is recorded with a real gripper."""
+
+    gripper: str = Field("unknown", description="name of the gripper")
+    medium: str = Field("unknown", description="what the gripper is filled with")
+    objects: tuple[ProtocolObject, ...] = Field(min_length=1, description="what is grasped")
+    grasps_per_object: int = Field(12, ge=1, description="in one session")
+    samples_per_grasp: int = Field(1, ge=1, description="recordings while one grasp is held")
+    order: Literal["rounds", "random"] = Field(
+        "rounds",
+        description="rounds: each object once, then all again; random: the same, each round in an "
+        "order of its own",
+    )
+    seed: int = Field(0, description="of the random order")
+    ask: dict[Name, Moment] = Field(
+        {},
+        description="targets that the operator types in before or after a grasp; later: the column "
+        "stays empty, to be filled in in recordings.csv",
+    )
+    references: References | None = Field(None, description="recordings of nothing; null: none")
+    force_n: float = Field(8.0, gt=0, description="that the object is pressed with (paper: 8 N)")
+    wait_s: float = Field(
+        2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
+    )
+    sequence: tuple[Step, ...] = Field(PAPER_SEQUENCE, description="steps of one grasp (paper)")
+    robot: RobotName = Field("manual", description="who moves; manual: a person")
+    robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")
+
+    @field_validator("objects")
+    @classmethod
+    def _distinct(cls, objects: tuple[ProtocolObject, ...]) -> tuple[ProtocolObject, ...]:
+        names = [one.name for one in objects]
+        if len(set(names)) != len(names):
+            raise ValueError("two objects share a name")
+        if taken := {"empty", "silence"} & set(names):
+            raise ValueError(f"an object is called {taken.pop()}, as references are: rename it")
+        return objects
+
+    @field_validator("sequence")
+    @classmethod
+    def _senses_once(cls, sequence: tuple[Step, ...]) -> tuple[Step, ...]:
+        if sequence.count("sense") != 1 or "approach" not in sequence[: sequence.index("sense")]:
+            raise ValueError("a sequence needs `sense` once, and `approach` before it")
+        return sequence
+
+    @model_validator(mode="after")
+    def _one_value(self) -> GraspProtocol:
+        for made in self.objects:
+            if both := sorted(set(made.targets) & set(self.ask)):
+                raise ValueError(f"{both[0]} is asked for, and given for {made.name}: keep one")
+        return self

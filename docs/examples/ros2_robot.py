@@ -1,0 +1,74 @@
+"""A ROS 2 arm as a robot: each step is one call, and what is sent is made by pure functions.
+
+[project.entry-points."ajgdata.robots"]    # in the pyproject.toml of your package `lab`
+ros2 = "lab:ROS2"                          # then, in dataset.yaml: protocol: {robot: ros2, …}
+"""
+
+import time
+from contextlib import contextmanager
+
+from ajgdata.acquire.robot import RobotError
+from ajgdata.types import RobotMaker
+
+ROS2 = RobotMaker("lab:open_ros2")
+PRESS = "/gripper/press"  # control_msgs/action/GripperCommand of an impedance controller
+PUMP = "/gripper/pump"  # std_srvs/srv/SetBool: true evacuates
+LIFTED_M, LOW_M, LIFT_FORCE_N = 0.10, 0.0, 50.0
+LIFT = (PRESS, {"position": LIFTED_M, "max_effort": LIFT_FORCE_N})
+LET_GO = (PUMP, {"data": False})
+
+
+def calls_of(step, force_n=5.0, bin=""):
+    """Return name and fields of the calls that make a step, in order."""
+    lower = (PRESS, {"position": LOW_M, "max_effort": force_n})  # until something resists
+    return {
+        "loosen": [LIFT, LET_GO],  # away from any object
+        "approach": [lower],
+        "jam": [(PUMP, {"data": True})],
+        "lift": [LIFT],
+        "release": [lower, LET_GO, LIFT],  # nothing falls
+        "place": [(f"/bins/{bin}", {}), LET_GO],  # std_srvs/srv/Trigger
+    }[step]
+
+
+def force_of(answer):
+    """Return the force (N) in the answer to `approach`; RobotError if nothing was touched."""
+    if not answer["stalled"]:
+        problem = f"met nothing at {answer['position']} m"
+        raise RobotError("approach", problem, "put the object there")
+    return answer["effort"]
+
+
+class Ros2Robot:
+    """Robot (see acquire.robot) by `call(name, fields)`, which returns the answer's fields."""
+
+    def __init__(self, call):
+        self._call = call
+        for step in ("loosen", "jam", "lift", "release"):
+            setattr(self, step, lambda step=step: self._make(step))
+
+    def _make(self, step, **about):
+        return [self._call(*call) for call in calls_of(step, **about)][-1]
+
+    def approach(self, placement):
+        """Press with the placement's force; of nothing to hold, hang free instead."""
+        if not placement.object:
+            return self._make("lift")["effort"]
+        return force_of(self._make("approach", force_n=placement.force_n))
+
+    def hold(self, seconds):
+        """The controller holds by itself."""
+        time.sleep(seconds)
+
+    def place(self, bin):
+        """Carry what is held to a bin and let go there."""
+        self._make("place", bin=bin)
+
+
+@contextmanager
+def open_ros2(settings, confirm):
+    """Yield the robot; `lab.ros2.Node.call` sends with rclpy, waits, and raises RobotError."""
+    from lab.ros2 import Node
+
+    with Node(**settings) as node:
+        yield Ros2Robot(node.call)

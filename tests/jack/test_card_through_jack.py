@@ -1,0 +1,150 @@
+"""Takes through PortAudio and JACK, against a plant that is known to the last bit."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from ajgdata.acquire.card import CardError, CardSettings
+from ajgdata.acquire.line import list_devices, open_card
+from ajgdata.acquire.plant import LEAD, scene_response
+from ajgdata.acquire.simulated_card import DEVICE, switch
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import Scene, SignalChain, excitation_sweep, record, simulate
+from ajgdata.types import FeatureSettings
+
+#: Of 15 bits, and a response of few: each product and sum is exact in float64, and none is lost in
+#: float32 or 24 bits.
+SWEEP = (np.round(excitation_sweep(amplitude=0.5) * 2**14) / 2**14).astype(np.float32)
+RESPONSE = np.r_[np.zeros(LEAD), 0, 0.5, 0.25, 0, -0.125]
+PERIOD = 1_024
+
+
+@contextmanager
+def freewheeling():
+    """Time runs as fast as all can follow: only for clients that are there already."""
+    import jack
+
+    control = jack.Client("ajgdata-test", no_start_server=True)
+    control.set_freewheel(True)
+    try:
+        yield
+    finally:
+        control.set_freewheel(False)
+        control.close()
+
+
+def test_every_take_is_the_convolution_bit_for_bit(rig):
+    """Alone and by the loop-back; in freewheel each take needs a fraction of its second."""
+    started = rig(RESPONSE, loopback_channel=2)
+    expected = np.convolve(SWEEP.astype(float), RESPONSE[LEAD:])[: len(SWEEP)].astype(np.float32)
+    with open_card(started.settings) as card, freewheeling():
+        takes = [card.take(SWEEP) for _ in range(100)]
+    exact = sum(np.array_equal(take.samples, expected) for take in takes)
+    latencies = {take.latency_samples for take in takes}
+    assert (exact, latencies) == (100, {PERIOD + LEAD})
+
+
+def during_a_take(card, hurt: Callable[[], object]):
+    """A take in whose middle something happens."""
+    timer = threading.Timer(0.7, hurt)
+    timer.start()
+    try:
+        return card.take(SWEEP)
+    finally:
+        timer.join()
+
+
+def paused(pid: int, seconds: float = 0.4) -> None:
+    os.kill(pid, signal.SIGSTOP)
+    time.sleep(seconds)
+    os.kill(pid, signal.SIGCONT)
+
+
+@pytest.mark.parametrize("who", ["recorder", "card", "server"])
+def test_whoever_stalls_in_real_time_the_take_that_is_kept_is_exact(rig, who):
+    """Repeated until nothing was missed; what is kept equals the convolution as ever."""
+    started = rig(RESPONSE, loopback_channel=2, attempts=10)
+    expected = np.convolve(SWEEP.astype(float), RESPONSE[LEAD:])[: len(SWEEP)].astype(np.float32)
+    with open_card(started.settings) as card:
+        card.take(SWEEP)
+        pid = {"recorder": card._line.pid, "card": started.card.pid, "server": started.jackd}[who]
+        take = during_a_take(card, lambda: paused(pid))
+    print(who, take.doubts, take.xruns)
+    assert take.doubts
+    np.testing.assert_array_equal(take.samples, expected)
+
+
+@pytest.mark.parametrize("who", ["server", "card", "recorder"])
+def test_whoever_is_killed_is_missed_within_seconds(rig, who):
+    started = rig(RESPONSE, attempts=6)
+    with open_card(started.settings) as card:
+        card.take(SWEEP)
+        pid = {"recorder": card._line.pid, "card": started.card.pid, "server": started.jackd}[who]
+        begin = time.monotonic()
+        with pytest.raises(CardError) as raised:
+            during_a_take(card, lambda: os.kill(pid, signal.SIGKILL))
+        assert time.monotonic() - begin < 20
+    # The server of a killed card ends with it.
+    said = "its process has ended" if who == "recorder" else "went away while it played"
+    assert said in str(raised.value)
+
+
+def test_devices_are_listed_and_wrong_ones_refused(rig):
+    rig()
+    (listed,) = (one for one in list_devices() if one["name"] == DEVICE)
+    assert (listed["inputs"], listed["outputs"], listed["rates_hz"]) == (2, 1, [44_100])
+    for wrong, said in (
+        ({"device": DEVICE[:7]}, f'perhaps "{DEVICE}"'),
+        ({"device": DEVICE, "sample_rate_hz": 48_000}, "does not do 48000 Hz; its own rate is"),
+        ({"device": DEVICE, "input_channel": 3}, "input_channel 3, but it has 2 inputs"),
+    ):
+        with pytest.raises(CardError, match=said), open_card(CardSettings(**wrong)):
+            pass
+
+
+def test_scenes_are_switched_while_a_session_runs(rig):
+    started = rig(RESPONSE, loopback_channel=2)
+    with open_card(started.settings) as card:
+        before = card.take(SWEEP).samples
+        assert not switch("never heard of")
+        assert switch("half", RESPONSE / 2)
+        np.testing.assert_array_equal(card.take(SWEEP).samples, before / 2)
+        assert switch("half")
+
+
+def test_one_latency_whenever_the_stream_is_opened_again(rig):
+    started = rig(RESPONSE, loopback_channel=2)
+    found = set()
+    for _ in range(3):
+        with open_card(started.settings) as card:
+            found.add(card.take(SWEEP).latency_samples)
+    assert found == {PERIOD + LEAD}
+
+
+def test_the_path_through_the_card_gives_the_features_of_the_virtual_gripper(rig):
+    """Of the same scene without noise: samples to 24 bits and what float32 leaves of the sweep, but
+    for the last 28, where the virtual source does not know how the speaker rings on."""
+    cube = simulate(Scene.model_validate({"object": "cube_20p7"}))
+    chain = SignalChain(noise_db_spl=None)
+    response = scene_response(cube, chain)
+    sweep = excitation_sweep()
+    started = rig(response, loopback_channel=2)
+    with open_card(started.settings) as card:
+        heard = card.take(sweep.astype(np.float32)).samples
+    expected = record(cube, sweep, chain).samples
+    known = len(sweep) - cube.latency_samples
+    bound = 2.0**-23 + 2.0**-25 * np.abs(response).sum()
+    np.testing.assert_allclose(heard[:known], expected[:known], atol=bound, rtol=0)
+    settings = FeatureSettings()
+    of_card, of_virtual = (
+        spectrum(samples.astype(float), 44_100, settings) for samples in (heard, expected)
+    )
+    distance = np.linalg.norm(of_card - of_virtual) / np.linalg.norm(of_virtual)
+    print("distance of features", distance, "samples", np.abs(heard - expected)[:known].max())
+    assert distance < bound / np.sqrt(np.mean(expected**2))
