@@ -3,13 +3,17 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce test lint format bench docs findings lock clean
+.PHONY: reproduce test test-browser lint format bench demo-live docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
 
 test: $(VENV)/.test
 	$(BIN)/pytest
+
+# Pages in a real browser: a small report, and results/report if it is there. Needs Debian's chromium and chromium-driver.
+test-browser: $(VENV)/.test $(VENV)/.browser
+	AJGDATA_REQUIRE_BROWSER=1 $(BIN)/pytest -n 0 -m browser tests/browser
 
 lint: $(VENV)/.lint
 	$(BIN)/ruff check .
@@ -29,13 +33,17 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/solver.py
 	$(BIN)/python benchmarks/solver.py --scheme second
 
+# A session through a simulated sound card; Debian: sudo apt-get install jackd2 libportaudio2.
+demo-live: $(VENV)/.live
+	$(BIN)/python tools/demo_live.py
+
 # The site, results/docs/index.html; it needs no network, to build or to read.
 docs: $(VENV)/.docs
 	$(BIN)/python tools/configuration.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
-# Figures of the last run into README and docs, between their markers.
-findings: $(VENV)/.test
+# Figures of the last run into README and docs, between their markers; screenshots of its report into docs/images.
+findings: $(VENV)/.test $(VENV)/.browser
 	$(BIN)/python -m tools.findings
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.

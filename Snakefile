@@ -8,7 +8,15 @@ from snakemake.utils import min_version, validate
 from ajgdata.ablations import ablation, possible
 from ajgdata.experiments import experiment_modules, measure_entry, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
-from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
+from ajgdata.paths import (
+    ABLATIONS_PAGE,
+    EXPERIMENT_PAGES,
+    FIGURES,
+    RUNS_FILE,
+    SOUNDS,
+    TABLES,
+    Paths,
+)
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,
@@ -16,7 +24,9 @@ from ajgdata.pipeline.experiments import (
     tasks_by_report,
 )
 from ajgdata.pipeline.inputs import Inputs
+from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
+from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
     GALLERY,
     STUDIES,
@@ -25,6 +35,7 @@ from ajgdata.pipeline.studies import (
     page_code,
     study_code,
 )
+from ajgdata.report.navigation import FIXED, plain
 from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import settings_digest
@@ -72,6 +83,13 @@ PAGES = [
     for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
     if config["pages"] is None or name in config["pages"]
 ]
+
+
+LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].of_latents))
+try:
+    NAVIGATION = plain(navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS))
+except DataError as error:
+    raise SystemExit(str(error)) from None
 
 
 wildcard_constraints:

@@ -6,7 +6,12 @@ package.
 
 from setuptools import find_packages, setup
 
-REPORTS = ["ajgdata.reports", "ajgdata.reports.experiments", "ajgdata.reports.templates"]
+REPORTS = [
+    "ajgdata.reports",
+    "ajgdata.reports.experiments",
+    "ajgdata.reports.pages",
+    "ajgdata.reports.templates",
+]
 
 setup(
     packages=[*find_packages(include=["ajgdata*"]), *REPORTS],

@@ -8,6 +8,7 @@ deleted.
 from __future__ import annotations
 
 import os
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,9 +19,22 @@ AUDIO_FOLDER = "audio"
 EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"
+#: Beside it too: recordings to be heard.
+SOUNDS = "sounds"
+#: And its tables as CSV.
+TABLES = "tables"
+INDEX = "index.html"
+#: Beside each report: its pages on single experiments.
+EXPERIMENT_PAGES = "experiments"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
+
+
+def simulated_card_socket(server: str) -> Path:
+    """Return the socket by which the simulated card on the JACK server `server` is told scenes."""
+    user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has one temporary folder each
+    return Path(tempfile.gettempdir()) / f"ajgdata-{user}-{server}.socket"
 
 
 @dataclass(frozen=True)
@@ -162,6 +176,11 @@ class Paths:
         return self.results / "predictions.csv"
 
     @property
+    def paper_tables(self) -> Path:
+        """Return the folder of tables for papers: LaTeX, and their sources."""
+        return self.results / TABLES
+
+    @property
     def runs(self) -> Path:
         """Return the file that lists the data sets and evaluated models of the report."""
         return self.report.with_name(RUNS_FILE)
@@ -169,11 +188,11 @@ class Paths:
     @property
     def report(self) -> Path:
         """The report."""
-        return self.results / "report" / "index.html"
+        return self.results / "report" / INDEX
 
     def report_on(self, experiment: str) -> Path:
         """A report on one experiment alone."""
-        return self.results / f"report_{experiment}" / "index.html"
+        return self.results / f"report_{experiment}" / INDEX
 
     def study(self, name: str) -> Path:
         """Figures of one study of the virtual gripper."""
@@ -199,6 +218,15 @@ class Paths:
         """Page on which every recording of an embedding is seen and heard."""
         return self.report.parent / "latents" / dataset / f"{embedding}.html"
 
+    @property
+    def opening(self) -> Path:
+        """Return the file of what the opening picture shows; see `pipeline.opening`."""
+        return self.report.parent / "opening" / "opening.json"
+
+    def opening_picture(self, *, narrow: bool = False) -> Path:
+        """Return the opening picture, wide or as narrow as a phone, without its suffix."""
+        return self.opening.with_name("opening-narrow" if narrow else "opening")
+
     def page_figures(self, page: str) -> Path:
         """Folder of the figures of such a page."""
         return self.report.parent / page
@@ -215,6 +243,11 @@ class Paths:
     def responses(self) -> Path:
         """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
         return self.cache / "responses"
+
+    @property
+    def kept_runs(self) -> Path:
+        """Results of the last runs, by commit, to compare with."""
+        return self.cache / "runs"
 
     @property
     def fetched(self) -> Path:

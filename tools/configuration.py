@@ -13,7 +13,15 @@ from pydantic_core import PydanticUndefined
 
 from ajgdata import gripper
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.types import CROSS_VALIDATION, MODELS, SOURCES, DatasetSpec, Recording, Session
+from ajgdata.types import (
+    CROSS_VALIDATION,
+    MODELS,
+    ROBOTS,
+    SOURCES,
+    DatasetSpec,
+    Recording,
+    Session,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"
@@ -101,7 +109,7 @@ def _said(annotation: object) -> str:
 
 def _named(metadata: Sequence[object]) -> str:
     """Our names of the registry that a value is checked against; "" if there is none."""
-    for registry in (MODELS, SOURCES):
+    for registry in (MODELS, SOURCES, ROBOTS):
         if AfterValidator(registry.checked) in metadata:
             own = ", ".join(f"`{name}`" for name in registry.own)
             return f"{own} or a {registry.noun} that a package registers"

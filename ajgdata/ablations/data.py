@@ -116,7 +116,7 @@ class AblationData:
             setup = _over(grasp.setup, scene)
             nearer = {key: pose * setup["grasp"][key] for key in recipe.vary}
             setup["grasp"] = {**setup["grasp"], **nearer}
-            source = VirtualGripper(setup, solver, recipe.signal)
+            source = VirtualGripper(setup, solver, recipe.signal, spec.excitation)
             take = source.take(dataclasses.replace(grasp, setup=setup), 0)
             feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
             value.append(grasp.object if target == "object" else grasp.targets[target])

@@ -122,43 +122,68 @@ def _table(rows: list[dict[str, Value]]) -> Table:
     )
 
 
+def finding(table: Table) -> str:
+    """Return the accuracies with the most and the least of the scatter of grasps."""
+    share, right = table.numbers("share"), table.numbers("linear")
+    most, least = (right[share == f(share)] for f in (np.max, np.min))
+    return (
+        f"Hard materials are told in {_range(most)} with {100 * share.max():g} % of the scatter of "
+        f"grasps, in {_range(least)} with {100 * share.min():g} % (chance 33 %)"
+    )
+
+
+def _range(shares: np.ndarray) -> str:
+    ends = dict.fromkeys(f"{100 * share:.0f}" for share in (shares.min(), shares.max()))
+    return f"{' to '.join(ends)} %"
+
+
 def figure(table: Table) -> Figure:
     """Return how far grasps of one material and different materials lie apart, and accuracy."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
+    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure, plain_ticks
+    from ajgdata.report.labels import label_end, reference_line
 
     drawn = new_figure(
-        (WIDTH_IN, 3.2),
-        "Hard materials against the scatter of grasps",
-        "metal, wood and plastic of one shape",
+        (WIDTH_IN, 3.4),
+        finding(table),
+        "metal, wood and plastic of one shape, as the scatter of grasps is taken away",
         ["simulated"],
     )
     left, right = drawn.subplots(1, 2)
     for index, (name, rows) in enumerate(table.parted("dataset").items()):
         share = rows.numbers("share")
-        style = line_style(index)
-        left.plot(share, rows.numbers("within"), label=f"{name}, two grasps", **style)
+        style, last = {**line_style(index), "ls": "-"}, int(np.argmax(share))
         hollow = {**style, "mfc": "none", "ls": "--"}
-        left.plot(share, rows.numbers("between"), label=f"{name}, materials", **hollow)
-        right.plot(share, rows.numbers("linear"), label=name, **style)
+        for axes, key, what, look in (
+            (left, "within", "two grasps", style),
+            (left, "between", "materials", hollow),
+            (right, "linear", "", style),
+        ):
+            values, label = rows.numbers(key), f"{name}, {what}".removesuffix(", ")
+            axes.plot(share, values, label=label, **look)
+            label_end(axes, share[last], values[last], label, str(style["color"]))
     left.set(xscale="log", yscale="log", ylabel="distance (relative L2)")
-    right.axhline(1 / 3, color=GREY, lw=1.1, ls=":", label="chance")
+    reference_line(right, "chance", 1 / 3, "chance")
     right.set(xscale="log", ylabel="accuracy, logistic regression", ylim=(0, 1.05))
     for axes in (left, right):
         axes.set_xlabel("share of the scatter of grasps")
         plain_ticks(axes.xaxis)
-        axes.legend(loc="best")
     plain_ticks(left.yaxis)
     return drawn
 
 
-CAPTION = Caption(
-    "As less of the scatter of grasps is left. Left: distance of two grasps of one material"
-    " (filled) and of the materials' means (hollow). Right: accuracy.",
-    "Distances within and between materials, and accuracy, against the share of scatter.",
-)
+def caption(table: Table) -> Caption:
+    """Return the caption of `figure`."""
+    return Caption(
+        "As less of the scatter of grasps is left. Left: distance of two grasps of one material"
+        " (filled) and of the materials' means (hollow). Right: accuracy.",
+        f"{finding(table)}. Distances within and between materials, and accuracy, against the share"
+        " of scatter.",
+    )
+
+
 ABLATION = Ablation(
     "materials",
     datasets=tuple(PAPER),
     measure=measure,
-    figures=(TableFigure("materials_scatter", "share", CAPTION, figure),),
+    figures=(TableFigure("materials_scatter", "share", caption, figure),),
 )

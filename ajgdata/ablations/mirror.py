@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import cmath
 import math
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,7 @@ from ajgdata.acquire.source import Grasp
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.format import Caption
+from ajgdata.report.format import Caption, number
 from ajgdata.types.table import Column, Table, Value
 
 if TYPE_CHECKING:
@@ -238,40 +239,60 @@ def _apart(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(change))))
 
 
+def finding(table: Table) -> str:
+    """Return the error of the gripper that is most its own mirror image, and of the least."""
+    misfit, rmse = table.numbers("misfit"), table.numbers("rmse")
+    least, most = int(np.argmin(misfit)), int(np.argmax(misfit))
+    return (
+        f"A gripper {number(misfit[least], 2)} mm from its mirror image errs by "
+        f"{number(rmse[least], 2)}°, one {number(misfit[most], 2)} mm from it by "
+        f"{number(rmse[most], 2)}°"
+    )
+
+
 def figure(table: Table) -> Figure:
     """Return the error of the direction against the misfit of each gripper's mirror plane."""
     from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, line_style, new_figure
+    from ajgdata.report.labels import label_end, label_point
 
-    drawn = new_figure(
-        (WIDTH_IN, 3.2), "Direction of the bar", "ridge, mean ± sd over folds", ["simulated"]
-    )
+    about = "direction of the bar by ridge, mean ± sd over folds, against the mirror plane's misfit"
+    drawn = new_figure((WIDTH_IN, 3.4), finding(table), about, ["simulated"])
     left, right = drawn.subplots(1, 2)
-    misfit, rmse = table.numbers("misfit"), table.numbers("rmse")
-    left.errorbar(misfit, rmse, table.numbers("sd"), fmt="o", color=COLOURS[0])
-    for x, y, name in zip(misfit, rmse, table.column("gripper"), strict=True):
-        left.annotate(str(name), (x, y), (4, 4), textcoords="offset points", fontsize=6.5)
+    misfit, rmse, sd = (table.numbers(key) for key in ("misfit", "rmse", "sd"))
+    left.errorbar(misfit, rmse, sd, fmt="o", color=COLOURS[0])
+    for x, y, reach, name in zip(misfit, rmse, sd, table.column("gripper"), strict=True):
+        label = "\n".join(textwrap.wrap(str(name), 20))
+        label_point(left, x, y, label, COLOURS[0], float(np.nan_to_num(reach)))
     left.set(xlabel="misfit of the mirror plane (mm)", ylabel="RMSE (°)")
     left.set_ylim(bottom=0)
-    left.set_xlim(0, 2 * misfit.max())
+    left.set_xlim(0, 1.5 * misfit.max())
+    last = int(np.argmax(misfit))
     for index, (key, label) in enumerate({"cosine": "kept", "sine": "flipped"}.items()):
         style = {**line_style(index), "ls": "none"}
-        right.plot(misfit, table.numbers(key), label=f"{label} by the mirror", **style)
+        values = table.numbers(key)
+        right.plot(misfit, values, label=f"{label} by the mirror", **style)
+        label_end(right, misfit[last], values[last], f"{label} by\nthe mirror", str(style["color"]))
     right.axhline(0, color=GREY, lw=1.1, ls=":")
+    label_end(right, None, 0, "no better than\nthe mean", GREY)
     right.set(xlabel="misfit of the mirror plane (mm)", ylabel="R²")
     right.set_ylim(top=1)
-    right.legend(loc="lower right")
     return drawn
 
 
-CAPTION = Caption(
-    "Left: error of the bar's direction against how far each gripper is from being its own mirror"
-    " image. Right: how well the part of the angle is read that the mirror keeps, and the one that"
-    " it flips; 0: no better than the mean.",
-    "Error of the direction, and R² of its two parts, against the misfit of the mirror plane.",
-)
+def caption(table: Table) -> Caption:
+    """Return the caption of `figure`."""
+    return Caption(
+        "Left: error of the bar's direction against how far each gripper is from being its own "
+        "mirror image. Right: how well the part of the angle is read that the mirror keeps, and "
+        "the one that it flips; 0: no better than the mean.",
+        f"{finding(table)}. Error of the direction, and R² of its two parts, against the misfit of "
+        "the mirror plane.",
+    )
+
+
 ABLATION = Ablation(
     "mirror",
     datasets=(DATASET,),
     measure=measure,
-    figures=(TableFigure("mirror_grippers", "misfit", CAPTION, figure),),
+    figures=(TableFigure("mirror_grippers", "misfit", caption, figure),),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.gripper.external_noise import transmission
 from ajgdata.models import model_label
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.format import Caption
+from ajgdata.report.format import Caption, number
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
@@ -30,6 +31,8 @@ TOLD_DBA = 80
 #: Edges in Hz; the last but one band is the one that a model is confined to.
 EDGES_HZ = (20, 300, 1_000, 3_000, 8_000, 20_000)
 BAND_HZ = (3_000, 8_000)
+#: Errors (mm) that are ticks.
+TICKS_MM = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)
 #: Data sets by level.
 DATASETS = {QUIET_DBA: "size", **{level: f"size_{level}dba" for level in LOUD_DBA}}
 ABSOLUTE = FeatureSettings(quantity="power", normalisation="none")
@@ -166,30 +169,56 @@ def _band_table(data: AblationData) -> Table:
     )
 
 
+def finding(table: Table) -> str:
+    """Return the best and the worst that a model trained on does at the loudest level."""
+    key = _levels(table)[-1]
+    errors = table.numbers(key)
+    best, worst = (table.rows[int(f(errors))] for f in (np.argmin, np.argmax))
+    told = [
+        f"{row['model']} trained {row['trained']} errs by {number(float(row[key] or 0), 2)} mm"
+        for row in (best, worst)
+    ]
+    return f"At {key.removeprefix('rmse_')} dB(A) {', '.join(told)}"
+
+
+def _levels(table: Table) -> list[str]:
+    return [column.key for column in table.columns if column.key.startswith("rmse_")]
+
+
 def figure(table: Table) -> Figure:
     """Return the error against the level of noise, by what the model was trained on."""
     from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure, plain_ticks
+    from ajgdata.report.labels import label_end
 
-    keys = [column.key for column in table.columns if column.key.startswith("rmse_")]
+    keys = _levels(table)
     levels = np.array([float(key.removeprefix("rmse_")) for key in keys])
-    drawn = new_figure((WIDTH_IN, 3.6), "Edge length under noise", "grasps held out", ["simulated"])
+    about = "error of the edge length on grasps held out, by what a model was trained on"
+    drawn = new_figure((WIDTH_IN, 3.6), finding(table), about, ["simulated"])
     axes = drawn.subplots()
     for index, row in enumerate(table.rows):
         errors = [float(row[key] or 0) for key in keys]
-        axes.plot(levels, errors, label=f"{row['model']}, {row['trained']}", **line_style(index))
+        label, style = f"{row['model']}, {row['trained']}", line_style(index)
+        axes.plot(levels, errors, label=label, **style)
+        name = "\n".join(textwrap.wrap(label, 24))
+        label_end(axes, levels[-1], errors[-1], name, str(style["color"]))
     axes.set(yscale="log", xlabel="white noise outside (dB(A))", ylabel="RMSE (mm)")
-    plain_ticks(axes.yaxis)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    plain_ticks(axes.yaxis, TICKS_MM)
     return drawn
 
 
-CAPTION = Caption(
-    "Error of the edge length against the level of noise outside, by what a model was trained on.",
-    "Error against noise level, logarithmic, one line a model and training set.",
-)
+def caption(table: Table) -> Caption:
+    """Return the caption of `figure`."""
+    return Caption(
+        "Error of the edge length against the level of noise outside, by what a model was trained"
+        " on.",
+        f"{finding(table)}. Error against noise level, logarithmic, one line a model and training"
+        " set.",
+    )
+
+
 ABLATION = Ablation(
     "noise",
     datasets=tuple(DATASETS.values()),
     measure=measure,
-    figures=(TableFigure("noise_levels", "levels", CAPTION, figure),),
+    figures=(TableFigure("noise_levels", "levels", caption, figure),),
 )

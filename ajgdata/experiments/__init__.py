@@ -20,7 +20,7 @@ from ajgdata.types import CROSS_VALIDATION, MODELS, DataError, DatasetSpec, Embe
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
-SHARED = ("base", "embedding")
+SHARED = ("base", "drawings", "embedding")
 
 
 def _built_in() -> dict[str, Experiment]:
@@ -116,7 +116,7 @@ def _asked(spec: DatasetSpec, task: str, one: Experiment, settings: Any) -> Aske
     if kind not in one.kinds:
         raise ValueError(f"experiments.{one.name} is for {one.kinds[0]}, not {kind}")
     one.check(settings, kind, spec.features)
-    for key in ("models", "test_on", "coverages", "groups", "grasps"):
+    for key in ("models", "test_on", "coverages", "groups", "grasps", "lengths_s", "kinds"):
         listed = getattr(settings, key, ())
         if len(set(listed)) != len(listed):
             raise ValueError(f"experiments.{one.name}.{key} lists one twice")

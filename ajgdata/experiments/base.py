@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Source
+from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
 from ajgdata.types.table import Column, Table, table_of
@@ -37,15 +38,29 @@ METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 
 
+class Render(Protocol):
+    """Player of sounds in the scenes of simulated recordings."""
+
+    def __call__(
+        self, names: Sequence[str], sounds: Sequence[np.ndarray], quiet: bool = False
+    ) -> Iterator[list[np.ndarray]]:
+        """Yield for each recording by name its samples (n,) with each of `sounds` (n,) instead.
+
+        `quiet`: without noise. Raises ValueError for a recording that was not simulated.
+        """
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Inputs:
     """Everything that a measurement may use of a task, of the stores it needs, and of recordings.
 
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
     name as `test_on`, or that of an embedding's `base`. `samples(names, window)` yields the samples
-    (n,) of recordings by name, ready for a spectrum with a window of that length. Of an embedding,
-    `task` is its name; `latents` are what its encoders made, `training_cost` what training these
-    took, and `kinds` are of the columns that are targets.
+    (n,) of recordings by name, ready for a spectrum with a window of that length; `render` makes
+    them again with other sounds, where the data set is simulated and the experiment `renders`. Of
+    an embedding, `task` is its name; `latents` are what its encoders made, `training_cost` what
+    training these took, and `kinds` are of the columns that are targets.
     """
 
     dataset: str
@@ -63,6 +78,7 @@ class Inputs:
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
+    render: Render | None = None
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)
@@ -136,6 +152,7 @@ class TaskResults:
     others: Mapping[str, Other] = field(default_factory=dict)
     level: Level | None = None
     period_deg: float | None = None
+    page: str = ""  #: of the report, by name
 
     @property
     def title(self) -> str:
@@ -186,8 +203,18 @@ def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
     return ()
 
 
+def no_panel(_: Sequence[TaskResults]) -> Illustration | None:
+    """Return nothing: an experiment that has no figure of error against run time."""
+    return None
+
+
 def no_tables(_: TaskResults) -> Iterable[ShownTable]:
     """Return nothing: an experiment whose figures say it all."""
+    return ()
+
+
+def no_highlights(_: TaskResults) -> Iterable[Highlight]:
+    """Return nothing: an experiment without a finding for the first screen."""
     return ()
 
 
@@ -201,11 +228,15 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
-    together, `training_cost` is what training the model of a label costs. `measure(inputs,
+    together, `cost_panel` a small one of error against run time for the report's first screen (None
+    for nothing), `training_cost` is what training the model of a label costs. `measure(inputs,
     settings, model)` raises ValueError for a task that lacks what it needs. The settings model's
     `test_on`, if it has one, names further data sets; its `models`, if `by_model`, are measured in
     jobs of their own. `check(settings, kind, features)` raises ValueError for settings that the
     task cannot have.
+
+    `highlights` are what the first screen says of it, beyond what the paper has. An experiment with
+    its `own_page` does not stand on that of its task.
 
     Those `of_embedding` are made of embeddings, whose declaration is their settings: of all, or
     (`of_base`) of those alone that have a `base`, and then of no others. On data sets that stand
@@ -220,14 +251,18 @@ class Experiment:
     tables: Callable[[TaskResults], Iterable[ShownTable]] = no_tables
     rows: Callable[[TaskResults], Iterable[ResultRow]] = no_rows
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
+    highlights: Callable[[TaskResults], Iterable[Highlight]] = no_highlights
     summary: Callable[[TaskResults], str] = no_summary
     across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
+    cost_panel: Callable[[Sequence[TaskResults]], Illustration | None] = no_panel
     training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
     order: int = 50  #: place in the report
+    own_page: bool = False
     kinds: tuple[Kind, ...] = ("regression", "classification")
     reads_recordings: bool = False
+    renders: bool = False
     of_embedding: bool = False
     of_base: bool = False
     paper: str = ""

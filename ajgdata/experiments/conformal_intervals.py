@@ -24,12 +24,18 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.format import Caption, Score, mean_sd, number
+from ajgdata.report.comparison import mark_of
+from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+#: Stated coverage that intervals are usually made for.
+USUAL = 0.9
 
 
 class Settings(Strict):
@@ -159,26 +165,41 @@ def _scores(result: Result, key: str) -> list[Score]:
     return [Score(v.mean(), v.std(ddof=1) if len(v) > 1 else np.nan) for v in values]
 
 
+def finding(results: TaskResults) -> str:
+    """Return what the intervals nearest to 90 % hold, and how wide they are."""
+    at = int(np.argmin(np.abs(np.array(results.settings.coverages) - 0.9)))
+    told = "; ".join(
+        f"{result.label} {number(100 * _scores(result, 'held')[at].mean)} %, "
+        f"{with_unit(number(_scores(result, 'width')[at].mean), results.unit)} wide"
+        for result in results.results
+    )
+    return f"Intervals that shall hold {100 * results.settings.coverages[at]:g} % of truths: {told}"
+
+
 def figure(results: TaskResults) -> Figure:
     """Return the share of truths held, and the width of intervals, against what was stated."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure
+    from ajgdata.report.canvas import WIDTH_IN, model_line, new_figure
+    from ajgdata.report.labels import REFERENCES, label_end, label_point
 
     drawn = new_figure(
         (WIDTH_IN, 3.4),
-        f"{results.title} · conformal intervals",
-        "CV+ within the training part, on held-out grasps; mean ± sd over folds",
+        finding(results),
+        f"{results.title}: CV+ within the training part, on held-out grasps; mean ± sd over folds",
         [results.source],
     )
     left, right = drawn.subplots(1, 2)
     stated = 100 * np.array(results.settings.coverages)
-    left.plot([0, 100], [0, 100], color=GREY, ls=(0, (5, 3)), lw=1.1, label="as stated")
+    left.plot([0, 100], [0, 100], label="as stated", **REFERENCES["ideal"])
+    label_point(left, 30, 30, "as stated", REFERENCES["ideal"]["color"])
     for i, result in enumerate(results.results):
-        style: dict[str, Any] = {**model_style(i), "capsize": 2.5}
+        style: dict[str, Any] = {**model_line(i), "capsize": 2.5}
         held, width = (np.array([s[:2] for s in _scores(result, k)]).T for k in ("held", "width"))
         left.errorbar(stated, 100 * held[0], 100 * held[1], label=result.label, **style)
         right.errorbar(stated, width[0], width[1], **style)
+        last = int(np.argmax(stated))
+        if np.isfinite(width[0][last]):
+            label_end(right, stated[last], width[0][last], result.label, style["color"])
     left.set(xlabel="stated coverage (%)", ylabel="truths held (%)", xlim=(0, 102), ylim=(0, 104))
-    left.legend(loc="upper left")
     right.set(xlabel="stated coverage (%)", ylabel=f"width of the interval ({results.unit})")
     right.set_ylim(bottom=0)
     return drawn
@@ -193,7 +214,7 @@ def caption(results: TaskResults) -> Caption:
         f"{results.title}, {results.source}: does an interval that shall hold a given share of the "
         "truths do so on grasps that were never met, and how wide is it? Residuals come from inner "
         f"folds of the training part that keep grasps whole. {listed}.",
-        f"Truths held and width of intervals against stated coverage. {listed}.",
+        f"{finding(results)}. Truths held and width against stated coverage: {listed}.",
     )
 
 
@@ -234,6 +255,19 @@ def tables(results: TaskResults) -> list[ShownTable]:
     return [ShownTable(told, heads, tuple(rows))]
 
 
+def highlights(results: TaskResults) -> list[Highlight]:
+    """Return what intervals of the first model hold, where they are to hold as much as is usual."""
+    place = int(np.argmin(np.abs(np.array(results.settings.coverages) - USUAL)))
+    stated = 100 * results.settings.coverages[place]
+    first = results.results[0]
+    marks = (
+        mark_of("ours", first.label, _scores(first, "held")[place], 100),
+        mark_of("other", "stated", Score(stated, 0.0)),
+    )
+    said = f"truths held, {first.label}"
+    return [Highlight("Coverage", said, "%", marks)]
+
+
 EXPERIMENT = Experiment(
     name="conformal_intervals",
     order=35,
@@ -242,6 +276,8 @@ EXPERIMENT = Experiment(
     measure=measure,
     figures=figures,
     tables=tables,
+    highlights=highlights,
+    own_page=True,
     by_model=True,
     kinds=("regression",),
 )

@@ -19,12 +19,22 @@ from ajgdata.experiments.base import (
 )
 from ajgdata.experiments.cross_validation.results import PAPER_MODEL
 from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.comparison import WORKS, PaperComparison, holds, together
-from ajgdata.report.format import Caption, Score, mean_sd
+from ajgdata.report.comparison import (
+    WORKS,
+    Mark,
+    PaperComparison,
+    holds,
+    mark_of,
+    range_of,
+    together,
+)
+from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit, words
+from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -126,35 +136,72 @@ def _told(results: TaskResults, mean: float, sd: float) -> str:
     return mean_sd(Score(mean, sd), results.shown_unit)
 
 
+def finding(results: TaskResults) -> str:
+    """Return what becomes of the first model on the gripper where it does worst, and with grasps of
+    that gripper."""
+    first = [line for line in lines_of(results) if line.label == results.results[0].label]
+    worst = (min if results.kind == "classification" else max)(first, key=lambda one: one.mean[0])
+    known, name = np.isfinite(worst.home.mean), METRIC_NAMES[results.metric]
+    home = f"{_about(results, worst.home.mean)} at home, " if known else ""
+    few = f" with {worst.grasps[0]} grasps" if worst.grasps[0] else ""
+    there = f"{_about(results, worst.mean[0])} on “{worst.title}”{few}"
+    text = f"{worst.label}: {name} {home}{there}"
+    if len(worst.grasps) == 1:
+        return text
+    most = _about(results, worst.mean[-1])
+    return f"{text}, {most} with {worst.grasps[-1]} of its grasps of each class"
+
+
+def _about(results: TaskResults, value: float) -> str:
+    return with_unit(number(value, 2), results.shown_unit)
+
+
 def figure(results: TaskResults) -> Figure:
-    """Return the metric against calibration grasps, a panel for each gripper; dashed: at home."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure
+    """Return the metric against calibration grasps, a panel for each gripper; hollow: at home."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     folds = len(set(results.results[0].tables["folds"].column("fold")))
     drawn = new_figure(
-        (WIDTH_IN, 3.6),
-        f"{results.title} · on another gripper",
-        f"{METRIC_NAMES[results.metric]}, mean ± sd over {folds} folds; dashed: on "
-        "the gripper that was trained on",
+        (WIDTH_IN, 3.4),
+        finding(results),
+        f"{results.title}: mean ± sd over {folds} folds; hollow: on the gripper of the training",
         [results.source],
     )
     every = lines_of(results)
     panels = drawn.subplots(1, len(results.settings.test_on), sharey=True, squeeze=False)[0]
     for axes, name in zip(panels, results.settings.test_on, strict=True):
-        lines = [line for line in every if line.dataset == name]
-        for i, line in enumerate(lines):
-            style: dict[str, Any] = {**model_style(i), "capsize": 2.5}
-            axes.errorbar(line.grasps, line.mean, line.sd, label=line.label, **style)
-            if np.isfinite(line.home.mean):
-                axes.axhline(line.home.mean, color=model_style(i)["color"], ls=(0, (5, 3)), lw=0.9)
-        axes.axhline(lines[0].chance, color=GREY, ls=":", lw=1.1, label="chance")
-        axes.set_title(lines[0].title)
-        axes.set_xlabel("calibration grasps of each class")
-        axes.set_xticks(lines[0].grasps)
+        _panel(axes, [line for line in every if line.dataset == name], axes is panels[-1])
     panels[0].set_ylim(bottom=0)  # of all panels, once all is drawn
     panels[0].set_ylabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
-    drawn.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=4)
     return drawn
+
+
+def _panel(axes: Axes, lines: list[Line], last: bool) -> None:
+    """Draw the models on one gripper; those of the `last` panel are named at their ends."""
+    from ajgdata.report.canvas import model_line
+    from ajgdata.report.labels import REFERENCES, label_end, reference_line
+
+    grasps = lines[0].grasps
+    home = float(grasps.min()) - max(1.0, 0.25 * float(np.ptp(grasps)))
+    for i, line in enumerate(lines):
+        style: dict[str, Any] = {**model_line(i), "capsize": 2.5}
+        axes.errorbar(line.grasps, line.mean, line.sd, label=line.label, **style)
+        if np.isfinite(line.home.mean):
+            there = {**style, "ls": "", "mfc": "white"}
+            axes.errorbar(home, line.home.mean, np.nan_to_num(line.home.sd), **there)
+            ends = [line.home.mean, line.mean[0]]
+            axes.plot([home, line.grasps[0]], ends, color=style["color"], lw=0.6, alpha=0.6)
+        if last:
+            label_end(
+                axes, float(line.grasps[-1]), float(line.mean[-1]), line.label, style["color"]
+            )
+    if last:
+        reference_line(axes, "chance", lines[0].chance, "chance")
+    else:
+        axes.axhline(lines[0].chance, label="chance", **REFERENCES["chance"])
+    axes.set_title(lines[0].title)
+    axes.set_xlabel("calibration grasps of each class")
+    axes.set_xticks([home, *grasps], ["home", *map(str, grasps)])
 
 
 def caption(results: TaskResults) -> Caption:
@@ -165,7 +212,7 @@ def caption(results: TaskResults) -> Caption:
         f"Models of {results.title}, {results.source}, on recordings of another "
         f"gripper, and with a few of its grasps added to the training. What is tested is trained "
         f"on in neither gripper.{paper}",
-        f"{METRIC_NAMES[results.metric]} against calibration grasps. {listed}.",
+        f"{finding(results)}. {listed}.",
     )
 
 
@@ -198,7 +245,33 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source,
         f"{home} where it was trained, {', '.join(told)}", lines[0].label, together(verdicts),
+        marks=_marks(lines), label=words(results.dataset), shown_unit=results.shown_unit,
     )  # fmt: skip
+
+
+def _marks(lines: list[Line]) -> tuple[Mark, ...]:
+    """Return a model on the other grippers (mean and range of them), at home, and chance."""
+    return (
+        range_of("ours", "elsewhere", [line.mean[0] for line in lines]),
+        mark_of("other", "at home", lines[0].home),
+        mark_of("chance", "chance", Score(float(np.mean([line.chance for line in lines])), 0.0)),
+    )
+
+
+def highlights(results: TaskResults) -> list[Highlight]:
+    """Return what a few grasps on the other grippers bring, for the model that gains most."""
+    lines = [line for line in lines_of(results) if len(line.grasps) > 1]
+    if not lines:
+        return []
+    sign = 1 if results.kind == "classification" else -1
+    best = max(lines, key=lambda line: sign * (line.mean[-1] - line.mean[0]))
+    few = int(best.grasps[-1])
+    marks = (
+        mark_of("ours", f"{few} grasps", Score(best.mean[-1], best.sd[-1])),
+        mark_of("other", "none", Score(best.mean[0], best.sd[0])),
+    )
+    said = f"{best.label}, {words(results.dataset)}"
+    return [Highlight("Calibrated there", said, results.shown_unit, marks)]
 
 
 EXPERIMENT = Experiment(
@@ -209,6 +282,7 @@ EXPERIMENT = Experiment(
     measure=measure,
     figures=figures,
     rows=rows,
+    highlights=highlights,
     paper_comparison=paper_comparison,
     by_model=True,
 )

@@ -11,7 +11,7 @@ import numpy as np
 from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data
 from ajgdata.experiments.base import Inputs, TaskResults
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.format import Caption, Score, words
+from ajgdata.report.format import Caption, Score, sentence, words
 from ajgdata.report.projections import SPACES
 from ajgdata.types import DataError, Embedding
 from ajgdata.types.table import Table
@@ -108,7 +108,7 @@ def illustration(
 ) -> Illustration:
     """Return a figure of an embedding, whose caption says whose it is."""
     text = f"{results.title}, {results.source}. {caption.text}"
-    told = Caption(text, f"{results.title}. {caption.alt}")
+    told = Caption(text, f"{sentence(caption.alt)} {results.title}, {results.source}.")
     return Illustration(results.named(*([part] if part else [])), told, draw)
 
 

@@ -19,22 +19,16 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.embedding import ScoreRow, illustration, space_name, trained
+from ajgdata.experiments.embedding import ScoreRow, illustration, trained
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import PaperComparison, holds, together
-from ajgdata.report.dendrogram import tree
-from ajgdata.report.format import Caption, Score, mean_sd, number, words
-from ajgdata.report.projections import category_colours
+from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of, together
+from ajgdata.report.format import Score, mean_sd, number, words
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from ajgdata.evaluate.embedding_data import Run
-    from ajgdata.report.dendrogram import Tree
 
 Real = NDArray[np.floating]
 
@@ -43,8 +37,6 @@ TITLE = "Embedding: distances"
 ALL, DIFFERENT = "all", "different things"
 #: What the paper says of its categories: these lie together, this one is spread widely.
 TOGETHER, SPREAD = ("spherical", "cylindrical"), "other"
-#: Light to dark: near things are dark.
-SHADES = "Blues_r"
 _PARTS = {ALL: "distances", DIFFERENT: "distances, other objects"}
 
 
@@ -195,131 +187,15 @@ def _matrix_of(table: Table, names: Sequence[str], key: str) -> Real:
     return matrix
 
 
-def category_figure(results: TaskResults) -> Figure:
-    """Return a matrix of categories for each space (columns), of all pairs and different things."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
-    spaces = distances_of(results)
-    side = max(1.9, 0.72 * len(spaces[0].categories))
-    drawn = new_figure(
-        (WIDTH_IN, 2 * side + 2.1),
-        f"{results.title} · categories",
-        "mean distance of validation pairs of different grasps ± sd over runs",
-        [results.source],
-    )
-    panels = drawn.subplots(2, len(spaces), squeeze=False)
-    for column, one in enumerate(spaces):
-        _matrix(panels[0, column], one.categories, one.runs)
-        panels[0, column].set_title(f"{space_name(one.space)}: all pairs")
-        _matrix(panels[1, column], one.categories, one.different)
-        panels[1, column].set_title(f"{space_name(one.space)}: different things only")
-    return drawn
-
-
-def _matrix(axes: Axes, names: Sequence[str], runs: Real) -> None:
-    """Draw cells with their numbers; a cell without pairs is left white."""
-    mean, sd = mean_sd_of(runs)
-    largest = float(np.nanmax(mean)) if np.isfinite(mean).any() else 1.0
-    axes.imshow(mean, cmap=SHADES, vmin=0, vmax=1.15 * (largest or 1.0))
-    axes.grid(False)
-    axes.spines[:].set_visible(False)
-    axes.set_xticks(range(len(names)), [words(name) for name in names])
-    axes.set_yticks(range(len(names)), [words(name) for name in names])
-    for (row, column), value in np.ndenumerate(mean):
-        dark = np.isfinite(value) and value < 0.55 * largest
-        text = mean_sd(Score(float(value), float(sd[row, column]))).replace(" ± ", "\n± ")
-        axes.text(
-            column, row, text, ha="center", va="center", fontsize=7.5,
-            fontweight="bold" if row == column else "normal",
-            color="white" if dark else "#222222",
-        )  # fmt: skip
-
-
-def object_figure(results: TaskResults, one: Distances) -> Figure:
-    """Return the matrix of things in the order of the tree beside it, coloured by category."""
-    from ajgdata.report.canvas import new_figure
-
-    n, found = len(one.objects), tree(one.object_mean, one.objects)
-    order = found.order if found else list(range(n))
-    label = 0.075 * max(map(len, one.objects))
-    side = max(2.0, 0.27 * n)
-    subtitle = f"{space_name(one.space)}: mean distance of validation pairs of different grasps"
-    size_in = side + 2 * label + 2.6, side + label + 1.1
-    drawn = new_figure(size_in, f"{results.title} · objects", subtitle, [results.source])
-    branches, axes = drawn.subplots(1, 2, width_ratios=[1.2, side])
-    branches.set_axis_off()
-    if found:
-        _branches(branches, found)
-    image = axes.imshow(one.object_mean[np.ix_(order, order)], cmap=SHADES, aspect="auto")
-    axes.grid(False)
-    axes.spines[:].set_visible(False)
-    names = [words(one.objects[i]) for i in order]
-    axes.set_xticks(range(n), names, rotation=90)
-    axes.set_yticks(range(n), names)
-    axes.tick_params(length=0)
-    colours = category_colours(one.object_category)
-    for axis in (axes.xaxis, axes.yaxis):
-        for i, text in zip(order, axis.get_ticklabels(), strict=True):
-            text.set_color(colours[one.object_category[i]])
-    bar = drawn.colorbar(image, ax=axes, label="distance", pad=0.02, shrink=0.8)
-    bar.outline.set_visible(False)
-    return drawn
-
-
-def _branches(axes: Axes, found: Tree) -> None:
-    """Draw the tree, its leaves at the rows of the matrix: scipy puts leaf k at 10 k + 5."""
-    from scipy.cluster.hierarchy import dendrogram
-
-    from ajgdata.report.canvas import GREY
-
-    drawn: dict[str, Any] = dendrogram(found.links, no_plot=True)
-    for place, height in zip(drawn["icoord"], drawn["dcoord"], strict=True):
-        axes.plot(height, (np.asarray(place) - 5) / 10, color=GREY, lw=1)
-    axes.set_ylim(len(found.order) - 0.5, -0.5)
-    axes.set_xlim(1.05 * max(map(max, drawn["dcoord"])) or 1.0, 0)
-
-
-def category_caption(results: TaskResults) -> Caption:
-    """Return the caption of `category_figure`."""
-    told = "; ".join(f"{space_name(one.space)}: {apart_text(one)}" for one in distances_of(results))
-    return Caption(
-        "Rows and columns are categories; the diagonal (bold) is within a category. "
-        "Top: pairs of different grasps, of the same thing or not. Bottom: pairs of different "
-        f"things only. Spaces have units of their own. {told}.",
-        f"Matrices of mean distances between categories. {told}.",
-    )
-
-
-def apart_text(one: Distances) -> str:
-    """Return of each category the distance within it against that between it and others."""
-    return ", ".join(
-        f"{words(name)} {number(one.mean[i, i])} within "
-        f"{'<' if apart else 'not <'} {number(one.between(i))} between"
-        for i, (name, apart) in enumerate(one.apart().items())
-        if math.isfinite(one.between(i))
-    )
-
-
-def object_caption(one: Distances) -> Caption:
-    """Return the caption of `object_figure`."""
-    found = tree(one.object_mean, one.objects)
-    names = [words(one.objects[i]) for i in (found.order if found else range(len(one.objects)))]
-    return Caption(
-        "Dark: near. The diagonal is the distance between different grasps of one "
-        "thing. The tree joins what is nearest on average (average linkage). Names have the "
-        "colour of their category.",
-        f"Distance matrix of {len(names)} objects with a dendrogram, in its order: "
-        f"{', '.join(names)}.",
-    )
-
-
 def figures(results: TaskResults) -> Iterator[Illustration]:
     """Yield the figure of categories, then one of things for each space."""
-    caption = category_caption(results)
-    yield illustration(results, "categories", caption, partial(category_figure, results))
+    from ajgdata.experiments.drawings import embedding_distances as drawn
+
+    draw = partial(drawn.category_figure, results)
+    yield illustration(results, "categories", drawn.category_caption(results), draw)
     for one in distances_of(results):
-        draw = partial(object_figure, results, one)
-        yield illustration(results, f"objects-{one.space}", object_caption(one), draw)
+        draw = partial(drawn.object_figure, results, one)
+        yield illustration(results, f"objects-{one.space}", drawn.object_caption(one), draw)
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
@@ -337,8 +213,20 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     verdicts.add(_widest(latent))
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, "; ".join(told), "latent",
-        together(verdicts), encoder_cost(results, lookup),
+        together(verdicts), encoder_cost(results, lookup), marks=tuple(_marks(latent)),
     )  # fmt: skip
+
+
+def _marks(latent: Distances) -> Iterator[Mark]:
+    """Yield distances within each category that the paper names, and to the others."""
+    within = np.diagonal(latent.mean)
+    gaps = latent.gaps()
+    for name, inner in zip(latent.categories, within, strict=True):
+        if name in gaps:
+            own = Score(float(inner), 0.0)
+            others = Score(float(inner) + gaps[name].mean, gaps[name].sd)
+            yield mark_of("ours", "within", own, part=words(name))
+            yield mark_of("other", "others", others, part=words(name))
 
 
 def _widest(latent: Distances) -> str:

@@ -21,7 +21,6 @@ from ajgdata.experiments.embedding import (
     ScoreRow,
     by_run,
     illustration,
-    look,
     run_scores,
     scores_by,
     settings_table,
@@ -29,15 +28,14 @@ from ajgdata.experiments.embedding import (
     trained,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import Cost, PaperComparison, agreement
-from ajgdata.report.format import DASH, Caption, Score, mean_sd, number
+from ajgdata.report.comparison import Cost, PaperComparison, agreement, mark_of
+from ajgdata.report.format import DASH, Score, mean_sd, number
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    pass
 
 
 NAME = "embedding_knn"
@@ -45,7 +43,6 @@ TITLE = "Embedding: nearest neighbours"
 TRAINING = "cost of training"  #: part of the scores of what training all encoders cost
 TIMES = ("fit_s", "transform_s", "query_s")
 # A time measured as zero has no place on a log axis.
-SHORTEST = 1e-4
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -152,127 +149,15 @@ def best_of(results: TaskResults, space: str) -> Neighbours | None:
     return max(neighbours_of(results, space), key=lambda row: row.score.mean, default=None)
 
 
-def figure(results: TaskResults) -> Figure:
-    """Return the accuracy of k-NN against the dimension, and against the time of one fold."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
-
-    from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure
-
-    rows = neighbours_of(results)
-    drawn = new_figure(
-        (WIDTH_IN, 4.1),
-        f"{results.title} · k-NN",
-        "validation accuracy of k-NN, mean ± sd over folds and initialisations",
-        [results.source],
-    )
-    left, right = drawn.subplots(1, 2, sharey=True)
-    for space in ordered([row.space for row in rows]):
-        _against_dimension(left, neighbours_of(results, space))
-        _against_time(right, neighbours_of(results, space))
-    _front(right, rows)
-    chance = 100 * results.results[0].about["chance"]
-    for axes in (left, right):
-        axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")
-        axes.set_xscale("log")
-        axes.margins(x=0.1)
-        axes.set_ylim(bottom=0)
-        axes.xaxis.set_minor_formatter(NullFormatter())
-    dimensions = _dimensions(rows)
-    left.set_xticks(dimensions, map(str, dimensions))
-    left.xaxis.set_minor_locator(NullLocator())
-    left.set(xlabel="dimension", ylabel="accuracy (%)")
-    right.xaxis.set_major_formatter(FuncFormatter(lambda s, _: number(s)))
-    right.set_xlabel("time of one fold (s): space, validation points, k-NN")
-    handles, labels = left.get_legend_handles_labels()
-    shown = dict(zip(labels, handles, strict=True))
-    drawn.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(shown))
-    return drawn
-
-
-def _dimensions(rows: Sequence[Neighbours]) -> list[int]:
+def dimensions_of(rows: Sequence[Neighbours]) -> list[int]:
+    """Return the distinct dimensions in rising order."""
     return sorted({row.dimension for row in rows if row.dimension})
-
-
-def _against_dimension(axes: Axes, rows: list[Neighbours]) -> None:
-    """Draw a line with error bars; what has no dimension is a band."""
-    style, label = look(rows[0].space), space_name(rows[0].space)
-    if rows[0].dimension is None:
-        mean, sd = 100 * rows[0].score.mean, 100 * np.nan_to_num(rows[0].score.sd)
-        axes.axhspan(mean - sd, mean + sd, color=style["color"], alpha=0.12, lw=0)
-        axes.axhline(mean, color=style["color"], lw=1.2, ls=(0, (5, 3)), label=label)
-        return
-    axes.errorbar(
-        [row.dimension or 0 for row in rows],
-        [100 * row.score.mean for row in rows],
-        [100 * np.nan_to_num(row.score.sd) for row in rows],
-        ms=4.5, capsize=2.5, label=label, **style,
-    )  # fmt: skip
-
-
-def _against_time(axes: Axes, rows: list[Neighbours]) -> None:
-    """Draw a marker for each dimension; the lowest, the highest and the best are named."""
-    best, style = max(rows, key=lambda row: row.score.mean), look(rows[0].space)
-    for row in rows:
-        place = max(row.seconds, SHORTEST), 100 * row.score.mean
-        sd = 100 * np.nan_to_num(row.score.sd)
-        axes.errorbar(*place, sd, ms=4.5, elinewidth=0.8, capsize=0, **style)
-        if row.dimension is not None and row in (rows[0], rows[-1], best):
-            axes.annotate(
-                str(row.dimension), place, (3, 3), textcoords="offset points", fontsize=6.5,
-                color=style["color"],
-            )  # fmt: skip
-
-
-def _front(axes: Axes, rows: Sequence[Neighbours]) -> None:
-    """Draw a line through what nothing else beats in both accuracy and time."""
-    from ajgdata.report.canvas import GREY, pareto_front
-
-    seconds = np.array([max(row.seconds, SHORTEST) for row in rows])
-    accuracy = np.array([100 * row.score.mean for row in rows])
-    best = np.flatnonzero(pareto_front(seconds, -accuracy))
-    best = best[np.lexsort((accuracy[best], seconds[best]))]
-    axes.plot(seconds[best], accuracy[best], color=GREY, lw=1, zorder=1, label="Pareto front")
-
-
-def gain_text(results: TaskResults) -> str:
-    """Return by how much the latent's best dimension is better than raw features, or nothing."""
-    best, raw = best_of(results, "latent"), best_of(results, "raw")
-    if best is None or raw is None:
-        return ""
-    points = 100 * (best.score.mean - raw.score.mean)
-    relative = points / raw.score.mean if raw.score.mean > 0 else float("nan")
-    sense = "higher" if points >= 0 else "lower"
-    return (
-        f"k-NN on the latent reaches {mean_sd(best.score, '%', 100)} at its best dimension, "
-        f"{best.dimension}, on raw features {mean_sd(raw.score, '%', 100)}: "
-        f"{number(abs(points))} percentage points, or {number(abs(relative))} %, {sense}"
-    )
-
-
-def caption(results: TaskResults) -> Caption:
-    """Return the caption of `figure`."""
-    listed = "; ".join(
-        f"{space_name(space)}: "
-        + ", ".join(
-            (f"{row.dimension}: " if row.dimension else "") + mean_sd(row.score, "%", 100)
-            for row in neighbours_of(results, space)
-        )
-        for space in ordered([row.space for row in neighbours_of(results)])
-    )
-    return Caption(
-        f"{gain_text(results)}. The best of several dimensions was chosen on the points "
-        "that it is scored on, which flatters it a little; the figure shows all. Left: against the "
-        "dimension of the space; dashed with its band: raw features. Right: against the time of "
-        "one fold, some with their dimension; grey: what nothing else beats. PCA and UMAP "
-        "learn from training points alone, and nothing of what they are of; the latent was told "
-        "which of them are alike. The time of a latent is its share of a training of all "
-        "dimensions together. The times belong to the machine that made this page.",
-        f"Accuracy of k-NN by space and dimension. {listed}.",
-    )
 
 
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the one figure of all spaces."""
+    from ajgdata.experiments.drawings.embedding_knn import caption, figure
+
     return [illustration(results, "", caption(results), partial(figure, results))]
 
 
@@ -295,7 +180,7 @@ def tables(results: TaskResults) -> Iterable[ShownTable]:
     yield ShownTable(
         f"Accuracy of k-NN and time of one fold, by dimension.{trained_in}",
         ("dimension|", *(f"{space_name(space)}|" for space in spaces)),
-        tuple((str(d), *(cell(space, d) for space in spaces)) for d in _dimensions(rows)),
+        tuple((str(d), *(cell(space, d) for space in spaces)) for d in dimensions_of(rows)),
     )
     yield settings_table(results)
 
@@ -336,6 +221,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, result, "k-NN on the latent",
         agreement(score, paper.value), _cost(results, best),
+        marks=(mark_of("ours", "latent over raw", score),),
     )  # fmt: skip
 
 

@@ -21,7 +21,6 @@ from ajgdata.experiments.embedding import (
     ScoreRow,
     by_run,
     illustration,
-    look,
     run_scores,
     scores_by,
     space_name,
@@ -30,24 +29,19 @@ from ajgdata.experiments.embedding import (
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.experiments.embedding_projections import clusters_of
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import PaperComparison, holds
-from ajgdata.report.format import DASH, Caption, Score, mean_sd, number, words
+from ajgdata.report.comparison import PaperComparison, holds, mark_of
+from ajgdata.report.format import DASH, Score, mean_sd, number, words
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding, Kind
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from ajgdata.evaluate.embedding_data import EmbeddingData, Run
 
 TITLE = "Embedding: what it encodes"
 PROBES = {"linear": "linear", "knn": "k-NN"}
 SPLITS = {"grouped": "new grasps of known things", "unseen": "unseen things"}
 METRICS = {"accuracy": "accuracy", "r2": "R²", "rank_correlation": "rank correlation"}
-#: An R² far below 0 says no more than one a little below.
-LOWEST = -0.3
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -165,77 +159,10 @@ def probes_of(results: TaskResults) -> list[Probe]:
     return [one for one in listed if math.isfinite(one.score.mean)]
 
 
-def figure(results: TaskResults) -> Figure:
-    """Return a row for each target, a panel for each split; a marker for each space and probe."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
-    probes = probes_of(results)
-    splits = [split for split in SPLITS if any(p.split == split for p in probes)]
-    rows = list(dict.fromkeys((p.target, p.metric) for p in probes))
-    drawn = new_figure(
-        (WIDTH_IN, 1.7 + 0.42 * len(rows)),
-        f"{results.title} · probes",
-        "what a probe tells from each space, mean ± sd over runs",
-        [results.source],
-    )
-    panels = drawn.subplots(1, len(splits), sharey=True, squeeze=False)[0]
-    for axes, split in zip(panels, splits, strict=True):
-        _panel(axes, [p for p in probes if p.split == split], rows)
-        axes.set_title(SPLITS[split])
-        axes.set_xlabel("accuracy, R² or rank correlation")
-    panels[0].set_yticks(range(len(rows)), [f"{words(t)} ({METRICS.get(m, m)})" for t, m in rows])
-    panels[0].set_ylim(len(rows) - 0.5, -0.5)
-    shown: dict[str, Any] = {}
-    for axes in panels:
-        handles, labels = axes.get_legend_handles_labels()
-        shown |= dict(zip(labels, handles, strict=True))
-    drawn.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
-    return drawn
-
-
-def _panel(axes: Axes, probes: Sequence[Probe], rows: Sequence[tuple[str, str]]) -> None:
-    from ajgdata.report.canvas import GREY
-
-    there = {(p.space, p.probe) for p in probes}
-    spaces = ordered([p.space for p in probes])
-    kinds = [(space, probe) for space in spaces for probe in PROBES if (space, probe) in there]
-    for i, (space, probe) in enumerate(kinds):
-        style = look(space)
-        own = [p for p in probes if (p.space, p.probe) == (space, probe)]
-        offset = 0.6 * ((i + 0.5) / len(kinds) - 0.5)
-        axes.errorbar(
-            [max(p.score.mean, LOWEST) for p in own],
-            [rows.index((p.target, p.metric)) + offset for p in own],
-            xerr=[np.nan_to_num(p.score.sd) for p in own],
-            ls="", ms=4.5, elinewidth=0.9, mfc=style["color"] if probe == "linear" else "white",
-            label=f"{space_name(space)}, {PROBES[probe]}", **style,
-        )  # fmt: skip
-    for p in {(p.target, p.metric, p.chance): p for p in probes}.values():
-        if math.isfinite(p.chance):
-            place = rows.index((p.target, p.metric)) + np.array([-0.38, 0.38])
-            axes.plot([p.chance] * 2, place, color=GREY, lw=1.1, ls=":", label="chance")
-    axes.axvline(0, color=GREY, lw=0.6)
-    axes.set_xlim(LOWEST - 0.05, 1.05)
-    axes.tick_params(axis="y", length=0)
-
-
-def caption(results: TaskResults) -> Caption:
-    """Return the caption of `figure`."""
-    listed = "; ".join(
-        f"{words(p.target)} from {space_name(p.space)} by a {PROBES[p.probe]} probe, "
-        f"{SPLITS[p.split]}: {METRICS.get(p.metric, p.metric)} {mean_sd(p.score)}"
-        for p in probes_of(results)
-    )
-    return Caption(
-        "Filled: linear probes; hollow: k-NN. Dotted: chance. A space that forgets "
-        "the pose lets a probe read the thing and not the angle. An R² below "
-        f"{number(LOWEST).replace('-', '−')} is drawn there.",
-        f"Scores of probes. {listed}.",
-    )
-
-
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the figure of all probes; none where none was asked for."""
+    from ajgdata.experiments.drawings.embedding_probes import caption, figure
+
     if not probes_of(results):
         return []
     return [illustration(results, "probes", caption(results), partial(figure, results))]
@@ -305,6 +232,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, result, "latent",
         holds(score, "no: they overlap"), encoder_cost(results, lookup),
+        marks=(mark_of("ours", "latent", score), mark_of("other", "raw", raw)),
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
 from ajgdata.experiments.embedding import illustration, space_name, supervision, trained
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Caption, words
+from ajgdata.report.format import Caption, number, words
 from ajgdata.report.latent_plane_figure import Plane, clusters_text, plane_caption, plane_figure
 from ajgdata.report.projections import (
     METHODS,
@@ -134,6 +134,39 @@ def clusters_of(results: TaskResults) -> str:
     return clusters_text(plane) if plane else ""
 
 
+def finding(shown: Projections, column: str) -> str:
+    """Return how well validation recordings lie beside training recordings of the same column."""
+    told = []
+    for space in ordered([one.space for one in shown.projections]):
+        planes = {one.method: one for one in shown.projections if one.space == space}
+        method = next((m for m in ("umap", "pca") if m in planes), "")
+        if method and (said := _beside(shown, planes[method].points, column)):
+            told.append(f"{said} ({space_name(space)}, {METHODS[method]})")
+    if not told:
+        return f"Recordings in two dimensions, by {words(column)}"
+    same = "is of the same" if shown.columns[column].dtype.kind == "U" else "differs in"
+    return f"The nearest training recording {same} {words(column)} by {', '.join(told)}".replace(
+        f"same {words(column)} by", f"same {words(column)} for"
+    )
+
+
+def _beside(shown: Projections, points: NDArray, column: str) -> str:
+    """Return what the nearest training recording of validation recordings is in a plane: the share
+    of the same text, or the median difference in a number; nothing where there is none."""
+    from scipy.spatial import cKDTree
+
+    values = shown.columns[column]
+    text = values.dtype.kind == "U"
+    known = (values != "") if text else np.isfinite(values)
+    seen, asked = shown.training & known, ~shown.training & known
+    if not seen.any() or not asked.any():
+        return ""
+    nearest = values[seen][cKDTree(points[seen]).query(points[asked])[1]]
+    if text:
+        return f"{number(100 * float(np.mean(nearest == values[asked])))} %"
+    return number(float(np.median(np.abs(nearest - values[asked]))))
+
+
 def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
     """Return a row for each space, a column for each method; filled: training, ring: validation."""
     from matplotlib.cm import ScalarMappable
@@ -145,8 +178,8 @@ def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
     methods = [m for m in METHODS if any(p.method == m for p in shown.projections)]
     drawn = new_figure(
         (WIDTH_IN, 0.9 + 2.15 * len(spaces)),
-        f"{results.title} · {words(column)}",
-        f"colour: {words(column)}; filled: training, rings: validation recordings",
+        finding(shown, column),
+        f"{results.title}: colour: {words(column)}; filled: training, rings: validation recordings",
         [results.source],
     )
     panels = drawn.subplots(len(spaces), len(methods), squeeze=False)
@@ -165,7 +198,7 @@ def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
             Line2D([], [], ls="", marker="o", ms=4, color=colour, label=words(name))
             for name, colour in legend.items()
         ]
-        drawn.legend(handles=handles, loc="outside right upper")
+        drawn.legend(handles=handles, loc="outside right center")
     return drawn
 
 
@@ -190,7 +223,9 @@ def _scatter(
 ) -> None:
     rows = ~training
     seen, unseen = colours[training].tolist(), colours[rows].tolist()
-    style: dict[str, Any] = {"s": 7, "rasterized": pixels}
+    style: dict[str, Any] = {"s": 7, "zorder": 1}
+    if pixels:  # all of a panel in one picture
+        axes.set_rasterization_zorder(1.5)
     x, y = points.T
     axes.scatter(x[training], y[training], c=seen, lw=0, alpha=0.75, **style)
     axes.scatter(x[rows], y[rows], facecolors="none", edgecolors=unseen, lw=0.8, **style)
@@ -208,7 +243,8 @@ def caption(shown: Projections, column: str) -> Caption:
         f"{words(column)}. PCA and UMAP learn from the training points and then place the others; "
         "t-SNE cannot, and is fitted on all. Axes have no meaning; of t-SNE and UMAP neither do "
         "distances between clusters.",
-        f"Scatter plots of {spaces} by PCA, UMAP and t-SNE, coloured by {words(column)}.",
+        f"{finding(shown, column)}. Scatter plots of {spaces} by PCA, UMAP and t-SNE, coloured by "
+        f"{words(column)}.",
     )
 
 
@@ -216,8 +252,7 @@ def figures(results: TaskResults) -> Iterator[Illustration]:
     """Yield the latent of two dimensions, then a figure for each column that tells things apart."""
     shown = projections_of(results.results[0].tables)
     if plane := plane_of(shown):
-        head = f"{results.title} · latent"
-        draw = partial(plane_figure, plane, head, results.source)
+        draw = partial(plane_figure, plane, results.title, results.source)
         yield illustration(results, "plane", plane_caption(plane), draw)
     for column in shown_columns(shown):
         drawn = partial(figure, results, shown, column)

@@ -19,12 +19,15 @@ from ajgdata.experiments.embedding import (
     trained,
 )
 from ajgdata.report.blocks import Illustration
+from ajgdata.report.comparison import mark_of
 from ajgdata.report.format import Caption, Score, mean_sd
+from ajgdata.report.panel import Highlight
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
@@ -106,36 +109,59 @@ def retrieval_of(results: TaskResults) -> list[Retrieval]:
     ]
 
 
+def finding(results: TaskResults) -> str:
+    """Return how often the nearest recording is of the same thing, for each space."""
+    rows = retrieval_of(results)
+    gallery = rows[-1].gallery
+    first = min(row.k for row in rows)
+    here = [row for row in rows if (row.gallery, row.k) == (gallery, first)]
+    told = ", ".join(
+        f"{mean_sd(row.score, '%', 100)} ({space_name(space)})"
+        for space in ordered([row.space for row in here])
+        for row in here
+        if row.space == space
+    )
+    nearest = "nearest recording is" if first == 1 else f"{first} nearest recordings are"
+    return f"Of a thing never trained on, the {nearest} of the same thing in {told}"
+
+
 def figure(results: TaskResults) -> Figure:
     """Return precision against k, a panel for each gallery."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     rows = retrieval_of(results)
     galleries = list(dict.fromkeys(row.gallery for row in rows))
     drawn = new_figure(
         (WIDTH_IN, 3.3),
-        f"{results.title} · retrieval",
-        "share of the k nearest recordings that are of the same thing, mean ± sd over runs",
+        finding(results),
+        f"{results.title}: share of the k nearest recordings that are of the same thing, mean ± sd "
+        "over runs",
         [results.source],
     )
     panels = drawn.subplots(1, len(galleries), sharey=True, squeeze=False)[0]
     for axes, gallery in zip(panels, galleries, strict=True):
-        here = [row for row in rows if row.gallery == gallery]
-        for space in ordered([row.space for row in here]):
-            own = sorted((row for row in here if row.space == space), key=lambda row: row.k)
-            axes.errorbar(
-                [row.k for row in own],
-                [100 * row.score.mean for row in own],
-                [100 * np.nan_to_num(row.score.sd) for row in own],
-                ms=4.5, capsize=2.5, label=space_name(space), **look(space),
-            )  # fmt: skip
-        chance = sorted({(row.k, 100 * row.chance) for row in here if math.isfinite(row.chance)})
-        axes.plot(*np.reshape(chance, (-1, 2)).T, color=GREY, ls=":", lw=1.1, label="chance")
+        _panel(axes, [row for row in rows if row.gallery == gallery])
         axes.set(title=f"gallery: {gallery} things", xlabel="k", ylim=(0, None))
-        axes.set_xticks(sorted({row.k for row in here}))
     panels[0].set_ylabel("precision at k (%)")
-    panels[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return drawn
+
+
+def _panel(axes: Axes, here: list[Retrieval]) -> None:
+    """Draw the spaces of one gallery, named at their ends, and chance."""
+    from ajgdata.report.labels import GREY, REFERENCES, label_end
+
+    for space in ordered([row.space for row in here]):
+        own = sorted((row for row in here if row.space == space), key=lambda row: row.k)
+        mean = [100 * row.score.mean for row in own]
+        sd = [100 * np.nan_to_num(row.score.sd) for row in own]
+        style = {**look(space), "ms": 4.5, "capsize": 2.5}
+        axes.errorbar([row.k for row in own], mean, sd, label=space_name(space), **style)
+        label_end(axes, own[-1].k, mean[-1], space_name(space), str(style["color"]))
+    chance = sorted({(row.k, 100 * row.chance) for row in here if math.isfinite(row.chance)})
+    axes.plot(*np.reshape(chance, (-1, 2)).T, label="chance", **REFERENCES["chance"])
+    if chance:
+        label_end(axes, *chance[-1], "chance", GREY)
+    axes.set_xticks(sorted({row.k for row in here}))
 
 
 def caption(results: TaskResults) -> Caption:
@@ -148,7 +174,7 @@ def caption(results: TaskResults) -> Caption:
     return Caption(
         "Queries are recordings of things that the encoder was never trained on; the "
         "recordings of the query's own grasp are left out of the gallery.",
-        f"Precision at k. {listed}.",
+        f"{finding(results)}. Precision at k: {listed}.",
     )
 
 
@@ -157,12 +183,29 @@ def figures(results: TaskResults) -> list[Illustration]:
     return [illustration(results, "", caption(results), partial(figure, results))]
 
 
+def highlights(results: TaskResults) -> list[Highlight]:
+    """Return how precisely things never trained on are found, among as many as are looked at."""
+    rows = retrieval_of(results)
+    most = max((row.k for row in rows), default=0)
+    found = {row.space: row for row in rows if row.k == most and row.gallery == rows[0].gallery}
+    if not {"latent", "raw"} <= set(found):
+        return []
+    latent, raw = found["latent"], found["raw"]
+    marks = (
+        mark_of("ours", "latent", latent.score, 100),
+        mark_of("other", "raw", raw.score, 100),
+        mark_of("chance", "chance", Score(latent.chance, 0.0), 100),
+    )
+    return [Highlight("New objects", f"right of {most} nearest", "%", marks)]
+
+
 EXPERIMENT = Experiment(
     name="embedding_retrieval",
     title=TITLE,
     settings=Embedding,
     measure=measure,
     figures=figures,
+    highlights=highlights,
     of_embedding=True,
     order=84,
 )

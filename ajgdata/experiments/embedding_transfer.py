@@ -33,7 +33,14 @@ from ajgdata.experiments.embedding import (
 )
 from ajgdata.experiments.embedding_probes import probe_rows, probe_scores, probe_table
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import WORKS, Cost, PaperComparison, holds, together
+from ajgdata.report.comparison import (
+    WORKS,
+    Cost,
+    PaperComparison,
+    holds,
+    range_of,
+    together,
+)
 from ajgdata.report.format import Caption, Score, mean_sd, number, words
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding, Kind
@@ -152,58 +159,78 @@ def transfer_of(results: TaskResults) -> tuple[list[TransferScore], list[Transfe
     return brought, [row for row in listed if row.calibration is None]
 
 
+def finding(results: TaskResults) -> str:
+    """Return the space that serves best on unseen grippers, without and with calibration."""
+    brought, _ = transfer_of(results)
+    few, most = (f({row.calibration or 0 for row in brought}) for f in (min, max))
+    spaces = list(dict.fromkeys(row.space for row in brought))
+    best = max(spaces, key=lambda space: _mean(brought, space, few))
+    last = max(spaces, key=lambda space: _mean(brought, space, most))
+    chance = number(100 * results.results[0].about["chance"])
+    told = (
+        f"Unseen grippers, on average: at best {number(100 * _mean(brought, best, few))} % with "
+        f"{few} grasps ({space_name(best)}; chance {chance} %)"
+    )
+    if few == most:
+        return told
+    reached = number(100 * _mean(brought, last, most))
+    return f"{told}, {reached} % with {most} of each thing ({space_name(last)})"
+
+
 def figure(results: TaskResults) -> Figure:
-    """Return accuracy against calibration grasps, a panel for each unseen gripper."""
+    """Return accuracy by space and calibration grasps, a panel for each unseen gripper."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     grippers = results.results[0].about["held_out_grippers"]
-    rows = math.ceil(len(grippers) / 2)
+    brought, _ = transfer_of(results)
+    spaces = ordered([row.space for row in brought])
+    grasps = sorted({row.calibration for row in brought if row.calibration is not None})
+    columns, rows = min(len(grippers), 2), math.ceil(len(grippers) / 2)
     drawn = new_figure(
-        (WIDTH_IN, 1.3 + 2.6 * rows),
-        f"{results.title} · transfer",
-        "k-NN trained on the default gripper and some calibration grasps, mean ± sd over runs",
+        (WIDTH_IN, 1.3 + rows * (0.7 + 0.21 * len(spaces))),
+        finding(results),
+        f"{results.title}: k-NN trained on the default gripper and {grasps[0]} (small) to "
+        f"{grasps[-1]} (large) grasps of each thing; hollow: trained there alone; mean ± sd",
         [results.source],
     )
-    grid = drawn.subplots(rows, min(len(grippers), 2), sharex=True, sharey=True, squeeze=False)
+    grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     panels = grid.ravel().tolist()
     for axes, gripper in zip(panels, grippers, strict=False):
-        _panel(axes, results, gripper)
+        _panel(axes, results, gripper, spaces)
         axes.set_title(words(gripper))
     for axes in panels[len(grippers) :]:
         axes.set_visible(False)
     for axes in grid[-1]:
-        axes.set_xlabel("calibration grasps of each thing")
-    for axes in grid[:, 0]:
-        axes.set_ylabel("accuracy (%)")
-    panels[0].set_ylim(0, None)
-    handles, labels = panels[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=3)
+        axes.set_xlabel("accuracy (%)")
+    panels[0].set_yticks(range(len(spaces)), map(space_name, spaces))
+    panels[0].set_ylim(len(spaces) - 0.5, -0.5)
+    panels[0].set_xlim(left=0)
     return drawn
 
 
-def _panel(axes: Axes, results: TaskResults, gripper: str) -> None:
-    from ajgdata.report.canvas import GREY
+def _panel(axes: Axes, results: TaskResults, gripper: str, spaces: list[str]) -> None:
+    """Draw a row for each space: markers grow with the calibration grasps."""
+    from ajgdata.report.labels import REFERENCES
 
     brought, within = transfer_of(results)
     rows = [row for row in brought if row.gripper == gripper]
-    spaces = ordered([row.space for row in rows])
     grasps = sorted({row.calibration for row in rows if row.calibration is not None})
-    for i, space in enumerate(spaces):
+    for place, space in enumerate(spaces):
         own = {row.calibration: row.score for row in rows if row.space == space}
-        shift = 0.12 * (i - (len(spaces) - 1) / 2)  # error bars side by side
-        axes.errorbar(
-            [n + shift for n in grasps],
-            [100 * own[n].mean for n in grasps],
-            [100 * np.nan_to_num(own[n].sd) for n in grasps],
-            ms=4.5, capsize=2, label=space_name(space), **look(space),
-        )  # fmt: skip
+        mean = [100 * own[n].mean for n in grasps]
+        style = look(space)
+        axes.plot(mean, [place] * len(mean), label=space_name(space), color=style["color"], lw=0.8)
+        for i, (n, x) in enumerate(zip(grasps, mean, strict=True)):
+            grown = i / max(len(grasps) - 1, 1)
+            sd = 100 * np.nan_to_num(own[n].sd) if grown in (0, 1) else None
+            size: dict[str, Any] = {"ms": 3 + 4 * grown, "elinewidth": 0.7}
+            axes.errorbar(x, place + 0.16 * grown, xerr=sd, **size, **style)
     for row in within:
         if row.gripper == gripper:
-            place = (max(grasps, default=0) + 0.9, 100 * row.score.mean)
-            axes.plot(*place, mfc="white", ms=5, **look(row.space))
-    chance = 100 * results.results[0].about["chance"]
-    axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")
-    axes.set_xticks(grasps)
+            above = spaces.index(row.space) - 0.22
+            axes.plot(100 * row.score.mean, above, mfc="white", ms=5, **look(row.space))
+    axes.axvline(100 * results.results[0].about["chance"], label="chance", **REFERENCES["chance"])
+    axes.tick_params(axis="y", length=0)
 
 
 def caption(results: TaskResults) -> Caption:
@@ -216,11 +243,12 @@ def caption(results: TaskResults) -> Caption:
     return Caption(
         "A classifier of things, trained on the default gripper, is asked on grippers "
         "that no encoder was trained on, after none to some calibration grasps of each thing. "
-        "Hollow, at the right: trained on 4 grasps of each thing on that gripper and nothing else. "
+        "Markers grow with these grasps, with bars at the fewest and the most. Hollow: trained on "
+        "4 grasps of each thing on that gripper and nothing else. "
         "What is standardised per gripper knows all recordings of the new one, those asked about "
         "included, but no labels; what is referenced knows its recordings of nothing. "
         "Dotted: chance.",
-        f"Accuracy against calibration grasps. {listed}.",
+        f"{finding(results)}. Accuracy by calibration grasps: {listed}.",
     )
 
 
@@ -275,6 +303,11 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, result, "pose latent",
         together({holds(gap, WORKS) for gap in gaps}), Cost(float(spent[0]), math.nan),
+        marks=(
+            range_of("ours", "elsewhere", [100 * r.score.mean for r in rows]),
+            range_of("other", f"{few} grasps", [100 * own[r.gripper].mean for r in rows]),
+        ),
+        shown_unit="%", label="latent",
     )  # fmt: skip
 
 

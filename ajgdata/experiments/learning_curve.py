@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,8 +20,8 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import LOWER, UNTOLD, YES, PaperComparison
-from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.report.comparison import LOWER, UNTOLD, YES, Mark, PaperComparison
+from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -82,28 +83,46 @@ def _chance(results: TaskResults, table: Table) -> float:
     return results.scale * float(table.where(metric=results.metric).numbers("chance").mean())
 
 
+def finding(results: TaskResults) -> str:
+    """Return what the most grasps reach with the best model, and what the fewest did."""
+    curves = [(result.label, *curve_of(results, result)) for result in results.results]
+    better = max if results.kind == "classification" else min
+    label, groups, mean, _ = better(curves, key=lambda curve: curve[2][-1])
+    few, most = (with_unit(number(value), results.shown_unit) for value in (mean[0], mean[-1]))
+    falls = "rises" if mean[-1] > mean[0] else "falls"
+    return (
+        f"{METRIC_NAMES[results.metric]} of {label} {falls} from {few} with {groups[0]} to {most} "
+        f"with {groups[-1]} training grasps of each class"
+    )
+
+
 def figure(results: TaskResults) -> Figure:
     """Return the metric against the number of training grasps, mean ± sd over draws."""
-    from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure
+    from ajgdata.report.canvas import WIDTH_IN, model_line, new_figure
+    from ajgdata.report.labels import label_end, label_point, reference_line
 
     drawn = new_figure(
         (WIDTH_IN, 3.4),
-        f"{results.title} · training grasps",
-        f"{METRIC_NAMES[results.metric]} on the same validation grasps, "
-        f"{results.settings.repeats} draws",
+        finding(results),
+        f"{results.title}: mean ± sd over {results.settings.repeats} draws, on the same validation "
+        "grasps",
         [results.source],
     )
     axes = drawn.subplots()
     for i, result in enumerate(results.results):
         groups, mean, sd = curve_of(results, result)
-        style: dict[str, Any] = {**model_style(i), "capsize": 2.5}
+        style: dict[str, Any] = {**model_line(i), "capsize": 2.5}
         axes.errorbar(groups, mean, sd, label=result.label, **style)
+        label_end(axes, groups[-1], mean[-1], result.label, style["color"])
     chance = _chance(results, results.results[0].tables["curve"])
-    axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")
+    reference_line(axes, "chance", chance, "chance")
+    paper = results.paper
+    if paper is not None and paper.value is not None and paper.reached is not None:
+        axes.plot(paper.value, paper.reached, "*", color="black", ms=9, ls="", label="paper")
+        label_point(axes, paper.value, paper.reached, "the paper", "black")
     axes.set_xlabel("training grasps per class")
     axes.set_ylabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
     axes.set_xticks(sorted(results.settings.groups))
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return drawn
 
 
@@ -120,7 +139,7 @@ def caption(results: TaskResults) -> Caption:
         f"and tested on grasps that are always the same. Bars: one standard deviation over "
         f"{results.settings.repeats} draws of training grasps and seeds (of seeds alone where a "
         f"draw takes them all); other validation grasps would differ by more.{paper}",
-        f"{METRIC_NAMES[results.metric]} against training grasps per class. {'; '.join(listed)}.",
+        f"{sentence(finding(results))}. {'; '.join(listed)}.",
     )
 
 
@@ -136,15 +155,22 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         return
     groups, mean, sd = curve_of(results, first)
     enough = np.flatnonzero(mean >= paper.reached)
+    needed = int(groups[enough[0]]) if len(enough) else math.inf  # more than any that was tried
     most = f"{mean_sd(Score(mean[-1], sd[-1]), results.shown_unit)} with {groups[-1]}"
     if len(enough):
-        needed = int(groups[enough[0]])
         text, agrees = f"{needed} ({most})", YES if needed >= paper.value else LOWER
-    else:  # more than any that was tried
+    else:  # more than any that was tried, or never
         text = f"more than {groups[-1]} ({most})"
-        agrees = YES if groups[-1] >= paper.value else UNTOLD
+        agrees = UNTOLD
     yield PaperComparison(
-        paper, results.dataset, results.task, results.source, text, first.label, agrees
+        paper,
+        results.dataset,
+        results.task,
+        results.source,
+        text,
+        first.label,
+        agrees,
+        marks=(Mark("ours", first.label, needed, min(needed, float(groups[-1])), needed),),
     )
 
 

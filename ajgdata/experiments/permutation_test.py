@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import Field
@@ -17,10 +17,16 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.cross_validation.results import paper_model, score_of, shown_score
+from ajgdata.experiments.cross_validation.results import (
+    models_of,
+    paper_model,
+    score_of,
+    shown_score,
+)
+from ajgdata.experiments.cross_validation.shown import marks_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import HIGHER, NEAR_CHANCE, YES, PaperComparison
-from ajgdata.report.format import Caption, number, with_unit
+from ajgdata.report.format import Caption, number, sentence, with_unit
 from ajgdata.types import CROSS_VALIDATION, Strict
 from ajgdata.types.table import table_of
 
@@ -84,25 +90,45 @@ def verdict(results: TaskResults) -> str:
     )
 
 
+def finding(results: TaskResults) -> str:
+    """Return whether the model differs from chance, in a few words."""
+    p, value, null = tested(results)
+    reached, by_chance = (with_unit(number(x), results.shown_unit) for x in (value, null.mean()))
+    differs = "differs from chance" if p < LEVEL else "cannot be told from chance"
+    return (
+        f"{results.results[0].label} {differs}: {METRIC_NAMES[results.metric]} {reached}, "
+        f"with labels exchanged {by_chance} (p = {number(p, 2)})"
+    )
+
+
 def figure(results: TaskResults) -> Figure:
     """Return what the model reaches, among what it reaches with labels exchanged between groups."""
-    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
+    from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure
+    from ajgdata.report.labels import GREY, LABEL_PT, REFERENCES, ink
 
-    p, value, null = tested(results)
-    said = "differs from chance" if p < LEVEL else "cannot be told from chance"
+    _, value, null = tested(results)
     drawn = new_figure(
         (WIDTH_IN, 2.6),
-        f"{results.title} · test against chance",
-        f"{results.results[0].label}, {len(null)} permutations: p = {number(p, 2)}, {said}",
+        finding(results),
+        f"{results.title}: {len(null)} times labels exchanged between groups",
         [results.source],
     )
     axes = drawn.subplots()
-    axes.hist(null, bins="fd", color=COLOURS[4], label="labels exchanged")
-    axes.axvline(null.mean(), color=GREY, ls=(0, (5, 3)), lw=1.1, label="their mean")
+    axes.hist(null, bins="fd", color=COLOURS[4], ec="white", label="labels exchanged")
+    axes.axvline(null.mean(), label="their mean", **REFERENCES["ideal"])
     axes.axvline(value, color=COLOURS[1], lw=2, label="true labels")
+    above: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "fontsize": LABEL_PT}
+    above |= {"textcoords": "offset points", "va": "bottom"}
+    left = value < null.mean()
+    for at, name, colour, here in (
+        (null.mean(), "labels exchanged, mean", GREY, not left),
+        (value, "true labels", ink(COLOURS[1]), left),
+    ):
+        side: dict[str, Any] = {"ha": "right" if here else "left", "color": colour}
+        axes.annotate(name, (at, 1), (-2 if here else 2, 1), **above, **side)
+    axes.margins(x=0.12)
     axes.set_xlabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
     axes.set_ylabel("permutations")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return drawn
 
 
@@ -112,7 +138,8 @@ def caption(results: TaskResults) -> Caption:
     return Caption(
         f"{results.title}, {results.source}: whole groups (grasps) exchange their labels, "
         f"folds are made anew and the model is trained and tested again. {text}",
-        f"Histogram of {METRIC_NAMES[results.metric]} under permuted labels. {text}",
+        f"{sentence(finding(results))}. Histogram of {METRIC_NAMES[results.metric]} under permuted "
+        f"labels. {text}",
     )
 
 
@@ -133,7 +160,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     told = f"{reached}; {results.results[0].label} against chance: p = {number(p, 2)}"
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, told, model.label,
-        HIGHER if p < LEVEL else YES,
+        HIGHER if p < LEVEL else YES, marks=marks_of(models_of(evaluated), model), shown_unit="%",
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,13 +17,17 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.comparison import PaperComparison, agreement
-from ajgdata.report.format import Caption, Score, mean_sd, number, words
+from ajgdata.report.comparison import Mark, PaperComparison, agreement, mark_of
+from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, words
 from ajgdata.types import FeatureSettings, Kind, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+#: Energies (%) that are ticks.
+TICKS_PERCENT = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 
 class Settings(Strict):
@@ -114,37 +118,65 @@ def rows(results: TaskResults) -> list[ResultRow]:
     return [ResultRow(words(p.label), metric, _percent(p), paper=results.paper) for p in compared]
 
 
+def finding(results: TaskResults) -> str:
+    """Return what the class that loses most still returns, in a few words."""
+    reference, *others = energies(results)
+    if not others:
+        return f"Energy of {words(reference.label)}"
+    least = others[-1]
+    return (
+        f"{words(least.label)} returns {_percent(least)} of the energy that "
+        f"{words(reference.label)} does ({_decibel(least)} dB)"
+    )
+
+
 def figure(results: TaskResults) -> Figure:
-    """Return a bar for each class with its spread over grasps, and a mark for each object."""
-    from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure
+    """Return a row for each class with its spread over grasps, and a mark for each object."""
+    from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, plain_ticks
+    from ajgdata.report.labels import LABEL_PT, reference_line
 
     classes, (low, high) = energies(results), results.settings.band_hz
     drawn = new_figure(
-        (WIDTH_IN, 3.4),
-        f"{results.title}",
-        f"energy from {number(low)} to {number(high, 6)} Hz against "
-        f"{words(results.settings.reference)}, mean ± sd over {max(p.grasps for p in classes)} "
-        "grasps",
+        (WIDTH_IN, 1.6 + 0.45 * len(classes)),
+        finding(results),
+        f"{results.title}: energy from {number(low)} to {number(high, 6)} Hz, mean ± sd over "
+        f"{max(p.grasps for p in classes)} grasps",
         [results.source],
     )
-    axes, place = drawn.subplots(), np.arange(len(classes))
-    mean, sd = (100 * np.array([getattr(p, key) for p in classes]) for key in ("mean", "sd"))
-    whiskers = {"lw": 1, "capsize": 3, "ecolor": "#333333"}
-    axes.bar(place, mean, 0.55, yerr=sd, color=COLOURS[0], alpha=0.75, error_kw=whiskers)
-    for i, name in enumerate(sorted({name for part in classes for name in part.by_object})):
-        here = [x for x, part in zip(place, classes, strict=True) if name in part.by_object]
-        level = [100 * part.by_object[name] for part in classes if name in part.by_object]
-        axes.plot(here, level, "os^Dv"[i % 5], color=COLOURS[1 + i % 5], ms=5, label=words(name))
-    for x, part, top in zip(place, classes, mean + np.nan_to_num(sd), strict=True):
-        text = f"{_percent(part)}\n{_decibel(part)} dB"
-        axes.annotate(text, (x, top), (0, 4), textcoords="offset points", ha="center", fontsize=8)
-    axes.set_xticks(place, [words(part.label) for part in classes])
-    axes.grid(False, axis="x")
-    axes.set_ylabel("energy (%)")
-    axes.margins(y=0.2)
-    axes.set_ylim(bottom=0)
-    axes.legend(loc="upper right", title="mean of each object")
+    axes = drawn.subplots()
+    for row, part in enumerate(classes):
+        sd = 100 * np.nan_to_num(part.sd)
+        style: dict[str, Any] = {"color": COLOURS[0], "ms": 7, "capsize": 3}
+        axes.errorbar(100 * part.mean, row, xerr=sd, fmt="o", **style)
+        axes.annotate(
+            f"{_percent(part)}\n{_decibel(part)} dB", (1, row), (6, 0), va="center",
+            xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=LABEL_PT,
+        )  # fmt: skip
+    _objects(axes, classes)
+    if results.paper is not None and results.paper.value is not None:
+        least = f"the paper: {words(classes[-1].label)} at most {100 - results.paper.value:g} %"
+        reference_line(axes, "paper", 100 - results.paper.value, least, "x")
+    axes.set_yticks(range(len(classes)), [words(part.label) for part in classes])
+    axes.set_ylim(len(classes) - 0.5, -0.5)
+    axes.tick_params(axis="y", length=0)
+    axes.set(xscale="log", xlabel=f"energy (%), {words(results.settings.reference)} = 100")
+    plain_ticks(axes.xaxis, TICKS_PERCENT)
     return drawn
+
+
+def _objects(axes: Axes, classes: list[ClassEnergy]) -> None:
+    """Draw the mean of each object below that of all, and name the objects."""
+    from ajgdata.report.canvas import GREY, MARKERS
+
+    for i, name in enumerate(sorted({name for part in classes for name in part.by_object})):
+        here = [row for row, part in enumerate(classes) if name in part.by_object]
+        level = [100 * classes[row].by_object[name] for row in here]
+        style: dict[str, Any] = {"ls": "", "mfc": "white", "mec": GREY, "ms": 5}
+        marker = MARKERS[(i + 1) % len(MARKERS)]
+        place = np.array(here) + 0.24
+        axes.plot(level, place, marker, label=words(name), zorder=1.9, **style)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(loc="upper left", title="mean of each object")
 
 
 def caption(results: TaskResults) -> Caption:
@@ -158,7 +190,7 @@ def caption(results: TaskResults) -> Caption:
         f"spectrum summed over time and band, against the mean for {reference} on "
         f"the same object; same sweep, level and gain. It includes what goes straight from speaker "
         f"to microphone. Energy lost: {lost}.{paper}",
-        f"Bars of energy relative to {reference}. {listed}.",
+        f"{sentence(finding(results))}. Energy relative to {reference}: {listed}.",
     )
 
 
@@ -178,7 +210,16 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, f"lost: {listed}", "",
         agreement(score, paper.value, at_least=True),
+        marks=tuple(_marks(lost, paper.value)),
     )  # fmt: skip
+
+
+def _marks(lost: list[ClassEnergy], paper: float) -> Iterator[Mark]:
+    """Yield what each class loses, and what the one that loses most loses in the paper."""
+    for one in lost:
+        score = Score(100 * (1 - one.mean), 100 * one.sd)
+        yield mark_of("ours", "lost", score, part=words(one.label))
+    yield mark_of("paper", "paper >", Score(paper, 0.0), part=words(lost[0].label))
 
 
 EXPERIMENT = Experiment(

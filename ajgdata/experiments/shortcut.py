@@ -22,7 +22,8 @@ from ajgdata.experiments.cross_validation.results import (
     shown_score,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Caption, Score, number, with_unit
+from ajgdata.report.format import Caption, Score, number, sentence, with_unit
+from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
@@ -136,41 +137,54 @@ def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
     return [(result, row) for result in results.results for row in result.tables["silence"].rows]
 
 
+def finding(results: TaskResults) -> str:
+    """Return whether a model is flagged, and where it errs how much, in a few words."""
+    flagged = [result for result, row in tests_of(results) if row["flagged"]]
+    shown = (flagged or list(results.results))[0]
+    home, *others = played(results, shown)
+    told = [f"{shown_score(results, one.score)} on {one.title}" for one in others]
+    errors = ", ".join([f"{shown_score(results, home.score)} where it was trained", *told])
+    learned = "learned a sound that is not the object's" if flagged else "is not flagged by silence"
+    return f"{shown.label} {learned}: {metric_name(results)} {errors}"
+
+
 def figure(results: TaskResults) -> Figure:
     """Return errors where models were trained and elsewhere, and what is left in silence."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     drawn = new_figure(
-        (WIDTH_IN, 3.9),
-        f"{results.title} · what is learned?",
-        f"{metric_name(results)}, mean ± sd over {results.results[0].about['folds']} folds, "
-        "and dependence on the truth of what is predicted from silence",
+        (WIDTH_IN, 3.7),
+        finding(results),
+        f"{results.title}: {metric_name(results)}, mean ± sd over "
+        f"{results.results[0].about['folds']} folds; what is predicted from silence, and the truth",
         [results.source],
     )
     left, right = drawn.subplots(1, 2, width_ratios=(3, 2))
     _errors(left, results)
     _silence(right, results)
-    drawn.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=2)
     return drawn
 
 
 def _errors(axes: Axes, results: TaskResults) -> None:
-    """Draw a group of bars for each model, one bar for each data set."""
-    from ajgdata.report.canvas import COLOURS, GREY
+    """Draw for each model a point with its spread for each data set, side by side."""
+    from ajgdata.report.canvas import model_style
+    from ajgdata.report.labels import LABEL_PT, label_end, reference_line, wrapped
 
     models = [played(results, result) for result in results.results]
-    width = 0.8 / len(models[0])
     for i, other in enumerate(models[0]):
         title = f"{'on' if i else 'held out of'} {other.title}"
-        place = np.arange(len(models)) + (i - (len(models[0]) - 1) / 2) * width
+        place = np.arange(len(models)) + 0.16 * (i - (len(models[0]) - 1) / 2)
         mean = [results.scale * model[i].score.mean for model in models]
         sd = [results.scale * model[i].score.sd for model in models]
-        whiskers = {"lw": 1, "capsize": 2, "ecolor": "#333333"}
-        style: dict[str, Any] = {"color": COLOURS[i], "label": title, "error_kw": whiskers}
-        axes.bar(place, mean, 0.9 * width, yerr=sd, **style)
-    chance = results.scale * models[0][0].chance
-    axes.axhline(chance, color=GREY, ls=":", lw=1.1, label="chance")
+        style: dict[str, Any] = {**model_style(i), "ls": "", "ms": 7, "capsize": 3}
+        style["mfc"] = "white" if i else style["color"]
+        axes.errorbar(place, mean, sd, label=title, **style)
+        name = "\n".join(wrapped(title, 1.1, LABEL_PT))
+        label_end(axes, float(place[-1]), mean[-1], name, str(style["color"]))
+    reference_line(axes, "chance", results.scale * models[0][0].chance, "chance")
     axes.set_xticks(range(len(models)), [result.label for result in results.results])
+    axes.set_xlim(-0.5, len(models) - 0.5)
+    axes.set_ylim(bottom=0)
     axes.grid(False, axis="x")
     axes.set_ylabel(metric_axis(results))
 
@@ -178,19 +192,23 @@ def _errors(axes: Axes, results: TaskResults) -> None:
 def _silence(axes: Axes, results: TaskResults) -> None:
     """Draw a bar for each model, in another colour if it is flagged, and chance across it."""
     from ajgdata.report.canvas import COLOURS, GREY
+    from ajgdata.report.labels import label_end
 
     tests = tests_of(results)
-    colours = [COLOURS[3] if row["flagged"] else COLOURS[2] for _, row in tests]
-    axes.bar(range(len(tests)), [row["value"] for _, row in tests], 0.6, color=colours)
+    colours = [COLOURS[3] if row["flagged"] else "white" for _, row in tests]
+    values = [row["value"] for _, row in tests]
+    axes.bar(range(len(tests)), values, 0.6, color=colours, ec=COLOURS[3], lw=1.2)
     null, place = [row["null"] for _, row in tests], np.arange(len(tests))
     axes.hlines(null, place - 0.4, place + 0.4, color=GREY, ls=":")
-    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+    label_end(axes, float(place[-1]) + 0.4, float(null[-1]), "labels\nexchanged", GREY)
+    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 8}
     for x, (_, row) in enumerate(tests):
-        text = f"{'flagged' if row['flagged'] else 'not flagged'}\np = {number(row['p'], 2)}"
+        told = "flagged" if row["flagged"] else "not\nflagged"
+        text = f"{told}\np = {number(row['p'], 2)}"
         axes.annotate(text, (x, max(row["value"], row["null"])), (0, 3), **style)
     axes.set_xticks(range(len(tests)), [result.label for result, _ in tests])
     axes.grid(False, axis="x")
-    axes.margins(y=0.25)
+    axes.margins(y=0.4)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(f"{tests[0][1]['measure']}, speaker silent")
 
@@ -221,7 +239,7 @@ def caption(results: TaskResults) -> Caption:
         f"Left: models of {results.title} on grasps held out of their own data set and on the "
         f"same grasps elsewhere. Right: recordings with the speaker silent hold nothing of the "
         f"object; dotted: chance, labels of grasps exchanged. {verdicts}{period}",
-        f"{metric_name(results)} in several conditions. {'; '.join(listed)}. {verdicts}",
+        f"{sentence(finding(results))}. {'; '.join(listed)}. {verdicts}",
     )
 
 
@@ -232,12 +250,22 @@ def figures(results: TaskResults) -> list[Illustration]:
     return [Illustration(results.named(), caption(results), lambda: figure(results))]
 
 
+def highlights(results: TaskResults) -> list[Highlight]:
+    """Return how many models are flagged by what they tell from silence."""
+    flagged = [bool(row["flagged"]) for _, row in tests_of(results)]
+    if not any(flagged):
+        return []
+    said = f"{sum(flagged)} of {len(flagged)} flagged by silence"
+    return [Highlight("Shortcut found", said, "", ())]
+
+
 EXPERIMENT = Experiment(
     name="shortcut",
     title="Shortcut",
     settings=Settings,
     measure=measure,
     figures=figures,
+    highlights=highlights,
     by_model=True,
     order=15,
 )

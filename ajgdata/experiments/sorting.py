@@ -21,8 +21,9 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import HIGHER, LOWER, YES, PaperComparison
-from ajgdata.report.format import Caption, number, with_unit
+from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison, mark_of
+from ajgdata.report.format import Caption, Score, number, sentence, with_unit
+from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
@@ -150,28 +151,47 @@ def spread(values: np.ndarray) -> str:
     return f"{number(middle)} ({number(low)} to {number(high)})"
 
 
+def finding(results: TaskResults, result: Result) -> str:
+    """Return how many objects are sorted in a row, and what scaling the probabilities does."""
+    plain, scaled = (number(np.median(part.sorts)) for part in parts_of(result))
+    paper = results.paper
+    told = f"; the paper {number(paper.value)}" if paper and paper.value is not None else ""
+    ended = "or more " if np.median(parts_of(result)[1].sorts) >= LONGEST_RUN else ""
+    return (
+        f"{result.label} sorts {plain} objects in a row in the middle run, {scaled} {ended}with "
+        f"scaled probabilities{told}"
+    )
+
+
 def figure(results: TaskResults, result: Result) -> Figure:
     """Return the reliability diagram, and how many objects are sorted in a row."""
     from matplotlib.ticker import FuncFormatter
 
-    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
+    from ajgdata.report.canvas import WIDTH_IN, model_line, new_figure
+    from ajgdata.report.labels import REFERENCES, label_point, reference_line
 
     settings = results.settings
     drawn = new_figure(
         (WIDTH_IN, 3.5),
-        f"{results.title} · sorting by {result.label}",
-        f"{len(settings.objects)} objects; stops below {100 * settings.threshold:g} %",
+        finding(results, result),
+        f"{results.title}: {len(settings.objects)} objects; a run stops where no class has "
+        f"{100 * settings.threshold:g} %",
         [results.source],
     )
     left, right = drawn.subplots(1, 2)
-    left.plot([0, 1], [0, 1], color=GREY, ls=(0, (5, 3)), lw=1.1, label="as it should be")
-    left.axvline(settings.threshold, color=GREY, ls=":", lw=1.1)
+    left.plot([0, 1], [0, 1], label="as it should be", **REFERENCES["ideal"])
+    label_point(left, 0.3, 0.3, "as it should be", REFERENCES["ideal"]["color"])
+    stops = f"stops below {100 * settings.threshold:g} %"
+    reference_line(left, "chance", settings.threshold, stops, "x")
     for i, part in enumerate(parts_of(result)):
-        left.plot(part.confidence, part.right, "os"[i] + "-", color=COLOURS[i], label=part.label)
-        _share_of_runs(right, part, COLOURS[i])
+        style = {**model_line(i), "label": part.label}
+        left.plot(part.confidence, part.right, **style)
+        _share_of_runs(right, part, str(style["color"]), style["ls"])
+    paper = results.paper
+    if paper is not None and paper.value is not None:
+        reference_line(right, "paper", paper.value, f"the paper: {number(paper.value)}", "x")
     left.set(xlabel="probability of the predicted class", ylabel="share that is right")
     left.set(xlim=(0, 1.02), ylim=(0, 1.02))
-    left.legend(loc="lower right")
     right.set(xlabel="sorts in a row", ylabel="share of runs as long", xscale="symlog")
     right.xaxis.set_major_formatter(FuncFormatter(lambda n, _: number(n)))
     right.set_ylim(0, 1.02)
@@ -179,11 +199,15 @@ def figure(results: TaskResults, result: Result) -> Figure:
     return drawn
 
 
-def _share_of_runs(axes: Axes, part: SortingPart, colour: str) -> None:
-    """Draw the share of the runs that reached each length."""
+def _share_of_runs(axes: Axes, part: SortingPart, colour: str, dashes: Any) -> None:
+    """Draw the share of the runs that reached each length, named after a quarter of them."""
+    from ajgdata.report.labels import label_point
+
     lengths = np.sort(part.sorts)
     share = 1 - np.arange(len(lengths)) / len(lengths)
-    axes.step(np.append(0, lengths), np.append(1, share), color=colour, label=part.label)
+    style = {"color": colour, "ls": dashes, "label": part.label}
+    axes.step(np.append(0, lengths), np.append(1, share), **style)
+    label_point(axes, float(np.percentile(lengths, 25)), 0.75, part.label.partition(",")[0], colour)
 
 
 def caption(results: TaskResults, result: Result) -> Caption:
@@ -203,7 +227,7 @@ def caption(results: TaskResults, result: Result) -> Caption:
         f"{len(parts[0].sorts)} simulated runs in which held-out grasps come in random order until "
         f"none is {100 * settings.threshold:g} % sure; a run of {LONGEST_RUN:,} is ended there "
         f"({' and '.join(map(str, ended))} were).{paper}",
-        f"Reliability diagram and lengths of runs. {listed}.",
+        f"{sentence(finding(results, result))}. Reliability and lengths of runs: {listed}.",
     )
 
 
@@ -252,14 +276,33 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         return
     for result in results.results:
         sorts = parts_of(result)[0].sorts
-        low, _, high = np.percentile(sorts, PERCENTILES)
+        low, middle, high = np.percentile(sorts, PERCENTILES)
         agrees = LOWER if high < paper.value else HIGHER if low > paper.value else YES
         text = with_unit(spread(sorts), paper.unit)
         if sorts.max() >= LONGEST_RUN:
             text += f"; runs end at {number(LONGEST_RUN, 4)}"
         yield PaperComparison(
-            paper, results.dataset, results.task, results.source, text, result.label, agrees
+            paper,
+            results.dataset,
+            results.task,
+            results.source,
+            text,
+            result.label,
+            agrees,
+            marks=(Mark("ours", result.label, float(middle), float(low), float(high)),),
         )
+
+
+def highlights(results: TaskResults) -> Iterator[Highlight]:
+    """Yield how far probabilities are from what they say, before and after scaling."""
+    for result in results.results:
+        plain, scaled = parts_of(result)
+        marks = (
+            mark_of("ours", "scaled", Score(100 * scaled.calibration_error, 0.0)),
+            mark_of("other", "plain", Score(100 * plain.calibration_error, 0.0)),
+        )
+        said = "calibration error"
+        yield Highlight("Scaled p", said, "points", marks)
 
 
 EXPERIMENT = Experiment(
@@ -270,6 +313,7 @@ EXPERIMENT = Experiment(
     measure=measure,
     figures=figures,
     tables=tables,
+    highlights=highlights,
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("classification",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,17 +20,19 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.format import Caption, number, with_unit
+from ajgdata.report.comparison import mark_of
+from ajgdata.report.format import Caption, Score, number, with_unit
+from ajgdata.report.panel import Highlight
 from ajgdata.types import FeatureSettings, Kind, ModelName, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Recordings held at once, and transformed with one setting after the other: the times of all
 #: settings are then of the same moments.
 BLOCK = 64
+PANEL = "cost-of-feature-settings"
 TICKS_MS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)
 
 
@@ -61,7 +64,8 @@ def variants(settings: Settings, own: FeatureSettings) -> list[FeatureSettings]:
 def check(settings: Settings, _: Kind, features: FeatureSettings) -> None:
     """Raise ValueError for settings that no feature can have."""
     try:
-        variants(settings, features)
+        if any(one.kind != "stft" for one in variants(settings, features)):
+            raise ValueError("stft_settings.settings: features.kind is no STFT")
     except ValidationError as error:
         message = error.errors()[0]["msg"].removeprefix("Value error, ")
         raise ValueError(f"stft_settings.settings: {message}") from None
@@ -161,7 +165,7 @@ def points_of(results: TaskResults) -> list[Point]:
     for row in result.tables["settings"].rows:
         part = str(row["part"])
         cost = costs.where(part=f"cost of {part}", metric="feature_s_per_recording")
-        errors = [_error(results, scores.where(part=part, model=m)) for m in _models(results)]
+        errors = [error_of(results, scores.where(part=part, model=m)) for m in models_of(results)]
         low, high = row["low_hz"], row["high_hz"]
         band = "all" if low is None else f"{low / 1000:g}–{high / 1000:g}"
         feature_ms = 1e3 * float(cost.numbers("value")[0])
@@ -171,97 +175,101 @@ def points_of(results: TaskResults) -> list[Point]:
     return points
 
 
-def _models(results: TaskResults) -> tuple[str, ...]:
+def models_of(results: TaskResults) -> tuple[str, ...]:
+    """Return the names of the models, in the order of their errors in a point."""
     return tuple(results.settings.models)
 
 
-def _labels(results: TaskResults) -> list[str]:
+def labels_of(results: TaskResults) -> list[str]:
+    """Return the names of the models for people."""
     from ajgdata.models import model_label
 
-    return [model_label(model, results.kind) for model in _models(results)]
+    return [model_label(model, results.kind) for model in models_of(results)]
 
 
-def _error(results: TaskResults, scores: Any, statistic: str = "mean") -> tuple[float, float]:
+def error_of(results: TaskResults, scores: Any, statistic: str = "mean") -> tuple[float, float]:
+    """Return an error as it is shown, and its sd, of a table of scores of one setting and model."""
     of = scores.where(metric=results.metric)
     value = float(of.where(statistic=statistic).numbers("value")[0])
     sd = float(of.where(statistic="sd").numbers("value")[0])
     return (100 - 100 * value, 100 * sd) if results.kind == "classification" else (value, sd)
 
 
-def _error_name(results: TaskResults) -> str:
+def error_name(results: TaskResults) -> str:
+    """Return what the error is."""
     return "share that is wrong" if results.kind == "classification" else "RMSE"
-
-
-def figure(results: TaskResults) -> Figure:
-    """Return a panel for each model: its error over the time to make one feature."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
-    drawn = new_figure(
-        (WIDTH_IN, 3.8),
-        f"{results.title} · settings of the STFT",
-        "error against the feature's run time; labels: window/hop in samples, band in kHz",
-        [results.source],
-    )
-    labels = _labels(results)
-    panels = drawn.subplots(1, len(labels), sharex=True, sharey=True, squeeze=False)[0]
-    for model, axes in enumerate(panels):
-        _panel(axes, points_of(results), model, labels[model])
-    unit = f" ({results.shown_unit})" if results.shown_unit else ""
-    panels[0].set_ylabel(f"{_error_name(results)}{unit}")
-    panels[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
-    return drawn
-
-
-def _panel(axes: Axes, points: list[Point], model: int, title: str) -> None:
-    from ajgdata.report.canvas import GREY, line_style, pareto_front, plain_ticks
-
-    windows = sorted({point.window for point in points})
-    for point in points:
-        style = line_style(windows.index(point.window))
-        style["marker"] = "o" if point.band == "all" else "^"
-        axes.errorbar(point.feature_ms, *point.errors[model], **style, elinewidth=0.6)
-    for window in windows:
-        colour = line_style(windows.index(window))["color"]
-        axes.plot([], [], "o", color=colour, label=f"window {window}")
-    axes.plot([], [], "^", color=GREY, label="part of the band")
-    time_ms = np.array([point.feature_ms for point in points])
-    error = np.array([point.errors[model][0] for point in points])
-    front = np.flatnonzero(pareto_front(time_ms, error))
-    front = front[np.argsort(time_ms[front])]
-    axes.step(time_ms[front], error[front], where="post", color=GREY, lw=1, label="front")
-    axes.plot(time_ms[0], error[0], "s", mfc="none", mec="black", ms=9, label="the data set's own")
-    near: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "ha": "center"}
-    for n, index in enumerate(front):
-        place = time_ms[index], error[index]
-        axes.annotate(points[index].label, place, (0, -11 - 8 * (n % 2)), **near)
-    axes.set(xscale="log", xlabel="ms to make one feature", title=title)
-    plain_ticks(axes.xaxis, TICKS_MS)
-
-
-def caption(results: TaskResults) -> Caption:
-    """Return the caption of `figure`."""
-    points, lines, unit = points_of(results), [], results.shown_unit
-    for model, label in enumerate(_labels(results)):
-        errors = [point.errors[model][0] for point in points]
-        best = points[int(np.argmin(errors))]
-        own, least = (with_unit(number(e), unit) for e in (errors[0], min(errors)))
-        lines.append(f"{label}: {own} with its own settings, least with {best.label}: {least}")
-    scores = results.results[0].tables[SCORES]
-    part = results.results[0].tables["settings"].rows[0]["part"]
-    first = scores.where(part=part, model=_models(results)[0])
-    listed, chance = "; ".join(lines), with_unit(number(_error(results, first, "chance")[0]), unit)
-    return Caption(
-        f"{results.title}, {results.source}: the same recordings and folds, features "
-        f"made with other windows, hops and bands. {listed}; chance: {chance}. Time: of one core, "
-        "median over recordings. To choose the best of many settings on these folds would flatter "
-        "it: nothing was changed for it.",
-        f"{_error_name(results).capitalize()} over the feature's run time. {listed}.",
-    )
 
 
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the figure of all settings."""
+    from ajgdata.experiments.drawings.stft_settings import caption, figure
+
     return [Illustration(results.named(), caption(results), lambda: figure(results))]
+
+
+def cost_panel(results: Sequence[TaskResults]) -> Illustration | None:
+    """Return a small figure of the first task's settings; None where there is none."""
+    if not results:
+        return None
+    first = results[0]
+    listed = "; ".join(_found(first, model) for model in range(len(models_of(first))))
+    text = (
+        f"{first.title}: {error_name(first)} over the time to make one feature, by window/hop in "
+        "samples; one point a setting of the STFT, filled ones and the line: Pareto front of each "
+        "model; rings: the data set's own setting."
+    )
+    alt = f"{_panel_title(first)}. {listed}."
+    return Illustration(PANEL, Caption(text, alt), lambda: panel(first))
+
+
+def _found(results: TaskResults, model: int) -> str:
+    """Return error and time of a model with the data set's own setting and with the best one."""
+    points = points_of(results)
+    best = points[int(np.argmin([point.errors[model][0] for point in points]))]
+
+    def told(point: Point) -> str:
+        mean, sd = point.errors[model]
+        error = with_unit(f"{number(mean)} ± {number(sd, 2)}", results.shown_unit)
+        return f"{_name(point)}, {error} in {number(point.feature_ms, 2)} ms"
+
+    return f"{labels_of(results)[model]}: today {told(points[0])}; least error {told(best)}"
+
+
+def _panel_title(results: TaskResults) -> str:
+    """Return if a setting beats the data set's own by more than its deviation over folds."""
+    points = points_of(results)
+    model = int(np.argmin([mean for mean, _ in points[0].errors]))  # the better one
+    own, spread = points[0].errors[model]
+    best = min(points, key=lambda point: point.errors[model][0])
+    if best is points[0]:
+        return f"No other setting errs less than today's {_name(best)}"
+    gain = own - best.errors[model][0]
+    told = with_unit(number(gain, 2), results.shown_unit.replace("%", "points"))
+    verdict = "within the spread" if gain <= spread else "beyond the spread"
+    return f"{_name(best)} errs {told} less than today's {points[0].label}: {verdict}"
+
+
+def panel(results: TaskResults) -> Figure:
+    """Return error over the time to make one feature, a colour a model, in a small figure."""
+    from ajgdata.report.canvas import plain_ticks
+    from ajgdata.report.cost_panels import choice_figure
+
+    points = points_of(results)
+    errors = {
+        label: [point.errors[model][0] for point in points]
+        for model, label in enumerate(labels_of(results))
+    }
+    names, times = [_name(point) for point in points], [point.feature_ms for point in points]
+    about = "window/hop of the feature"
+    drawn = choice_figure(_panel_title(results), about, results.source, names, times, errors)
+    unit = f" ({results.shown_unit})" if results.shown_unit else ""
+    drawn.axes[0].set(xlabel="ms to make one feature", ylabel=f"{error_name(results)}{unit}")
+    plain_ticks(drawn.axes[0].xaxis, TICKS_MS)
+    return drawn
+
+
+def _name(point: Point) -> str:
+    return point.label + " kHz" * (point.band != "all")
 
 
 def tables(results: TaskResults) -> list[ShownTable]:
@@ -280,9 +288,26 @@ def tables(results: TaskResults) -> list[ShownTable]:
         )
         for p in points_of(results)
     )
-    labels = tuple(f"{label}|" for label in _labels(results))
+    labels = tuple(f"{label}|" for label in labels_of(results))
     told = f"{name}{unit}, mean ± sd over folds."
     return [ShownTable(told, heads + labels, rows, folded="Every setting of the STFT")]
+
+
+def highlights(results: TaskResults) -> list[Highlight]:
+    """Return the fastest setting that errs no more than the data set's own, if it is another."""
+    points = points_of(results)
+    own = points[0]
+    as_good = [point for point in points if point.errors[0][0] <= own.errors[0][0]]
+    fast = min(as_good, key=lambda point: point.feature_ms)
+    if fast is own:
+        return []
+    share = number(fast.feature_ms / own.feature_ms, 2)
+    marks = (
+        mark_of("ours", fast.label, Score(*fast.errors[0])),
+        mark_of("other", own.label, Score(*own.errors[0])),
+    )
+    said = f"wrong, {share} of time"
+    return [Highlight("Cheaper feature", said, results.shown_unit, marks)]
 
 
 EXPERIMENT = Experiment(
@@ -293,6 +318,8 @@ EXPERIMENT = Experiment(
     measure=measure,
     figures=figures,
     tables=tables,
+    cost_panel=cost_panel,
+    highlights=highlights,
     check=check,
     reads_recordings=True,
 )

@@ -58,7 +58,8 @@ def acquire_all(
             for name in dict.fromkeys(recipe.source for _, _, recipe, _ in plans)
         }
         for dataset, session, recipe, grasps in plans:
-            source = makers[recipe.source](grasps[0].setup, recipe.signal)
+            played = specs[dataset].excitation
+            source = makers[recipe.source](grasps[0].setup, recipe.signal, played)
             folder = paths.session(dataset, session)
             acquired = acquire_session(folder, source, grasps, progress=advance)
             manifest.write(paths, dataset, session)

@@ -9,14 +9,19 @@ from typing import Any
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
-from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
-from ajgdata.store.provenance import software
+from ajgdata.report.run_difference import MEASURED
+from ajgdata.store.files import csv_bytes, json_bytes, sha256_of, write_bytes
+from ajgdata.store.provenance import environment, project_commit, software
+from ajgdata.store.runs import keep_run
 from ajgdata.store.tables import as_json, read_tables
 from ajgdata.types.table import Table
 
 COLUMNS = (
     "dataset", "task", "model", "source", "part", "metric", "statistic", "value", "unit", "seed",
     "commit",
+)  # fmt: skip
+PREDICTION_COLUMNS = (
+    "dataset", "task", "model", "recording", "split", "fold", "y_true", "y_pred", "probability",
 )  # fmt: skip
 #: Metrics that are in the unit of the target; others are shares, or have their unit in the name.
 IN_UNITS = ("rmse", "mae", "width")
@@ -39,7 +44,7 @@ def collect(
     `overall`, `on:<data set>`, `curve:<grasps per class>`, `stft:<window>/<hop>`, ...), with the
     statistic (`fold 0` and so on, or mean, sd, pooled, chance, measured). Of an embedding the task
     is its name after `embedding:`, and the model is the space. `predictions` (CSV) has a row for
-    each recording, split and fold.
+    each recording, split and fold. A copy of all three is kept by commit, see `store.runs`.
     """
     collected, numbers, predicted = [], [], []
     for dataset, task, kind in documents:
@@ -53,14 +58,17 @@ def collect(
         kept = {"tables": [as_json(t) for t in named.values()], "cost": [as_json(t) for t in costs]}
         collected.append({**about, **kept})
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
-    write_bytes(document, json_bytes({"software": software(), "experiments": collected}))
+    made_by = {**software(), **environment()}
+    write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
     write_bytes(table, csv_bytes(COLUMNS, numbers))
-    columns = ("dataset", "task", "model", "recording", "split", "fold", "y_true", "y_pred")
-    write_bytes(predictions, csv_bytes((*columns, "probability"), predicted))
+    write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
+    scores = [row for row in numbers if row["statistic"] != MEASURED]  # the same each time
+    digest = sha256_of(csv_bytes(COLUMNS, scores))
+    keep_run(paths, project_commit(paths.root), digest, (document, table, predictions))
 
 
 def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]:
-    """Yield the numbers of a table of scores."""
+    """Yield the numbers of a table of scores as rows of `COLUMNS`; other tables have none."""
     if table.name != SCORES:
         return
     of_embedding = EXPERIMENTS[about["experiment"]].of_embedding

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
-from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
+from ajgdata.experiments.base import Inputs, Other, Render, Result, TaskResults
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
@@ -63,6 +63,22 @@ def tasks_by_report(specs: Mapping[str, DatasetSpec]) -> dict[str, list[TaskKey]
     return found
 
 
+def page_of(asked: Asked, spec: DatasetSpec) -> str:
+    """Return the name of the page that an experiment on a task stands on: that of the first report
+    that the task names, or of its data set, unless the experiment has its own."""
+    one = asked.experiment
+    if one.own_page or one.of_embedding:
+        return one.name
+    return report_of(asked, spec)
+
+
+def report_of(asked: Asked, spec: DatasetSpec) -> str:
+    """Return the NAME of `snakemake report_NAME` that makes the experiment's page anew."""
+    if asked.experiment.of_embedding:
+        return EMBEDDING
+    return (spec.tasks[asked.task].reports or (asked.dataset,))[0]
+
+
 def run_experiment(
     store: Path,
     *,
@@ -80,14 +96,16 @@ def run_experiment(
     tables: Path,
     cost: Path,
     encoders: Sequence[Path] = (),
+    render: Render | None = None,
 ) -> None:
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
     `others` are the stores of further data sets; `encoders` the latents of an embedding and the
-    cost of training, or nothing. What is the same for the same inputs is written to
-    `tables`, what is measured to `cost`. A task that lacks what the experiment needs is written as
-    skipped, with the reason: the rest of the run goes on.
+    cost of training, or nothing; `render` plays other sounds in the scenes of recordings. What is
+    the same for the same inputs is written to `tables`, what is measured to `cost`. A task that
+    lacks what the experiment needs is written as skipped, with the reason: the rest of the run goes
+    on.
     """
     name, _, model = kind.partition("-")
     one, shard = EXPERIMENTS[name], read_store(store)
@@ -104,6 +122,7 @@ def run_experiment(
         features=features,
         **_encoded(*encoders),
         samples=_reader(root, manifests, audio),
+        render=render,
     )
     try:
         outcome = one.measure(inputs, one.settings.model_validate(settings), model)
@@ -179,6 +198,7 @@ def read_results(
         unit=split["unit"],
         groups=split["groups"],
         source="simulated" if source == "simulated" else "recorded",
+        page=page_of(asked, spec),
         settings=asked.settings,
         results=tuple(results),
         papers={part: paper[name] for part, name in _papers(asked, specs, paper).items()},

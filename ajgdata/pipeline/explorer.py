@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata.paths import Paths
+from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.store.audio import AudioError, read_audio
 from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.files import write_bytes
@@ -30,12 +31,14 @@ def build_explorer(
     paths: Paths,
     manifests: Sequence[Path],
     page: Path,
+    nav: Sequence[Group] = (),
 ) -> None:
     """Write the page on which every recording of an embedding is seen and heard.
 
     `projections` are the tables of experiment `embedding_projections`, `manifests` say where the
     recordings are.
     """
+    from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
     from ajgdata.experiments.embedding_projections import projections_of
     from ajgdata.report.explorer import Explored, render_explorer
 
@@ -43,15 +46,17 @@ def build_explorer(
     shown = None if "skipped" in about else projections_of({one.name: one for one in tables})
     recordings = shown.recording.tolist() if shown else []
     clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
+    place = paths.explorer(dataset, embedding)
+    here = place.relative_to(paths.report.parent).as_posix()
     one = Explored(
         title=f"{spec.title or spec.name} · {embedding.replace('_', ' ')}",
         source="simulated" if about["provenance"]["source"] == "simulated" else "recorded",
         supervision=spec.embeddings[embedding].supervision,
-        more=f"../../{paths.report.name}#task-{dataset}-{embedding}",
+        more=f"../../{experiment_link(PROJECTIONS)}",
         shown=shown,
         skipped=about.get("skipped", ""),
     )
-    write_bytes(page, render_explorer(one, clips, told, paths).encode())
+    write_bytes(page, render_explorer(one, clips, told, here=here, nav=nav, project=paths).encode())
 
 
 def sounds(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ajgdata.features.align import shift
-from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.spectrum import frequencies_hz
+from ajgdata.features.transfer_function import feature_maker
 from ajgdata.pipeline.recordings import (
     OTHER_DELAY,
     Examined,
@@ -24,6 +26,7 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.features import (
     Column,
     Shard,
+    feature_attrs,
     read_store,
     settings_text,
     text_column,
@@ -70,29 +73,24 @@ def extract_features(
 
     Rows of `cache`, the last shard made, are reused while recording_id, sha256, settings,
     excitation and `code` are the same. A recording that cannot be used becomes a finding and has
-    no row; so do all of a session without the played sound, if recordings are to be aligned to it.
+    no row; so do all of a session without the played sound, if features need it.
     """
     content, told = read_manifest(manifest)
     entries = content["recordings"]
     excitation, played = None, ""
-    if features.align:
+    if features.needs_excitation:
         excitation, more = read_excitation(root, content, audio)
         told += more
         if excitation is None:
-            told.append(_not_aligned(content["session_id"]))
+            told.append(_unknown_sound(content["session_id"], features))
             entries = []
         else:
             played = content["excitation"]["sha256"]
     digest = settings_digest(audio, features, _Reference(code=code, excitation=played))
     known = _cached(cache, digest)
 
-    def made(entry: Mapping[str, str]) -> Row | list[Finding]:
-        found = examine(root / entry["path"], audio, features.window, excitation)
-        return _row(content["session_id"], entry, found, audio, features)
-
     new = [e for e in entries if (e["recording_id"], e["sha256"]) not in known]
-    made_new = in_threads(made, new, threads)
-    results = {e["recording_id"]: r for e, r in zip(new, made_new, strict=True)}
+    results = _made(root, content["session_id"], new, audio, features, excitation, threads)
     rows: dict[str, Row] = {}
     for entry in entries:
         row = results.get(
@@ -114,25 +112,58 @@ def extract_features(
     return len(new), len(entries) - len(new)
 
 
-def _not_aligned(session: str) -> Finding:
-    problem = "features.align needs the played sound, which this session does not have"
-    fix = "add it to session.yaml, or set features.align to false"
+def _unknown_sound(session: str, features: FeatureSettings) -> Finding:
+    setting, other = ("align", "false") if features.align else ("kind", "stft")
+    problem = f"features.{setting} needs the played sound, which this session does not have"
+    fix = f"add it to session.yaml, or set features.{setting} to {other}"
     return Finding(session, WHOLE_SESSION, "", "error", "no_excitation", problem, fix)
+
+
+def _made(
+    root: Path,
+    session: str,
+    entries: Sequence[Mapping[str, str]],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    excitation: np.ndarray | None,
+    threads: int,
+) -> dict[str, Row | list[Finding]]:
+    """Return what became of recordings, by their names."""
+    if not entries:
+        return {}
+    with _one_thread_of_blas(features):
+        make = feature_maker(features, audio.sample_rate_hz, excitation)
+
+        def made(entry: Mapping[str, str]) -> Row | list[Finding]:
+            played = excitation if features.align else None
+            found = examine(root / entry["path"], audio, features.window, played)
+            return _row(session, entry, found, make)
+
+        results = in_threads(made, entries, threads)
+        return {e["recording_id"]: r for e, r in zip(entries, results, strict=True)}
+
+
+def _one_thread_of_blas(features: FeatureSettings) -> AbstractContextManager[object]:
+    """Return what keeps sums in one order, however many cores there are; an STFT has none."""
+    if features.kind == "stft":
+        return nullcontext()
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(limits=1)
 
 
 def _row(
     session: str,
     entry: Mapping[str, str],
     found: Examined,
-    audio: AudioSettings,
-    features: FeatureSettings,
+    make: Callable[[np.ndarray], np.ndarray],
 ) -> Row | list[Finding]:
     told = [finding(session, entry["recording_id"], entry["path"], r) for r in found.remarks]
     if found.samples is None:
         return told
     samples = found.samples if found.delay is None else shift(found.samples, found.delay)
     try:
-        feature = spectrum(samples, audio.sample_rate_hz, features)
+        feature = make(samples)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         return [
@@ -169,7 +200,7 @@ def _write(
     }
     attrs = {"settings": settings_text(settings), SETTINGS_ATTRIBUTE: digest, **software()}
     shard = Shard(feature.reshape(len(rows), len(frequency)), frequency, columns, attrs)
-    write_store(path, shard, {"long_name": "spectrum", "units": "1"})
+    write_store(path, shard, feature_attrs(attrs))
 
 
 def _codes(findings: Iterable[Finding]) -> dict[str, str]:

@@ -33,7 +33,9 @@ def dataset_facts(paths: Paths, dataset: str) -> dict[str, str]:
     for session, recordings in held:
         facts[f"session {session.session_id}"] = (
             f"{len(recordings)} recordings, gripper {session.gripper}, medium {session.medium}, "
-            f"{session.device}" + (f"; {session.notes}" if session.notes else "")
+            f"{session.device}"
+            + (f"; {session.notes}" if session.notes else "")
+            + _acquired(session)
         )
     facts |= _features(paths, spec)
     for name, task in spec.tasks.items():
@@ -44,15 +46,27 @@ def dataset_facts(paths: Paths, dataset: str) -> dict[str, str]:
     return {topic: said for topic, said in facts.items() if said}
 
 
+def _acquired(session: Session) -> str:
+    """Return what is to be known of a session with a real gripper; "" of others."""
+    made = session.acquisition
+    if made is None:
+        return ""
+    said = ", ".join(f"{key} {value}" for key, value in made.driver.items() if value)
+    state = "" if made.finished else "; is being recorded, or its acquisition crashed"
+    return (f"; {said}" if said else "") + state
+
+
 def _mb(size: int) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
 def _source(sessions: Sequence[Session], spec: DatasetSpec) -> str:
     if not sessions:
-        made = (
-            "`ajgdata acquire`" if spec.recipe else f"`ajgdata import FOLDER --dataset {spec.name}`"
-        )
+        made = f"`ajgdata import FOLDER --dataset {spec.name}`"
+        if spec.recipe:
+            made = "`ajgdata acquire`"
+        elif spec.protocol:
+            made = f"`ajgdata acquire {spec.name} --source soundcard`"
         return f"nothing recorded yet; {made} does"
     simulated = any(session.source == "virtual" for session in sessions)
     return "simulated by the virtual gripper" if simulated else "recorded"

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ajgdata.store.features import Shard, concatenate, read_store, write_store
+from ajgdata.store.features import Shard, concatenate, feature_attrs, read_store, write_store
 from ajgdata.store.files import link_or_copy, read_csv, sha256_of
 from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
@@ -46,7 +46,7 @@ def merge(
     merged = concatenate([with_columns(part, columns, targets) for part in parts])
     merged, told = without_copies(merged, [*targets])
     found = [*without_rejected(found, notes), *told]
-    write_store(store, with_attributes(merged, dataset), {"long_name": "spectrum", "units": "1"})
+    write_store(store, with_attributes(merged, dataset), feature_attrs(merged.attrs))
     write_findings(quarantine, found)
     link_or_copy(store, published)
 

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from ajgdata.ablations import ABLATIONS, ablation
 from ajgdata.paths import ABLATIONS_PAGE, Paths
+from ajgdata.pipeline.exports import write_csv
 from ajgdata.pipeline.studies import GALLERY, page_code
+from ajgdata.report.navigation import Group
 from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import write_bytes
 from ajgdata.store.provenance import software
@@ -15,20 +17,20 @@ from ajgdata.store.tables import read_tables
 
 
 def build_page(
-    paths: Paths, name: str, files: Sequence[Path], pages: Sequence[str], *, quick: bool = False
+    paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Group], *, quick: bool = False
 ) -> None:
-    """Draw the figures of the page `name` and write it, linked with those of `pages`.
+    """Draw the figures of the page `name` and write it, with the navigation of the report.
 
     `files` hold the tables that it shows; the gallery has none, and with `quick` fewer scenes.
     """
-    html = _gallery(paths, pages, quick) if name == GALLERY else _tables(paths, name, files, pages)
+    html = _gallery(paths, nav, quick) if name == GALLERY else _tables(paths, name, files, nav)
     write_bytes(paths.page(name), html.encode())
 
 
-def _tables(paths: Paths, name: str, files: Sequence[Path], pages: Sequence[str]) -> str:
+def _tables(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Group]) -> str:
     from ajgdata.report.render import draw_figures
     from ajgdata.report.study_figures import FIGURES
-    from ajgdata.report.study_page import page_links, placed_figures, render_study
+    from ajgdata.report.study_page import placed_figures, render_study
 
     read = [read_tables(file) for file in files]
     tables = [table for _, some in read for table in some]
@@ -39,16 +41,17 @@ def _tables(paths: Paths, name: str, files: Sequence[Path], pages: Sequence[str]
     placed = placed_figures(wanted, tables)
     listed = [one for some in placed.values() for one in some]
     figures = draw_figures(listed, paths.page_figures(name))
-    return render_study(name, read[0][0], tables, figures, placed, page_links(pages), paths)
+    for table in tables:
+        write_csv(paths.page_figures(name) / f"{table.name}.csv", table)
+    return render_study(name, read[0][0], tables, figures, placed, nav, paths)
 
 
-def _gallery(paths: Paths, pages: Sequence[str], quick: bool) -> str:
+def _gallery(paths: Paths, nav: Sequence[Group], quick: bool) -> str:
     from ajgdata.gripper import build_plan, simulate
     from ajgdata.pipeline.show import filmed
     from ajgdata.report.animation import animate
     from ajgdata.report.gallery import FILM, groups, illustrations, render_gallery
     from ajgdata.report.render import draw_figures
-    from ajgdata.report.study_page import page_links
 
     shown = groups(quick)
     star = shown[0].exhibits[1]
@@ -58,4 +61,4 @@ def _gallery(paths: Paths, pages: Sequence[str], quick: bool) -> str:
     gif = animate(star.scene, filmed(plan))
     write_bytes(paths.page_figure(GALLERY, FILM), gif)
     about = {**software(), "code": code_digest(*page_code(GALLERY))}
-    return render_gallery(shown, figures, star, gif, about, page_links(pages), paths)
+    return render_gallery(shown, figures, star, about, nav, paths)

@@ -127,7 +127,9 @@ def check(folders: Sequence[Path]) -> list[list[Defect]]:
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:
     """Return dataset.yaml with everything that the declaration takes over from another one."""
-    return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True))
+    # Settings of a robot are the laboratory's own: hosts, tokens.
+    private = {"protocol": {"robot_settings"}}
+    return yaml_bytes(spec.model_dump(mode="json", exclude_defaults=True, exclude=private))
 
 
 def _check_options(version: str, day: str) -> None:
@@ -229,7 +231,7 @@ def _describe(
     date: str,
 ) -> tuple[int, int, bool]:
     """Write the description, metadata and figures; return the last fields of `Published`."""
-    from ajgdata.pipeline.report import summary
+    from ajgdata.pipeline.dataset_summary import summary
     from ajgdata.report import card
     from ajgdata.report.canvas import encode
     from ajgdata.report.spectra import spectra_figure

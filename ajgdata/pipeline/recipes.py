@@ -20,21 +20,32 @@ from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
 from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe
 
 
-def with_recipe(paths: Paths) -> list[str]:
-    """Return the names of the data sets that have a recipe."""
-    return [name for name in list_datasets(paths) if read_dataset(paths, name).recipe]
+def with_recipe(paths: Paths, source: str = "") -> list[str]:
+    """Return the names of the data sets that have a recipe, of `source` if one is given."""
+    recipes = {name: read_dataset(paths, name).recipe for name in list_datasets(paths)}
+    return [name for name, one in recipes.items() if one and source in ("", one.source)]
 
 
 def recipe_of(path: Path, spec: DatasetSpec) -> Recipe:
     """Return the recipe of the declaration at `path`. Raises DataError if it has none."""
     if spec.recipe is None:
-        raise DataError(path, "has no recipe", "add one, or import recordings instead")
+        other = "import recordings instead"
+        if spec.protocol:
+            other = "record its protocol with --source soundcard"
+        raise DataError(path, "has no recipe", f"add one, or {other}")
     return spec.recipe
 
 
-def recipe_sessions(paths: Paths, dataset: str) -> list[str]:
-    """Return the names of the sessions that the recipe of `dataset` makes."""
-    return session_names(recipe_of(paths.dataset(dataset), read_dataset(paths, dataset)))
+def recipe_sessions(paths: Paths, dataset: str, source: str = "") -> list[str]:
+    """Return the names of the sessions that the recipe of `dataset` makes.
+
+    Raises DataError if that names another source than `source`.
+    """
+    recipe = recipe_of(paths.dataset(dataset), read_dataset(paths, dataset))
+    if source not in ("", recipe.source):
+        fix = f"--source {recipe.source}, or none"
+        raise DataError(paths.dataset(dataset), f"its recipe is for {recipe.source!r}", fix)
+    return session_names(recipe)
 
 
 def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> list[list[Grasp]]:
@@ -45,7 +56,9 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     """
     recipe = recipe_of(path, spec)
     code = SOURCES.origin(recipe.source) or code_digest("ajgdata.gripper")
-    planned = [plan_session(recipe, spec.name, session, code) for session in sessions]
+    planned = [
+        plan_session(recipe, spec.name, session, code, spec.excitation) for session in sessions
+    ]
     if recipe.source == "virtual":
         _check_scenes(path, recipe, dict(zip(sessions, planned, strict=True)))
     return planned

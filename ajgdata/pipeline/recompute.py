@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from ajgdata.features.align import shift
-from ajgdata.features.spectrum import spectrum
+from ajgdata.features.transfer_function import feature_maker
 from ajgdata.paths import SESSION_FILE, Tree
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import Shard, read_store
@@ -31,21 +31,29 @@ def spectrum_defects(tree: Tree) -> Iterator[Defect]:
         settings = json.loads(str(store.attrs["settings"]))
         audio = AudioSettings(**settings["audio"])
         features = FeatureSettings(**settings["features"])
-        played = _played(tree, store, audio) if features.align else {}
+        played = _played(tree, store, audio) if features.needs_excitation else {}
     except (DataError, LookupError, TypeError, ValueError):
         return
-    odd = []
+    odd, makers = [], dict[str, Callable[[np.ndarray], np.ndarray]]()
     names = [str(name) for name in store.columns["recording"].values]
     for name, stored in zip(names, store.feature, strict=True):
         if name not in files or not (tree / files[name]).is_file():
             continue
-        excitation = played.get(name.partition("/")[0])
+        session = name.partition("/")[0]
+        excitation = played.get(session) if features.align else None
         found = examine(tree / files[name], audio, features.window, excitation)
         if found.samples is None:
             odd.append(files[name])
             continue
         samples = found.samples if found.delay is None else shift(found.samples, found.delay)
-        expected = spectrum(samples, audio.sample_rate_hz, features)
+        try:
+            if session not in makers:
+                sound = played.get(session)
+                makers[session] = feature_maker(features, audio.sample_rate_hz, sound)
+            expected = makers[session](samples)
+        except ValueError:  # a sound that is missing or silent
+            odd.append(files[name])
+            continue
         same = expected.shape == stored.shape
         if not same or np.abs(expected - stored).max() > TOLERANCE * np.abs(expected).max():
             odd.append(files[name])

@@ -3,41 +3,50 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from ajgdata.ablations.base import reasons_of
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
-from ajgdata.paths import ABLATIONS_PAGE, FIGURES, RUNS_FILE, Paths
+from ajgdata.paths import (
+    ABLATIONS_PAGE,
+    EXPERIMENT_PAGES,
+    FIGURES,
+    RUNS_FILE,
+    SOUNDS,
+    TABLES,
+    Paths,
+)
+from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
+from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.site import pages_of
+from ajgdata.pipeline.sounds import sounds_of
 from ajgdata.pipeline.stages import Stopwatch, stages_of
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order
+from ajgdata.report.format import Source
+from ajgdata.report.navigation import FIXED, Group, experiment_link
+from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
-    DatasetSummary,
+    Checks,
+    OpeningPicture,
     Part,
-    Provenance,
     Report,
     Skipped,
-    Spectra,
     TaskSection,
 )
-from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.findings import read_findings
-from ajgdata.store.provenance import settings_digest, software
+from ajgdata.report.study_page import holds
+from ajgdata.store.features import read_store
+from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
-from ajgdata.store.sessions import read_dataset, read_session
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
-from ajgdata.types import DataError, DatasetSpec, FeatureSettings
-
-#: As many mean spectra as can be told apart in one figure.
-MAX_SPECTRA = 8
+from ajgdata.types import DatasetSpec
+from ajgdata.types.table import Table
 
 
 def build_report(
@@ -46,32 +55,50 @@ def build_report(
     datasets: Sequence[str],
     tasks: Sequence[tuple[str, str]],
     page: Path,
+    nav: Sequence[Group],
     pages: Sequence[str] = (),
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
+    opening: Path | None = None,
 ) -> None:
-    """Write the report on `datasets` and on `tasks`, pairs of data set and name, as `page`.
+    """Write the report on `datasets` and on `tasks`, pairs of data set and name.
 
-    Its figures, and what it is about, are written beside it. `pages` are the other pages that it is
-    linked with, `ablations` those that say why simulation and paper differ; `published` the data
-    sets whose trees are there.
+    `page` is its first; the others, its figures, and what it is about, are written beside it. `nav`
+    leads to all of them, `pages` are those that other jobs write, `ablations` those that say why
+    simulation and paper differ; `published` the data sets whose trees are there, `opening` says
+    what the first picture shows.
     """
-    from ajgdata.report.page import illustrations, render_page
+    from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
-    from ajgdata.report.study_page import page_links
 
     watch = Stopwatch()
     folder = page.parent / FIGURES
+    for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
+        (page.parent / beside).mkdir(parents=True, exist_ok=True)
     specs = {name: read_dataset(paths, name) for name in datasets}
-    report = _assembled(paths, specs, tasks, ablations, page)
+    results, skipped = _read(paths, specs, tasks)
+    report = _assembled(paths, specs, tasks, ablations, page, results)
+    studies = {name: read_tables(p)[1] for name in pages if (p := paths.study(name)).is_file()}
+    report = dataclasses.replace(
+        report,
+        skipped=skipped,
+        opening=_opening(opening, page.parent) if opening else None,
+        costs=tuple(_costs(results, studies)),
+        checks=tuple(_checks(studies)),
+    )
     figures = draw_figures(illustrations(report), folder)
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
     report = dataclasses.replace(report, stages=stages)
     later = [one for one in illustrations(report) if one.name not in figures]
     figures |= draw_figures(later, folder)
-    html = render_page(report, figures, page_links(pages), published, project=paths)
-    write_bytes(page, html.encode())
+    tables = write_exports(
+        paths, report, results, page.parent / TABLES,
+        papers=paths.paper_tables if page == paths.report else None,
+    )  # fmt: skip
+    figures = {name: with_tables(one, tables) for name, one in figures.items()}
+    for name, html in render_pages(report, figures, nav, published, project=paths).items():
+        write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
     content["published"] = list(published)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
@@ -83,33 +110,100 @@ def _assembled(
     tasks: Sequence[tuple[str, str]],
     ablations: Sequence[str],
     page: Path,
+    results: Sequence[TaskResults],
 ) -> Report:
-    """Return all that the report says, but for the time that it took."""
+    """Return what the report says of results on tasks."""
     paper = parse_paper(read_paper(paths))
-    read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
-    results = [one for one, _ in read if one.results]
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
         datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in specs),
-        sections=tuple(_sections(paths, results, page)),
+        sections=tuple(_sections(paths, specs, results, page)),
+        pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(_comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
-        across=tuple(
-            drawing
-            for name in dict.fromkeys(one.experiment for one in results)
-            for drawing in EXPERIMENTS[name].across(
-                [one for one in results if one.experiment == name]
-            )
-        ),
-        skipped=tuple(
-            Skipped(one.dataset, f"{one.task}, {_title(one)}", label, reason)
-            for one, reasons in read
-            for label, reason in reasons.items()
-        ),
+        highlights=tuple(_highlights(results)),
+        across={"": tuple(_across(results))}
+        | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
         paper=tuple(paper.values()),
     )
+
+
+def _read(
+    paths: Paths, specs: Mapping[str, DatasetSpec], tasks: Sequence[tuple[str, str]]
+) -> tuple[list[TaskResults], tuple[Skipped, ...]]:
+    """Return all results on tasks, and what could not be measured."""
+    paper = parse_paper(read_paper(paths))
+    read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
+    skipped = (
+        Skipped(one.dataset, f"{one.task}, {_title(one)}", label, reason)
+        for one, reasons in read
+        for label, reason in reasons.items()
+    )
+    return [one for one, _ in read if one.results], tuple(skipped)
+
+
+def _opening(path: Path, folder: Path) -> OpeningPicture | None:
+    """Return the picture that the file `path` tells of, unless it could not be drawn."""
+    told = read_json(path)
+    if "skipped" in told:
+        return None
+    places = (path.with_name(told["pictures"][kind]) for kind in ("wide", "narrow"))
+    wide, narrow = (place.relative_to(folder).as_posix() for place in places)
+    return OpeningPicture(wide, narrow, told["alt"])
+
+
+def _costs(
+    results: Sequence[TaskResults], studies: Mapping[str, Sequence[Table]]
+) -> Iterator[tuple[Illustration, str]]:
+    """Yield figures of error against run time, with the page that tells more."""
+    from ajgdata.report.cost_panels import simulation_panel
+
+    for name in dict.fromkeys(one.experiment for one in results):
+        own = [one for one in results if one.experiment == name]
+        if drawing := EXPERIMENTS[name].cost_panel(own):
+            pages = {one.page for one in own}
+            more = experiment_link(own[0].page) if len(pages) == 1 else FIXED["results"].link
+            yield drawing, more
+    for name, tables in studies.items():
+        if drawing := simulation_panel(tables):
+            yield drawing, f"{name}.html"
+
+
+def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:
+    """Return results by the page that they stand on."""
+    found: dict[str, list[TaskResults]] = {}
+    for one in results:
+        found.setdefault(one.page, []).append(one)
+    return found
+
+
+def _across(results: Sequence[TaskResults], page: str = "") -> Iterator[Illustration]:
+    """Yield the figures of several tasks together; those of a page are named after it."""
+    for name in dict.fromkeys(one.experiment for one in results):
+        own = [one for one in results if one.experiment == name]
+        for drawing in EXPERIMENTS[name].across(own):
+            yield drawing._replace(name=f"{drawing.name}--{page}") if page else drawing
+
+
+def _highlights(results: Sequence[TaskResults]) -> Iterator[tuple[Highlight, str, Source]]:
+    """Yield findings beyond the paper, the first of each title and source, with their page."""
+    seen = set()
+    for one in results:
+        for found in EXPERIMENTS[one.experiment].highlights(one):
+            if (found.title, one.source) not in seen:
+                seen.add((found.title, one.source))
+                yield found, experiment_link(one.page), one.source
+
+
+def _checks(studies: Mapping[str, Sequence[Table]]) -> Iterator[Checks]:
+    """Yield how many rows of each study of the virtual gripper hold, where they can fail."""
+    for name, tables in studies.items():
+        said = [holds(row) for table in tables for row in table.rows]
+        told = [verdict for verdict in said if verdict is not None]
+        if told:
+            yield Checks(name, sum(told), len(told))
 
 
 def _title(results: TaskResults) -> str:
@@ -117,21 +211,37 @@ def _title(results: TaskResults) -> str:
     return title[0].lower() + title[1:]
 
 
-def _sections(paths: Paths, results: Sequence[TaskResults], page: Path) -> Iterator[TaskSection]:
-    """Yield a section for each task that has a result."""
+def _sections(
+    paths: Paths, specs: Mapping[str, DatasetSpec], results: Sequence[TaskResults], page: Path
+) -> Iterator[TaskSection]:
+    """Yield a section for each task that has a result; the first of a page has sounds."""
+    seen: set[str] = set()
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
-        parts = tuple(_part(paths, one) for one in own)
+        sounds = None
+        if task in specs[dataset].tasks and own[0].page not in seen:
+            seen.add(own[0].page)
+            store, folder = read_store(paths.merged(dataset)), page.parent / SOUNDS
+            sounds = sounds_of(paths, specs[dataset], store, folder, task)
         place = paths.explorer(dataset, task)  # an embedding's, beside the whole report alone
         beside = page == paths.report and place.is_file()
-        explorer = str(place.relative_to(page.parent)) if beside else ""
-        yield TaskSection(dataset, task, own[0].title, own[0].source, parts, explorer)
+        yield TaskSection(
+            dataset,
+            task,
+            own[0].title,
+            own[0].source,
+            tuple(_part(paths, one) for one in own),
+            explorer=str(place.relative_to(page.parent)) if beside else "",
+            sounds=sounds,
+        )
 
 
 def _part(paths: Paths, results: TaskResults) -> Part:
     one = EXPERIMENTS[results.experiment]
     return Part(
         experiment=one.name,
+        name=results.named(),
+        page=results.page,
         title=one.title,
         summary=one.summary(results),
         text=read_experiment_text(paths, one.name),
@@ -152,7 +262,7 @@ def _comparisons(
         return min(there, key=lambda r: r.task != task, default=None)
 
     rows = [
-        _with_cost(row, lookup)
+        dataclasses.replace(_with_cost(row, lookup), page=experiment_link(one.page))
         for one in results
         for row in EXPERIMENTS[one.experiment].paper_comparison(one, lookup)
     ]
@@ -172,72 +282,3 @@ def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
         if cost is not None:
             return dataclasses.replace(row, cost=cost)
     return row
-
-
-def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
-    """Return what the report says of a data set."""
-    settings = json.loads(str(store.attrs["settings"]))
-    features = FeatureSettings(**settings["features"])
-    return DatasetSummary(
-        name=spec.name,
-        title=spec.title or spec.name,
-        source="simulated" if store.attrs["source"] == "simulated" else "recorded",
-        description=spec.description,
-        n_recordings=len(store.feature),
-        n_sessions=len(np.unique(store.columns["session_id"].values)),
-        sample_rate_hz=spec.audio.sample_rate_hz,
-        licence=spec.licence,
-        citation=spec.citation,
-        url=spec.url,
-        features=features,
-        provenance=Provenance(
-            version=str(store.attrs["ajgdata_version"]),
-            commit=str(store.attrs["git_commit"]),
-            config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),
-            inputs_hash=str(store.attrs["inputs_sha256"]),
-        ),
-        findings=tuple(read_findings(paths.quarantine(spec.name))),
-        spectra=mean_spectra(store, spec),
-        facts=_facts(paths, spec.name, store),
-    )
-
-
-def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
-    """Return what a session says of its source, flattened: `numerics dx_mm`, for instance."""
-    sessions = sorted(set(store.columns["session_id"].values.tolist()))
-    try:
-        session = read_session(paths.session(dataset, sessions[0]))
-    except (DataError, IndexError):  # no session is left, or it was spoilt since
-        return {}
-    facts: dict[str, Any] = {"gripper": session.gripper, "medium": session.medium}
-    facts |= {"device": session.device, "written by": session.software}
-    for part, content in session.scene.items():
-        items = content.items() if isinstance(content, dict) else [("", content)]
-        facts |= {f"{part} {key}".strip(): value for key, value in items}
-    return {key: value for key, value in facts.items() if value not in ("unknown", "")}
-
-
-def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
-    """Return the mean spectrum of each class, or of equally filled bins, of the first target."""
-    name = next((task.target for task in spec.tasks.values()), "")
-    if name not in store.columns:
-        return None
-    target, values = spec.targets[name], store.columns[name].values
-    if target.kind == "classification":
-        classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
-        parts = [(str(c), values == c) for c in classes]
-    else:
-        present = values[np.isfinite(values)]
-        if not len(present):
-            return None
-        edges = np.unique(np.quantile(present, np.linspace(0, 1, 5)))
-        bins = np.clip(np.searchsorted(edges, values, "right") - 1, 0, max(0, len(edges) - 2))
-        bins[~np.isfinite(values)] = -1
-        parts = [
-            (f"{values[bins == b].min():g}–{values[bins == b].max():g} {target.unit}", bins == b)
-            for b in np.unique(bins[bins >= 0])
-        ]
-    if not parts:
-        return None
-    mean = np.asarray([store.feature[rows].mean(axis=0, dtype=np.float64) for _, rows in parts])
-    return Spectra(store.frequency_hz, tuple(label for label, _ in parts), mean, name)

@@ -26,6 +26,7 @@ STAGES = {
     "embed": "embeddings",
     "explorer": "embeddings",
     "train": "final models",
+    "opening": "opening picture",
     "study": "studies of the virtual gripper",
     "ablate": "ablations",
     "page": "pages beside the report",

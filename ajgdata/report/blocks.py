@@ -30,16 +30,16 @@ class Illustration(NamedTuple):
 
 class TableFigure(NamedTuple):
     """A figure of one table of a study or an ablation, by the table's name; `name` is the file's,
-    without suffix."""
+    without suffix. Its words are made of the table as well."""
 
     table: str
     name: str
-    caption: Caption
+    caption: Callable[[Table], Caption]
     draw: Callable[[Table], Figure]
 
     def of(self, table: Table) -> Illustration:
         """Return the figure of `table`, not drawn yet."""
-        return Illustration(self.name, self.caption, partial(self.draw, table))
+        return Illustration(self.name, self.caption(table), partial(self.draw, table))
 
 
 class ShownTable(NamedTuple):

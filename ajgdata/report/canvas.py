@@ -21,7 +21,8 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Source, value
+from ajgdata.report.format import Source, sentence, value
+from ajgdata.report.labels import REFERENCES, balanced, settle, width_in, wrapped
 from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")
@@ -32,11 +33,17 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 SOURCE_COLOURS: dict[Source, str] = {"simulated": "#0072B2", "recorded": "#B34700"}
 #: More points than this are drawn as pixels also in vector files.
 MAX_VECTOR_POINTS = 3000
+#: Resolution of what is drawn as pixels in a vector file.
+SVG_DPI = 130
 MARKERS = "os^DvPX"
-GREY = "#6b6b6b"
+GREY = REFERENCES["ideal"]["color"]
+#: Lines are told apart without their colour, too.
+DASHES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (5, 1.5, 1, 1.5)))
 WIDTH_IN = 7.2
-HEAD_IN = 0.53
-BADGE_IN = 0.92
+TITLE_PT, SUBTITLE_PT = 11.0, 8.5
+TITLE_LINE_IN, SUBTITLE_LINE_IN = 0.19, 0.15
+HEAD_IN = 0.53  #: height of a head of one line of each, which the size of a figure includes
+BADGE_IN = 0.88
 
 STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
@@ -80,6 +87,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
             figure = draw(*args, **kwargs)
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
+            settle(figure)
         return figure
 
     return wrapper
@@ -93,29 +101,40 @@ def draw(illustration: Illustration) -> Figure:
 def new_figure(
     size_in: tuple[float, float], title: str, subtitle: str, sources: Iterable[Source]
 ) -> Figure:
-    """Return a figure whose head says what it is and, boxed, if data are simulated or recorded."""
-    width, height = size_in
-    layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - HEAD_IN / height))
-    figure = Figure(figsize=size_in, layout=layout)
-    badges = sorted(set(sources))
+    """Return a figure whose head says what it shows, in one sentence, and below, boxed, if data are
+    simulated or recorded, and what they are of. Further lines of the head make the figure higher.
+    """
+    width, badges = size_in[0], sorted(set(sources))
+    left = 0.08 + BADGE_IN * len(badges)
+    size_pt = _largest_pt(title, width - 0.2, TITLE_PT, "bold")
+    lines = balanced(sentence(title), width - 0.2, size_pt, "bold")
+    small_pt = _largest_pt(subtitle, width - left - 0.12, SUBTITLE_PT)
+    below = wrapped(subtitle, width - left - 0.12, small_pt)
+    more = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
+    height = size_in[1] + more
+    layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - (HEAD_IN + more) / height))
+    figure = Figure(figsize=(width, height), layout=layout)
+
+    def write(x: float, from_top: float, text: str, **style: Any) -> None:
+        figure.text(x / width, 1 - from_top / height, text, va="top", **style)
+
+    for i, line in enumerate(lines):
+        top = 0.07 + TITLE_LINE_IN * i
+        write(0.08, top, line, fontsize=size_pt, fontweight="bold")
+    top = 0.14 + TITLE_LINE_IN * len(lines)
     for i, source in enumerate(badges):
-        figure.text(
-            (0.13 + BADGE_IN * i) / width,
-            1 - 0.09 / height,
-            source,
-            va="top",
-            fontsize=8.5,
-            fontweight="bold",
-            color="white",
-            bbox={"boxstyle": "round,pad=0.35", "color": SOURCE_COLOURS[source]},
-        )
-    # A bold letter is about 0.65 em wide: shrink a long title until it ends within the figure.
-    left_in = 0.1 + BADGE_IN * len(badges)
-    size_pt = min(10.5, 72 * (width - left_in - 0.1) / (0.65 * max(len(title), 1)))
-    place = left_in / width, 1 - 0.08 / height
-    figure.text(*place, title, va="top", fontsize=size_pt, fontweight="bold")
-    figure.text(0.08 / width, 1 - 0.33 / height, subtitle, va="top", fontsize=9)
+        box = {"boxstyle": "round,pad=0.25", "color": SOURCE_COLOURS[source]}
+        style = {"fontsize": 8, "fontweight": "bold", "color": "white"}
+        write(0.12 + BADGE_IN * i, top, source, bbox=box, **style)
+    for i, line in enumerate(below):
+        write(left, top - 0.005 + SUBTITLE_LINE_IN * i, line, fontsize=small_pt)
     return figure
+
+
+def _largest_pt(text: str, width: float, size_pt: float, weight: str = "normal") -> float:
+    """Return `size_pt`, or less where a single word would be wider than `width` (in)."""
+    longest = max((width_in(word, size_pt, weight) for word in text.split()), default=0.0)
+    return size_pt * min(1.0, width / longest) if longest else size_pt
 
 
 def model_style(index: int) -> dict[str, Any]:
@@ -123,11 +142,18 @@ def model_style(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
 
 
+def model_line(index: int) -> dict[str, Any]:
+    """Return the style of a line of the `index`-th of several models: its dashes differ, too."""
+    return {**model_style(index), "ls": DASHES[index % len(DASHES)]}
+
+
 def line_style(index: int) -> dict[str, Any]:
-    """Return colour and marker of the `index`-th of several lines; they repeat late, and apart."""
+    """Return colour, marker and dashes of the `index`-th of several lines; they repeat late, and
+    apart."""
     return {
         "color": COLOURS[index % len(COLOURS)],
-        "marker": MARKERS[index // len(COLOURS) % len(MARKERS)],
+        "marker": MARKERS[(index + index // len(COLOURS)) % len(MARKERS)],
+        "ls": DASHES[index % len(DASHES)],
         "ms": 4.5,
         "lw": 1.2,
     }
@@ -158,7 +184,8 @@ def encode(figure: Figure, suffix: str) -> bytes:
     """Return the figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
     buffer = io.BytesIO()
     with matplotlib.style.context(["default", STYLE]):
-        figure.savefig(buffer, format=suffix, metadata=_METADATA[suffix])
+        dpi = SVG_DPI if suffix == "svg" else STYLE["savefig.dpi"]
+        figure.savefig(buffer, format=suffix, dpi=dpi, metadata=_METADATA[suffix])
     return buffer.getvalue()
 
 

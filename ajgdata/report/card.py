@@ -56,14 +56,23 @@ def counts_of(name: str, target: Target, values: np.ndarray) -> Counts:
     return Counts(name, target.unit, tuple(labels), tuple(counts.tolist()), missing)
 
 
+def labels_finding(counts: Sequence[Counts]) -> str:
+    """Return how often values of the first target were recorded."""
+    first = counts[0]
+    ends = dict.fromkeys(f"{f(first.recordings):,}" for f in (min, max)) if first.recordings else ()
+    each = " to ".join(ends) or "no"
+    more = f"; {first.missing:,} recordings without" if first.missing else ""
+    return f"{len(first.values)} values of {words(first.target)}, {each} recordings each{more}"
+
+
 @styled
 def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
     """Return a figure of recordings per value, one panel for each target."""
     bars = [min(max(len(one.values), 2), 40) for one in counts]
     figure = new_figure(
         (WIDTH_IN, 0.9 + 0.22 * sum(bars) + 0.5 * len(bars)),
-        f"{summary.title} · labels",
-        f"{summary.n_recordings:,} recordings",
+        labels_finding(counts),
+        f"{summary.title}: {summary.n_recordings:,} recordings",
         [summary.source],
     )
     panels = figure.subplots(len(counts), 1, squeeze=False, height_ratios=bars)[:, 0]

@@ -8,9 +8,9 @@ the paper's number itself, none at all would agree as well: then it cannot be to
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from ajgdata.report.format import Score, Source, number
 from ajgdata.report.paper import PaperFigure
@@ -26,6 +26,35 @@ NEAR_CHANCE = "near chance"
 WORKS = "no: it works"
 #: Standard deviations within which numbers agree.
 REACH = 2.0
+
+
+Role = Literal["ours", "baseline", "other", "paper", "chance"]
+
+
+class Mark(NamedTuple):
+    """A number as it is drawn beside the paper's, in the paper's unit, with its interval.
+
+    `other` is what ours is held against where that is not a number of the paper; `part` names the
+    row that it belongs to, where one result has several.
+    """
+
+    role: Role
+    label: str
+    value: float
+    low: float
+    high: float
+    part: str = ""
+
+
+def mark_of(role: Role, label: str, score: Score, scale: float = 1.0, part: str = "") -> Mark:
+    """Return a mean with its standard deviation on both sides; without one if it is unknown."""
+    value, sd = scale * score.mean, scale * score.sd if math.isfinite(score.sd) else 0.0
+    return Mark(role, label, value, value - sd, value + sd, part)
+
+
+def range_of(role: Role, label: str, values: Sequence[float], part: str = "") -> Mark:
+    """Return the mean of several numbers, with the smallest and the largest as its interval."""
+    return Mark(role, label, sum(values) / len(values), min(values), max(values), part)
 
 
 class Cost(NamedTuple):
@@ -65,7 +94,9 @@ class PaperComparison:
     """A figure of the paper and the result beside it; data set and task say where more is told.
 
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
-    the page gives that of training the paper's model on the task.
+    the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
+    (default: the paper's); of one part, the paper's number is drawn among them. `label` names the
+    row among others of one figure, `page` is where all is told.
     """
 
     paper: PaperFigure
@@ -77,6 +108,15 @@ class PaperComparison:
     agrees: str
     cost: Cost | None = None
     reasons: tuple[Reason, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    label: str = ""
+    shown_unit: str | None = None
+    page: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Return the unit of the marks."""
+        return self.paper.unit if self.shown_unit is None else self.shown_unit
 
     @property
     def why(self) -> list[Reason]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ajgdata.paths import Paths
 from ajgdata.report.format import Source, value, words
+from ajgdata.report.navigation import Group
 from ajgdata.report.projections import (
     METHODS,
     MISSING,
@@ -28,7 +29,7 @@ from ajgdata.report.projections import (
     shown_columns,
     text_colours,
 )
-from ajgdata.report.render import environment
+from ajgdata.report.render import environment, render
 
 SCRIPT = "explorer.js"
 #: Drawing area in units of the picture, and the room left around the points.
@@ -52,19 +53,31 @@ class Explored(NamedTuple):
 
 
 def render_explorer(
-    one: Explored, clips: Mapping[str, bytes], sound: str, project: Paths | None = None
+    one: Explored,
+    clips: Mapping[str, bytes],
+    sound: str,
+    *,
+    here: str = "",
+    nav: Sequence[Group] = (),
+    project: Paths | None = None,
 ) -> str:
     """Return the page as HTML text: the same content gives the same text.
 
     `clips` are MP3s by recording, perhaps not of all; `sound` says what was done to them. Of an
-    embedding without projections it says why there are none.
+    embedding without projections it says why there are none. `here` is its place relative to the
+    report's folder, `nav` the navigation of the report.
     """
     pages = environment(project)
     source = pages.loader.get_source(pages, SCRIPT)[0] if pages.loader else ""
     # Jinja's include would strip the last line's end: the hash is of what stands in the page.
     script = source.strip()
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return pages.get_template("explorer.html.j2").render(
+    return render(
+        "explorer.html.j2",
+        {},
+        here=here,
+        project=project,
+        nav=nav,
         one=one,
         content=content(one.shown, clips) if one.shown else None,
         script=Markup(script),  # ours, and free of "</"

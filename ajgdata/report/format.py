@@ -77,3 +77,10 @@ def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
 def words(name: str) -> str:
     """Return a column or task name as words: `edge_mm` -> `edge mm`."""
     return name.replace("_", " ")
+
+
+def sentence(text: str) -> str:
+    """Return `text` with a capital in front: of a first word that is one of plain letters."""
+    first = text.split(maxsplit=1)[0] if text.strip() else ""
+    plain = first.strip(",;:").isalpha() and first.islower()
+    return text[:1].upper() + text[1:] if plain else text

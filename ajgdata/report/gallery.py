@@ -14,9 +14,10 @@ from ajgdata.gripper.scene import Scene
 from ajgdata.paths import Paths
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Caption, number
-from ajgdata.report.render import Link, Picture, data_uri, render
+from ajgdata.report.navigation import LEADS
+from ajgdata.report.navigation import Group as Pages
+from ajgdata.report.render import Picture, render
 from ajgdata.report.scenes import Section, exhibit_figure, response_figure, section
-from ajgdata.report.study_page import LEADS
 
 PAGE = "gallery"
 #: What the grippers hold.
@@ -100,12 +101,11 @@ def render_gallery(
     groups: Sequence[Group],
     figures: Mapping[str, Picture],
     star: Exhibit,
-    gif: bytes,
     provenance: Mapping[str, Any],
-    pages: Sequence[Link] = (),
+    nav: Sequence[Pages] = (),
     project: Paths | None = None,
 ) -> str:
-    """Return the page as HTML text; `figures` are the `illustrations`, `gif` the film of `star`."""
+    """Return the page as HTML text; `figures` are the `illustrations`, the film is of `star`."""
     film = {"title": star.title, "text": FILM_TEXT, "link": f"{PAGE}/{FILM}"}
     return render(
         "gallery.html.j2",
@@ -114,8 +114,9 @@ def render_gallery(
         title=LEADS[PAGE].title,
         lead=LEADS[PAGE].text,
         provenance=provenance,
-        pages=pages,
-        film=film | {"image": data_uri(gif, "image/gif")},
+        nav=nav,
+        here=f"{PAGE}.html",
+        film=film,
         groups=groups,
     )
 

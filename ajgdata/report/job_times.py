@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ajgdata.report.format import Caption, Source, number
+from ajgdata.report.format import Caption, Source, number, sentence
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Stages beyond these share one colour: more cannot be told apart.
+#: Stages beyond these share one column: more have no room.
 SHOWN = 7
 OTHERS = "others"
 NO_DATA_SET = "of no data set"
@@ -72,33 +72,62 @@ def _together(stage: str, jobs: list[JobTime]) -> StageTime:
     return StageTime(stage, len(jobs), float(np.nansum(wall)), float(np.nansum(cpu)), largest)
 
 
-def stages_figure(stages: Stages, sources: tuple[Source, ...]) -> Figure:
-    """Return a bar for each data set: wall time of its jobs, stage upon stage."""
-    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, new_figure
+def stages_finding(stages: Stages) -> str:
+    """Return which stage takes most time, and how much of all."""
+    total, rows = stages.total().wall_s, stages.table()
+    if not rows or not total > 0:
+        return "Time of each stage"
+    return (
+        f"{rows[0].stage} takes {number(rows[0].wall_s)} of {number(total)} s of jobs, the most of "
+        f"{len(rows)} stages"
+    )
 
+
+def seconds_of(stages: Stages) -> tuple[list[str], list[str], np.ndarray]:
+    """Return data sets, stages (the longest first, further ones together), and s (d, s) of wall
+    time, the data set of most time first."""
     longest = [row.stage for row in stages.table()]
     shown = longest if len(longest) <= SHOWN else [*longest[: SHOWN - 1], OTHERS]
     seconds: dict[str, dict[str, float]] = defaultdict(lambda: dict.fromkeys(shown, 0.0))
     for job in stages.jobs:
         stage = job.stage if job.stage in shown else OTHERS
-        seconds[job.parts[0] if job.parts else NO_DATA_SET][stage] += job.wall_s
-    bars = sorted(seconds, key=lambda name: sum(seconds[name].values()))
+        spent = 0.0 if np.isnan(job.wall_s) else job.wall_s
+        seconds[job.parts[0] if job.parts else NO_DATA_SET][stage] += spent
+    names = sorted(seconds, key=lambda name: (-sum(seconds[name].values()), name))
+    return names, shown, np.array([[seconds[name][stage] for stage in shown] for name in names])
+
+
+def stages_figure(stages: Stages, sources: tuple[Source, ...]) -> Figure:
+    """Return the s of wall time of each data set and stage, written in cells shaded by it."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+    from ajgdata.report.labels import LABEL_PT, wrapped
+
+    names, shown, seconds = seconds_of(stages)
     figure = new_figure(
-        (WIDTH_IN, 1.6 + 0.22 * len(bars)),
-        "Time of each stage",
-        f"jobs {number(stages.total().wall_s)} s, one after the other; "
-        f"{number(stages.busy_s)} s as they ran",
+        (WIDTH_IN, 1.5 + 0.19 * len(names)),
+        stages_finding(stages),
+        f"s of wall time, one job after the other; {number(stages.busy_s)} s as they ran; at the "
+        "right: sum",
         sources,
     )
     axes = figure.subplots()
-    left = np.zeros(len(bars))
-    for stage, colour in zip(shown, (*COLOURS[: len(shown) - 1], GREY), strict=True):
-        width = np.array([seconds[name][stage] for name in bars])
-        axes.barh(bars, width, left=left, color=colour, label=stage)
-        left += width
-    axes.set_xlabel("s of wall time, summed over jobs")
-    axes.grid(axis="y", visible=False)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
+    most = float(seconds.max(initial=0.0)) or 1.0
+    axes.imshow(np.sqrt(seconds / most), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": LABEL_PT}
+    for (row, column), spent in np.ndenumerate(seconds):
+        if spent > 0:
+            colour = "white" if spent > 0.4 * most else "#222222"
+            axes.text(column, row, number(spent, 2), color=colour, **style)
+    for row, spent in enumerate(seconds.sum(axis=1)):
+        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "va": "center"}
+        place |= {"textcoords": "offset points", "fontsize": LABEL_PT, "fontweight": "bold"}
+        axes.annotate(number(spent), (1, row), (5, 0), **place)
+    heads = ["\n".join(wrapped(stage, 0.75, LABEL_PT)) for stage in shown]
+    axes.set_xticks(range(len(shown)), heads)
+    axes.set_yticks(range(len(names)), names)
+    axes.tick_params(length=0, labeltop=True, labelbottom=False)
+    axes.grid(False)
+    axes.spines[:].set_visible(False)
     return figure
 
 
@@ -110,5 +139,5 @@ def stages_caption(stages: Stages) -> Caption:
         f"Wall time of the {total.jobs} jobs behind this page, each as it was when it last ran, as "
         "Snakemake measured it: starting Python and reading files included. The report's own time "
         f"is that until this figure. Jobs side by side: {number(stages.busy_s)} s in all.",
-        f"Time of each stage by data set. {told}.",
+        f"{sentence(stages_finding(stages))}. Time of each stage: {told}.",
     )

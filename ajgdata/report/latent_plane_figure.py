@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.patches import Ellipse as EllipsePatch
 
 SIGMAS = 2.0
-#: Wider than other figures: many names are drawn into it.
-SIZE_IN = (10.4, 5.6)
+SIZE_IN = (7.2, 5.0)
 #: Share of a Gaussian within two standard deviations in the plane: 1 - exp(-2).
 EXPECTED_WITHIN = -math.expm1(-(SIGMAS**2) / 2)
 
@@ -88,8 +87,8 @@ def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
 
     from ajgdata.report.canvas import GREY, new_figure
 
-    subtitle = f"every recording of one fold, and {SIGMAS:g}σ of each object"
-    figure = new_figure(SIZE_IN, title, subtitle, [source])
+    subtitle = f"{title}: every recording of one fold, and {SIGMAS:g}σ of each object"
+    figure = new_figure(SIZE_IN, plane_finding(plane), subtitle, [source])
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     colours = category_colours(plane.category)
     exponent = _exponent(plane.points)
@@ -113,7 +112,7 @@ def _panel(
     axes: Axes, plane: Plane, rows: NDArray[np.bool_], colours: Mapping[str, str], exponent: int
 ) -> None:
     """Draw points, ellipses and names of the objects that have points among `rows`."""
-    from matplotlib.patheffects import withStroke
+    from ajgdata.report.labels import label_point
 
     categories, ellipses = plane.objects(), plane.ellipses(rows)
     for name, ellipse in ellipses.items():
@@ -122,17 +121,9 @@ def _panel(
         axes.plot(*points.T, "o", color=colour, ms=2.4, mew=0, alpha=0.6)
         axes.add_patch(_patch(ellipse, colour, exponent))
     for name, ellipse in ellipses.items():  # above all points
-        axes.annotate(
-            words(name),
-            tuple(_shifted(np.asarray(ellipse.centre), exponent).tolist()),
-            (0, 4),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=6,
-            color=colours[categories[name]],
-            path_effects=[withStroke(linewidth=2, foreground="white")],
-        )
+        x, y = _shifted(np.asarray(ellipse.centre), exponent).tolist()
+        back = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.6}
+        label_point(axes, x, y, words(name), colours[categories[name]], bbox=back)
     axes.set_aspect("equal", adjustable="box")
     axes.autoscale_view()
 
@@ -164,6 +155,17 @@ def _axis_label(axis: int, exponent: int) -> str:
     return f"latent {axis}" + (f" (× 1e{exponent})" if exponent else "")
 
 
+def plane_finding(plane: Plane) -> str:
+    """Return where the validation points lie, in a few words."""
+    nearest, count = plane.nearest(), len(plane.objects())
+    if math.isnan(nearest):
+        return f"Training points of {count} objects in a latent of two dimensions"
+    return (
+        f"{number(100 * nearest)} % of new recordings lie nearest to their own object's training "
+        f"points (chance {number(100 / count)} %)"
+    )
+
+
 def clusters_text(plane: Plane) -> str:
     """Return where the validation points lie, or nothing if there are none."""
     nearest, within = plane.nearest(), plane.within()
@@ -185,6 +187,6 @@ def plane_caption(plane: Plane) -> Caption:
         f"Left: training points of one fold. Right: the validation points of the same "
         f"encoder, which never saw them. Ellipses: mean and {SIGMAS:g} standard deviations of the "
         f"points of one object in the same panel.{share}",
-        f"Two scatter plots of the two-dimensional latent with one ellipse for each of {names}."
-        f"{share}",
+        f"{plane_finding(plane)}. Two scatter plots of the two-dimensional latent with one "
+        f"ellipse for each of {names}.{share}",
     )

@@ -1,17 +1,20 @@
-"""Report -> its page, and the figures that the page shows."""
+"""Report -> its pages, and the figures that they show."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import PurePosixPath
+from typing import Any
 
-from ajgdata.paths import Paths
+from ajgdata.paths import INDEX, Paths
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import evidence
 from ajgdata.report.format import DASH
-from ajgdata.report.render import Link, Picture, render, web_link
-from ajgdata.report.report_data import Report
+from ajgdata.report.navigation import EXPLORERS, FIXED, Group, Link, experiment_link
+from ajgdata.report.panel import SIGNS, Panel, highlight_panel, panels
+from ajgdata.report.render import Picture, all_shown, render, web_link
+from ajgdata.report.report_data import ExperimentPage, Report
 
 #: A page is read by people: further findings are in the file that it points to.
 MAX_FINDINGS = 50
@@ -19,17 +22,21 @@ STAGES = "time-of-stages"
 
 
 def illustrations(report: Report) -> Iterator[Illustration]:
-    """Yield every figure of the report, in the order of the page; nothing is drawn yet."""
+    """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
     from ajgdata.report.job_times import stages_caption, stages_figure
     from ajgdata.report.spectra import spectra_caption, spectra_figure
 
-    yield from report.across
+    yield from (drawing for drawing, _ in report.costs)
+    for drawings in report.across.values():
+        yield from drawings
     for d in report.datasets:
         if d.spectra is not None:
             yield Illustration(spectra_name(d.name), spectra_caption(d), partial(spectra_figure, d))
     for section in report.sections:
         for part in section.parts:
             yield from part.figures
+    pairs = [pair for s in report.sections if s.sounds for pair in s.sounds.pairs]
+    yield from {pair.name: pair.figure for pair in pairs}.values()
     if report.stages:
         sources = tuple(d.source for d in report.datasets)
         draw = partial(stages_figure, report.stages, sources)
@@ -41,36 +48,96 @@ def spectra_name(dataset: str) -> str:
     return f"spectra--{dataset}"
 
 
-def render_page(
+def render_pages(
     report: Report,
     figures: Mapping[str, Picture],
-    pages: Sequence[Link] = (),
+    nav: Sequence[Group] = (),
     published: Sequence[str] = (),
     project: Paths | None = None,
-) -> str:
-    """Return the page as HTML text: the same report and figures give the same text.
+) -> dict[str, str]:
+    """Return each page as HTML text, by file name relative to the report's folder.
 
-    `figures` are those of `illustrations(report)`, drawn, by name. `pages` are linked from its
-    contents, and the trees of the data sets `published` from these. Raises
-    jinja2.UndefinedError if a figure is missing.
+    The same report and figures give the same text. `figures` are those of `illustrations(report)`,
+    drawn, by name; `nav` stands on every page; from the data sets `published` their trees are
+    linked. Raises jinja2.UndefinedError if a figure is missing, ValueError if one is on no page.
     """
-    return render(
-        "report.html.j2",
-        figures,
-        project=project,
-        report=report,
-        pages=pages,
-        published=published,
-        max_findings=MAX_FINDINGS,
-        DASH=DASH,
-        STAGES=STAGES,
-        evidence=evidence,
-        paper_cells=paper_cells,
-        published_link=published_link,
-        quarantine_link=quarantine_link,
-        spectra_name=spectra_name,
-        web_link=web_link,
-    )
+    heard = [link for group in nav if group.title == EXPLORERS for link in group.links]
+    shared = {
+        "report": report,
+        "nav": nav,
+        "published": published,
+        "max_findings": MAX_FINDINGS,
+        "DASH": DASH,
+        "STAGES": STAGES,
+        "SIGNS": SIGNS,
+        "evidence": evidence,
+        "paper_cells": paper_cells,
+        "published_link": published_link,
+        "quarantine_link": quarantine_link,
+        "spectra_name": spectra_name,
+        "web_link": web_link,
+        "page_of_section": lambda section: experiment_link(section.parts[0].page),
+        "costs": [(figures[one.name], link) for one, link in report.costs],
+        "heard": heard or _with_sounds(report),
+    }
+    beside, beyond = overview(report)
+    shown = [*beside, *beyond]
+    own = {
+        INDEX: ("index.html.j2", {"beside": beside, "beyond": beyond}),
+        **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
+        **{
+            experiment_link(page.name): (
+                "experiment.html.j2",
+                _on(page, report, shown, heard),
+            )
+            for page in report.pages
+        },
+    }
+    pages = {
+        name: render(template, figures, here=name, project=project, **(shared | values))
+        for name, (template, values) in own.items()
+    }
+    all_shown(figures, "".join(pages.values()), "the report")
+    return pages
+
+
+def _with_sounds(report: Report) -> list[Link]:
+    """Return the first sounds to compare, where no page has all recordings."""
+    heard = [s for s in report.sections if s.sounds and s.sounds.pairs]
+    return [
+        Link(f"{experiment_link(one.parts[0].page)}#sounds", one.title, EXPLORERS)
+        for one in heard[:1]
+    ]
+
+
+def overview(report: Report) -> tuple[list[Panel], list[Panel]]:
+    """Return the panels of the first screen: beside the paper, the tall ones first, so that no room
+    is lost, and beyond it."""
+    beyond = [highlight_panel(*one) for one in report.highlights]
+    beside = panels(report.comparisons, report.paper) if report.comparisons else []
+    return sorted(beside, key=lambda panel: not panel.tall), beyond
+
+
+def _on(
+    page: ExperimentPage, report: Report, shown: Sequence[Panel], heard: Sequence[Link]
+) -> dict[str, Any]:
+    """Return what the template of a page on an experiment is given."""
+    link = experiment_link(page.name)
+    sections = report.on(page.name)
+    names = dict.fromkeys(section.dataset for section in sections)
+    told = ((part.title, part.text) for section in sections for part in section.parts)
+    return {
+        "page": page,
+        "sections": sections,
+        "first": [one for s in sections for part in s.parts for one in part.figures][:1],
+        "panels": [panel for panel in shown if panel.link == link],
+        "comparisons": [one for one in report.comparisons if one.page == link],
+        "across": report.across.get(page.name, ()),
+        "sources": sorted({section.source for section in sections}),
+        "texts": [one for one in dict.fromkeys(told) if one[1]],
+        "datasets": [d for d in report.datasets if d.name in names],
+        "heard": [link for link in heard if any(f"/{name}/" in link.link for name in names)],
+    }
 
 
 def paper_cells(rows: Sequence[ResultRow]) -> list[tuple[str, str, int]]:
@@ -94,17 +161,17 @@ def paper_cells(rows: Sequence[ResultRow]) -> list[tuple[str, str, int]]:
 
 
 def quarantine_link(dataset: str) -> str:
-    """Return the link from the page to the table of all findings of a data set."""
-    return _from_page(PurePosixPath(Paths().quarantine(dataset).as_posix()))
+    """Return the link from the report to the table of all findings of a data set."""
+    return _from_report(PurePosixPath(Paths().quarantine(dataset).as_posix()))
 
 
 def published_link(dataset: str) -> str:
-    """Return the link from the page to a published data set."""
-    return _from_page(PurePosixPath(Paths().published(dataset).as_posix()))
+    """Return the link from the report to a published data set."""
+    return _from_report(PurePosixPath(Paths().published(dataset).as_posix()))
 
 
-def _from_page(target: PurePosixPath) -> str:
-    """Return `target` relative to the folder of the page."""
+def _from_report(target: PurePosixPath) -> str:
+    """Return `target` relative to the folder of the report."""
     up, folder = 0, PurePosixPath(Paths().report.as_posix()).parent
     while not target.is_relative_to(folder):
         up, folder = up + 1, folder.parent

@@ -22,6 +22,8 @@ class PaperFigure(Strict):
     reached: float | None = Field(
         None, description="where `value` counts what it takes: the score that it takes it for"
     )
+    panel: str = Field("", description="title on the first screen; figures of one title share it")
+    row: str = Field("", description="name among the figures of its panel")
     source: str = Field("", description="citation; taken from the head of the file")
 
 

@@ -1,7 +1,7 @@
-"""A template, figures and values -> one HTML page that needs no network and no other file.
+"""A template, figures and values -> one HTML page that needs no network.
 
-Every page of a report is made here: figures are drawn in the one style and saved beside the page,
-which holds them as data URIs and links their files.
+Every page of a report is made here: figures are drawn in the one style and saved in the report's
+folder, where the pages find them.
 """
 
 from __future__ import annotations
@@ -22,16 +22,9 @@ from ajgdata.report.format import DASH, Caption, mean_sd, number, value, words
 from ajgdata.store.report_files import template_folders
 
 
-class Link(NamedTuple):
-    """Another page of the report, relative to this one."""
-
-    link: str
-    title: str
-    about: str
-
-
 class Picture(NamedTuple):
-    """A figure that is drawn: `image` is its address in the page, `links` its files by suffix.
+    """A figure that is drawn: `image` is its address relative to the report's folder, as are
+    `links`, its files by suffix.
 
     `folded` names it where it is shown only on request.
     """
@@ -43,15 +36,15 @@ class Picture(NamedTuple):
     folded: str = ""
 
 
-def picture(illustration: Illustration, svg: bytes, folder: str) -> Picture:
-    """Return an illustration, drawn as `svg`, whose files lie in `folder` beside the page."""
+def picture(illustration: Illustration, folder: str) -> Picture:
+    """Return an illustration whose files lie in `folder` of the report."""
     name = illustration.name
     links = {suffix: f"{folder}/{name}.{suffix}" for suffix in FIGURE_FORMATS}
-    return Picture(name, illustration.caption, data_uri(svg), links, illustration.folded)
+    return Picture(name, illustration.caption, links["svg"], links, illustration.folded)
 
 
 def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:
-    """Draw figures, save them to `folder`, which lies beside their page, and return them by name.
+    """Draw figures, save them to `folder`, one of the report's, and return them by name.
 
     Raises ValueError, before anything is drawn, if two would share a file name.
     """
@@ -66,22 +59,33 @@ def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[st
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
     drawn = {}
     for one in listed:
-        svg, *_ = save_figure(draw(one), folder / one.name)
-        drawn[one.name] = picture(one, svg.read_bytes(), folder.name)
+        save_figure(draw(one), folder / one.name)
+        drawn[one.name] = picture(one, folder.name)
     return drawn
 
 
 def render(
-    template: str, figures: Mapping[str, Picture], *, project: Paths | None = None, **values: object
+    template: str,
+    figures: Mapping[str, Picture],
+    *,
+    here: str = "",
+    project: Paths | None = None,
+    **values: object,
 ) -> str:
     """Return a page as HTML text: the same figures and values give the same text.
 
-    The template gets `figures` by name, and `values`. Raises jinja2.UndefinedError for a figure or
-    value that it asks for and is not there, ValueError for figures that it does not show.
+    `here` is its place relative to the report's folder, from which it finds other files. The
+    template gets `figures` by name, and `values`; `nav` is what stands at the side of every page.
+    Raises jinja2.UndefinedError for a figure or value that it asks for and is not there.
     """
-    html = environment(project).get_template(template).render(figures=figures, **values)
+    own = {"nav": (), "here": here, "root": "../" * here.count("/")}
+    return environment(project).get_template(template).render(figures=figures, **(own | values))
+
+
+def all_shown(figures: Mapping[str, Picture], html: str, where: str) -> str:
+    """Return `html`. Raises ValueError for figures that are not in it; `where` names it."""
     if unseen := [name for name, one in figures.items() if one.image not in html]:
-        raise ValueError(f"figures that {template} does not show: {', '.join(unseen)}")
+        raise ValueError(f"figures that {where} does not show: {', '.join(unseen)}")
     return html
 
 
@@ -122,7 +126,7 @@ def render_markdown(text: str, top: int = 1) -> Markup:
 
 
 def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
-    """Return a picture as the address of an image that needs no file."""
+    """Return a picture as the address of an image that needs no file: for pages of one file."""
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 

@@ -5,9 +5,9 @@ The report knows a list of experiments and none by name: what one has to show is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import PaperComparison
 from ajgdata.report.format import Source
 from ajgdata.report.job_times import Stages
+from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
+from ajgdata.report.sounds import SoundPairs
 from ajgdata.types import FeatureSettings, Finding
 
 
@@ -69,11 +71,13 @@ class DatasetSummary:
 class Part:
     """One experiment on one task: rows of the main table, figures, tables.
 
-    `summary` is said first; `text` (Markdown) says what is asked, how it is made and how its figure
-    is read.
+    `name` is what the names of its files begin with. `summary` is said first; `text` (Markdown)
+    says what is asked, how it is made and how its figure is read.
     """
 
     experiment: str
+    name: str
+    page: str
     title: str
     summary: str
     text: str
@@ -86,7 +90,8 @@ class Part:
 class TaskSection:
     """A task (or an embedding) of a data set with its experiments, in the order of the report.
 
-    `explorer` is a link to the page on which its recordings are seen and heard, if there is one.
+    `explorer` is a link to the page on which its recordings are seen and heard, if there is one,
+    `sounds` are a few of them to compare.
     """
 
     dataset: str
@@ -95,6 +100,7 @@ class TaskSection:
     source: Source
     parts: tuple[Part, ...]
     explorer: str = ""
+    sounds: SoundPairs | None = None
 
     @property
     def anchor(self) -> str:
@@ -105,6 +111,37 @@ class TaskSection:
     def rows(self) -> list[ResultRow]:
         """Return all its rows of the table of results."""
         return [row for part in self.parts for row in part.rows]
+
+
+@dataclass(frozen=True)
+class ExperimentPage:
+    """A page on one experiment: what is asked, and the command that makes it anew.
+
+    `about` is the group of the navigation that it belongs to.
+    """
+
+    name: str
+    title: str
+    question: str
+    command: str
+    about: str
+
+
+class OpeningPicture(NamedTuple):
+    """The picture above all others, wide and for phones, relative to the report's folder."""
+
+    wide: str
+    narrow: str
+    alt: str
+
+
+@dataclass(frozen=True)
+class Checks:
+    """How many checks of a study of the virtual gripper hold; `page` is the study's."""
+
+    page: str
+    held: int
+    made: int
 
 
 @dataclass(frozen=True)
@@ -126,8 +163,15 @@ class Report:
     commit: str
     datasets: tuple[DatasetSummary, ...]
     sections: tuple[TaskSection, ...] = ()
+    pages: tuple[ExperimentPage, ...] = ()
     comparisons: tuple[PaperComparison, ...] = ()
-    across: tuple[Illustration, ...] = ()  #: figures of all tasks together
+    highlights: tuple[tuple[Highlight, str, Source], ...] = ()  #: with page and source
+    #: figures of several tasks together, by the page that they stand on ("": of all)
+    across: Mapping[str, Sequence[Illustration]] = field(default_factory=dict)
+    #: error against run time, for the first screen, with the page that tells more
+    costs: tuple[tuple[Illustration, str], ...] = ()
+    opening: OpeningPicture | None = None
+    checks: tuple[Checks, ...] = ()
     skipped: tuple[Skipped, ...] = ()
     stages: Stages | None = None
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
@@ -153,6 +197,33 @@ class Report:
         found = {row.paper.id for row in self.comparisons}
         return [figure for figure in self.paper if figure.id not in found]
 
-    def of(self, dataset: str) -> list[TaskSection]:
-        """Return the sections of a data set."""
-        return [section for section in self.sections if section.dataset == dataset]
+    @property
+    def recordings(self) -> int:
+        """Return the number of recordings that features were made of."""
+        return sum(one.n_recordings for one in self.datasets)
+
+    @property
+    def recordings_by_source(self) -> dict[Source, int]:
+        """Return the number of recordings of each source."""
+        found: dict[Source, int] = {}
+        for one in self.datasets:
+            found[one.source] = found.get(one.source, 0) + one.n_recordings
+        return found
+
+    @property
+    def left_out(self) -> int:
+        """Return the number of findings that leave a recording out."""
+        return sum(one.leaves_out for d in self.datasets for one in d.findings)
+
+    @property
+    def flagged(self) -> int:
+        """Return the number of findings on recordings that are used all the same."""
+        return sum(not one.leaves_out for d in self.datasets for one in d.findings)
+
+    def on(self, page: str) -> list[TaskSection]:
+        """Return the sections of a page: those of its parts that stand on it."""
+        found = []
+        for section in self.sections:
+            if parts := tuple(part for part in section.parts if part.page == page):
+                found.append(replace(section, parts=parts))
+        return found

@@ -12,7 +12,11 @@ from matplotlib.ticker import FuncFormatter
 
 from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import Caption, number, words
+from ajgdata.report.labels import REFERENCES
 from ajgdata.report.report_data import DatasetSummary, Spectra
+
+#: Where the mean is further below its peak, differences are of next to nothing.
+HEARD_DB = 40
 
 
 def _decibels(spectra: Spectra, magnitude: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -28,35 +32,64 @@ def _decibels(spectra: Spectra, magnitude: bool) -> tuple[np.ndarray, np.ndarray
     return spectra.frequency_hz[audible], levels[0], levels[1]
 
 
+def _widest(overall: np.ndarray, each: np.ndarray) -> int:
+    """Return the bin in which the means differ most, of those no more than 40 dB below the peak."""
+    heard = overall >= overall.max() - HEARD_DB
+    return int(np.argmax(np.where(heard, np.ptp(each, axis=0), -1.0)))
+
+
+def spectra_finding(dataset: DatasetSummary) -> str:
+    """Return where the means of classes or bins differ most, and by how much.
+
+    Raises ValueError if the data set has no spectra.
+    """
+    frequency, overall, each = _decibels(*_spectra_of(dataset))
+    grouping, at = (
+        words(dataset.spectra.grouping if dataset.spectra else "class"),
+        _widest(overall, each),
+    )
+    if len(each) < 2:
+        return f"Mean spectrum of one {grouping}"
+    apart = float(np.ptp(each[:, at]))
+    return (
+        f"Means per {grouping} differ most at {number(frequency[at], 2)} Hz, by "
+        f"{number(apart, 2)} dB"
+    )
+
+
+def _spectra_of(dataset: DatasetSummary) -> tuple[Spectra, bool]:
+    """Return the spectra, and whether they are of magnitude, not power."""
+    if dataset.spectra is None or not len(dataset.spectra.labels):
+        raise ValueError(f"data set {dataset.name} has no spectra")
+    return dataset.spectra, dataset.features.quantity == "magnitude"
+
+
 @styled
 def spectra_figure(dataset: DatasetSummary) -> Figure:
     """Mean feature over frequency, and how each class or target bin differs from it.
 
     Raises ValueError if the data set has no spectra.
     """
-    spectra = dataset.spectra
-    if spectra is None or not len(spectra.labels):
-        raise ValueError(f"data set {dataset.name} has no spectra")
-    frequency, overall, each = _decibels(spectra, dataset.features.quantity == "magnitude")
-    n = len(spectra.labels)
+    spectra, magnitude = _spectra_of(dataset)
+    frequency, overall, each = _decibels(spectra, magnitude)
+    n, grouping = len(spectra.labels), words(spectra.grouping)
     height = 0.5 + 0.19 * max(n, 4)
-    subtitle = f"{dataset.n_recordings:,} recordings, means per {words(spectra.grouping)}"
     figure = new_figure(
-        (WIDTH_IN, 3.3 + height), f"{dataset.title} · mean spectra", subtitle, [dataset.source]
+        (WIDTH_IN, 3.3 + height),
+        spectra_finding(dataset),
+        f"{dataset.title}: {dataset.n_recordings:,} recordings; line: mean of all, band: range of "
+        f"the means per {grouping}",
+        [dataset.source],
     )
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, height])
-    upper.fill_between(
-        frequency,
-        each.min(axis=0),
-        each.max(axis=0),
-        color=COLOURS[4],
-        alpha=0.45,
-        lw=0,
-        label=f"range of the means per {words(spectra.grouping)}",
-    )
+    low, high = each.min(axis=0), each.max(axis=0)
+    band: dict[str, Any] = {"color": COLOURS[4], "alpha": 0.45, "lw": 0}
+    upper.fill_between(frequency, low, high, label=f"range of the means per {grouping}", **band)
     upper.plot(frequency, overall, color=COLOURS[0], lw=1.1, label="mean of all")
     upper.set(ylabel="level (dB)", xscale="log", xlim=(frequency[0], frequency[-1]))
-    upper.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0)
+    at = _widest(overall, each)
+    for axes in (upper, lower) if n > 1 else ():
+        axes.axvline(frequency[at], **REFERENCES["ideal"])
     mesh = _difference_panel(lower, spectra, frequency, each - overall)
     figure.colorbar(mesh, ax=lower, label="difference (dB)", pad=0.02, extend="both")
     return figure
@@ -74,7 +107,7 @@ def _difference_panel(
     colours: dict[str, Any] = {"cmap": "PuOr_r", "vmin": -limit, "vmax": limit}
     mesh = axes.pcolormesh(edges, np.arange(n + 1), difference_db, rasterized=True, **colours)
     axes.grid(False)
-    axes.set_yticks(np.arange(n) + 0.5, spectra.labels)
+    axes.set_yticks(np.arange(n) + 0.5, [words(label) for label in spectra.labels])
     axes.tick_params(axis="y", length=0)
     axes.invert_yaxis()
     axes.set(xlabel="frequency (Hz)", ylabel=words(spectra.grouping))
@@ -90,5 +123,6 @@ def spectra_caption(dataset: DatasetSummary) -> Caption:
         f"What the models see of {dataset.title} ({dataset.source}). Top: mean over the rows "
         "below (each counts the same), in dB against its highest value, with the range of the "
         f"rows. Bottom: how the mean of each {grouping} differs from it.",
-        f"Mean spectrum, and its deviation in dB, for each {grouping}: {names}.",
+        f"{spectra_finding(dataset)}. Mean spectrum, and its deviation in dB, for each {grouping}: "
+        f"{names}.",
     )

@@ -2,81 +2,65 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ajgdata.report.accuracy_figures import ACCURACY
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.canvas import GREY, MARKERS, WIDTH_IN, line_style, new_figure, plain_ticks
-from ajgdata.report.format import Caption
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
+from ajgdata.report.format import Caption, number, words
+from ajgdata.report.labels import (
+    LABEL_PT,
+    REFERENCES,
+    ink,
+    label_end,
+    label_point,
+    reference_line,
+)
 from ajgdata.types.table import Table
 
 #: Grid spacings (mm) that are ticks.
 GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
-#: The default scheme shall be at least this right, in at most this share of the plain one's time.
-TARGET_ERROR, TARGET_RATIO = 0.10, 0.25
-RATIOS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)
-ERRORS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1)
+#: An end above this share of the beginning is a gain of energy, and not round-off.
+GAIN = 1e-3
 
 
-def pareto_figure(table: Table) -> Figure:
-    """Return error of the feature against run time, one line a scheme and object; grids named."""
-    objects = table.parted("object")
-    title = "Error of the feature against run time"
-    figure = new_figure((WIDTH_IN, 4.8), title, "numbers: grid spacing in mm", ["simulated"])
-    axes = figure.subplots()
-    for row, (scheme, cases) in enumerate(table.parted("scheme").items()):
-        for column, name in enumerate(objects):
-            some = cases.where(object=name)
-            ratio, error, grid = (some.numbers(key) for key in ("ratio", "error", "dx_mm"))
-            shown = error > 0
-            style = {**line_style(row), "marker": MARKERS[column % len(MARKERS)]}
-            axes.plot(ratio[shown], error[shown], label=f"{scheme}, {name}", **style)
-            near: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7}
-            for x, y, h in np.column_stack([ratio, error, grid])[shown] if column == 0 else ():
-                axes.annotate(f"{h:g}", (x, y), (4, 4), color=style["color"], **near)
-    axes.axhline(TARGET_ERROR, color=GREY, lw=1.1, ls=(0, (5, 3)))
-    axes.axvline(TARGET_RATIO, color=GREY, lw=1.1, ls=(0, (5, 3)))
-    axes.set(xscale="log", yscale="log", ylabel="relative L2 error")
-    axes.set(xlabel="run time over that of the plain kernel at 2.5 mm")
-    for axis, ticks in ((axes.xaxis, RATIOS), (axes.yaxis, ERRORS)):
-        plain_ticks(axis, ticks)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
-    return figure
-
-
-def bands_figure(table: Table) -> Figure:
-    """Return level error by band against the grid spacing, a panel a band, a line a scheme."""
-    bands = [column for column in table.columns if column.key.startswith("db_")]
-    name, cases = next(iter(table.parted("object").items()))
-    figure = new_figure((WIDTH_IN, 3.0), f"Level error by band, {name}", "", ["simulated"])
-    panels = figure.subplots(1, len(bands), sharey=True, squeeze=False)[0]
-    for axes, band in zip(panels, bands, strict=True):
-        for index, scheme in enumerate(table.parted("scheme")):
-            some = cases.where(scheme=scheme)
-            grid = some.numbers("dx_mm")
-            order = np.argsort(grid)
-            axes.plot(grid[order], some.numbers(band.key)[order], label=scheme, **line_style(index))
-        axes.set(yscale="log", title=band.title.removeprefix("Level, "), xlabel="grid (mm)")
-        plain_ticks(axes.yaxis)
-    panels[0].set_ylabel("dB rms")
-    panels[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
-    return figure
+def convergence_finding(table: Table) -> str:
+    """Return how many known answers refinement brings nearer, and at which orders."""
+    orders = []
+    for rows in table.parted("case").values():
+        grid, error = rows.numbers("dx_mm"), rows.numbers("error")
+        fine, coarse = int(np.argmin(grid)), int(np.argmax(grid))
+        if grid[fine] < grid[coarse] and error[fine] > 0 and error[coarse] > 0:
+            orders.append(np.log(error[coarse] / error[fine]) / np.log(grid[coarse] / grid[fine]))
+    nearer = sum(order > 0 for order in orders)
+    if not nearer:
+        return f"Refinement brings none of {len(orders)} known answers nearer"
+    low, high = (number(f(o for o in orders if o > 0), 2) for f in (min, max))
+    return (
+        f"Refinement brings {nearer} of {len(orders)} known answers nearer, at orders from {low} "
+        f"to {high}"
+    )
 
 
 def convergence_figure(table: Table) -> Figure:
     """Return relative error of each refined case against the grid, with slopes 1, 2 and 4."""
     cases = table.parted("case")
     figure = new_figure(
-        (WIDTH_IN, 4.4), "Error against grid spacing", f"{len(cases)} known answers", ["simulated"]
+        (WIDTH_IN, max(4.4, 1.4 + 0.17 * len(cases))),
+        convergence_finding(table),
+        f"{len(cases)} known answers: relative error against the spacing of the grid",
+        ["simulated"],
     )
     axes = figure.subplots()
     for index, (case, rows) in enumerate(cases.items()):
         grid, error = rows.numbers("dx_mm"), rows.numbers("error")
         order = np.lexsort((error, grid))
-        label = str(case).replace("_", " ")
-        axes.plot(grid[order], error[order], label=label, **line_style(index))
+        style = line_style(index)
+        axes.plot(grid[order], error[order], label=words(str(case)), **style)
+        last = order[-1]
+        label_end(axes, grid[last], error[last], words(str(case)), str(style["color"]))
     grids = table.numbers("dx_mm")
     spacing, top = np.array([grids.min(), grids.max()]), table.numbers("error").max()
     for slope in (1, 2, 4):
@@ -84,176 +68,214 @@ def convergence_figure(table: Table) -> Figure:
         axes.plot(spacing, line, color=GREY, lw=0.9, ls=":")
         axes.text(spacing[0], line[0], f"order {slope} ", color=GREY, fontsize=8, ha="right")
     axes.set(xscale="log", yscale="log", xlabel="grid spacing (mm)", ylabel="relative error")
-    axes.set_xlim(spacing[0] / 1.25, spacing[1] * 1.08)
+    axes.set_xlim(spacing[0] / 1.35, spacing[1] * 1.08)
     plain_ticks(axes.xaxis, GRIDS_MM)
     plain_ticks(axes.yaxis)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return figure
+
+
+def convergence_caption(table: Table) -> Caption:
+    """Return the caption of `convergence_figure`."""
+    return Caption(
+        "Relative error of each case that is refined, against the spacing of its grid. "
+        "Dotted: what schemes of order 1, 2 and 4 would do.",
+        f"{convergence_finding(table)}. Relative error against grid spacing, both logarithmic, one "
+        "line a case.",
+    )
+
+
+def stability_finding(table: Table) -> str:
+    """Return how many of the marched cases end with more energy than they were given."""
+    growth = table.numbers("growth")
+    marched = growth[~np.isnan(growth)]
+    gained = int(np.sum(marched > 1 + GAIN))
+    if gained:
+        most = f"at most {number(float(marched.max()), 3)} times as much"
+        return f"{gained} of {len(marched)} marched cases gain energy, {most}"
+    return f"None of {len(marched)} marched cases gains energy"
 
 
 def stability_figure(table: Table) -> Figure:
     """Return energy at the end over that after the strike, of each case that was marched."""
-    marched = [(group, rows.numbers("growth"), rows.numbers("growth_single"))
-               for group, rows in table.parted("group").items()]  # fmt: skip
-    count = sum(int(np.sum(~np.isnan(growth))) for _, growth, _ in marched)
+    count = int(np.sum(~np.isnan(table.numbers("growth"))))
     figure = new_figure(
-        (WIDTH_IN, 4.2), "Energy left at the end", f"{count} cases marched", ["simulated"]
+        (WIDTH_IN, 4.2),
+        stability_finding(table),
+        f"{count} cases marched: energy at the end over that after the strike; dots float64, rings "
+        "float32",
+        ["simulated"],
     )
     axes = figure.subplots()
-    begun = 0
-    for group, growth, single in marched:
+    begun, colour = 0, 0
+    for group, rows in table.parted("group").items():
+        growth, single = rows.numbers("growth"), rows.numbers("growth_single")
         kept = ~np.isnan(growth)
         if not kept.any():
             continue
         place = np.arange(begun, begun + kept.sum())
-        style = {**line_style(len(axes.lines) // 2), "ls": "none"}
+        style = {**line_style(colour), "ls": "none"}
         axes.plot(place, growth[kept], label=group, **style)
         axes.plot(place, single[kept], mfc="none", **{**style, "ms": 8, "mew": 0.8})
-        begun += len(place) + 1
-    axes.axhline(1, color=GREY, lw=1.1, ls=(0, (5, 3)))
-    axes.set(yscale="log", ylabel="energy, last over first", xticks=[], xlabel="cases, by group")
+        _group_name(axes, place, str(group), str(style["color"]), colour)
+        begun, colour = begun + len(place) + 1, colour + 1
+    reference_line(axes, "ideal", 1, "as much\nas given")
+    axes.set(yscale="log", ylabel="energy, last over first", xticks=[])
     plain_ticks(axes.yaxis)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return figure
+
+
+def _group_name(axes: Axes, place: np.ndarray, name: str, colour: str, index: int) -> None:
+    """Write the name of a group below its cases, of neighbours at different heights."""
+    axes.annotate(
+        name, (float(place.mean()), 0), (0, -4 - 11 * (index % 2)), ha="center", va="top",
+        xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=LABEL_PT,
+        color=ink(colour),
+    )  # fmt: skip
+
+
+def stability_caption(table: Table) -> Caption:
+    """Return the caption of `stability_figure`."""
+    return Caption(
+        "Energy at the end of each run over that after its strike: dots in float64, rings in "
+        "float32. Dashed: what a cavity without losses keeps. A case that blew up would lie "
+        "above it.",
+        f"{stability_finding(table)}. Energy left at the end of each marched case, logarithmic, by "
+        "group.",
+    )
+
+
+def omissions_finding(table: Table) -> str:
+    """Return how many of the parts that are left out change more than is tolerated."""
+    left = table.where(kept=False)
+    tolerance = float(table.numbers("tolerance")[0])
+    above = int(np.sum(left.numbers("measured") > tolerance))
+    told = f"{above} of {len(left.rows)}" if above else f"None of {len(left.rows)}"
+    changes = "changes" if above == 1 or not above else "change"
+    return f"{told} parts left out {changes} the feature by more than {number(tolerance)}"
 
 
 def omissions_figure(table: Table) -> Figure:
     """Return what leaving each part out does against what was expected; hollow: it is left out."""
-    title = "Change of the feature by leaving a part out"
-    subtitle = f"{len(table.parted('scene'))} scenes"
-    figure = new_figure((WIDTH_IN, 4.6), title, subtitle, ["simulated"])
+    about = f"{len(table.parted('scene'))} scenes; filled: solved, hollow: left out"
+    figure = new_figure((WIDTH_IN, 4.6), omissions_finding(table), about, ["simulated"])
     axes = figure.subplots()
     tolerance = float(table.numbers("tolerance")[0])
     least = tolerance / 1e3
-    for part, rows in table.parted("part").items():
-        if np.isnan(rows.numbers("estimate")).all():
-            continue
-        style = {**line_style(len(axes.lines) // 2), "ls": "none", "ms": 6}
+    parts = table.parted("part").items()
+    told = [(p, rows) for p, rows in parts if not np.isnan(rows.numbers("estimate")).all()]
+    for index, (part, rows) in enumerate(told):
+        style = {**line_style(index), "ls": "none", "ms": 6}
+        found = []
         for kept, fill, label in ((True, style["color"], part), (False, "none", None)):
             some = rows.where(kept=kept)
             points = np.column_stack([some.numbers("estimate"), some.numbers("measured")])
             points = np.maximum(points[~np.isnan(points[:, 0])], least)
-            axes.plot(*points.T, mfc=fill, clip_on=False, label=label, **style)
+            if len(points):
+                axes.plot(*points.T, mfc=fill, clip_on=False, label=label, **style)
+            found += points.tolist()
+        if found:
+            x, y = max(found)
+            label_point(axes, x, y, str(part), str(style["color"]))
     ends = [least, 2.0]
-    axes.plot(ends, ends, color=GREY, lw=1, ls=":", label="as expected")
+    axes.plot(ends, ends, label="as expected", color=GREY, lw=1, ls=":")
+    label_point(axes, 3 * least, 3 * least, "as expected", GREY)
     for line in (axes.axvline, axes.axhline):
-        line(tolerance, color=GREY, lw=1.1, ls=(0, (5, 3)))
+        line(tolerance, **REFERENCES["ideal"])
+    label_end(axes, None, tolerance, "tolerance", GREY)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
     axes.set(xlabel="expected change (relative L2)", ylabel="measured change")
     for axis in (axes.xaxis, axes.yaxis):
         plain_ticks(axis)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return figure
+
+
+def omissions_caption(table: Table) -> Caption:
+    """Return the caption of `omissions_figure`."""
+    return Caption(
+        "Each part of each scene: what leaving it out was expected to change, and what it does "
+        "change. Filled: solved. Hollow: left out. Dashed: the tolerance; a hollow marker "
+        "above it is an error of the plan. Changes too small to be drawn lie on the edge.",
+        f"{omissions_finding(table)}. Measured against expected change of the feature by leaving "
+        "parts out, logarithmic.",
+    )
+
+
+def _materials(table: Table) -> list[str]:
+    fixed = {"shape", "step", "scatter"}
+    keys = [column.key for column in table.columns]
+    return [key for key in keys if key not in fixed and not key.endswith("_low")]
+
+
+def distances_finding(table: Table) -> str:
+    """Return how many materials of all shapes lie further from steel than another grasp does."""
+    told, count = [], 0
+    for shape, rows in table.parted("shape").items():
+        scatter = rows.numbers("scatter")
+        known = scatter[~np.isnan(scatter)]
+        for material in _materials(table) if len(known) else ():
+            count += 1
+            if rows.numbers(material)[-1] > known[-1]:
+                told.append(f"{material} ({shape})")
+    far = f"{len(told)} of {count}: {', '.join(told)}" if told else f"none of {count}"
+    return f"Materials that lie further from steel than another grasp of it: {far}"
 
 
 def distances_figure(table: Table) -> Figure:
     """Return the distance of each material from steel as effects are added, and of grasps."""
     shapes = table.parted("shape")
-    fixed = {"shape", "step", "scatter"}
-    keys = [column.key for column in table.columns]
-    materials = [key for key in keys if key not in fixed and not key.endswith("_low")]
     steps = list(dict.fromkeys(str(step) for step in table.column("step")))
-    height = 1.4 + 0.28 * len(steps)
-    title = "Distance of the feature from that of steel"
-    figure = new_figure((WIDTH_IN, height * len(shapes)), title, "", ["simulated"])
+    height = 0.5 + 0.2 * len(steps)
+    figure = new_figure(
+        (WIDTH_IN, 1.1 + height * len(shapes)),
+        distances_finding(table),
+        "relative L2 distance of the feature, as effects are added from top to bottom",
+        ["simulated"],
+    )
     panels = figure.subplots(len(shapes), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (shape, rows) in zip(panels, shapes.items(), strict=True):
-        place = np.array([steps.index(str(step)) for step in rows.column("step")])
-        for index, material in enumerate(materials):
-            style = {**line_style(index), "ls": "none", "label": material}
-            axes.plot(rows.numbers(material), place, **style)
-        scatter = rows.numbers("scatter")
-        far = ~np.isnan(scatter)
-        axes.plot(scatter[far], place[far], "|", color=GREY, ms=14, mew=2, label="another grasp")
-        axes.set(xscale="log", title=shape, ylim=(len(steps) - 0.5, -0.5))
+        _distances_panel(axes, rows, steps, _materials(table))
+        axes.set(xscale="log", title=shape, ylim=(len(steps) - 0.5, -1.1))
         axes.set_yticks(range(len(steps)), steps)
     plain_ticks(panels[-1].xaxis)
     panels[-1].set_xlabel("relative L2 distance")
-    panels[0].legend(loc="upper left", bbox_to_anchor=(1.02, 1), borderaxespad=0)
     return figure
 
 
-VERIFICATION = (
-    TableFigure(
-        "convergence",
-        "convergence",
-        Caption(
-            "Relative error of each case that is refined, against the spacing of its grid. "
-            "Dotted: what schemes of order 1, 2 and 4 would do.",
-            "Relative error against grid spacing, both logarithmic, one line a case.",
-        ),
-        convergence_figure,
-    ),
-)
-STABILITY = (
-    TableFigure(
-        "stability",
-        "energies",
-        Caption(
-            "Energy at the end of each run over that after its strike: dots in float64, rings in "
-            "float32. Dashed: what a cavity without losses keeps. A case that blew up would lie "
-            "above it.",
-            "Energy left at the end of each marched case, logarithmic, by group.",
-        ),
-        stability_figure,
-    ),
-)
-ACCURACY = (
-    TableFigure(
-        "accuracy",
-        "pareto",
-        Caption(
-            "Error of the feature against the finest grid, and what it costs, for each object. "
-            "Dashed: an error of 0.10, and a quarter of the plain kernel's time at 2.5 mm; to the "
-            "lower left of both is where the default shall be. Times belong to the machine that "
-            "made this page, their ratios less so.",
-            "Error of the feature against run time, both logarithmic, one line a scheme and "
-            "object.",
-        ),
-        pareto_figure,
-    ),
-    TableFigure(
-        "accuracy",
-        "bands",
-        Caption(
-            "How far the level in each band lies from that of the finest grid, in dB (rms), "
-            "against the spacing of the grid.",
-            "Level error against grid spacing, one panel a band, one line a scheme.",
-        ),
-        bands_figure,
-    ),
-)
-OMISSIONS = (
-    TableFigure(
-        "omissions",
-        "expected",
-        Caption(
-            "Each part of each scene: what leaving it out was expected to change, and what it does "
-            "change. Filled: solved. Hollow: left out. Dashed: the tolerance; a hollow marker "
-            "above it is an error of the plan. Changes too small to be drawn lie on the edge.",
-            "Measured against expected change of the feature by leaving parts out, logarithmic.",
-        ),
-        omissions_figure,
-    ),
-)
-MATERIALS = (
-    TableFigure(
-        "material_distances",
-        "distances",
-        Caption(
-            "How far the feature of each material lies from that of steel, same shape and same "
-            "grasp, as effects are added from top to bottom. Grey bars: how far another grasp of "
-            "the steel object lies; materials to the left of it cannot be told by this distance.",
-            "Distances between materials by simulated effect, one panel a shape, logarithmic.",
-        ),
-        distances_figure,
-    ),
-)
+def _distances_panel(axes: Axes, rows: Table, steps: list[str], materials: list[str]) -> None:
+    """Draw the materials, each named above its first mark, and how far another grasp lies."""
+    place = np.array([steps.index(str(step)) for step in rows.column("step")])
+    for index, material in enumerate(materials):
+        style = {**line_style(index), "ls": "none", "label": material}
+        distance = rows.numbers(material)
+        axes.plot(distance, place, **style)
+        label_point(axes, distance[0], float(place[0]) - 0.35, material, str(style["color"]))
+    scatter = rows.numbers("scatter")
+    far = ~np.isnan(scatter)
+    axes.plot(scatter[far], place[far], "|", color=GREY, ms=10, mew=2, label="another grasp")
+    if far.any():
+        label_point(axes, scatter[far][-1], float(place[far][-1]), "another\ngrasp", GREY)
+
+
+def distances_caption(table: Table) -> Caption:
+    """Return the caption of `distances_figure`."""
+    return Caption(
+        "How far the feature of each material lies from that of steel, same shape and same "
+        "grasp, as effects are added from top to bottom. Grey bars: how far another grasp of "
+        "the steel object lies; materials to the left of it cannot be told by this distance.",
+        f"{distances_finding(table)}. Distances between materials by simulated effect, one panel a "
+        "shape, logarithmic.",
+    )
+
+
 #: Figures by study.
 FIGURES: dict[str, tuple[TableFigure, ...]] = {
-    "verification": VERIFICATION,
-    "stability": STABILITY,
+    "verification": (
+        TableFigure("convergence", "convergence", convergence_caption, convergence_figure),
+    ),
+    "stability": (TableFigure("stability", "energies", stability_caption, stability_figure),),
     "accuracy": ACCURACY,
-    "omissions": OMISSIONS,
-    "materials": MATERIALS,
+    "omissions": (TableFigure("omissions", "expected", omissions_caption, omissions_figure),),
+    "materials": (
+        TableFigure("material_distances", "distances", distances_caption, distances_figure),
+    ),
 }

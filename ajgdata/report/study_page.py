@@ -3,65 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ajgdata.paths import Paths
 from ajgdata.report.blocks import Illustration, TableFigure
-from ajgdata.report.render import Link, Picture, render
+from ajgdata.report.navigation import LEADS, Group
+from ajgdata.report.render import Picture, all_shown, render
 from ajgdata.types.table import Table, Value
-
-
-class Lead(NamedTuple):
-    """Title of a page, the question that it answers, and the group of pages that it belongs to."""
-
-    title: str
-    text: str
-    about: str = "The virtual gripper"
-
-
-LEADS = {
-    "ablations": Lead(
-        "Why simulation and paper differ",
-        "Each hypothesis is put to an experiment that could refute it: one thing is changed, all"
-        " else stays, and errors are compared on the same grasps. What is supported is a reason"
-        " within the simulation; that it holds for the real gripper, too, is a guess.",
-        "Beside the paper",
-    ),
-    "gallery": Lead(
-        "Gallery",
-        "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
-        "through its axis, and the sound moving through one of them.",
-    ),
-    "verification": Lead(
-        "Verification",
-        "Does the solver solve the equations it claims to solve? Identities that hold at "
-        "round-off, and known answers that it approaches at a known rate.",
-    ),
-    "stability": Lead(
-        "Stability",
-        "What becomes of stiff, light, heavy, tiny, huge, hot and impossible scenes: each stays "
-        "bounded, or is refused with a reason before anything runs.",
-    ),
-    "accuracy": Lead(
-        "Error against run time",
-        "How far a response is from that of a much finer grid, and what it costs to come closer.",
-    ),
-    "omissions": Lead(
-        "What is left out",
-        "What a plan leaves out of a scene, what it expected that to change, and what it does "
-        "change when it is put back in.",
-    ),
-    "materials": Lead(
-        "Materials",
-        "How far apart materials of the same shape sound, beside how far apart two grasps of one "
-        "object do.",
-    ),
-}
-
-
-def page_links(names: Sequence[str]) -> list[Link]:
-    """Return links to the pages `names`, in the order of the report."""
-    return [Link(f"{n}.html", lead.title, lead.about) for n, lead in LEADS.items() if n in names]
 
 
 def placed_figures(
@@ -82,14 +30,15 @@ def render_study(
     tables: Sequence[Table],
     figures: Mapping[str, Picture],
     placed: Mapping[str, Sequence[Illustration]],
-    pages: Sequence[Link] = (),
+    nav: Sequence[Group] = (),
     project: Paths | None = None,
 ) -> str:
     """Return the page as HTML text. `figures` by name; `placed` has those of each table.
 
-    Raises jinja2.UndefinedError for a figure that is not drawn.
+    Raises jinja2.UndefinedError for a figure that is not drawn, ValueError for one that is not
+    shown.
     """
-    return render(
+    html = render(
         "study.html.j2",
         figures,
         project=project,
@@ -101,8 +50,10 @@ def render_study(
         numeric=numeric,
         passed=passed,
         holds=holds,
-        pages=pages,
+        nav=nav,
+        here=f"{name}.html",
     )
+    return all_shown(figures, html, "the page")
 
 
 def numeric(table: Table, key: str) -> bool:

@@ -33,6 +33,9 @@ MAX_GROWTH, SMALL_BYTES = 100, 2**26
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 
 
+_LONG_NAMES = {"stft": "spectrum", "transfer_function": "size of the transfer function"}
+
+
 @dataclass(frozen=True)
 class Column:
     """One labelled column of a store: text, int or float values and their attributes."""
@@ -57,6 +60,12 @@ def text_column(values: Sequence[str], **attrs: str) -> Column:
     if any("\0" in value for value in values):
         raise ValueError("a text holds a NUL character")
     return Column(np.asarray(values, dtype=np.str_), attrs)
+
+
+def feature_attrs(attrs: Mapping[str, Any]) -> dict[str, str]:
+    """Return the attributes of `feature` in a store whose attributes hold the settings."""
+    kind = json.loads(str(attrs["settings"]))["features"].get("kind", "stft")
+    return {"long_name": _LONG_NAMES[kind], "units": "1"}
 
 
 def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> None:

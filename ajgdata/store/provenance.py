@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import json
+import platform
+import re
 import subprocess
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
@@ -30,6 +34,17 @@ def _commit() -> str:
 
 
 @functools.cache
+def environment() -> dict[str, Any]:
+    """Return versions of Python and of every package that this one names as its dependency."""
+    named = {re.split(r"[^A-Za-z0-9._-]", one)[0] for one in requires(PACKAGE.name) or ()}
+    found = {}
+    for name in sorted(named):
+        with contextlib.suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return {"python": platform.python_version(), "packages": found}
+
+
+@functools.cache
 def commit_date() -> str:
     """Return the day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so
     that the same commit makes the same bytes."""
@@ -38,6 +53,32 @@ def commit_date() -> str:
         return _git("show", "--no-patch", "--format=%cs", "HEAD")
     except (OSError, subprocess.SubprocessError):
         return ""
+
+
+def project_commit(folder: Path) -> str:
+    """Return the commit of the project in `folder`, with `+` if its files had changes; that of this
+    package, if the project is in no repository."""
+    try:
+        # Never by a tag: a commit is asked for by its hash.
+        return _git_in(folder, "describe", "--always", "--abbrev=40", "--dirty=+", "--exclude=*")
+    except (OSError, subprocess.SubprocessError):
+        return software()["git_commit"]
+
+
+def commit_named(name: str, folder: Path) -> str:
+    """Return the commit that a name (`HEAD~1`, a tag, the beginning of a hash) has in the
+    repository of `folder`; empty: none."""
+    try:
+        wanted = "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}"
+        return _git_in(folder, "rev-parse", *wanted)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+
+
+def _git_in(folder: Path, *arguments: str) -> str:
+    command = ["git", "-C", str(folder), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
+    return done.stdout.strip()
 
 
 def _git(*arguments: str) -> str:

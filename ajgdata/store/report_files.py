@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,10 @@ _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Figures of the paper, beside which ours stand.
 PAPER = "paper.yaml"
-TEMPLATES, EXPERIMENTS = "templates", "experiments"
-_KINDS = (f"{TEMPLATES}/*.j2", f"{TEMPLATES}/*.css", f"{TEMPLATES}/*.js", f"{EXPERIMENTS}/*.md")
+CITATION = "CITATION.cff"
+TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
+_SUFFIXES = {TEMPLATES: ("j2", "css", "js"), EXPERIMENTS: ("md",), PAGES: ("md",)}
+_KINDS = [f"{folder}/*.{suffix}" for folder, some in _SUFFIXES.items() for suffix in some]
 
 
 def report_file(project: Paths, name: str) -> Path:
@@ -41,9 +44,25 @@ def read_paper(project: Paths) -> dict[str, Any]:
     return read_yaml(report_file(project, PAPER))
 
 
+def read_citation() -> dict[str, Any]:
+    """Return how this software asks to be cited, with the keys of its CITATION.cff: a wheel, which
+    does not have the file, has its title and version."""
+    path = PACKAGE.parent / CITATION
+    if path.is_file():
+        return read_yaml(path)
+    about = metadata(PACKAGE.name)
+    return {"title": f"{about['Name']}: {about['Summary']}", "version": about["Version"]}
+
+
 def read_experiment_text(project: Paths, kind: str) -> str:
     """Return the Markdown on a kind of experiment; empty if nobody wrote about it."""
     path = report_file(project, f"{EXPERIMENTS}/{kind}.md")
+    return read_text(path) if path.is_file() else ""
+
+
+def read_page_text(project: Paths, page: str) -> str:
+    """Return the Markdown on a page of the report, its title first; empty if there is none."""
+    path = report_file(project, f"{PAGES}/{page}.md")
     return read_text(path) if path.is_file() else ""
 
 

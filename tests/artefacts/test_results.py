@@ -27,7 +27,9 @@ RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
 STORES = [PATHS.features(name) for name in RUNS["datasets"]]
 EVALUATED = [(d, task, f"cross_validation-{model}") for d, task, model in RUNS["runs"]]
 TREES = [PATHS.published(name) for name in RUNS["published"]]
-PAGES = [PATHS.report, *(PATHS.page(name) for name in RUNS["pages"])]
+OWN = sorted(PATHS.report.parent.glob("experiments/*.html"))
+FIXED = [PATHS.report.with_name(f"{name}.html") for name in ("paper", "results", "datasets", "run")]
+PAGES = [PATHS.report, *FIXED, *OWN, *(PATHS.page(name) for name in RUNS["pages"])]
 STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name in STUDY_NAMES]
 
 
@@ -146,7 +148,9 @@ def test_no_group_is_trained_on_where_it_is_tested(key):
 @pytest.mark.parametrize("path", PAGES, ids=lambda p: p.stem)
 def test_each_page_needs_no_network_and_what_it_links_to_is_there(path):
     page = path.read_text(encoding="utf-8")
-    assert not re.search(r"<(script|img|iframe|source)[^>]+src=[\"'](?!data:)", page)
+    for tag, source in re.findall(r"<(\w+)[^>]+\bsrc(?:set)?=[\"']([^\"']+)", page):
+        assert tag in ("img", "audio", "source"), tag
+        assert (path.parent / source).is_file(), source
     assert not re.search(r"@import|url\(\s*[\"']?http|<link[^>]+href=[\"']http", page)
     links = re.findall(r"href=\"(?!https?:|#)([^\"]+)\"", page)
     assert links
@@ -190,18 +194,19 @@ def test_all_results_are_within_bounds():
             assert value >= 0, where
 
 
-def test_every_figure_is_on_the_page_and_every_model_in_it():
-    """Figures of what was run, each under its name, with the files that it links to."""
-    page = PATHS.report.read_text(encoding="utf-8")
-    shown = set(re.findall(r'<figure id="([^"]+)"', page))
+def test_every_figure_is_on_a_page_and_every_model_in_the_table():
+    """Figures of what was run, each under its name, with the files that it links to; so pages."""
+    pages = {path.name: path.read_text(encoding="utf-8") for path in (PATHS.report, *FIXED, *OWN)}
+    whole = "".join(pages.values())
+    shown = set(re.findall(r'<img src="(?:\.\./)?figures/([^"]+)\.svg"', whole))
     made = [key for key in EVALUATED if "skipped" not in evaluation(*key)[0]]
     named = (f"cross-validation--{d}--{t}--predictions--{k.partition('-')[2]}" for d, t, k in made)
     assert set(named) <= shown
     folder = PATHS.report.parent / "figures"
     for suffix in ("svg", "png", "pdf"):
         assert {path.stem for path in folder.glob(f"*.{suffix}")} == shown
-    table = page[page.index('<h2 id="results">') :]
-    rows = re.findall(r"<tr>(.*?)</tr>", table[: table.index("</section>")], flags=re.S)
+    table = pages["results.html"]
+    rows = re.findall(r"<tr>(.*?)</tr>", table, flags=re.S)
     models = [row for row in rows if re.search(r"<td>(RMSE|accuracy)</td>", row)]
     assert len(models) == len(made)
     for row in models:
@@ -211,7 +216,7 @@ def test_every_figure_is_on_the_page_and_every_model_in_it():
 
 
 def test_the_page_says_what_each_stage_took():
-    page = PATHS.report.read_text(encoding="utf-8")
+    page = PATHS.report.with_name("run.html").read_text(encoding="utf-8")
     section = page[page.index('<h2 id="stages">') :]
     rows = re.findall(r'<tr><th scope="row">([^<]+)</th>(.*?)</tr>', section, flags=re.S)
     seconds = {

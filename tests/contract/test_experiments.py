@@ -13,6 +13,7 @@ import pytest
 
 from ajgdata.experiments import EXPERIMENTS, Asked
 from ajgdata.experiments.stft_settings import variants
+from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import asked_for, run_experiment
 from ajgdata.pipeline.recipes import planned_grasps, recipe_sessions
@@ -27,8 +28,10 @@ SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
 MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
-ASKED = [one for one in asked_for(SPECS, TASKS) if not one.experiment.reads_recordings]
-READS = [one for one in asked_for(SPECS, TASKS) if one.experiment.reads_recordings]
+ALL = asked_for(SPECS, TASKS)
+RENDERS = [one for one in ALL if one.experiment.renders]
+READS = [one for one in ALL if one.experiment.reads_recordings]
+ASKED = [one for one in ALL if one not in (*RENDERS, *READS)]
 IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in ASKED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
@@ -231,8 +234,16 @@ def test_settings_of_the_stft_can_be_made_of_what_a_recipe_records():
             assert not one.align
 
 
+def test_other_sounds_are_played_in_data_sets_that_are_simulated():
+    for asked in RENDERS:
+        spec = SPECS[asked.dataset]
+        assert spec.recipe.source == "virtual" and spec.audio.sample_rate_hz == SAMPLE_RATE_HZ
+        shortest = min(asked.settings.lengths_s) * SAMPLE_RATE_HZ
+        assert shortest >= spec.features.window
+
+
 def test_every_experiment_is_looked_at_here():
-    names = {asked.experiment.name for asked in (*ASKED, *READS)}
+    names = {asked.experiment.name for asked in ALL}
     assert names == {name for name in EXPERIMENTS.names() if not EXPERIMENTS[name].of_embedding}
     others = {other for asked in ASKED for other in asked.others}
     assert {asked.dataset for asked in ASKED} | others <= set(MADE)

@@ -1,15 +1,27 @@
-"""What every registered model and source must do, ours and those of installed packages."""
+"""What every registered model, source and robot must do, ours and those of other packages."""
+
+import sys
 
 import numpy as np
 import pytest
 from sklearn.base import clone, is_classifier, is_regressor
 
 from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.robot import Placement, grasp_once, open_robot
 from ajgdata.loading import read_model
 from ajgdata.models import make_model
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Column, Shard, text_column, write_store
-from ajgdata.types import MODELS, SOURCES, Recipe, Session
+from ajgdata.types import (
+    DEFAULT_EXCITATION,
+    MODELS,
+    ROBOTS,
+    SOURCES,
+    Excitation,
+    Recipe,
+    Session,
+)
+from ajgdata.types.protocol import PAPER_SEQUENCE
 from ajgdata.types.registry import resolve
 
 TARGETS = {"edge_mm": "regression", "shape": "classification"}
@@ -77,7 +89,7 @@ def test_a_source_plays_records_and_says_what_it_is(name, tmp_path):
     recipe = RECIPE.model_copy(update={"source": name})
     (grasp,) = plan_session(recipe, "d", session_names(recipe)[0], "")
     with resolve(SOURCES[name].open)(tmp_path, 1) as made:
-        source = made(grasp.setup, recipe.signal)
+        source = made(grasp.setup, recipe.signal, DEFAULT_EXCITATION)
         sound = source.excitation()
         assert sound is None or (sound.ndim == 1 and np.abs(sound).max() <= 1)
         source.expect([grasp])
@@ -86,5 +98,22 @@ def test_a_source_plays_records_and_says_what_it_is(name, tmp_path):
         assert 0 < np.abs(samples).max() <= 1
         if source.kind == "virtual":
             assert np.array_equal(source.take(grasp, 0).samples, samples)
+        about = dict(source.describe())
+        played = Excitation(file="excitation.wav", sha256="", **about.pop("excitation", {}))
         Session(session_id="s", source=source.kind, sample_rate_hz=source.sample_rate_hz,
-                **source.describe())  # fmt: skip
+                excitation=played, **about)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ROBOTS.names())
+def test_a_robot_grasps_and_lets_go(name):
+    """Every step returns, and the force is a number of N or not known."""
+    program = [sys.executable, "-c", "print('{\"force_n\": 8}')"]
+    settings = {"command": {"command": program}}.get(name, {})
+    forces = []
+    with open_robot(name, settings, lambda text: None) as robot:
+        place = Placement("cube_01", "cube", 1, 8.0)
+        grasp_once(robot, place, PAPER_SEQUENCE, 0.0, forces.append)
+        robot.place("left")
+        robot.release()  # also when nothing is held
+    assert len(forces) == 1
+    assert forces[0] is None or 0 <= forces[0] < 1000

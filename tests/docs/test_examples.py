@@ -10,7 +10,9 @@ from PIL import Image
 from small_project import EDGES_MM, make
 
 import ajgdata
+from ajgdata.acquire.robot import Placement, RobotError, grasp_once
 from ajgdata.paths import Paths
+from ajgdata.types.protocol import PAPER_SEQUENCE
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
 
@@ -76,6 +78,35 @@ def test_publishing(in_project):
     assert found["edges_mm"] == list(EDGES_MM)
     with ajgdata.load_features("size") as features:
         assert features.sizes["recording"] == 16
+
+
+def test_ros2_robot():
+    found, calls = run("ros2_robot"), []
+
+    def answer(name, fields):
+        calls.append((name, fields))
+        return {"position": 0.03, "effort": 7.6, "stalled": fields.get("position") == 0}
+
+    robot, forces = found["Ros2Robot"](answer), []
+    cube, nothing = Placement("cube_01", "cube", 1, 8.0), Placement("empty_01", "", 1, 8.0)
+    grasp_once(robot, cube, PAPER_SEQUENCE, 0, forces.append)
+    robot.place("A")
+    assert forces == [7.6]
+    up = ("/gripper/press", {"position": 0.10, "max_effort": 50.0})
+    off, on = (("/gripper/pump", {"data": data}) for data in (False, True))
+    assert calls == [
+        up, off,
+        ("/gripper/press", {"position": 0.0, "max_effort": 8.0}),
+        on,
+        up,
+        ("/gripper/press", {"position": 0.0, "max_effort": 5.0}), off, up,
+        ("/bins/A", {}), off,
+    ]  # fmt: skip
+    calls.clear()
+    assert robot.approach(nothing) == 7.6
+    assert calls == [up]
+    with pytest.raises(RobotError, match=r"approach: met nothing at 0.001 m; put the object there"):
+        found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 
 
 def test_what_the_page_on_python_shows(in_project):

@@ -13,6 +13,7 @@ from ajgdata.store.files import csv_bytes, write_bytes
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import Column, Table
+from tools import screenshots
 from tools.findings import blocks
 from tools.findings.documents import END, blocks_of, documents, outside, rewritten
 from tools.findings.evaluations import CHOSEN, HEADLINES, terms
@@ -172,3 +173,22 @@ def test_a_figure_that_was_typed_over_is_found_where_the_results_are_those_it_na
     table.write_text(table.read_text().replace("0.7249", "0.7250"))  # another run
     other = project.results.rename(project.root / "other")
     assert blocks.drifted(typed, other) == []
+
+
+def test_screenshots_stay_where_there_is_no_browser_or_no_report(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(screenshots, "IMAGES", tmp_path)
+    page = tmp_path / "index.html"
+    screenshots.write_screenshots(page)
+    assert f"left as they were, there is no {page}" in capsys.readouterr().out
+    page.touch()
+    monkeypatch.setenv("PATH", "")
+    screenshots.write_screenshots(page)
+    assert "not installed: apt-get install chromium chromium-driver" in capsys.readouterr().out
+    assert list(tmp_path.iterdir()) == [page]
+
+
+def test_pictures_of_the_docs_are_small():
+    """Every clone has them, each version of them."""
+    sizes = {file.name: file.stat().st_size for file in screenshots.IMAGES.iterdir()}
+    assert "report-before.png" in sizes
+    assert sum(sizes.values()) <= screenshots.MAX_BYTES

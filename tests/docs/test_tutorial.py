@@ -1,4 +1,4 @@
-"""The tutorial's commands, in its order, in a project of their own."""
+"""The tutorial's commands, in its order, in a project of their own, with a card that is none."""
 
 import os
 import re
@@ -6,14 +6,19 @@ import runpy
 import shlex
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from unittest.mock import patch
 
+import numpy as np
 import pytest
 import yaml
 
+from ajgdata.acquire import robot
 from ajgdata.cli import main
 from ajgdata.paths import Paths
+from ajgdata.pipeline import acquire_live, device
 from ajgdata.store.features import read_store
 from ajgdata.store.tables import read_tables
 
@@ -22,6 +27,44 @@ TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(sh|yaml)\n(.*?)^```", TEXT, flags=re.M | re.S)
 #: What a project's folder holds before anything of one's own.
 GIVEN = ("Snakefile", "workflow", "profiles", "tests", "docs", "environment.yml")
+
+
+CARD = "USB Audio CODEC"
+HELD = ("cube", "ball", "bar")
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """A person, a gripper and its sound card: each object has a response, each grasp is another."""
+    sys.path.insert(0, str(ROOT / "tests" / "unit"))
+    try:
+        from fake_card import FakeLine, fake_card
+    finally:
+        sys.path.pop(0)
+    line, drawn = FakeLine(noise=1e-4), np.random.default_rng(0)
+    rings = {name: 0.15 * drawn.standard_normal(64) for name in ("", *HELD)}
+
+    def hold(name=""):
+        line.response = rings[name] * np.exp(-np.arange(64) / drawn.uniform(9, 15))
+
+    def approach(self, placement):
+        hold(placement.object)
+        return pressed(self, placement)
+
+    @contextmanager
+    def opened(settings):
+        assert settings.device == CARD
+        yield fake_card(line, **settings.model_dump())
+
+    hold()
+    pressed = robot.ManualRobot.approach
+    monkeypatch.setattr(robot.ManualRobot, "approach", approach)
+    monkeypatch.setattr("builtins.input", lambda: "")
+    for module in (acquire_live, device):
+        monkeypatch.setattr(module, "open_card", opened)
+    listed = {"name": CARD, "api": "ALSA", "inputs": 2, "outputs": 2, "rates_hz": [44_100]}
+    monkeypatch.setattr(device, "list_devices", lambda: [listed])
+    monkeypatch.setattr(robot, "time", SimpleNamespace(sleep=lambda seconds: None))
 
 
 def run(command: str) -> None:
@@ -41,7 +84,7 @@ def run(command: str) -> None:
             runpy.run_path(arguments[0], run_name="__main__")
 
 
-def test_the_tutorial(tmp_path, monkeypatch, capfd):
+def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     paths = Paths(tmp_path / "project")
     paths.datasets.mkdir(parents=True)
     for name in GIVEN:
@@ -52,20 +95,26 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd):
     for kind, block in BLOCKS:
         if kind == "yaml":
             declared = yaml.safe_load(block)
-            assert paths.dataset(declared["name"]).is_file()  # the import made the first one
+            paths.dataset(declared["name"]).parent.mkdir()
             paths.dataset(declared["name"]).write_text(block)
             continue
         for command in block.splitlines():
             run(command)
             said[command] = capfd.readouterr().out
+    assert CARD in said["ajgdata device list"]
+    (checked,) = (text for command, text in said.items() if command.startswith("ajgdata device c"))
+    assert "good         the card is ready: record" in checked
+    (recorded,) = (text for command, text in said.items() if command.startswith("ajgdata acquire"))
+    assert "mine/soundcard-01: 22 recorded, all grasps are there" in recorded
+    assert "22 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate mine"]
+    assert "22 of 22 grasps of 3 objects in 1 sessions" in said["ajgdata info mine"]
     assert said["python docs/examples/make_takes.py takes"].startswith("18 recordings of 3 objects")
     assert "19 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate takes"]
-    assert "18 added" in said["ajgdata import takes --dataset mine"]
-    assert "18 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate mine"]
-    assert "18 of 18 grasps of 3 objects in 1 sessions" in said["ajgdata info mine"]
+    assert "18 added" in said["ajgdata import takes --dataset earlier"]
     store = read_store(paths.features("mine"))
-    assert store.feature.shape == (18, 1025)
-    assert set(store.columns["label"].values.tolist()) == {"cube", "ball", "bar"}
+    # 18 grasps and 2 of nothing; silence is no row.
+    assert store.feature.shape == (20, 1025)
+    assert set(store.columns["label"].values.tolist()) == {"cube", "ball", "bar", ""}
     about, tables = read_tables(paths.experiment("mine", "label", "cross_validation-linear"))
     assert about["parts"]["grouped"]["recordings"] == 18
     scores = tables[0].where(part="grouped", metric="accuracy")

@@ -8,6 +8,7 @@ from ajgdata.report.format import Caption
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.report_data import (
     DatasetSummary,
+    ExperimentPage,
     Part,
     Provenance,
     Report,
@@ -40,6 +41,8 @@ def row(label: str, value: str, **changes) -> ResultRow:
 def part(rows: tuple[ResultRow, ...], **changes) -> Part:
     values = {
         "experiment": "cross_validation",
+        "name": "cross-validation--size--edge",
+        "page": "size",
         "title": "Cross-validation",
         "summary": "Regression of edge_mm.",
         "text": f"# What\n\n## Question\n\nIs {SCRIPT} *escaped*?",
@@ -64,7 +67,7 @@ def sections() -> tuple[TaskSection, ...]:
         TaskSection("size", "edge", "Cube size · edge", "simulated", (part(sizes),)),
         TaskSection(
             "stones", "kind", f"{SCRIPT} · kind", "recorded",
-            (part(kinds, figures=(), tables=(), text="", summary=""),),
+            (part(kinds, figures=(), tables=(), text="", summary="", page="stones"),),
         ),
     )  # fmt: skip
 
@@ -96,5 +99,11 @@ def sample_report() -> Report:
         dataset("size", "simulated", title="Cube size", facts={"grid spacing (mm)": 2.0}),
         dataset("stones", "recorded", title=SCRIPT, findings=(problem, flagged)),
     )
-    across = (illustration("random-against-grouped"),)
-    return Report("Results", "0.1.0", "abc1234", datasets, sections(), across=across)
+    pages = (
+        ExperimentPage(
+            "size", "How large?", "How large is it?", "snakemake report_size", "Paper's"
+        ),
+        ExperimentPage("stones", SCRIPT, f"Is {SCRIPT} told?", "snakemake report_stones", "Beyond"),
+    )
+    across = {"": (illustration("random-against-grouped"),), "size": (illustration("cost--size"),)}
+    return Report("Results", "0.1.0", "abc1234", datasets, sections(), pages=pages, across=across)

@@ -178,10 +178,19 @@ def test_reasons_are_supported_changes_towards_the_paper():
     assert not nothing.explains(low=False)
 
 
+FOUND = {
+    "mirror": "A gripper 0.5 mm from its mirror image errs by 40°, one 11 mm from it by 9°.",
+    "materials": "Hard materials are told in 50 to 70 % with 100 % of the scatter of grasps",
+    "noise": "At 80 dB(A) ridge trained at all errs by 2 mm, ridge trained at 45 errs by 9 mm.",
+}
+
+
 def drawn(name, table):
     """Axes of the one figure of an ablation's table."""
     (illustration,) = placed_figures(ablation(name).figures, [table])[table.name]
     assert len(illustration.caption.alt) > 40
+    told = illustration.caption.alt
+    assert told.startswith(FOUND[name])
     return draw(illustration).axes
 
 
@@ -196,7 +205,7 @@ def test_the_mirror_s_figure_sets_errors_against_the_misfit():
     assert [text.get_text() for text in left.texts] == ["a", "b"]
     kept, flipped = right.lines[:2]
     assert kept.get_ydata().tolist() == [0.9, 0.95] and flipped.get_ydata().tolist() == [-0.1, 0.8]
-    assert left.get_xlim() == (0, 22) and right.get_ylim()[1] == 1
+    assert left.get_xlim() == (0, 16.5) and right.get_ylim()[1] == 1
 
 
 def test_the_materials_figure_has_distances_and_accuracies_of_each_data_set():
@@ -223,5 +232,4 @@ def test_the_noise_figure_has_a_line_for_each_model_and_training_set():
     assert [line.get_xydata().tolist() for line in axes.lines] == [
         [[45, 1], [80, 9]], [[45, 1], [80, 2]],
     ]  # fmt: skip
-    legend = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert legend == ["ridge, at 45", "ridge, at all"]
+    assert [text.get_text() for text in axes.texts] == ["ridge, at 45", "ridge, at all"]

@@ -19,7 +19,12 @@ from ajgdata.acquire.solving import solving
 from ajgdata.gripper.motor import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
 from ajgdata.pipeline.acquire import acquire_all
-from ajgdata.pipeline.recipes import declare_from, planned_grasps, recipe_sessions
+from ajgdata.pipeline.recipes import (
+    declare_from,
+    planned_grasps,
+    recipe_sessions,
+    with_recipe,
+)
 from ajgdata.pipeline.validate import validate_datasets
 from ajgdata.store.audio import read_audio
 from ajgdata.store.responses import LIMIT_VARIABLE
@@ -299,3 +304,14 @@ def test_the_command(project, tmp_path):
     )
     assert done.stdout == "mine/virtual-01: 4 recorded, 0 already there\n"
     assert done.stderr == ""
+
+
+def test_the_source_decides_which_recipes_are_recorded(project):
+    """`--source` names those whose recipe names it; without it each recipe decides."""
+    one = {**RECIPE, "sessions": 1}
+    project.declare(recipe=one)
+    assert with_recipe(project.paths) == with_recipe(project.paths, "virtual") == ["d"]
+    assert with_recipe(project.paths, "bench") == []
+    assert recipe_sessions(project.paths, "d", "virtual") == ["virtual-01"]
+    with pytest.raises(DataError, match="its recipe is for 'virtual'; --source virtual"):
+        recipe_sessions(project.paths, "d", "bench")

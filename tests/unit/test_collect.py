@@ -3,11 +3,14 @@
 import csv
 import json
 
+import numpy as np
 import pytest
 
 from ajgdata.experiments.base import score_table
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
+from ajgdata.store.provenance import project_commit
+from ajgdata.store.runs import kept_runs
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import table_of
 
@@ -54,6 +57,11 @@ def collected(tmp_path_factory):
         numbers = list(csv.DictReader(stream))
     with paths.predictions.open(encoding="utf-8", newline="") as stream:
         predicted = list(csv.DictReader(stream))
+    kept = kept_runs(paths)
+    assert {one.commit for one in kept} == {project_commit(paths.root)} - {""}
+    for one in kept:
+        for file in (paths.all_metrics, paths.metrics_table, paths.predictions):
+            assert (one.folder / file.name).read_bytes() == file.read_bytes()
     return json.loads(paths.all_metrics.read_bytes()), numbers, predicted
 
 
@@ -74,6 +82,7 @@ def test_a_row_for_every_number_with_its_seed_and_what_made_it(collected):
 
 def test_the_document_holds_what_the_table_holds_and_what_could_not_be_made(collected):
     document, _, _ = collected
+    assert document["software"]["packages"]["numpy"] == np.__version__
     task, knn, retrieval = document["experiments"]
     assert [table["name"] for table in task["tables"]] == ["scores"]
     assert (knn["dataset"], knn["task"], knn["seed"]) == ("d", "poses", 7)

@@ -1,10 +1,11 @@
 """What figures of cross-validation show, read back from them, and what stands below them."""
 
+import itertools
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgba
+from drawn_figures import smallest_pt
 from matplotlib.text import Text
 from result_samples import (
     CLASSES,
@@ -23,7 +24,8 @@ from result_samples import (
 
 from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings, figures, overview
-from ajgdata.experiments.cross_validation.figures import (
+from ajgdata.experiments.cross_validation.findings import level_finding, model_finding
+from ajgdata.experiments.cross_validation.predictions import (
     group_by_true_value,
     prediction_caption,
     prediction_figure,
@@ -32,11 +34,18 @@ from ajgdata.experiments.cross_validation.figures import (
 from ajgdata.experiments.cross_validation.results import models_of
 from ajgdata.report.canvas import COLOURS, MAX_VECTOR_POINTS, encode, styled
 from ajgdata.report.format import Score
+from ajgdata.report.paper import PaperFigure
 from ajgdata.types import Level
 
 
 def texts(figure):
     return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
+
+
+def title(figure):
+    """The head of a figure, its lines joined."""
+    bold = [text for text in figure.texts if text.get_fontweight() == "bold"]
+    return " ".join(text.get_text() for text in bold if text.get_color() != "white")
 
 
 def fits(figure):
@@ -66,6 +75,7 @@ def test_every_figure_says_where_its_data_come_from(drawn):
     assert stated == {
         "random-against-grouped": {"simulated"},
         "error-against-run-time": {"simulated", "recorded"},
+        "error-against-inference-time": {"simulated", "recorded"},
         "cross-validation--size--edge--predictions--cnn": {"simulated"},
         "cross-validation--size--edge--predictions--knn": {"simulated"},
         "cross-validation--stones--kind--predictions--cnn": {"recorded"},
@@ -74,6 +84,7 @@ def test_every_figure_says_where_its_data_come_from(drawn):
 
 def test_nothing_is_drawn_outside_a_figure(drawn):
     assert {name for name, figure in drawn.items() if not fits(figure)} == set()
+    assert {name for name, figure in drawn.items() if smallest_pt(figure) < 7.8} == set()
 
 
 def test_the_lowest_error_is_shown_first_and_others_on_request():
@@ -143,6 +154,64 @@ def test_long_names_and_many_classes_fit():
     assert fits(prediction_of(sizes(**long)))
 
 
+def test_names_of_sixty_classes_stand_apart_and_cells_without_room_hold_no_numbers():
+    classes = tuple(f"household object {i:02d}" for i in range(60))
+    y = np.array(classes)
+    figure = prediction_of(kinds(kind_result(classes=classes, predictions={"grouped": (y, y)})))
+    assert fits(figure)
+    axes = figure.axes[0]
+    renderer = figure.canvas.get_renderer()
+    boxes = [label.get_window_extent(renderer) for label in axes.get_yticklabels()]
+    assert all(above.y0 >= below.y1 - 1 for above, below in itertools.pairwise(boxes))
+    assert not [text for text in axes.texts if text.get_text() == "1"]
+    assert sum(text.get_text() == "100 %" for text in axes.texts) == 60
+
+
+def test_a_model_is_told_from_chance_by_two_deviations():
+    def said(rmse, sd):
+        return model_finding(models_of(sizes(size_result(scores={"rmse": Score(rmse, sd)})))[0])
+
+    assert said(4.0, 2.0).startswith("CNN errs by 4.0 ± 2.0 mm where the grasp is new; chance is")
+    assert said(7.0, 1.0).startswith("CNN cannot be told from chance: it errs by 7.0 ± 1.0 mm")
+    assert said(12.0, 1.0).startswith("CNN does worse than chance: it errs by 12.0 ± 1.0 mm")
+
+
+def leveled(*errors):
+    """A task at 45, 60 and 80 dBA, and the RMSE of a model at the last two; chance is 8.2 mm."""
+    others = {
+        f"size_{v}": Other(f"at {v}", Level(value=v, unit="dBA", quantity="sound"))
+        for v in (60, 80)
+    }
+    parts = {
+        f"on:{name}": ({"rmse": Score(e, 0.3)}, 9.0) for name, e in zip(others, errors, strict=True)
+    }
+    level = Level(value=45, unit="dBA", quantity="sound")
+    settings = Settings(test_on=tuple(others))
+    return sizes(size_result(parts=parts), level=level, others=others, settings=settings)
+
+
+def test_the_level_from_which_on_no_model_beats_chance_is_the_title():
+    assert level_finding(leveled(3.0, 9.0)) == (
+        "From 80 dBA on no model beats chance (CNN: 2.20 ± 0.30 mm at 45 dBA)"
+    )
+    assert level_finding(leveled(9.0, 9.0)).startswith("From 60 dBA on no model beats chance")
+    # better again above: nothing is lost from a level on
+    assert level_finding(leveled(9.0, 4.0)) == (
+        "CNN: 2.20 ± 0.30 mm at 45 dBA, 4.00 ± 0.30 mm at 80 dBA; chance is 8.2 mm"
+    )
+
+
+def test_the_paper_s_value_is_named_with_whose_it_is():
+    known = PaperFigure(id="size-known", metric="rmse", value=2.7, unit="mm", text="t", where="w")
+    named = prediction_of(sizes(papers={"known": known}))
+    assert any("the paper's CNN: 2.7 mm" in text for text in texts(named))
+    theirs = known.model_copy(update={"id": "baselines"})
+    named = prediction_of(sizes(papers={"known": theirs}))
+    assert any("the paper's k-NN: 2.7 mm" in text for text in texts(named))
+    untold = known.model_copy(update={"value": None})
+    assert not any("paper" in t for t in texts(prediction_of(sizes(papers={"known": untold}))))
+
+
 def test_mean_and_deviation_per_true_value():
     y_true = np.array([2.0, 1.0, 2.0, 1.0, 3.0])
     y_pred = np.array([2.0, 1.0, 4.0, 2.0, 9.0])
@@ -168,14 +237,15 @@ def test_regression_figure_draws_predictions_identity_and_score():
     errors = lines["one recording"].get_ydata() - SIZES
     assert np.array_equal(errors, np.tile([-1.0, 1.0, -3.0, 3.0], 3))
     assert np.array_equal(lines["perfect"].get_xdata(), lines["perfect"].get_ydata())
-    assert lines["chance: the mean"].get_ydata()[0] == 20
+    assert lines["chance"].get_ydata()[0] == 20
     bars = figure.axes[0].containers[0]
     assert bars.lines[0].get_ydata() == pytest.approx([10, 20, 30])
     # Deviations -1, 1, -3, 3: variance 20 / 3 with n - 1.
     ends = bars.lines[2][0].get_segments()[0][:, 1]
     assert ends == pytest.approx(10 + np.array([-1, 1]) * (20 / 3) ** 0.5, rel=1e-12)
-    assert {"RMSE 2.20 ± 0.30 mm   (chance 8.2 mm)", "true edge (mm)"} <= set(texts(figure))
-    assert "withheld values" not in figure.axes[0].get_legend_handles_labels()[1]
+    told = "CNN errs by 2.20 ± 0.30 mm where the grasp is new; chance is 8.2 mm"
+    assert told in title(figure) and "true edge (mm)" in texts(figure)
+    assert not any("withheld" in text for text in texts(figure))
 
 
 def test_withheld_values_are_drawn_beside():
@@ -185,8 +255,8 @@ def test_withheld_values_are_drawn_beside():
     task = sizes(size_result(parts=parts, predictions=predictions))
     axes = prediction_of(task).axes[0]
     bars = {c.get_label(): c.lines[0].get_xydata().tolist() for c in axes.containers}
-    assert bars["withheld values"] == [[15, 15.5]]
-    assert "Orange: values withheld" in prediction_caption(models_of(task)[0]).text
+    assert bars["mean ± sd of withheld values"] == [[15, 15.5]]
+    assert "Squares: values withheld" in prediction_caption(models_of(task)[0]).text
 
 
 def test_many_points_do_not_bloat_a_vector_file():
@@ -203,7 +273,12 @@ def test_confusion_figure_shows_counts_and_shares_of_the_true_class():
     assert shares == pytest.approx(np.array([[3 / 4, 1 / 4], [2 / 6, 4 / 6]]), rel=1e-12)
     shown = texts(figure)
     assert {"75 %\n3", "25 %\n1", "33 %\n2", "67 %\n4"} <= set(shown)
-    assert "accuracy 70.0 ± 5.0 %   (chance 60 %)" in shown
+    # 2 sd reach from 70 % to chance
+    told = "CNN cannot be told from chance: it is right in 70.0 ± 5.0 % where the grasp is new"
+    assert f"{told}, a guess in 60 %" in title(figure)
+    assert "most often it takes <b>granite</b> for basalt" in title(figure)
+    right = [text for text in shown if text.endswith(" %") and "\n" not in text]
+    assert right == ["75 %", "67 %"]  # at the end of each row
     assert [t.get_text() for t in figure.axes[0].get_yticklabels()] == list(CLASSES)
 
 
@@ -213,16 +288,21 @@ def test_a_class_that_never_occurs_has_an_empty_row():
     assert shares[2].tolist() == [0, 0, 0] and shares[:2].sum() == pytest.approx(2)
 
 
-def test_cost_figure_places_every_result_and_hollows_the_beaten(drawn):
-    training, inference = drawn["error-against-run-time"].axes
-    places = np.array([c.get_offsets()[0] for c in training.collections])
-    expected = np.array([(3.2, 2.2 / 8.2), (1e-4, 4 / 8.2), (3.2, 0.3 / 0.4)])
-    assert places == pytest.approx(expected, rel=1e-12)
-    places = np.array([c.get_offsets()[0][0] for c in inference.collections])
-    assert places == pytest.approx([0.21, 0.05, 0.21], rel=1e-12)
-    assert training.get_xscale() == inference.get_xscale() == "log"
+def markers(axes):
+    """Places (n, 2) of the models in a panel."""
+    return np.array([c.lines[0].get_xydata()[0] for c in axes.containers])
+
+
+def test_cost_figure_places_every_result_in_the_panel_of_its_task(drawn):
+    sizes_, kinds_ = drawn["error-against-run-time"].axes
+    np.testing.assert_allclose(markers(sizes_), [(3.2, 2.2 / 8.2), (1e-4, 4 / 8.2)])
+    np.testing.assert_allclose(markers(kinds_), [(3.2, 0.3 / 0.4)])
+    sizes_, kinds_ = drawn["error-against-inference-time"].axes
+    np.testing.assert_allclose(markers(sizes_)[:, 0], [0.21, 0.05])
+    assert sizes_.get_xscale() == "log"
+    assert sizes_.get_xlim() == kinds_.get_xlim() and sizes_.get_ylim() == kinds_.get_ylim()
     # k-NN is worse but faster: both models of the first task are on its front.
-    assert len(training.get_lines()[0].get_xdata()) == 2
+    assert len(sizes_.get_lines()[0].get_xdata()) == 2
 
 
 def cost_figure(*results):
@@ -232,23 +312,36 @@ def cost_figure(*results):
 def test_cost_figure_hollows_what_is_beaten():
     slow = size_result("slow", scores={"rmse": Score(4.0, 0.4)}, cost=(9, 0.21, 512))
     training = cost_figure(sizes(slow, size_result())).axes[0]
-    faces = [tuple(c.get_facecolor()[0]) for c in training.collections]
-    assert faces == [to_rgba("white"), to_rgba(COLOURS[0])]
+    faces = [c.lines[0].get_markerfacecolor() for c in training.containers]
+    assert faces == ["white", COLOURS[1]]
     assert training.get_lines()[0].get_xdata().tolist() == [3.2]
 
 
-def test_marker_area_grows_with_memory(drawn):
-    collections = drawn["error-against-run-time"].axes[0].collections
-    areas = [c.get_sizes()[0] for c in collections]
-    assert areas[0] == areas[2] > areas[1] > 0
+def test_the_title_of_costs_counts_the_tasks_on_which_a_model_is_best():
+    alone = cost_figure(kinds())
+    assert title(alone) == "Error against run time: CNN"
+    worse = size_result("knn", "k-NN", scores={"rmse": Score(4.0, 0.4)}, cost=(0.1, 0.2, 1.0))
+    two = [sizes(size_result(), worse), sizes(size_result(), worse, task="other")]
+    assert title(cost_figure(*two)) == "CNN errs least on 2 of 2 tasks, k-NN trains fastest on 2"
+    both = cost_figure(sizes(size_result(), worse), kinds())
+    assert title(both) == "CNN errs least, k-NN trains fastest"
+
+
+def test_many_tasks_share_one_scale_and_nothing_is_drawn_outside():
+    worse = size_result("knn", "k-NN", scores={"rmse": Score(4.0, 0.4)}, cost=(0.1, 0.2, 1.0))
+    tasks = [sizes(size_result(), worse, task=f"a_task_of_a_long_name_{i}") for i in range(9)]
+    figure = cost_figure(*tasks)
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(shown) == 9 and len({axes.get_xlim() for axes in shown}) == 1
+    assert fits(figure)
 
 
 def test_split_figure_pairs_the_two_errors_in_one_unit(drawn):
     figure = drawn["random-against-grouped"]
-    widths = [bar.get_width() for bars in figure.axes[0].containers for bar in bars.get_children()
-              if hasattr(bar, "get_width")]  # fmt: skip
-    assert widths == pytest.approx([2.2 / 8.2, 1.1 / 8.2], rel=1e-12)
-    assert {"2.20 ± 0.30 mm", "1.10 ± 0.20 mm"} <= set(texts(figure))
+    places = [float(x) for x in markers(figure.axes[0])[:, 0]]
+    assert places == pytest.approx([1.1 / 8.2, 2.2 / 8.2], rel=1e-12)
+    assert "1.10 ± 0.20 mm → 2.20 ± 0.30 mm" in texts(figure)
+    assert title(figure) == "A split that ignores the groups hides 50 % of the error"
     caption = illustrated(*two_tasks())["random-against-grouped"].caption
     assert "hides: Cube size · edge, CNN: 50%." in caption.text
     assert "CNN: 2.20 ± 0.30 mm grouped, 1.10 ± 0.20 mm random" in caption.alt

@@ -218,6 +218,8 @@ def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
     assert (row.paper, row.model, row.result, row.agrees) == (PAPER, "CNN", "2.20 ± 0.30 mm", YES)
     assert (row.dataset, row.task, row.source) == ("size", "edge", "simulated")
     assert row.cost == COST[:2]
+    marks = [(mark.role, mark.label, mark.value) for mark in row.marks]
+    assert marks == [("ours", "CNN", 2.2), ("baseline", "k-NN", 4.0), ("chance", "chance", 8.2)]
     assert beside(kinds()) == []
     wide = sizes(size_result(scores={"rmse": Score(3.9, 1.5, (2.4, 5.4))}))
     assert [(row.agrees, row.differs) for row in beside(wide)] == [(VAGUE[True], True)]

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from drawn_figures import fits, texts
+from drawn_figures import fits, smallest_pt, texts
 from embedding_samples import (
     DIMENSIONS,
     SCRIPT,
@@ -29,20 +29,21 @@ from scipy.cluster.hierarchy import dendrogram
 
 from ajgdata.experiments import (
     EXPERIMENTS,
-    embedding_distances,
-    embedding_knn,
     embedding_probes,
     embedding_projections,
     embedding_transfer,
 )
-from ajgdata.experiments.embedding_distances import apart_text, distances_of
-from ajgdata.experiments.embedding_probes import LOWEST
+from ajgdata.experiments.drawings.embedding_distances import apart_text, object_figure
+from ajgdata.experiments.drawings.embedding_knn import gain_text
+from ajgdata.experiments.drawings.embedding_probes import LOWEST
+from ajgdata.experiments.embedding_distances import distances_of
 from ajgdata.report.canvas import COLOURS, draw, encode, styled
 from ajgdata.report.dendrogram import tree
 from ajgdata.report.latent_plane_figure import EXPECTED_WITHIN, Plane, plane_caption
 from ajgdata.report.latent_plane_figure import plane_figure as unstyled_plane
 from ajgdata.report.projections import (
     MISSING,
+    Projection,
     Projections,
     category_colours,
     shown_columns,
@@ -73,8 +74,9 @@ def test_every_figure_says_simulated_fits_and_never_varies(drawn):
     }
     for key, figure in drawn.items():
         assert "simulated" in texts(figure), key
-        assert any(text.startswith("Things · poses · ") for text in texts(figure)), key
+        assert any(text.startswith("Things · poses: ") for text in texts(figure)), key
         assert fits(figure), key
+        assert smallest_pt(figure) >= 7.8, key
     for kind, name in (("embedding_projections", "plane"), ("embedding_distances", "objects-raw")):
         again = draw(figures(results(kind))[name])
         assert encode(again, "svg") == encode(drawn[kind, name], "svg")
@@ -84,7 +86,47 @@ def test_captions_say_whose_and_whether_it_is_simulated():
     for kind in TABLES:
         for one in figures(results(kind, source="recorded")).values():
             assert one.caption.text.startswith("Things · poses, recorded. ")
-            assert one.caption.alt.startswith("Things · poses. ")
+            assert one.caption.alt.endswith(" Things · poses, recorded.")
+
+
+def title(figure):
+    """The head of a figure, its lines joined."""
+    bold = [text for text in figure.texts if text.get_fontweight() == "bold"]
+    return " ".join(text.get_text() for text in bold if text.get_color() != "white")
+
+
+def test_titles_say_what_was_found(drawn):
+    said = {
+        ("embedding_knn", ""): "k-NN reaches 55 ± 14 % on a latent of 4 dimensions, 50 ± 14 % on "
+        "raw features (chance 25 %)",
+        ("embedding_distances", "categories"): "Categories whose members lie nearer to one another "
+        "than to others: 2 of 3 in latent, 2 of 3 in raw features",
+        ("embedding_probes", "probes"): "A linear probe on latent reads object 0.7 (chance 0.25), "
+        "angle deg −1.8 (chance 0)",
+        ("embedding_transfer", ""): "Unseen grippers, on average: at best 40 % with 0 grasps "
+        "(latent across grippers; chance 25 %), 80 % with 4 of each thing (latent across grippers)",
+    }
+    for key, expected in said.items():
+        assert title(drawn[key]) == expected
+        assert figures(results(key[0]))[key[1]].caption.alt.startswith(expected)
+
+
+def test_the_nearest_training_recordings_are_told_of_what_is_coloured():
+    points = np.array([[0.0, 0], [1, 0], [10, 0], [0.1, 0], [9, 0], [0.9, 0], [0.2, 0]])
+    training = np.arange(7) < 3
+    shown = Projections(
+        np.array([f"r{i}" for i in range(7)]), training,
+        {"thing": np.array(["a", "b", "b", "a", "b", "a", ""]),
+         "height_mm": np.array([1.0, 2, 3, 1.5, 7, np.nan, 1])},
+        (Projection("latent", "pca", points), Projection("raw", "tsne", points)),
+    )  # fmt: skip
+    told = embedding_projections.finding
+    # of three that are known, two lie beside a recording of the same thing; t-SNE is not asked
+    assert told(shown, "thing").endswith("is of the same thing for 66.7 % (latent, PCA)")
+    # |1.5 − 1|, |7 − 3| and |1 − 1|
+    assert told(shown, "height_mm").endswith("differs in height mm by 0.5 (latent, PCA)")
+    alone = dataclasses.replace(shown, training=np.ones(7, bool))
+    assert told(alone, "thing") == "Recordings in two dimensions, by thing"
 
 
 # the plane
@@ -244,7 +286,7 @@ def test_the_matrix_stands_in_the_order_of_the_tree(drawn):
     alone = dataclasses.replace(
         latent, objects=("a",), object_category=("b",), object_mean=np.zeros((1, 1))
     )
-    assert fits(styled(embedding_distances.object_figure)(one, alone))
+    assert fits(styled(object_figure)(one, alone))
 
 
 def test_categories_are_compared_with_the_mean_of_the_others(drawn):
@@ -287,12 +329,12 @@ def test_accuracy_stands_against_dimension_and_against_time(drawn):
 
 
 def test_the_gain_is_told_in_points_and_relative():
-    assert embedding_knn.gain_text(results("embedding_knn")) == (
+    assert gain_text(results("embedding_knn")) == (
         "k-NN on the latent reaches 55 ± 14 % at its best dimension, 4, on raw features "
         "50 ± 14 %: 5 percentage points, or 10 %, higher"
     )
     worse = results("embedding_knn", knn({"latent": [0.1, 0.1], "raw": [0.6, 0.65]}))
-    said = embedding_knn.gain_text(worse)
+    said = gain_text(worse)
     assert said.endswith("12.5 percentage points, or 20 %, lower") and "dimension, 2," in said
 
 
@@ -360,7 +402,9 @@ def test_things_have_colours_of_their_own():
 def test_probes_stand_at_their_scores_and_far_below_zero_at_the_edge(drawn):
     figure = drawn["embedding_probes", "probes"]
     left, right = figure.axes
-    assert [t.get_text() for t in left.get_yticklabels()] == ["object (accuracy)", "angle deg (R²)"]
+    spaces = ["latent", "raw features"]
+    names = [t.get_text() for t in left.get_yticklabels()]
+    assert names == ["object (accuracy)", *spaces, "angle deg (R²)", *spaces]
     found = {c.get_label(): c.lines[0].get_xdata().astype(float) for c in left.containers}
     np.testing.assert_allclose(found["latent, linear"], [0.7, LOWEST])
     np.testing.assert_allclose(found["raw features, k-NN"], [0.5, LOWEST])
@@ -386,9 +430,11 @@ def test_precision_falls_with_k_in_its_gallery(drawn):
 def test_transfer_has_a_panel_for_each_gripper(drawn):
     figure = drawn["embedding_transfer", ""]
     assert [axes.get_title() for axes in figure.axes] == ["tall", SCRIPT]
-    bars = {c.get_label(): c.lines[0].get_ydata().astype(float) for c in figure.axes[0].containers}
-    np.testing.assert_allclose(bars["raw features"], [10, 50])
-    np.testing.assert_allclose(bars["latent across grippers"], [40, 80])
+    lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
+    np.testing.assert_allclose(lines["raw features"], [10, 50])
+    np.testing.assert_allclose(lines["latent across grippers"], [40, 80])
+    names = [t.get_text() for t in figure.axes[0].get_yticklabels()]
+    assert names == ["raw features", "latent across grippers"]
     told = embedding_transfer.caption(results("embedding_transfer")).alt
     assert "latent across grippers on tall, 4 grasps: 80.0 ± 7.1 %" in told
     three = ["tall", SCRIPT, "wide"]

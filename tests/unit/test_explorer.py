@@ -37,7 +37,7 @@ from ajgdata.types import AudioSettings, Recording, Target
 
 COUNT = 12
 AUDIO = AudioSettings(sample_rate_hz=RATE_HZ)
-MORE = "../../index.html#task-d-poses"
+MORE = "../../experiments/embedding_projections.html"
 ONE = Explored("Things", "simulated", SETTINGS["supervision"], MORE, pictures())
 CLIPS = {"s0/r0": b"\xff\xfb sound", "s1/r1": b"<more>"}
 
@@ -59,9 +59,9 @@ def test_only_the_script_whose_hash_the_policy_names_can_run(html):
     allowed = dict(part.strip().split(" ", 1) for part in policy.split(";"))
     assert allowed == {
         "default-src": "'none'",
-        "img-src": "data:",
+        "img-src": "'self' file: data:",
         "style-src": "'unsafe-inline'",
-        "media-src": "data:",
+        "media-src": "'self' file: data:",
         "script-src": f"'sha256-{digest}'",
     }
     assert "</" not in script and "innerHTML" not in script

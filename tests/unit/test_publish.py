@@ -32,7 +32,7 @@ from typer.testing import CliRunner
 
 from ajgdata.cli import app
 from ajgdata.paths import Tree
-from ajgdata.pipeline.publish import check, publish
+from ajgdata.pipeline.publish import check, declaration_bytes, publish
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.features import Column, Shard, read_store, text_column
 from ajgdata.store.files import read_csv, read_json
@@ -45,7 +45,7 @@ from ajgdata.store.publishing.table import (
     recordings_of,
     table_of,
 )
-from ajgdata.types import DataError, FeatureSettings
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 
 
 @pytest.fixture(scope="module")
@@ -175,6 +175,14 @@ def test_no_path_of_this_machine_is_published(world):
     project, tree, _ = world
     place = str(project.root).encode()
     assert not [name for name, content in contents(tree.root).items() if place in content]
+
+
+def test_settings_of_a_robot_stay_at_home():
+    arm = {"robot": "command", "robot_settings": {"command": ["arm", "--token", "secret"]}}
+    protocol = {"objects": [{"name": "cube"}], **arm}
+    spec = DatasetSpec.model_validate({"name": "d", "protocol": protocol})
+    published = yaml.safe_load(declaration_bytes(spec))
+    assert published["protocol"] == {"objects": [{"name": "cube"}], "robot": "command"}
 
 
 def test_an_unlicensed_set_says_so(project, tmp_path):

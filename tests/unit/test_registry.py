@@ -48,7 +48,7 @@ ASTRAY = Model("lab:nowhere", "astray", "astray")
 class Tone:
     kind, sample_rate_hz = "virtual", 8000
 
-    def __init__(self, setup, signal):
+    def __init__(self, setup, signal, played):
         self.setup, self.level = setup, signal["level"]
 
     def excitation(self):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.pipeline.report import mean_spectra
+from ajgdata.pipeline.dataset_summary import mean_spectra
 from ajgdata.store.features import Column, Shard, text_column
 from ajgdata.types import DatasetSpec
 

@@ -2,35 +2,45 @@
 
 import dataclasses
 import itertools
+import posixpath
 import re
+from pathlib import PurePosixPath
 
 import pytest
 from html_page import Page
 from jinja2 import UndefinedError
 from report_samples import PAPER, SCRIPT, dataset, row, sample_report, sections
 
-from ajgdata.report.comparison import LOWER, Cost, PaperComparison
-from ajgdata.report.format import DASH
-from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_page
+from ajgdata.report.comparison import LOWER, Cost, PaperComparison, mark_of
+from ajgdata.report.format import DASH, Score
+from ajgdata.report.navigation import Link, navigation
+from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_pages
+from ajgdata.report.panel import Highlight
 from ajgdata.report.render import picture, setting
 from ajgdata.report.report_data import Report, Skipped
 from ajgdata.types import Finding
 
-
-def figures(report: Report):
-    listed = [
-        picture(one, f"<svg>{one.name}</svg>".encode(), "figures") for one in illustrations(report)
-    ]
-    return {one.name: one for one in listed}
+NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["gallery"], [])
 
 
-def render(report: Report, *more) -> str:
-    return render_page(report, figures(report), *more)
+def render(report: Report, *more) -> dict[str, str]:
+    figures = {one.name: picture(one, "figures") for one in illustrations(report)}
+    return render_pages(report, figures, NAV, *more)
 
 
 @pytest.fixture(scope="module")
-def html():
+def pages():
     return render(sample_report())
+
+
+@pytest.fixture(scope="module")
+def html(pages):
+    return "".join(pages.values())
+
+
+@pytest.fixture(scope="module")
+def results(pages):
+    return Page(pages["results.html"])
 
 
 def test_labels_are_escaped(html):
@@ -39,10 +49,30 @@ def test_labels_are_escaped(html):
     assert SCRIPT in " ".join(Page(html).words)
 
 
+def test_each_experiment_has_a_page_and_all_pages_have_the_navigation(pages):
+    fixed = {f"{name}.html" for name in ("index", "paper", "results", "datasets", "run")}
+    assert set(pages) == fixed | {"experiments/size.html", "experiments/stones.html"}
+    for name, html in pages.items():
+        root = "../" * name.count("/")
+        links = [a["href"] for a in Page(html).all("a")]
+        assert [f"{root}{link.link}" for group in NAV for link in group.links] == links[1:8]
+        here = [a["href"] for a in Page(html).all("a") if "aria-current" in a]
+        assert here == ([f"{root}{name}"] if name != "experiments/stones.html" else [])
+    size = Page(pages["experiments/size.html"])
+    assert "How large is it?" in size.words and "snakemake report_size" in size.words
+    assert Page(pages["experiments/stones.html"]).all("img") == []
+
+
+def test_the_page_of_an_experiment_shows_the_main_figure_then_numbers_then_run_time(pages):
+    html = pages["experiments/size.html"]
+    places = [html.index(f'<img src="../figures/{n}.svg"') for n in ("size--cnn", "cost--size")]
+    assert places[0] < html.index("2.20 ± 0.30 mm") < places[1] < html.index("<summary>k-NN")
+
+
 def test_published_data_sets_are_linked_and_others_are_not(html):
     report = sample_report()
     name = report.datasets[0].name
-    linked = render(report, (), [name])
+    linked = render(report, [name])["datasets.html"]
     assert f'href="../published/{name}/README.md"' in linked
     assert "../published/" not in html
 
@@ -53,32 +83,43 @@ def test_nothing_is_fetched(html):
         assert tag not in {"script", "link", "iframe", "object", "embed", "base", "source"}
         assert not any(name.startswith("on") for name in attributes)
         if "src" in attributes:
-            assert attributes["src"].startswith("data:image/svg+xml;base64,")
+            assert re.fullmatch(r"(\.\./)?figures/[a-z-]+\.svg", attributes["src"])
         assert "srcset" not in attributes
     assert not re.search(r"@import|url\(|@font-face", html)
-    policy = next(m["content"] for m in page.all("meta") if "http-equiv" in m)
-    assert policy == "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    for policy in (m["content"] for m in page.all("meta") if "http-equiv" in m):
+        assert policy == (
+            "default-src 'none'; img-src 'self' file: data:; media-src 'self' file: data:; "
+            "style-src 'unsafe-inline'"
+        )
 
 
-def test_links_stay_on_the_page_or_beside_it(html):
-    page = Page(html)
-    ids = {a["id"] for _, a in page.tags if "id" in a}
-    links = [a["href"] for a in page.all("a")]
-    assert {link[1:] for link in links if link.startswith("#")} <= ids
-    files = {link for link in links if not link.startswith("#")}
-    names = [one.name for one in illustrations(sample_report())]
-    expected = {f"figures/{name}.{suffix}" for name in names for suffix in ("svg", "png", "pdf")}
-    assert files == expected | {"../quarantine/stones.csv"}
+def test_links_stay_in_the_report_and_the_results(pages):
+    drawn = [one.name for one in illustrations(sample_report())]
+    files = {f"figures/{name}.{suffix}" for name in drawn for suffix in ("svg", "png", "pdf")}
+    shown = {f"tables/cross-validation--size--edge--shown-{n}.csv" for n in (1, 2)}
+    ids = {name: {a["id"] for _, a in Page(html).tags if "id" in a} for name, html in pages.items()}
+    found = set()
+    for name, html in pages.items():
+        for link in (a["href"] for a in Page(html).all("a")):
+            path, _, anchor = link.partition("#")
+            folder = PurePosixPath(name).parent
+            there = posixpath.normpath(folder / path) if path else name
+            assert not anchor or anchor in ids[there], link
+            found.add(there)
+    elsewhere = {"gallery.html", "../quarantine/stones.csv", "tables/results.csv"}
+    assert found == set(pages) | files | shown | elsewhere
 
 
 def test_only_web_addresses_become_links():
     for url, linked in (("https://example.org/a?b=1&c", True), ("javascript:alert(1)", False)):
         report = Report("t", "1", "c", (dataset("size", "simulated", url=url),))
-        assert (url in [a["href"] for a in Page(render(report)).all("a")]) == linked
+        assert (
+            url in [a["href"] for a in Page(render(report)["datasets.html"]).all("a")]
+        ) == linked
 
 
-def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(html):
-    page = Page(html)
+def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(pages, results):
+    page = results
     assert page.row(["Cube size · edge"])[-1] == "simulated"
     assert page.row([f"{SCRIPT} · kind"])[-1] == "recorded"
     assert page.row(["CNN", "RMSE"]) == [
@@ -88,11 +129,11 @@ def test_each_task_says_simulated_or_recorded_and_stands_beside_the_paper(html):
     assert page.row(["k-NN", "RMSE"]) == [
         "k-NN", "RMSE", "4.00 ± 0.40 mm", "8.2 mm", "3.2", "0.21", "512",
     ]  # fmt: skip
-    assert "Simulated is not recorded." in page.words
+    assert "Simulated is not recorded." in Page(pages["index.html"]).words
 
 
-def test_a_missing_paper_figure_is_a_dash(html):
-    assert Page(html).row(["CNN", "accuracy"])[-1] == "—"
+def test_a_missing_paper_figure_is_a_dash(results):
+    assert results.row(["CNN", "accuracy"])[-1] == "—"
 
 
 def test_a_shared_paper_figure_is_written_once():
@@ -106,19 +147,23 @@ def test_a_shared_paper_figure_is_written_once():
     assert paper_cells(mixed)[2][0] == DASH
 
 
-def test_the_lowest_error_is_bold_and_shown_first(html):
-    assert re.findall(r"<strong>(\d.*?)</strong>", html) == ["2.20 ± 0.30 mm", "70.0 ± 5.0 %"]
+def test_the_lowest_error_is_bold_and_shown_first(pages):
+    bold = re.findall(r"<strong>(\d.*?)</strong>", pages["results.html"])
+    assert bold == ["2.20 ± 0.30 mm", "70.0 ± 5.0 %"]
+    html = pages["experiments/size.html"]
     cnn, knn = (html.index(f'<figure id="size--{m}"') for m in ("cnn", "knn"))
-    assert cnn < knn < html.index("<summary>k-NN: RMSE 4.00</summary>")
+    assert cnn < html.index("<summary>k-NN: RMSE 4.00</summary>") < knn
 
 
-def test_rows_of_a_part_stand_below_its_heading(html):
+def test_rows_of_a_part_stand_below_its_heading(pages):
+    html = pages["results.html"]
     heading = html.index("edge, values withheld from training")
     assert html.index("4.00 ± 0.40 mm") < heading < html.index("3.50 ± 0.40 mm")
     assert html.count("values withheld from training") == 1
 
 
-def test_words_and_tables_of_an_experiment_are_on_the_page(html):
+def test_words_and_tables_of_an_experiment_are_on_its_page(pages):
+    html = pages["experiments/size.html"]
     page = Page(html)
     assert "Regression of edge_mm." in page.words
     assert page.row(["15", "3"]) == ["15", "3"]
@@ -126,17 +171,49 @@ def test_words_and_tables_of_an_experiment_are_on_the_page(html):
     assert "<em>escaped</em>" in html and "<summary>Fold by fold</summary>" in html
 
 
+FOUND = PaperComparison(
+    PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", LOWER, Cost(7.6, 0.9),
+    marks=(
+        mark_of("ours", "CNN", Score(0.7, 0.1)),
+        mark_of("baseline", "k-NN", Score(0.9, 0.2)),
+        mark_of("chance", "chance", Score(5.2, 0.0)),
+    ),
+    page="experiments/size.html",
+)  # fmt: skip
+
+
 def test_results_stand_beside_the_papers_with_their_cost():
-    found = PaperComparison(
-        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", LOWER, Cost(7.6, 0.9)
-    )
     other = PAPER.model_copy(update={"id": "x", "where": "angles"})
-    report = dataclasses.replace(sample_report(), comparisons=(found,), paper=(PAPER, other))
-    page = Page(render(report))
+    report = dataclasses.replace(sample_report(), comparisons=(FOUND,), paper=(PAPER, other))
+    pages = render(report)
+    page = Page(pages["paper.html"])
     cells = page.row(["cubes", "RMSE 2.6 mm overall"])
     assert cells[-5:] == ["CNN", "7.6", "0.9", LOWER, "Not looked for."]
     assert any("and this page does not: angles." in words for words in page.words)
-    assert "#task-size-edge" in [a["href"] for a in page.all("a")]
+    assert "experiments/size.html" in [a["href"] for a in page.all("a")]
+    words = Page(pages["experiments/size.html"]).words
+    assert "Paper: RMSE 2.6 mm overall. Ours" in words and ": 0.7 ± 0.1 mm." in words
+
+
+def test_the_first_screen_has_a_panel_for_each_figure_of_the_paper():
+    absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
+    report = dataclasses.replace(sample_report(), comparisons=(FOUND,), paper=(PAPER, absent))
+    report = dataclasses.replace(
+        report, highlights=((Highlight("Sure", "held", "%", ()), "run.html", "recorded"),)
+    )
+    html = render(report)["index.html"]
+    page = Page(html)
+    panels = [a for _, a in page.tags if "panel" in a.get("class", "").split()]
+    assert [(a["class"], a.get("href")) for a in panels] == [
+        ("panel differs simulated", "experiments/size.html"), ("panel absent", None),
+        ("panel beyond recorded", "run.html"),
+    ]  # fmt: skip
+    told = [a["aria-label"] for _, a in page.tags if a.get("role") == "img"]
+    assert told == [f"CNN 0.7 mm, k-NN 0.9 mm, chance 5.2 mm, paper 2.6 mm. {LOWER}."]
+    assert "≠" in page.words and "differs" in page.words and "not in this run" in page.words
+    # the largest value and a little room: 5.2 × 1.06 = 5.512
+    places = [float(at) for at in re.findall(r'<i class="\w+" style="left:([\d.]+)%"', html)]
+    assert places == pytest.approx([100 * v / 5.512 for v in (0.7, 0.9, 5.2, 2.6)], abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -160,8 +237,8 @@ def test_two_data_sets_of_one_name_are_refused():
         Report("t", "1", "c", (dataset("size", "simulated"),) * 2)
 
 
-def test_quarantine(html):
-    page = Page(html)
+def test_quarantine(pages):
+    page = Page(pages["datasets.html"])
     assert page.words.count("Nothing was quarantined.") == 1
     assert page.row(["s1 / r7"])[1:3] == ["error", f"{SCRIPT} ("]
     assert any("1 left out, 1 flagged but used." in words for words in page.words)
@@ -172,21 +249,23 @@ def test_a_long_quarantine_is_cut_and_says_so():
         Finding("s1", f"r{i}", "f.wav", "error", "silent", "is silent", "repeat it")
         for i in range(MAX_FINDINGS + 1)
     )
-    html = render(Report("t", "1", "c", (dataset("size", "simulated", findings=rows),)))
+    html = render(Report("t", "1", "c", (dataset("size", "simulated", findings=rows),)))[
+        "datasets.html"
+    ]
     assert f"s1 / r{MAX_FINDINGS - 1}<" in html and f"s1 / r{MAX_FINDINGS}<" not in html
     assert f"its first {MAX_FINDINGS} rows are here" in html
 
 
-def test_headings_tables_and_images_are_accessible(html):
-    page = Page(html)
-    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch("h[1-6]", tag)]
-    assert levels[0] == 1 and levels.count(1) == 1
-    assert all(b - a <= 1 for a, b in itertools.pairwise(levels))
-    assert all(a.get("scope") in {"row", "col", "rowgroup"} for a in page.all("th"))
-    assert all(len(a["alt"]) > 40 for a in page.all("img"))
-    assert len(page.all("img")) == len(list(illustrations(sample_report())))
-    assert page.all("html") == [{"lang": "en"}]
-    assert html.startswith("<!DOCTYPE html>")
+def test_headings_tables_and_images_are_accessible(pages):
+    for html in pages.values():
+        page = Page(html)
+        levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch("h[1-6]", tag)]
+        assert levels[0] == 1 and levels.count(1) == 1
+        assert all(b - a <= 1 for a, b in itertools.pairwise(levels))
+        assert all(a.get("scope") in {"row", "col", "rowgroup"} for a in page.all("th"))
+        assert all(len(a["alt"]) > 40 for a in page.all("img"))
+        assert page.all("html") == [{"lang": "en"}]
+        assert html.startswith("<!DOCTYPE html>")
 
 
 @pytest.mark.parametrize(
@@ -202,37 +281,41 @@ def test_a_setting_is_written_as_people_do_and_a_place_is_no_range(value, said):
     assert setting(value) == said
 
 
-def test_settings_and_provenance_are_shown(html):
-    page = Page(html)
-    assert page.row(["Cube size", "2,048"]) == [
-        "Cube size", "2,048", "512", "hann", "magnitude", "l1", "100 to 18,000", "no",
+def test_settings_and_provenance_are_shown(pages):
+    page = Page(pages["run.html"])
+    assert page.row(["Cube size", "stft"]) == [
+        "Cube size", "stft", "2,048", "512", "hann", "magnitude", "l1", "100 to 18,000", "no",
     ]  # fmt: skip
     assert page.row(["Cube size", "0.1.0"])[1:] == ["0.1.0", "abc1234", "c0ffee", "f00d"]
-    assert "grid spacing (mm)" in page.words
+    assert "grid spacing (mm)" in Page(pages["datasets.html"]).words
 
 
 def test_what_was_not_evaluated_is_said_with_its_reason():
     skipped = Skipped("size", "edge", "CNN", "4 groups for 5 folds")
-    html = render(dataclasses.replace(sample_report(), skipped=(skipped,)))
+    html = render(dataclasses.replace(sample_report(), skipped=(skipped,)))["run.html"]
     assert "<li>size · edge · CNN: 4 groups for 5 folds</li>" in html
 
 
 def test_recorded_data_alone_need_no_warning_about_simulation():
     report = Report("t", "1", "c", (dataset("stones", "recorded"),), sections()[1:])
-    html = render(report)
+    html = "".join(render(report).values())
     assert "Simulated is not recorded" not in html and 'class="badge simulated"' not in html
 
 
 def test_an_empty_report_is_a_page():
-    html = render(Report("Nothing yet", "1", "c", ()))
-    assert html.count("No task has been evaluated.") == 1
-    Page(html)
+    pages = render(Report("Nothing yet", "1", "c", ()))
+    assert all("No task has been evaluated." in pages[n] for n in ("index.html", "results.html"))
+    assert all(Page(html) for html in pages.values())
 
 
-def test_the_same_report_gives_the_same_page(html):
-    assert render(sample_report()) == html
+def test_the_same_report_gives_the_same_pages(pages):
+    assert render(sample_report()) == pages
 
 
 def test_figures_must_be_there():
     with pytest.raises(UndefinedError, match="random-against-grouped"):
-        render_page(sample_report(), {})
+        render_pages(sample_report(), {})
+    report = dataclasses.replace(sample_report(), across={"": (), "nowhere": ()})
+    figures = {one.name: picture(one, "figures") for one in illustrations(sample_report())}
+    with pytest.raises(ValueError, match="does not show: random-against-grouped, cost--size"):
+        render_pages(report, figures)

@@ -9,8 +9,9 @@ import pytest
 from matplotlib.text import Text
 
 from ajgdata.report.canvas import encode, save_figure
+from ajgdata.report.format import number
 from ajgdata.report.report_data import DatasetSummary, Provenance, Spectra
-from ajgdata.report.spectra import spectra_caption, spectra_figure
+from ajgdata.report.spectra import spectra_caption, spectra_figure, spectra_finding
 from ajgdata.types import FeatureSettings
 
 
@@ -52,6 +53,19 @@ def test_spectra_are_decibels_about_their_mean():
     assert level == pytest.approx(20 * np.log10(overall / overall.max()), abs=1e-9)
     shown = np.asarray(lower.collections[0].get_array()).reshape(2, -1)
     assert shown == pytest.approx(20 * np.log10(mean[:, 1:] / overall), abs=1e-9)
+
+
+def test_the_title_says_where_the_means_differ_most():
+    data = dataset()
+    mean = data.spectra.mean
+    loud = 3 + int(np.argmax(mean.mean(axis=0)[3:]))
+    mean[:, loud] = [1e3, 1e4]  # 20 dB apart, and the loudest by far
+    frequency = number(float(data.spectra.frequency_hz[loud]), 2)
+    told = f"Means per kind differ most at {frequency} Hz, by 20 dB"
+    assert spectra_caption(data).alt.startswith(told)
+    one = Spectra(data.spectra.frequency_hz, ("a",), mean[:1], "kind")
+    assert spectra_finding(dataclasses.replace(data, spectra=one)) == "Mean spectrum of one kind"
+    spectra_figure(dataclasses.replace(data, spectra=one))
 
 
 def test_an_empty_bin_is_silence_not_infinity():

@@ -8,7 +8,7 @@ import pytest
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.stages import Stopwatch, busy_s, stages_of
-from ajgdata.report.job_times import JobTime, stages_caption, stages_figure
+from ajgdata.report.job_times import SHOWN, JobTime, seconds_of, stages_caption, stages_figure
 from ajgdata.store.benchmarks import Job, read_benchmarks
 from ajgdata.types import DataError
 
@@ -97,10 +97,14 @@ def test_a_report_counts_the_jobs_that_it_rests_on(paths):
     assert whole.busy_s == pytest.approx(part.busy_s + 1 + 6 + 3)
 
 
-def test_the_figure_stacks_what_the_table_lists(paths):
+def test_the_figure_writes_what_the_table_lists(paths):
     ask = {"datasets": ["a"], "tasks": [("a", "t")], "report": Stopwatch().so_far()}
     stages = stages_of(paths, **ask, whole=True)
     figure = stages_figure(stages, ("simulated",))
-    widths = [bar.get_width() for bar in figure.axes[0].patches]
-    np.testing.assert_allclose(sum(widths), stages.total().wall_s)
-    assert "recording 10 s" in stages_caption(stages).alt
+    names, shown, seconds = seconds_of(stages)
+    np.testing.assert_allclose(seconds.sum(), stages.total().wall_s)
+    assert [t.get_text() for t in figure.axes[0].get_yticklabels()] == names
+    assert len(shown) <= SHOWN and seconds.shape == (len(names), len(shown))
+    told, longest = stages_caption(stages).alt, stages.table()[0]
+    assert told.lower().startswith(f"{longest.stage} takes {longest.wall_s:g} of ".lower())
+    assert "recording 10 s" in told

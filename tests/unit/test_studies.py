@@ -1,5 +1,6 @@
 """Studies become files, and files pages: nothing is lost, nothing is unescaped."""
 
+import dataclasses
 import sys
 import types
 from pathlib import Path
@@ -7,22 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from drawn_figures import fits, smallest_pt
 from html_page import Page
 from jinja2 import UndefinedError
 from matplotlib.text import Text
 
+from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
 from ajgdata.pipeline.studies import GALLERY, STUDIES, page_code, run_study, study_code
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
+from ajgdata.report.labels import EndLabel, PointLabel
+from ajgdata.report.navigation import LEADS, navigation, page_links
 from ajgdata.report.render import draw_figures, picture
 from ajgdata.report.study_figures import FIGURES
 from ajgdata.report.study_page import (
-    LEADS,
     holds,
     numeric,
-    page_links,
     passed,
     placed_figures,
     render_study,
@@ -117,7 +120,8 @@ def page(tmp_path, monkeypatch):
     monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
     pretend(monkeypatch, TABLE)
     run_study("pretended", paths.study("pretended"))
-    build_page(paths, "pretended", [paths.study("pretended")], ["gallery", "accuracy"])
+    nav = navigation([], ["gallery", "accuracy"], [])
+    build_page(paths, "pretended", [paths.study("pretended")], nav)
     return paths.page("pretended").read_text(encoding="utf-8")
 
 
@@ -131,7 +135,10 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
     assert page.count('class="fails"') == 1
     assert shown.rows[0] == ["case", "grid", "mm", "error", "holds"]
     assert "How to read & weep." in shown.words
-    assert {a["href"] for a in shown.all("a")} == {"index.html", "gallery.html", "accuracy.html"}
+    fixed = {f"{name}.html" for name in ("index", "paper", "results", "datasets", "run")}
+    own = {"#body", "pretended/convergence.csv"}
+    links = {a["href"] for a in shown.all("a")}
+    assert links == fixed | own | {"gallery.html", "accuracy.html"}
     assert not {tag for tag, _ in shown.tags} & {"script", "link", "iframe", "object"}
     assert "simulated" in shown.words
     assert all(a.get("scope") in {"row", "col"} for a in shown.all("th"))
@@ -144,10 +151,10 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     assert figure.name == "convergence"
     with pytest.raises(UndefinedError, match="no attribute 'convergence'"):
         render_study("verification", MADE, [DRAWN], {}, placed)
-    with pytest.raises(ValueError, match=r"figures that study.html.j2 does not show: convergence"):
+    with pytest.raises(ValueError, match=r"figures that the page does not show: convergence"):
         render_study(
             "verification", MADE, [DRAWN],
-            {"convergence": picture(figure, b"<svg/>", "verification")}, {},
+            {"convergence": picture(figure, "verification")}, {},
         )  # fmt: skip
     with pytest.raises(ValueError, match="would share a file name, convergence"):
         draw_figures([figure, figure], tmp_path / "nowhere")
@@ -156,9 +163,9 @@ def test_figures_are_drawn_linked_and_embedded(tmp_path):
     build_page(paths, "verification", [paths.study("verification")], [])
     shown = Page(paths.page("verification").read_text(encoding="utf-8"))
     (image,) = shown.all("img")
-    assert image["src"].startswith("data:image/svg+xml;base64,") and len(image["alt"]) > 40
-    links = [a["href"] for a in shown.all("a") if a["href"] != "index.html"]
-    assert len(links) == 3
+    assert image["src"] == "verification/convergence.svg" and len(image["alt"]) > 40
+    links = [a["href"] for a in shown.all("a")]
+    assert len(links) == 4
     assert all((paths.report.parent / link).is_file() for link in links)
 
 
@@ -170,9 +177,10 @@ def test_the_convergence_figure_shows_each_case_and_the_slopes():
     np.testing.assert_allclose(b, [(2, 12), (4, 48)])
     for line, order in ((first, 1), (second, 2), (fourth, 4)):
         assert np.log2(line[1, 1] / line[0, 1]) == pytest.approx(order)
-    assert {"simulated", "a", "b", "order 1", "order 2 ", "2 known answers"} - {
-        text.get_text() for text in figure.findobj(Text)
-    } == {"order 1"}  # its text, too, ends with a space
+    written = {text.get_text() for text in figure.findobj(Text)}
+    assert {"simulated", "a", "b", "order 1 ", "order 2 "} <= written
+    # both errors grow by 4 from 2 to 4 mm
+    assert "Refinement brings 2 of 2 known answers nearer, at orders from 2 to 2" in title(figure)
 
 
 def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
@@ -189,14 +197,27 @@ def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
     (axes,) = figure.axes
     shown = [list(line.get_ydata()) for line in axes.lines]
     assert shown == [[0.1], [0.2], [1.0], [1.1], [1, 1]]
-    assert "2 cases marched" in [text.get_text() for text in figure.findobj(Text)]
+    assert title(figure) == "None of 2 marched cases gains energy"
+    assert {"a", "b"} <= {text.get_text() for text in axes.texts}
+    rows = ({"group": "a", "name": "x", "growth": 1.5, "growth_single": 2.0}, *table.rows)
+    grown = dataclasses.replace(table, rows=rows)
+    assert title(drawn(grown, "energies")).startswith("1 of 3 marched cases gain energy")
 
 
 def drawn(table, name):
     """Axes of the figure `name` of a study's table, in the one style."""
     wanted = [one for some in FIGURES.values() for one in some if one.name == name]
     ((illustration,),) = placed_figures(wanted, [table]).values()
-    return draw(illustration)
+    figure = draw(illustration)
+    assert fits(figure) and smallest_pt(figure) >= 7.8
+    assert illustration.caption.alt.startswith(title(figure))
+    return figure
+
+
+def title(figure):
+    """The head of a figure, its lines joined."""
+    bold = [text for text in figure.texts if text.get_fontweight() == "bold"]
+    return " ".join(text.get_text() for text in bold if text.get_color() != "white")
 
 
 def table_of(name, keys, rows):
@@ -219,10 +240,12 @@ def test_the_omissions_figure_sets_what_was_measured_against_what_was_expected()
         for line in axes.lines
         if line.get_marker() != "None"
     }
-    assert sorted(points.values()) == [[], [[1e-5, 1e-5]], [[0.001, 0.002]], [[0.1, 0.05]]]
-    legend = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert legend == ["frame", "motion", "as expected"]
-    assert "2 scenes" in [text.get_text() for text in figure.findobj(Text)]
+    assert sorted(points.values()) == [[[1e-5, 1e-5]], [[0.001, 0.002]], [[0.1, 0.05]]]
+    assert {"frame", "motion", "as expected", "tolerance"} <= {t.get_text() for t in axes.texts}
+    assert title(figure) == "None of 2 parts left out changes the feature by more than 0.01"
+    worse = ("t", "motion", 0.001, 0.02, False, 0.01)
+    told = drawn(table_of("omissions", keys, (*rows, worse)), "expected")
+    assert title(told) == "1 of 3 parts left out changes the feature by more than 0.01"
 
 
 def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
@@ -238,6 +261,8 @@ def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
     marks = [line.get_xydata().tolist() for line in sphere.lines]
     assert marks == [[[0.01, 0], [0.02, 1]], [[0.2, 0], [0.3, 1]], [[0.05, 0]]]
     assert [label.get_text() for label in sphere.get_yticklabels()] == ["rigid", "+ all"]
+    # of the last step: wood 0.02 and foam 0.3 of a sphere, 0.03 and 0.4 of a plate
+    assert title(figure).endswith("another grasp of it: 2 of 4: foam (sphere), foam (plate)")
 
 
 def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
@@ -254,7 +279,14 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
     lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
     assert lines["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]
     assert lines["second, cube"] == [[0.15, 0.3]] and lines["wide, bar"] == [[0.3, 0.07]]
-    assert [text.get_text() for text in axes.texts] == ["4", "2", "4"]
+    beside = [text.get_text() for text in axes.texts if isinstance(text, PointLabel)]
+    assert beside == ["4", "2", "4"]
+    ends = {text.get_text() for text in axes.texts if isinstance(text, EndLabel)}
+    assert ends == {"wide, cube", "second, cube", "wide, bar"}
+    assert title(drawn(table, "pareto")) == "A finer grid errs less and takes longer"
+    default = ("cube", "wide", Numerics().dx_mm, 0.06, 0.1, 0.2, 0.25)
+    with_it = drawn(table_of("accuracy", keys, (*rows, default)), "pareto")
+    assert title(with_it).endswith("errs by 0.06 in 0.25 of the plain kernel's time")
     low, high = drawn(table, "bands").axes
     assert [line.get_xydata().tolist() for line in low.lines] == [
         [[2, 0.05], [4, 0.1]], [[4, 0.4]],
@@ -290,10 +322,10 @@ def test_cells(given, shown):
 
 def test_every_page_has_its_words_and_its_place():
     assert set(STUDIES) | {GALLERY} <= set(LEADS)
-    assert [link.link for link in page_links(["accuracy", "gallery"])] == [
+    assert [link.link for link in page_links(["accuracy", "gallery"], ["The virtual gripper"])] == [
         "gallery.html", "accuracy.html",
     ]  # fmt: skip
-    assert page_links([]) == []
+    assert page_links(["gallery"], ["Results"]) == []
     assert list(FIGURES) == list(STUDIES)
     for study in STUDIES:
         assert code_digest(*study_code(study)) and code_digest(*page_code(study))

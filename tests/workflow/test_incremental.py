@@ -195,7 +195,8 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     assert "bad_session" in quarantine and "not valid YAML" in quarantine
     sessions = read_store(project.paths.features("tones")).columns["session_id"].values
     assert set(sessions) == {"day2"}
-    assert "not valid YAML" in project.paths.report.read_text()
+    page = project.paths.report.with_name("datasets.html")
+    assert "not valid YAML" in page.read_text()
     page = project.paths.page("gallery").read_text()
     assert '<a href="index.html">' in page
     for link in re.findall(r'href="(gallery/[^"]+)"', page):

@@ -50,7 +50,9 @@ def test_an_experiment_is_reported_alone_and_evaluated_once(project):
     page = paths.report_on("tones").read_text()
     assert "Tones" in page and "Copy" not in page
     for link in re.findall(r"href=\"(?!https?:|#)([^\"]+)\"", page):
-        assert (paths.report_on("tones").parent / link).is_file(), link
+        file, _, place = link.partition("#")
+        there = paths.report_on("tones").parent / file
+        assert there.is_file() and (not place or f'id="{place}"' in there.read_text()), link
     made = {"features": 2, "merge": 1, "experiment": 1, "report_alone": 1}
     made["report_both"] = 1
     assert project.planned("report_both") == made

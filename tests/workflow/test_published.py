@@ -22,7 +22,8 @@ def test_every_data_set_is_published_and_linked(project):
     assert defects(tree) == []
     features = project.paths.merged("tones").read_bytes()
     assert (tree / tree.FEATURES).read_bytes() == features
-    assert 'href="../published/tones/README.md"' in project.paths.report.read_text()
+    listed = project.paths.report.with_name("datasets.html")
+    assert 'href="../published/tones/README.md"' in listed.read_text()
     digest = file_sha256(tree / tree.SUMS)
     assert project.paths.receipt("tones").read_text() == f"{digest}  tones/SHA256SUMS\n"
     assert project.planned(page, "publish") == {}

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 import yaml
-from conftest import ROOT, Project
+from conftest import ROOT, Project, snakemake_here
 
 RECIPE = {
     "sessions": 2,
@@ -92,3 +92,21 @@ def test_a_dry_run_pays_for_no_compiler(made):
     assert {"ajgdata.gripper.scene", "ajgdata.pipeline.plan"} <= imported
     assert not {name for name in imported if name.split(".")[0] in ("numba", "llvmlite", "torch")}
     assert "Recording session virtual-01" in done.stdout + done.stderr
+
+
+def test_the_opening_picture_is_of_a_task_that_tells_objects(made):
+    """It waits for what is told of it; without the gallery, and without such a task, there is
+    none."""
+    gallery, path = ("--config", "pages=['gallery']"), made.paths.dataset("made")
+    declared = yaml.safe_load(path.read_text())
+    declared["targets"]["object"] = {"kind": "classification"}
+    declared["tasks"] = {"edge": {"target": "edge_mm", "models": ["knn"], "folds": 2}}
+    path.write_text(yaml.safe_dump(declared))
+    folder = str(made.paths.opening.parent.relative_to(made.root))
+    listed = made.arguments("--dry-run", folder, *gallery)
+    assert snakemake_here(*listed) != 0
+    declared["tasks"]["kind"] = {"target": "object", "models": ["knn", "linear"], "folds": 2}
+    path.write_text(yaml.safe_dump(declared))
+    planned = made.planned(folder, *gallery)
+    assert (planned["opening"], planned["experiment"], planned["acquire"]) == (1, 2, 2)
+    assert snakemake_here(*made.arguments("--dry-run", folder)) != 0

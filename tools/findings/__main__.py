@@ -6,14 +6,13 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.store.files import write_if_changed
+from tools.screenshots import write_screenshots
 
 from .blocks import block
 from .documents import documents, rewritten
 from .results import Results
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Pictures of the last run, by the figure of the report that they are.
-IMAGES = {"docs/images/size.png": "cross-validation--size--size--predictions--cnn"}
 
 
 def main() -> None:
@@ -31,14 +30,11 @@ def main() -> None:
             print(f"{name}: left as it was, the run has no {error.filename or error}")
             return before
 
-    for name, figure in IMAGES.items():
-        drawn = folder / Paths().figure(figure).relative_to(Paths().results).with_suffix(".png")
-        if drawn.is_file() and write_if_changed(ROOT / name, drawn.read_bytes()):
-            print(f"wrote {name}")
     for path in documents(ROOT):
         text = path.read_bytes().decode("utf-8")
         if write_if_changed(path, rewritten(text, content).encode()):
             print(f"wrote {path.relative_to(ROOT)}")
+    write_screenshots(folder / Paths().report.relative_to(Paths().results))
 
 
 main()

@@ -74,6 +74,14 @@ def tables_of_page(wildcards):
     return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
 
 
+def opening_sessions(path):
+    """Virtual sessions of the data set of the opening picture, for one kind of file."""
+    return lambda wildcards: [
+        INPUTS.of(OPENING.dataset, path(OPENING.dataset, session))
+        for session in PLANS[OPENING.dataset].virtual
+    ]
+
+
 def embedding_settings(wildcards):
     """The embedding of a job as plain values, defaults included."""
     declared = SPECS[wildcards.dataset].embeddings
@@ -82,10 +90,29 @@ def embedding_settings(wildcards):
 
 def of_latents(path):
     """All embeddings that have latents of their own, for one kind of file."""
-    return list(dict.fromkeys(path(*key[:2]) for key in ASKED if ASKED[key].of_latents))
+    return [path(*key) for key in LATENTS]
 
 
 RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
+RENDERER = "ajgdata.pipeline.rendering:renderer"
+
+
+def measured_by(wildcards):
+    """What an experiment's results follow from, for `code_digest`; the simulation for some."""
+    one = asked(wildcards).experiment
+    return [
+        RUN_EXPERIMENT,
+        measure_entry(one.name),
+        *([RENDERER, "ajgdata.gripper"] if one.renders else []),
+    ]
+
+
+def rendered_from(wildcards):
+    """The recipe whose scenes an experiment plays other sounds in, "" if it plays none."""
+    recipe = SPECS[wildcards.dataset].recipe
+    if not asked(wildcards).experiment.renders or recipe is None:
+        return ""
+    return settings_digest(recipe)
 
 
 def recordings_of(wildcards):

@@ -35,6 +35,7 @@ rule explorer:
     params:
         code=code_of("ajgdata.pipeline.explorer:build_explorer"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
+        nav=NAVIGATION,
         texts=REPORT_FILES,
     message:
         "Every recording of {wildcards.dataset}, seen and heard"

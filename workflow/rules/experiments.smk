@@ -25,10 +25,9 @@ rule experiment:
             mode="json"
         ),
         packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
+        rendered=rendered_from,
         seed=config["seed"],
-        code=lambda wildcards: code_digest(
-            RUN_EXPERIMENT, measure_entry(asked(wildcards).experiment.name)
-        ),
+        code=lambda wildcards: code_digest(*measured_by(wildcards)),
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:

@@ -39,7 +39,7 @@ rule ablate:
         "../../environment.yml"
     params:
         recipes=lambda wildcards: [
-            settings_digest(PLANS[name].spec.recipe)
+            settings_digest(PLANS[name].spec.recipe, PLANS[name].spec.excitation)
             for name in ablation(wildcards.ablation).datasets
         ],
         seed=config["seed"],
@@ -64,7 +64,7 @@ rule page:
     conda:
         "../../environment.yml"
     params:
-        pages=PAGES,
+        nav=NAVIGATION,
         quick=config["quick"],
         code=lambda wildcards: code_digest(*page_code(wildcards.page)),
         texts=REPORT_FILES,
@@ -72,3 +72,33 @@ rule page:
         "Page on {wildcards.page}"
     script:
         "../scripts/page.py"
+
+
+# The opening picture of the report: a grasp of the virtual gripper and what was told of it.
+OPENING = subject_of(SPECS) if GALLERY in PAGES else None
+if OPENING:
+
+    rule opening:
+        input:
+            store=PATHS.merged(OPENING.dataset),
+            tables=[
+                PATHS.experiment(OPENING.dataset, OPENING.task, kind)
+                for kind in OPENING.kinds
+            ],
+            scenes=opening_sessions(PATHS.scenes),
+            manifests=opening_sessions(PATHS.audio_manifest),
+        output:
+            folder=directory(PATHS.opening.parent),
+        log:
+            "results/logs/opening.log",
+        benchmark:
+            "results/benchmarks/opening.tsv"
+        conda:
+            "../../environment.yml"
+        params:
+            audio=SPECS[OPENING.dataset].audio.model_dump(mode="json"),
+            code=code_of("ajgdata.pipeline.opening:build_opening"),
+        message:
+            "The gripper in pictures"
+        script:
+            "../scripts/opening.py"

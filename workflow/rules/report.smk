@@ -12,10 +12,16 @@ rule report:
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
         trees=[PATHS.receipt(name) for name in PUBLISHED],
+        opening=rules.opening.output.folder if OPENING else [],
     output:
         page=PATHS.report,
+        fixed=[PATHS.report.with_name(one.link) for one in FIXED.values()],
         runs=PATHS.runs,
         figures=directory(PATHS.report.parent / FIGURES),
+        experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
+        sounds=directory(PATHS.report.parent / SOUNDS),
+        tables=directory(PATHS.report.parent / TABLES),
+        papers=directory(PATHS.paper_tables),
     log:
         "results/logs/report.log",
     benchmark:
@@ -25,9 +31,11 @@ rule report:
     params:
         datasets=list(PLANS),
         tasks=MEASURED,
+        nav=NAVIGATION,
         pages=PAGES,
         ablations=REASONS,
         published=PUBLISHED,
+        opening=bool(OPENING),
         declared=[settings_digest(one.spec) for one in PLANS.values()],
         code=code_of(
             "ajgdata.pipeline.report:build_report", *experiment_modules(ASKED.values())
@@ -48,8 +56,14 @@ use rule report as report_alone with:
         costs=part(partial(of_experiments, PATHS.experiment_cost)),
     output:
         page=PATHS.report_on("{report}"),
+        fixed=[
+            PATHS.report_on("{report}").with_name(one.link) for one in FIXED.values()
+        ],
         runs=PATHS.report_on("{report}").with_name(RUNS_FILE),
         figures=directory(PATHS.report_on("{report}").parent / FIGURES),
+        experiments=directory(PATHS.report_on("{report}").parent / EXPERIMENT_PAGES),
+        sounds=directory(PATHS.report_on("{report}").parent / SOUNDS),
+        tables=directory(PATHS.report_on("{report}").parent / TABLES),
     log:
         "results/logs/report_alone/{report}.log",
     benchmark:
@@ -59,9 +73,11 @@ use rule report as report_alone with:
     params:
         datasets=part(partial(datasets_of, SPECS)),
         tasks=part(list),
+        nav=part(lambda tasks: plain(navigation_of(PATHS, SPECS, tasks, []))),
         pages=[],
         ablations=[],
         published=[],
+        opening=False,
         declared=part(partial(data_of, lambda name: settings_digest(SPECS[name]))),
     message:
         "Report on {wildcards.report} alone"

@@ -2,12 +2,15 @@
 
 from pathlib import Path
 
+from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.rendering import renderer
 from ajgdata.types import AudioSettings, FeatureSettings
 
 params, wildcards = snakemake.params, snakemake.wildcards
 with logged(snakemake.log[0]):
+    render = renderer(Paths(), wildcards.dataset) if params.rendered else None
     run_experiment(
         Path(snakemake.input.store),
         kind=wildcards.kind,
@@ -21,6 +24,7 @@ with logged(snakemake.log[0]):
         root=Path(),
         manifests=[Path(path) for path in snakemake.input.manifests],
         encoders=[Path(path) for path in snakemake.input.encoders],
+        render=render,
         seed=params.seed,
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),

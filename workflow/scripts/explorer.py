@@ -5,6 +5,7 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.explorer import build_explorer
 from ajgdata.pipeline.log import logged
+from ajgdata.report.navigation import parsed
 
 with logged(snakemake.log[0]):
     build_explorer(
@@ -14,4 +15,5 @@ with logged(snakemake.log[0]):
         paths=Paths(),
         manifests=[Path(file) for file in snakemake.input.manifests],
         page=Path(snakemake.output.page),
+        nav=parsed(snakemake.params.nav),
     )

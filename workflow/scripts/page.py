@@ -5,6 +5,7 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.pages import build_page
+from ajgdata.report.navigation import parsed
 
 params = snakemake.params
 with logged(snakemake.log[0]):
@@ -12,6 +13,6 @@ with logged(snakemake.log[0]):
         Paths(),
         snakemake.wildcards.page,
         [Path(file) for file in snakemake.input],
-        params.pages,
+        parsed(params.nav),
         quick=params.quick,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -13,15 +14,23 @@ from matplotlib.lines import Line2D
 
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation.figures import SHORTEST, TIMES, label_times
+from ajgdata.experiments.cross_validation.findings import cost_finding, hidden_shares, split_finding
 from ajgdata.experiments.cross_validation.results import ModelResult, best_of, models_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.canvas import COLOURS, GREY, MARKERS, WIDTH_IN, new_figure, pareto_front
-from ajgdata.report.format import Caption, Score, number
+from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure, pareto_front
+from ajgdata.report.format import Caption, number
+from ajgdata.report.labels import LABEL_PT, REFERENCES, label_end, wrapped
 
 Task = tuple[ModelResult, ...]
 COST, SPLITS = "error-against-run-time", "random-against-grouped"
-#: Errors below this share of chance would be squeezed together on an axis that reaches it.
-FAR_BELOW_CHANCE = 0.5
+ANSWERS = "error-against-inference-time"
+#: Figures of error against time by name: which time of a model, and what is done in it.
+COSTS = {
+    COST: ("train_s", "trains"),
+    ANSWERS: ("inference_ms_per_recording", "answers"),
+}
+#: Panels side by side, and the height of one (in).
+COLUMNS, PANEL_IN = 4, 1.45
 
 
 def illustrations(results: Sequence[TaskResults]) -> Iterator[Illustration]:
@@ -29,182 +38,146 @@ def illustrations(results: Sequence[TaskResults]) -> Iterator[Illustration]:
     tasks = [models for models in map(models_of, results) if models]
     if compared := [m for models in tasks for m in models if m.random]:
         yield Illustration(SPLITS, split_caption(compared), partial(split_figure, compared))
-    if tasks:
-        yield Illustration(COST, cost_caption(tasks), partial(cost_figure, tasks))
+    for name in COSTS if tasks else ():
+        yield Illustration(name, cost_caption(tasks, name), partial(cost_figure, tasks, name))
 
 
 def _all(tasks: Sequence[Task]) -> list[ModelResult]:
     return [model for models in tasks for model in models]
 
 
-def _marker_area(peak_memory_mb: float, largest_mb: float) -> float:
-    """Return the area in points², proportional to memory, but never too small to see."""
-    return 18 + 110 * peak_memory_mb / (largest_mb or 1)
-
-
-def cost_figure(tasks: Sequence[Task]) -> Figure:
-    """Return normalised error against training and inference time, one colour per task."""
+def cost_figure(tasks: Sequence[Task], name: str = COST) -> Figure:
+    """Return normalised error against a time, a panel for each task, all of one scale."""
+    time, doing = COSTS[name]
+    columns, rows = min(len(tasks), COLUMNS), math.ceil(len(tasks) / COLUMNS)
     figure = new_figure(
-        (WIDTH_IN, 3.9 + 0.17 * max(len(tasks), 5)),
-        "Error against run time",
-        "normalised error of every model on every task",
+        (WIDTH_IN, 1.3 + max(PANEL_IN * rows, 2.0)),
+        cost_finding(tasks, time, doing),
+        "error as a share of chance, mean ± sd over folds; filled: beaten by none in both",
         [models[0].task.source for models in tasks],
     )
-    panels = figure.subplots(1, 2, sharey=True)
-    names = dict.fromkeys(model.result.model for model in _all(tasks))
-    markers = {name: MARKERS[i % len(MARKERS)] for i, name in enumerate(names)}
-    for axes, (time, label) in zip(panels, TIMES.items(), strict=True):
-        _cost_panel(axes, tasks, time, markers)
-        axes.set(xscale="log", xlabel=label)
-        axes.margins(x=0.12)
-        label_times(axes)
-    worst = max((model.error.mean for model in _all(tasks)), default=1.0)
-    for axes in panels:
-        _mark_chance(axes, worst)
-    panels[1].tick_params(axis="y", length=0)
-    panels[0].set_ylabel("error (0 perfect, 1 chance)")
-    _cost_legends(figure, tasks, markers)
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    panels = grid.ravel().tolist()
+    names = list(dict.fromkeys(model.result.model for model in _all(tasks)))
+    wide = (WIDTH_IN - 1.4) / columns
+    for axes, models in zip(panels, tasks, strict=False):
+        _cost_panel(axes, models, time, names)
+        axes.set_title("\n".join(wrapped(_task_name(models), wide, LABEL_PT)), fontsize=LABEL_PT)
+    for axes in panels[len(tasks) :]:
+        axes.set_visible(False)
+    for i, axes in enumerate(panels[: len(tasks)]):
+        if i + columns >= len(tasks):  # nothing stands below
+            axes.tick_params(labelbottom=True)
+            axes.set_xlabel("\n".join(wrapped(TIMES[time], wide, LABEL_PT)), fontsize=8)
+        axes.axhline(1, **REFERENCES["chance"])
+        if i % columns == columns - 1 or i == len(tasks) - 1:
+            label_end(axes, None, 1, "chance", GREY)
+    panels[0].set(xscale="log", ylim=(0, max(1.1, 1.08 * _highest(tasks))))
+    panels[0].margins(x=0.12)
+    label_times(panels[0])
+    figure.supylabel("error (0 perfect, 1 chance)", fontsize=9)
+    _model_legend(figure, tasks, names)
     return figure
 
 
-def _mark_chance(axes: Axes, worst: float) -> None:
-    """Draw a line at chance; an axis that ends far below it says so instead."""
-    far = worst < FAR_BELOW_CHANCE
-    axes.set_ylim(0, 1.3 * worst if far and worst > 0 else max(1.08, 1.05 * worst))
-    if not far:
-        axes.axhline(1, color=GREY, ls=":", lw=1.1)
-    axes.annotate(
-        "chance is 1, far above" if far else "chance",
-        (1, 1),
-        (-2, -10 if far else 2),
-        xycoords=("axes fraction", "axes fraction" if far else "data"),
-        textcoords="offset points",
-        ha="right",
-        fontsize=8,
-        color=GREY,
-    )
+def _highest(tasks: Sequence[Task]) -> float:
+    """Return the highest error, or the end of its bar where that is not far above it."""
+    return max(min(m.error.mean + m.error.sd, 1.2 * m.error.mean) for m in _all(tasks))
 
 
-def _cost_panel(axes: Axes, tasks: Sequence[Task], time: str, markers: dict[str, str]) -> None:
-    """Draw every result as a marker, and a line through the Pareto front of each task."""
-    largest = _largest_mb(tasks)
-    for i, models in enumerate(tasks):
-        colour, line = _task_style(i)
-        times = np.array([getattr(m.cost, time) for m in models])
-        error = np.array([m.error.mean for m in models])
-        front = pareto_front(times, error)
-        times = np.maximum(times, SHORTEST)
-        order = np.flatnonzero(front)[np.argsort(times[front])]
-        axes.plot(times[order], error[order], color=colour, ls=line, lw=1.2, alpha=0.7)
-        for model, x, on_front in zip(models, times, front, strict=True):
-            axes.scatter(
-                x,
-                model.error.mean,
-                s=_marker_area(model.cost.peak_memory_mb, largest),
-                marker=markers[model.result.model],
-                facecolor=colour if on_front else "white",
-                edgecolor=colour,
-                linewidth=1.2,
-                zorder=3,
-            )
+def _cost_panel(axes: Axes, models: Task, time: str, names: Sequence[str]) -> None:
+    """Draw the models of a task, hollow where beaten, and a line through its Pareto front."""
+    times = np.array([getattr(m.cost, time) for m in models])
+    error = np.array([m.error.mean for m in models])
+    front = pareto_front(times, error)
+    times = np.maximum(times, SHORTEST)
+    order = np.flatnonzero(front)[np.argsort(times[front], kind="stable")]
+    axes.plot(times[order], error[order], color=GREY, lw=1, label="Pareto front", zorder=1)
+    for model, x, on_front in zip(models, times, front, strict=True):
+        style = {**model_style(names.index(model.result.model)), "ls": "", "ms": 5.5}
+        style["mfc"] = style["color"] if on_front else "white"
+        axes.errorbar(x, model.error.mean, model.error.sd, elinewidth=0.8, **style)
 
 
-def _task_style(index: int) -> tuple[str, str]:
-    """Return colour and line style of a task: the palette once solid, then dashed, then dotted."""
-    return COLOURS[index % len(COLOURS)], ("-", "--", ":")[index // len(COLOURS) % 3]
+def _task_name(models: Task) -> str:
+    task = models[0].task
+    return task.title + (f" ({task.source})" if task.source == "recorded" else "")
 
 
-def _largest_mb(tasks: Sequence[Task]) -> float:
-    return max((model.cost.peak_memory_mb for model in _all(tasks)), default=0.0)
-
-
-def _cost_legends(figure: Figure, tasks: Sequence[Task], markers: dict[str, str]) -> None:
-    """Draw, below the panels: tasks (colours); models (markers) and memory (areas)."""
-    named = []
-    for i, models in enumerate(tasks):
-        colour, line = _task_style(i)
-        label = f"{models[0].task.title} ({models[0].task.source})"
-        named.append(Line2D([], [], color=colour, ls=line, lw=2, label=label))
-
-    def grey(label: str, marker: str, area: float, face: str = GREY, line: str = "") -> Line2D:
-        size = float(np.sqrt(area))
-        return Line2D([], [], ls=line, marker=marker, c=GREY, mfc=face, ms=size, label=label)
-
+def _model_legend(figure: Figure, tasks: Sequence[Task], names: Sequence[str]) -> None:
+    """Name the markers, in one or two lines below the panels."""
     shapes = []
-    for name, marker in markers.items():
+    for i, name in enumerate(names):
         labels = dict.fromkeys(m.label for m in _all(tasks) if m.result.model == name)
-        shapes.append(grey(" / ".join(labels), marker, 36))
-    largest = _largest_mb(tasks)
-    shapes += [grey("Pareto front", "o", 36, line="-"), grey("beaten", "o", 36, "white")]
-    for memory in (largest / 4, largest):
-        area = _marker_area(memory, largest)
-        shapes.append(grey(f"{number(memory, 2)} MB", "o", area, "white"))
-    figure.legend(handles=named, loc="outside lower left")
-    figure.legend(handles=shapes, loc="outside lower right", ncols=2)
+        style = {**model_style(i), "ls": "", "ms": 5.5}
+        shapes.append(Line2D([], [], label=" / ".join(labels), **style))
+    hollow: dict[str, Any] = {"marker": "o", "mfc": "white", "color": GREY, "ls": ""}
+    shapes.append(Line2D([], [], label="beaten in error and time", **hollow))
+    figure.legend(handles=shapes, loc="outside lower center", ncols=5)
 
 
-def cost_caption(tasks: Sequence[Task]) -> Caption:
+def cost_caption(tasks: Sequence[Task], name: str = COST) -> Caption:
     """Return the caption of `cost_figure`."""
+    time, doing = COSTS[name]
+    unit = "s" if time == "train_s" else "ms"
     listed = "; ".join(
         f"{m.task.title}: {m.label}, {number(m.error.mean, 2)} of chance error "
-        f"in {number(m.cost.train_s)} s"
+        f"in {number(getattr(m.cost, time))} {unit}"
         for m in map(best_of, tasks)
     )
     return Caption(
-        "Error against run time. The error is RMSE / chance RMSE or (1 − accuracy) / "
-        "(1 − chance accuracy), so that tasks share one axis: 0 is perfect, 1 is chance. Filled "
-        "markers joined by a line form the Pareto front of a task, its models which no other beats "
-        "in both error and time; hollow ones are beaten. The area of a marker is peak memory. "
-        "Times belong to the machine that made this page.",
-        f"Normalised error against training and inference time. Lowest errors: {listed}.",
+        "Error against run time, a panel for each task. The error is RMSE / chance RMSE or "
+        "(1 − accuracy) / (1 − chance accuracy), so that tasks share one axis: 0 is perfect, 1 is "
+        "chance. Filled markers joined by a line form the Pareto front of a task, its models which "
+        "no other beats in both error and time; hollow ones are beaten. Memory stands in the table "
+        "of results. Times belong to the machine that made this page.",
+        f"{cost_finding(tasks, time, doing)}. Normalised error against {TIMES[time]}. Lowest "
+        f"errors: {listed}.",
     )
 
 
 def split_figure(compared: Sequence[ModelResult]) -> Figure:
-    """Return grouped against random split: two bars per task and model."""
+    """Return grouped against random split: two points with their spread per task and model."""
     figure = new_figure(
-        (WIDTH_IN, 1.7 + 0.46 * len(compared)),
-        "Random against grouped splits",
-        "normalised error, mean ± sd over folds",
+        (WIDTH_IN, 1.5 + 0.4 * len(compared)),
+        split_finding(compared),
+        "error as a share of chance, mean ± sd over folds; at the right in units of the task",
         [m.task.source for m in compared],
     )
     axes = figure.subplots()
     axes.grid(False, axis="y")
-    grouped = [m.score() for m in compared]
-    random = [m.random for m in compared if m.random]
-    _split_bars(axes, compared, grouped, offset=-0.19, colour=COLOURS[0], label="grouped")
-    _split_bars(axes, compared, random, offset=0.19, colour=COLOURS[5], label="random")
-    if max(m.error.mean for m in compared) >= FAR_BELOW_CHANCE:
-        axes.axvline(1, color=GREY, ls=":", lw=1.1)
+    for row, model in enumerate(compared):
+        _split_row(axes, row, model)
+    if max(m.error.mean for m in compared) >= 0.5:
+        axes.axvline(1, **REFERENCES["chance"])
+        axes.annotate("chance", (1, -0.6), (3, 0), textcoords="offset points", va="center",
+                      fontsize=LABEL_PT, color=GREY)  # fmt: skip
     labels = [f"{m.task.title}\n{m.label} ({m.task.source})" for m in compared]
     axes.set_yticks(range(len(compared)), labels)
     axes.tick_params(axis="y", length=0)
-    axes.invert_yaxis()
+    axes.set_ylim(len(compared) - 0.5, -0.9)
     axes.set_xlabel("error (0 perfect, 1 chance)")
-    axes.margins(x=0.18, y=0.03)
+    axes.margins(x=0.05)
     axes.set_xlim(left=0)
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
     return figure
 
 
-def _split_bars(
-    axes: Axes,
-    compared: Sequence[ModelResult],
-    scores: Sequence[Score],
-    *,
-    offset: float,
-    colour: str,
-    label: str,
-) -> None:
-    """Draw one bar per result; the text at its end is in the unit of the task."""
-    place = np.arange(len(compared)) + offset
-    errors = [m.normalise(s) for m, s in zip(compared, scores, strict=True)]
-    mean, sd = [e.mean for e in errors], [e.sd for e in errors]
-    whiskers = {"lw": 1, "capsize": 2, "ecolor": "#333333"}
-    axes.barh(place, mean, 0.34, xerr=sd, color=colour, label=label, error_kw=whiskers)
-    style: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 7.5}
-    for y, m, s, e in zip(place, compared, scores, errors, strict=True):
-        axes.annotate(m.shown(s), (e.mean + e.sd, y), (5, 0), **style)
+def _split_row(axes: Axes, row: int, model: ModelResult) -> None:
+    """Draw the error of both splits, joined, and write both at the right; the first are named."""
+    scores = {"random": model.random or model.score(), "grouped": model.score()}
+    ends = [model.normalise(score) for score in scores.values()]
+    axes.plot([end.mean for end in ends], [row, row], color=GREY, lw=1, zorder=1)
+    for i, (name, end) in enumerate(zip(scores, ends, strict=True)):
+        style = {**model_style(1 - i), "ls": "", "ms": 6, "capsize": 2.5}
+        style["mfc"] = "white" if name == "random" else style["color"]
+        axes.errorbar(end.mean, row, xerr=end.sd, label=name if row == 0 else None, **style)
+        if row == 0:
+            axes.annotate(name, (end.mean, row), (0, 8), textcoords="offset points", va="bottom",
+                          ha="right" if name == "random" else "left", fontsize=LABEL_PT,
+                          color=style["color"])  # fmt: skip
+    told = f"{model.shown(scores['random'])} → {model.shown()}"
+    axes.annotate(told, (1, row), (6, 0), xycoords=("axes fraction", "data"), va="center",
+                  textcoords="offset points", fontsize=LABEL_PT)  # fmt: skip
 
 
 def split_caption(compared: Sequence[ModelResult]) -> Caption:
@@ -213,15 +186,14 @@ def split_caption(compared: Sequence[ModelResult]) -> Caption:
         f"{m.task.title}, {m.label}: {m.shown()} grouped, {m.shown(m.random)} random"
         for m in compared
     )
-    gained = [
-        f"{m.task.title}, {m.label}: {1 - m.normalise(m.random).mean / m.error.mean:.0%}"
-        for m in compared
-        if m.random and m.error.mean > 0
-    ]
+    known = [m for m in compared if m.random and m.error.mean > 0]
+    gained = "; ".join(
+        f"{m.task.title}, {m.label}: {share:.0%}"
+        for m, share in zip(known, hidden_shares(compared), strict=True)
+    )
     return Caption(
         "The same models and recordings under two splits. Grouped: no group on both sides (used "
-        "everywhere else on this page). Random: groups ignored. Error as a share of chance, mean ± "
-        "one standard deviation over folds. Error that the random split hides: "
-        f"{'; '.join(gained)}.",
-        f"Normalised error of grouped and random splits. {listed}.",
+        "everywhere else in this report). Random: groups ignored. Error as a share of chance, mean "
+        f"± one standard deviation over folds. Error that the random split hides: {gained}.",
+        f"{split_finding(compared)}. Normalised error of grouped and random splits. {listed}.",
     )

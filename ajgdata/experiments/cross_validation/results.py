@@ -23,6 +23,8 @@ OVERALL = "overall"  #: known and withheld recordings together
 PAPER_PARTS = {GROUPED: "known", WITHHELD: "unknown", OVERALL: "overall"}
 #: The paper's own model, where a task has it.
 PAPER_MODEL = "cnn"
+#: The paper's figure on a task of many models: its number is that of k-NN.
+BASELINES = "baselines"
 
 
 def elsewhere(dataset: str) -> str:
@@ -226,6 +228,14 @@ def paper_model(results: TaskResults) -> ModelResult | None:
     """Return the paper's own model, if the task has it."""
     found = (result for result in results.results if result.model == PAPER_MODEL)
     return next((ModelResult(results, result) for result in found), None)
+
+
+def paper_told(model: ModelResult, part: str = GROUPED) -> tuple[float, str] | None:
+    """Return the number that the paper gives for a part of the task, and whose it is, or None."""
+    paper = dict(model.parts).get(part)
+    if paper is None or paper.value is None:
+        return None
+    return paper.value, f"the paper's {'k-NN' if paper.id == BASELINES else 'CNN'}"
 
 
 def training_cost(results: TaskResults, label: str) -> comparison.Cost | None:

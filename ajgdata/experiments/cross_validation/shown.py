@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -26,12 +27,15 @@ from ajgdata.report.comparison import (
     WORKS,
     YES,
     Cost,
+    Mark,
     PaperComparison,
     agreement,
     holds,
+    mark_of,
     together,
 )
 from ajgdata.report.format import Score, mean_sd, number, words
+from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 
 #: The model whose figure the paper gives among its baselines.
@@ -140,21 +144,38 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         if paper.id == BASELINES and baseline:
             yield _baselines(paper, models, baseline)
         elif paper.metric in FAILS:
-            yield _failing(paper, first, score, lookup)
+            yield _failing(paper, first, part, lookup)
         else:
             text = first.shown(score)
             if paper.id == COUNTED:
                 text = f"{text}; {_well_told(first)}"
             scaled = Score(results.scale * score.mean, results.scale * score.sd)
             agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
-            yield _row(paper, first, text, agrees)
+            yield _row(paper, first, text, agrees, marks_of(models, first, part))
 
 
-def _row(paper: PaperFigure, model: ModelResult, text: str, agrees: str) -> PaperComparison:
+def _row(
+    paper: PaperFigure, model: ModelResult, text: str, agrees: str, marks: tuple[Mark, ...]
+) -> PaperComparison:
     task, cost = model.task, Cost(*model.cost[:2])
     return PaperComparison(
-        paper, task.dataset, task.task, task.source, text, model.label, agrees, cost
-    )
+        paper, task.dataset, task.task, task.source, text, model.label, agrees, cost, marks=marks,
+        shown_unit=task.shown_unit,
+    )  # fmt: skip
+
+
+def marks_of(
+    models: tuple[ModelResult, ...], first: ModelResult, part: str = GROUPED
+) -> tuple[Mark, ...]:
+    """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
+    scale = first.task.scale
+    marks = [mark_of("ours", first.label, first.score(part), scale)]
+    if others := tuple(m for m in models if m.result.model != first.result.model and m.has(part)):
+        best = min(others, key=lambda m: m.normalise(m.score(part)).mean)
+        marks.append(mark_of("baseline", best.label, best.score(part), scale))
+    if math.isfinite(chance := first.chance(part)):
+        marks.append(mark_of("chance", "chance", Score(chance, 0.0), scale))
+    return tuple(marks)
 
 
 def _well_told(model: ModelResult) -> str:
@@ -165,10 +186,21 @@ def _well_told(model: ModelResult) -> str:
     return f"{sum(share >= WELL for share in shares)} of {len(shares)} classes at 90 % or more"
 
 
-def _failing(
-    paper: PaperFigure, model: ModelResult, there: Score, lookup: Lookup
-) -> PaperComparison:
+def highlights(results: TaskResults) -> Iterator[Highlight]:
+    """Yield what a split that ignores the groups would have said of the paper's model."""
+    first = paper_model(results)
+    if first and (random := first.random):
+        marks = (
+            mark_of("ours", "grouped", first.score(), results.scale),
+            mark_of("other", "random", random, results.scale),
+        )
+        said = f"{metric_name(results)}, {words(results.task)}"
+        yield Highlight("Random split", said, results.shown_unit, marks)
+
+
+def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
     """Return a model where it was trained and where it fails, and what silence says of it."""
+    there, scale = model.score(part), model.task.scale
     worse = model.normalise(there).mean - model.error.mean
     verdicts = {holds(Score(worse, model.error.sd), WORKS)}
     text = f"{model.shown()} where it was trained, {model.shown(there)} elsewhere"
@@ -176,7 +208,12 @@ def _failing(
     if flags:
         verdicts.add(YES if any(flags) else "no: not flagged")
         text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
-    return _row(paper, model, text, together(verdicts))
+    marks = (
+        mark_of("ours", f"{model.label} elsewhere", there, scale),
+        mark_of("other", "at home", model.score(), scale),
+        mark_of("chance", "chance", Score(model.chance(), 0.0), scale),
+    )
+    return _row(paper, model, text, together(verdicts), marks)
 
 
 def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
@@ -196,4 +233,10 @@ def _baselines(
     score, best = baseline.score(), best_of(models)
     scaled = Score(100 * score.mean, 100 * score.sd)
     text = f"{baseline.shown()}; best of {len(models)}: {best.label}, {best.shown()}"
-    return _row(paper, baseline, text, agreement(scaled, paper.value or 0.0))
+    agrees = agreement(scaled, paper.value or 0.0)
+    marks = (
+        mark_of("ours", baseline.label, score, 100),
+        mark_of("baseline", best.label, best.score(), 100),
+        mark_of("chance", "chance", Score(baseline.chance(), 0.0), 100),
+    )
+    return _row(paper, baseline, text, agrees, marks)

@@ -1,0 +1,1 @@
+"""Drawing halves of experiments whose modules would be too long with them; imported to draw."""

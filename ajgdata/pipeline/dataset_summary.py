@@ -1,0 +1,89 @@
+"""A data set's store, findings and first session -> what a report or a card says of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ajgdata.paths import Paths
+from ajgdata.report.report_data import DatasetSummary, Provenance, Spectra
+from ajgdata.store.features import Shard
+from ajgdata.store.findings import read_findings
+from ajgdata.store.provenance import settings_digest
+from ajgdata.store.sessions import read_session
+from ajgdata.types import DataError, DatasetSpec, FeatureSettings
+
+#: As many mean spectra as can be told apart in one figure.
+MAX_SPECTRA = 8
+
+
+def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
+    """Return what the report says of a data set."""
+    settings = json.loads(str(store.attrs["settings"]))
+    features = FeatureSettings(**settings["features"])
+    return DatasetSummary(
+        name=spec.name,
+        title=spec.title or spec.name,
+        source="simulated" if store.attrs["source"] == "simulated" else "recorded",
+        description=spec.description,
+        n_recordings=len(store.feature),
+        n_sessions=len(np.unique(store.columns["session_id"].values)),
+        sample_rate_hz=spec.audio.sample_rate_hz,
+        licence=spec.licence,
+        citation=spec.citation,
+        url=spec.url,
+        features=features,
+        provenance=Provenance(
+            version=str(store.attrs["ajgdata_version"]),
+            commit=str(store.attrs["git_commit"]),
+            config_hash=settings_digest(spec.audio, spec.features, *spec.tasks.values()),
+            inputs_hash=str(store.attrs["inputs_sha256"]),
+        ),
+        findings=tuple(read_findings(paths.quarantine(spec.name))),
+        spectra=mean_spectra(store, spec),
+        facts=_facts(paths, spec.name, store),
+    )
+
+
+def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
+    """Return what a session says of its source, flattened: `numerics dx_mm`, for instance."""
+    sessions = sorted(set(store.columns["session_id"].values.tolist()))
+    try:
+        session = read_session(paths.session(dataset, sessions[0]))
+    except (DataError, IndexError):  # no session is left, or it was spoilt since
+        return {}
+    facts: dict[str, Any] = {"gripper": session.gripper, "medium": session.medium}
+    facts |= {"device": session.device, "written by": session.software}
+    for part, content in session.scene.items():
+        items = content.items() if isinstance(content, dict) else [("", content)]
+        facts |= {f"{part} {key}".strip(): value for key, value in items}
+    return {key: value for key, value in facts.items() if value not in ("unknown", "")}
+
+
+def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
+    """Return the mean spectrum of each class, or of equally filled bins, of the first target."""
+    name = next((task.target for task in spec.tasks.values()), "")
+    if name not in store.columns:
+        return None
+    target, values = spec.targets[name], store.columns[name].values
+    if target.kind == "classification":
+        classes = [c for c in np.unique(values) if c][:MAX_SPECTRA]
+        parts = [(str(c), values == c) for c in classes]
+    else:
+        present = values[np.isfinite(values)]
+        if not len(present):
+            return None
+        edges = np.unique(np.quantile(present, np.linspace(0, 1, 5)))
+        bins = np.clip(np.searchsorted(edges, values, "right") - 1, 0, max(0, len(edges) - 2))
+        bins[~np.isfinite(values)] = -1
+        parts = [
+            (f"{values[bins == b].min():g}–{values[bins == b].max():g} {target.unit}", bins == b)
+            for b in np.unique(bins[bins >= 0])
+        ]
+    if not parts:
+        return None
+    mean = np.asarray([store.feature[rows].mean(axis=0, dtype=np.float64) for _, rows in parts])
+    return Spectra(store.frequency_hz, tuple(label for label, _ in parts), mean, name)

@@ -1,0 +1,270 @@
+"""Results and a report -> files for other programs: CSV beside its figures, LaTeX, BibTeX."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import SCORES, STATISTICS, TaskResults
+from ajgdata.paths import SOUNDS, TABLES, Paths
+from ajgdata.pipeline.collect import IN_UNITS
+from ajgdata.report.blocks import ShownTable
+from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.exports import (
+    bibtex,
+    csv_of,
+    dataset_entry,
+    latex_of,
+    paper_entry,
+    results_latex,
+    software_entry,
+)
+from ajgdata.report.page import STAGES, spectra_name
+from ajgdata.report.render import Picture, web_link
+from ajgdata.report.report_data import Report, Spectra
+from ajgdata.store.files import replacing_folder, write_bytes
+from ajgdata.store.provenance import commit_date
+from ajgdata.store.report_files import read_citation, read_paper
+from ajgdata.types.table import Column, Table, Value, table_of
+
+#: Tables of a whole report: all results, and those beside the paper.
+RESULTS, BESIDE_PAPER = "results", "beside-paper"
+SOURCES = "sources.bib"
+RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
+PAPER_KEYS = (
+    "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
+    "result", "agrees", "train_s", "inference_ms_per_recording",
+)  # fmt: skip
+#: What is measured of a model, by its name in the results.
+COSTS = ("train_s", "latency_s", "peak_rss_mb")
+
+
+def write_exports(
+    paths: Paths,
+    report: Report,
+    results: Sequence[TaskResults],
+    folder: Path,
+    *,
+    papers: Path | None = None,
+) -> tuple[str, ...]:
+    """Write every table of a report as CSV to `folder`, for papers to `papers`; returns the names
+    of the CSV files, without suffix.
+
+    Both folders are replaced as a whole. `results` are those that the report was made of. Raises
+    ValueError if two tables would share a file name.
+    """
+    tables = [*report_tables(report, results)]
+    for one in results:
+        tables += table_files(one).items()
+    names = [name for name, _ in tables]
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise ValueError(f"two tables would share a file name, {twice[0]}: rename a data set")
+    with replacing_folder(folder) as new:
+        for name, table in tables:
+            write_csv(new / f"{name}.csv", table)
+    if papers:
+        _write_for_papers(paths, report, papers)
+    return tuple(names)
+
+
+def write_csv(path: Path, table: Table | ShownTable) -> None:
+    """Write one table as CSV: also those of studies and ablations, beside the figures of a page."""
+    write_bytes(path, csv_of(table).encode())
+
+
+def table_files(results: TaskResults) -> dict[str, Table | ShownTable]:
+    """Return the tables of an experiment on a task, by file name without suffix.
+
+    Those of scores and costs are one, named like the experiment's main figure; others end in their
+    own name; those that people are shown are numbered.
+    """
+    base, parted = results.named(), len(results.results) > 1
+    kept: dict[str, list[Table]] = {}
+    for one in results.results:
+        for table in (*one.tables.values(), *one.cost.values()):
+            if table.rows:
+                kept.setdefault(table.name, []).append(_of_model(table, one.model, parted))
+    files: dict[str, Table | ShownTable] = {}
+    for name, parts in kept.items():
+        rows = tuple(row for part in parts for row in part.rows)
+        files[base if name == SCORES else f"{base}--{_safe(name)}"] = replace(parts[0], rows=rows)
+    for number, shown in enumerate(EXPERIMENTS[results.experiment].tables(results), 1):
+        files[shown_name(base, number)] = shown
+    return files
+
+
+def shown_name(base: str, number: int) -> str:
+    """Return the file name of the `number`-th table (from 1) that people are shown of a part."""
+    return f"{base}--shown-{number}"
+
+
+def tables_beside(figure: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the tables, among file names, that belong to a figure: the one whose name is the
+    longest beginning of its own, else all of its experiment on its task, else all results."""
+    listed = list(names)
+    fits = [name for name in listed if re.match(rf"{re.escape(name)}(-|$)", figure)]
+    if fits:
+        return (max(fits, key=len),)
+    base = "--".join(figure.split("--")[:3]) + "--"
+    beside = tuple(n for n in listed if n.startswith(base) and "--shown-" not in n)
+    return beside or tuple(name for name in listed if name == RESULTS)
+
+
+def with_tables(shown: Picture, names: Iterable[str]) -> Picture:
+    """Return a picture that also links the tables, among file names, that belong to it."""
+    if shown.name.startswith(f"{SOUNDS}--"):  # of two recordings: no table is about them
+        return shown
+    beside = tables_beside(shown.name, names)
+    return shown._replace(links={**shown.links, "csv": f"{TABLES}/{beside[0]}.csv"})
+
+
+def _of_model(table: Table, model: str, parted: bool) -> Table:
+    """Return a table with a column for the model, where several models have such a table."""
+    if not parted or any(column.key == "model" for column in table.columns):
+        return table
+    rows = tuple({"model": model, **row} for row in table.rows)
+    return replace(table, columns=(Column("model", "Model"), *table.columns), rows=rows)
+
+
+def _safe(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_]+", "-", name)
+
+
+def report_tables(
+    report: Report, results: Sequence[TaskResults]
+) -> Iterator[tuple[str, Table | ShownTable]]:
+    """Yield the tables of a whole report by file name without suffix: all results, those beside
+    the paper, the spectra, and the time of stages, like the figures of these."""
+    yield RESULTS, results_table(results)
+    if report.comparisons:
+        yield BESIDE_PAPER, paper_table(report.comparisons)
+    for one in report.datasets:
+        if one.spectra is not None:
+            yield spectra_name(one.name), _spectra_table(one.spectra)
+    if report.stages:
+        heads = {"stage": "Stage", "jobs": "Jobs", "wall_s": "Wall, s", "cpu_s": "Processor, s"}
+        rows = [one._asdict() for one in report.stages.table()]
+        yield STAGES, table_of(STAGES, "Stages", rows, **heads, peak_mb="Peak memory, MB")
+
+
+def _spectra_table(spectra: Spectra) -> Table:
+    """Return a row for each label and frequency."""
+    rows = (
+        {"group": label, "frequency_hz": hz, "mean": mean}
+        for label, means in zip(spectra.labels, np.asarray(spectra.mean, float), strict=True)
+        for hz, mean in zip(np.asarray(spectra.frequency_hz, float), means, strict=True)
+    )
+    heads = {"group": spectra.grouping, "frequency_hz": "Frequency, Hz", "mean": "Mean feature"}
+    return table_of("spectra", "Mean feature", rows, **heads)
+
+
+def results_table(results: Sequence[TaskResults]) -> Table:
+    """Return every score that has a mean over folds, runs or draws: one a row, with its cost.
+
+    Accuracies are shares, errors in the unit of the target; the cost is that of the grouped split,
+    or of the same part where this has one of its own.
+    """
+    rows = []
+    for one in results:
+        for result in one.results:
+            costs = _values(result.cost.get(SCORES))
+            for (model, part, metric), found in _values(result.tables.get(SCORES)).items():
+                if "mean" not in found:
+                    continue
+                paid = {name: _cost(costs, model, part, name) for name in COSTS}
+                where = {"dataset": one.dataset, "task": one.task, "source": one.source}
+                where |= {"experiment": one.experiment, "model": model, "part": part}
+                unit = one.unit if metric in IN_UNITS else ""
+                told = {name: found.get(name) for name in STATISTICS}
+                rows.append({**where, "metric": metric, "unit": unit, **told, **paid})
+    heads = {key: key for key in (*RESULT_KEYS, *STATISTICS, *COSTS)}
+    return table_of(RESULTS, "All results", rows, **heads)
+
+
+def _values(scores: Table | None) -> dict[tuple[str, str, str], dict[str, Value]]:
+    """Return the values of a table of scores by statistic, by model, part and metric."""
+    found: dict[tuple[str, str, str], dict[str, Value]] = {}
+    for row in scores.rows if scores else ():
+        key = row["model"], row["part"], row["metric"]
+        found.setdefault(key, {})[row["statistic"]] = row["value"]
+    return found
+
+
+def _cost(
+    costs: Mapping[tuple[str, str, str], Mapping[str, Value]], model: str, part: str, name: str
+) -> Value:
+    for paid in (part, "grouped"):
+        if measured := costs.get((model, f"cost of {paid}", name)):
+            return measured.get("measured")
+    return None
+
+
+def paper_table(rows: Sequence[PaperComparison]) -> Table:
+    """Return what stands beside the paper, a row for each of its figures and each data set."""
+    told = (
+        {
+            "figure": row.paper.id,
+            "where": row.paper.where,
+            "paper": row.paper.value,
+            "unit": row.paper.unit,
+            "paper_text": row.paper.text,
+            "dataset": row.dataset,
+            "task": row.task,
+            "source": row.source,
+            "model": row.model,
+            "result": row.result,
+            "agrees": row.agrees,
+            "train_s": row.cost.train_s if row.cost else None,
+            "inference_ms_per_recording": row.cost.inference_ms_per_recording if row.cost else None,
+        }
+        for row in rows
+    )
+    return table_of(BESIDE_PAPER, "Beside the paper", told, **{key: key for key in PAPER_KEYS})
+
+
+def _write_for_papers(paths: Paths, report: Report, folder: Path) -> None:
+    """Write the results of each task, the table beside the paper, and all sources."""
+    paper = paper_entry(read_paper(paths))
+    software = software_entry(read_citation(), report.commit, commit_date())
+    made = f"ajgdata {report.version}, commit {report.commit}"
+    texts = {}
+    for section in report.sections:
+        if section.rows:
+            caption = (
+                f"{section.title}, {section.source}: mean ± standard deviation over folds, on "
+                "groups that no model has met. Bold: lowest error, and those within its deviation. "
+                "Time of training all folds and of predicting one recording alone; peak memory."
+            )
+            name = f"{section.dataset}--{section.task}"
+            texts[f"{name}.tex"] = results_latex(
+                section.rows, caption, name, cites=(paper.key,), made=made
+            )
+    if report.comparisons:
+        texts[f"{BESIDE_PAPER}.tex"] = latex_of(
+            _beside_paper(report.comparisons), BESIDE_PAPER, cites=(paper.key,), made=made
+        )
+    stated = [
+        dataset_entry(d.name, d.title, d.citation, web_link(d.url), d.licence)
+        for d in report.datasets
+        if d.citation or web_link(d.url)
+    ]
+    texts[SOURCES] = bibtex([paper, software, *stated])
+    with replacing_folder(folder) as new:
+        for file, text in texts.items():
+            write_bytes(new / file, text.encode())
+
+
+def _beside_paper(rows: Sequence[PaperComparison]) -> ShownTable:
+    """Return the table beside the paper for people."""
+    heads = ("Experiment", "Paper, real gripper", "Here", "Source", "Model", "Agrees")
+    cells = (
+        (row.paper.where, row.paper.text, row.result, row.source, row.model, row.agrees)
+        for row in rows
+    )
+    return ShownTable("Results beside those of the paper.", heads, tuple(cells))

@@ -1,0 +1,270 @@
+"""One grasp of a run -> the opening picture, and what it shows in words and numbers.
+
+Light: Snakemake imports it to choose the task.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ajgdata.experiments import asked_of
+from ajgdata.experiments.cross_validation.results import GROUPED, PAPER_MODEL
+from ajgdata.paths import Paths
+from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.tables import plain, read_tables
+from ajgdata.types import CROSS_VALIDATION, AudioSettings, DatasetSpec, FeatureSettings
+
+if TYPE_CHECKING:
+    from ajgdata.gripper import Scene
+    from ajgdata.gripper.pressure_slices import Film
+    from ajgdata.report.opening import Decision, Opening
+    from ajgdata.store.features import Shard
+    from ajgdata.types.table import Table
+
+#: Classes that are objects are what a picture can show.
+OBJECT = "object"
+#: Grid and pulse of the field: finer than that of recordings, so that the wave is seen, not cells.
+FIELD_MM, PULSE_HZ, FRAME_S = 1.6, 10_000.0, 1e-5
+#: The first moment, as a share of the time that sound takes to the object.
+LEAVING = 0.33
+SILENT_DB = -120.0
+
+
+class Subject(NamedTuple):
+    """The task whose recording is shown, and its jobs of cross-validation, the paper's first."""
+
+    dataset: str
+    task: str
+    kinds: tuple[str, ...]
+
+
+def subject_of(specs: Mapping[str, DatasetSpec]) -> Subject | None:
+    """Return the task that tells objects, made by the virtual gripper, of the most kinds of shape.
+
+    None where a run has none: recordings of a real gripper are not put into a picture of a
+    simulated one.
+    """
+    found = []
+    for name, spec in specs.items():
+        if spec.recipe is None or spec.recipe.source != "virtual":
+            continue
+        for task in (t for t in spec.tasks if spec.tasks[t].target == OBJECT):
+            asked = [a for a in asked_of(spec, task) if a.experiment.name == CROSS_VALIDATION]
+            kinds = [kind for one in asked for kind in one.kinds]
+            if kinds:
+                first = f"{CROSS_VALIDATION}-{PAPER_MODEL}"
+                ordered = tuple(sorted(kinds, key=lambda kind: kind != first))
+                found.append((_kinds_of_shape(spec), Subject(name, task, ordered)))
+    return max(found, key=lambda one: one[0], default=(0, None))[1]
+
+
+def _kinds_of_shape(spec: DatasetSpec) -> int:
+    from ajgdata.gripper.object_library import OBJECTS
+
+    shapes = [one.shape for one in spec.recipe.objects] if spec.recipe else []
+    named = (OBJECTS[s].shape.kind if isinstance(s, str) else str(s.get("kind")) for s in shapes)
+    return len(set(named))
+
+
+def build_opening(
+    paths: Paths,
+    *,
+    store: Path,
+    tables: Sequence[Path],
+    scenes: Sequence[Path],
+    manifests: Sequence[Path],
+    audio: AudioSettings,
+    code: str,
+) -> None:
+    """Draw the opening picture of a task, and write what it shows (JSON) beside it.
+
+    `tables` are of the task's cross-validations, the first that tells probabilities counts;
+    `scenes` say what the sessions hold, `manifests` where their recordings are. The JSON holds
+    `alt` and `text` for people, `pictures` (file names of the `wide` and the `narrow` one), what
+    is shown (`dataset`, `task`, `object`, `grasp`, `recording`, `model`, `fold`,
+    `probabilities`, `moments_ms`, `grid_mm`), and what made it. Where nothing can be shown it
+    holds `skipped`, the reason, and there are no pictures.
+    """
+    from ajgdata.report.canvas import save_figure
+    from ajgdata.report.opening import NARROW, WIDE, opening_caption, opening_figure
+    from ajgdata.store.features import read_store
+    from ajgdata.store.provenance import software
+
+    made = {**software(), "code": code}
+    try:
+        shown, told = _opening(read_store(store), tables, scenes, manifests, audio, paths.root)
+    except ValueError as error:
+        write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
+        return
+    stems = {"wide": paths.opening_picture(), "narrow": paths.opening_picture(narrow=True)}
+    for layout, stem in zip((WIDE, NARROW), stems.values(), strict=True):
+        save_figure(opening_figure(shown, layout), stem)
+    caption = opening_caption(shown)
+    about = {"alt": caption.alt, "text": caption.text, **told}
+    about["pictures"] = {name: f"{stem.name}.svg" for name, stem in stems.items()}
+    write_bytes(paths.opening, json_bytes(plain({**about, **made})))
+
+
+def _opening(
+    shard: Shard,
+    tables: Sequence[Path],
+    scenes: Sequence[Path],
+    manifests: Sequence[Path],
+    audio: AudioSettings,
+    root: Path,
+) -> tuple[Opening, dict[str, Any]]:
+    """Return what is shown, and of what it is. Raises ValueError where nothing can be shown."""
+    from ajgdata.gripper import Scene
+    from ajgdata.report.format import words
+    from ajgdata.report.opening import Opening
+
+    grasps = {one["digest"]: one for file in scenes for one in read_json(file) if one["object"]}
+    digests = shard.columns.get("setup_sha256")
+    known = [] if digests is None else [d for d in digests.values.tolist() if d in grasps]
+    if digests is None or not known:
+        raise ValueError("no recording of a simulated grasp can be used")
+    about, predictions = _predictions(tables)
+    name = _shown_object({grasps[d]["object"]: grasps[d]["setup"] for d in known})
+    row = _typical(shard, name, predictions)
+    scene = Scene.model_validate(grasps[str(digests.values[row])]["setup"])
+    recording, grasp, session = (
+        str(shard.columns[key].values[row]) for key in ("recording", "grasp_id", "session_id")
+    )
+    decision, told = None, dict[str, Any]()
+    if predictions is not None:
+        decision, told = _decision(shard, recording, about)
+    film, moments_ms = field_of(scene)
+    shown = Opening(
+        object=words(name),
+        scene=scene,
+        film=film,
+        moments_ms=moments_ms,
+        sweep=_sweep(session, manifests, audio, root),
+        sample_rate_hz=audio.sample_rate_hz,
+        frequency_hz=shard.frequency_hz,
+        level_db=_level_db(shard, row),
+        decision=decision,
+    )
+    of = {"dataset": about["dataset"], "task": about["task"], "object": name, "grasp": grasp}
+    of |= {"recording": recording, "moments_ms": moments_ms, "grid_mm": FIELD_MM, **told}
+    return shown, of
+
+
+def _predictions(tables: Sequence[Path]) -> tuple[Mapping[str, Any], Table | None]:
+    """Return the first result with probabilities of held-out recordings; else None of the first."""
+    read = [read_tables(file) for file in tables]
+    for about, some in read:
+        for table in (one.where(split=GROUPED) for one in some if one.name == "predictions"):
+            if table.rows and np.isfinite(table.numbers("probability")).all():
+                return about, table
+    return read[0][0], None
+
+
+def _shown_object(setups: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the smallest sphere, which every section through it shows as it is; else the first."""
+    from ajgdata.gripper import Scene
+
+    objects = {name: Scene.model_validate(setup).object for name, setup in setups.items()}
+    spheres = {n: max(o.size_mm) for n, o in objects.items() if o and o.kind == "sphere"}
+    return min(spheres, key=lambda name: spheres[name]) if spheres else next(iter(objects))
+
+
+def _typical(shard: Shard, name: str, predictions: Table | None) -> int:
+    """Return the row of the object's recording that was told rightly with the median probability.
+
+    Where none was, it is the median of all; without predictions the first.
+    """
+    own = np.flatnonzero(shard.columns[OBJECT].values == name)
+    row_of = dict(zip(shard.columns["recording"].values[own].tolist(), own.tolist(), strict=True))
+    told = [] if predictions is None else [r for r in predictions.rows if r["recording"] in row_of]
+    told = [row for row in told if row["y_pred"] == name] or told
+    ordered = sorted(told, key=lambda row: (row["probability"], row["recording"]))
+    return row_of[ordered[(len(ordered) - 1) // 2]["recording"]] if ordered else int(own[0])
+
+
+def _decision(
+    shard: Shard, recording: str, about: Mapping[str, Any]
+) -> tuple[Decision, dict[str, Any]]:
+    """Return what the model says of a recording that was trained on all folds but its own."""
+    from threadpoolctl import threadpool_limits
+
+    from ajgdata.evaluate.splits import grouped_folds
+    from ajgdata.evaluate.task_data import task_data
+    from ajgdata.models import make_model, model_label
+    from ajgdata.report.opening import Decision
+
+    model, seed = about["model"], about["seed"]
+    data = task_data(shard, about["target"], about["kind"], about["groups"])
+    row = np.flatnonzero(data.name == recording)[0]
+    count = min(about["folds"], len(np.unique(data.group)))
+    parts = grouped_folds(data.value, data.group, about["kind"], count, seed)
+    fold, (train, test) = next((n, part) for n, part in enumerate(parts) if row in part[1])
+    with threadpool_limits(limits=1):  # as in the cross-validation: the same numbers
+        fitted: Any = make_model(model, about["kind"], seed)
+        fitted.fit(data.feature[train], data.value[train])
+        chances = fitted.predict_proba(data.feature[test])[test == row][0]
+    classes = map(str, fitted.classes_)
+    probabilities = dict(zip(classes, map(float, chances), strict=True))
+    said = Decision(model_label(model, about["kind"]), probabilities, str(data.value[row]))
+    return said, {"model": model, "fold": fold, "probabilities": probabilities}
+
+
+def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
+    """Return the pressure of a short pulse in the plane xz at three moments, and these in ms.
+
+    They count from when the pulse leaves: on its way, when sound in air is at the highest point of
+    what it meets, and when it is back at the microphone. The grid is FIELD_MM.
+    """
+    from ajgdata.gripper import build_plan
+    from ajgdata.gripper.medium import Air
+    from ajgdata.gripper.pressure_slices import pulse, slices
+    from ajgdata.report.scenes import section
+
+    cut, gripper = section(scene), scene.gripper
+    touching = np.where(cut.inside, cut.floor, -np.inf)
+    under = int(np.argmax(touching)) if cut.inside.any() else int(np.argmin(cut.floor))
+    at = np.array([cut.x[under], cut.floor[under]])
+    ways = [
+        float(np.hypot(*(at - [across, gripper.height_mm])))
+        for across in (gripper.speaker_mm[0], gripper.microphone_mm[0])
+    ]
+    there, back = np.array(ways) / 1e3 / Air(scene.environment.temperature_c).sound_speed
+    moments_s = np.array([LEAVING * there, there, there + back])
+    fine = scene.numerics.model_copy(update={"dx_mm": FIELD_MM})
+    plan = build_plan(scene.model_copy(update={"numerics": fine}))
+    dt = plan.system.dt
+    leaves_s = len(pulse(dt, PULSE_HZ)) // 2 * dt
+    every = max(1, round(FRAME_S / dt))
+    frames = int(np.ceil((leaves_s + moments_s[-1]) / (every * dt)))
+    film = slices(plan, "xz", every=every, frames=frames, peak_hz=PULSE_HZ)
+    shown = [int(np.argmin(np.abs(film.times_s - leaves_s - moment))) for moment in moments_s]
+    kept = dataclasses.replace(film, times_s=film.times_s[shown], frames=film.frames[shown])
+    return kept, tuple(round(1e3 * float(t - leaves_s), 3) for t in kept.times_s)
+
+
+def _sweep(session: str, manifests: Sequence[Path], audio: AudioSettings, root: Path) -> np.ndarray:
+    """Return what the session played, (samples,). Raises ValueError if it is gone."""
+    from ajgdata.pipeline.recordings import read_excitation
+    from ajgdata.store.manifest import read_manifest
+
+    for content in (read_manifest(file)[0] for file in manifests):
+        if content["session_id"] == session:
+            samples, _ = read_excitation(root, content, audio)
+            if samples is not None:
+                return samples
+    raise ValueError(f"session {session} lacks the sound that it played")
+
+
+def _level_db(shard: Shard, row: int) -> np.ndarray:
+    """Return the feature of a row (bins,) in dB of its largest bin."""
+    quantity = FeatureSettings(**json.loads(str(shard.attrs["settings"]))["features"]).quantity
+    feature = np.asarray(shard.feature[row], float)
+    factor = 20 if quantity == "magnitude" else 10
+    least = 10 ** (SILENT_DB / factor)
+    return factor * np.log10(np.maximum(feature / (feature.max() or 1), least))

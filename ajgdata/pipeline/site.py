@@ -1,0 +1,117 @@
+"""Pages of a report: which there are, what they ask, and the navigation. Light: Snakemake imports
+it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from ajgdata.experiments import Asked
+from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import TaskKey, asked_for, page_of, report_of
+from ajgdata.report.navigation import Group, Link, experiment_link, navigation
+from ajgdata.report.paper import parse_paper
+from ajgdata.report.report_data import ExperimentPage
+from ajgdata.store.report_files import read_experiment_text, read_page_text, read_paper
+from ajgdata.types import CROSS_VALIDATION, DataError, DatasetSpec
+
+#: Groups of the navigation: experiments that stand beside the paper's, and all others.
+PAPERS, BEYOND = "The paper's experiments", "Beyond the paper"
+
+
+def pages_of(
+    paths: Paths, specs: Mapping[str, DatasetSpec], tasks: Sequence[TaskKey]
+) -> list[ExperimentPage]:
+    """Return the pages on experiments: first those beside the paper, in the paper's order."""
+    grouped: dict[str, list[Asked]] = {}
+    for asked in asked_for(specs, tasks):
+        grouped.setdefault(page_of(asked, specs[asked.dataset]), []).append(asked)
+    ids = list(parse_paper(read_paper(paths)))
+    places = {name: _place(some, specs, ids) for name, some in grouped.items()}
+    return [
+        _page(paths, name, grouped[name], specs, places[name] < len(ids))
+        for name in sorted(grouped, key=lambda name: places[name])
+    ]
+
+
+def _place(asked: Iterable[Asked], specs: Mapping[str, DatasetSpec], ids: list[str]) -> int:
+    """Return the place of the first figure of the paper that a page stands beside, or the end."""
+    named: list[str] = []
+    for one in asked:
+        if one.experiment.of_embedding:
+            named.append(one.experiment.paper)
+        elif not one.experiment.own_page:
+            named += specs[one.dataset].tasks[one.task].papers.values()
+    return min((ids.index(name) for name in named if name in ids), default=len(ids))
+
+
+def _page(
+    paths: Paths,
+    name: str,
+    asked: Sequence[Asked],
+    specs: Mapping[str, DatasetSpec],
+    in_paper: bool,
+) -> ExperimentPage:
+    """Return a page with its words: its own, if a task names it, or those on its experiment.
+
+    Raises DataError where a data set is named like the page that an experiment has of its own.
+    """
+    first, spec = asked[0], specs[asked[0].dataset]
+    named = any(name in specs[a.dataset].tasks[a.task].reports for a in asked if not _owns(a))
+    written = read_page_text(paths, name) if named else ""
+    if len({_owns(one) for one in asked}) > 1:
+        where = paths.dataset(next(one.dataset for one in asked if not _owns(one)))
+        raise DataError(where, f"{name} is the page of an experiment", "name it otherwise")
+    apart = [one for one in asked if one.experiment.name != CROSS_VALIDATION]
+    kind = apart[0].experiment.name if apart else CROSS_VALIDATION
+    own = _owns(first)
+    text = written or read_experiment_text(paths, kind)
+    title = heading(text) if own or written else spec.title or spec.name
+    return ExperimentPage(
+        name=name,
+        title=title or first.experiment.title,
+        question=section_of(text, "Question"),
+        command=f"snakemake report_{report_of(first, spec)}",
+        about=PAPERS if in_paper else BEYOND,
+    )
+
+
+def _owns(asked: Asked) -> bool:
+    """Return whether an experiment has a page of its own."""
+    return asked.experiment.own_page or asked.experiment.of_embedding
+
+
+def heading(markdown: str) -> str:
+    """Return the first heading of a text, or nothing."""
+    found = re.search(r"^# +(.+?)\s*$", markdown, re.MULTILINE)
+    return found[1] if found else ""
+
+
+def section_of(markdown: str, title: str) -> str:
+    """Return what stands below a heading of the second level, or nothing."""
+    parts = re.split(r"^## +(.+?)\s*$", markdown, flags=re.MULTILINE)
+    named = dict(zip(parts[1::2], parts[2::2], strict=True))
+    return named.get(title, "").strip()
+
+
+def navigation_of(
+    paths: Paths,
+    specs: Mapping[str, DatasetSpec],
+    tasks: Sequence[TaskKey],
+    pages: Sequence[str],
+    explorers: Sequence[TaskKey] = (),
+) -> list[Group]:
+    """Return the navigation of the report on some tasks: the same on all its pages."""
+    links = [
+        Link(experiment_link(one.name), one.title, one.about)
+        for one in pages_of(paths, specs, tasks)
+    ]
+    heard = [
+        Link(
+            paths.explorer(dataset, name).relative_to(paths.report.parent).as_posix(),
+            specs[dataset].title or dataset,
+            "",
+        )
+        for dataset, name in explorers
+    ]
+    return navigation(links, pages, heard)

@@ -1,0 +1,145 @@
+"""Small sections of a gripper: its parts named by few words, or the pressure inside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Polygon
+from numpy.typing import NDArray
+from scipy.ndimage import zoom
+
+from ajgdata.gripper.pressure_slices import Film
+from ajgdata.gripper.scene import Scene
+from ajgdata.report.canvas import COLOURS, GREY
+from ajgdata.report.scenes import (
+    AIR,
+    DEEPEST_MM,
+    GRAINS,
+    MEMBRANE,
+    OBJECT,
+    TOUCHING,
+    Section,
+)
+
+Real = NDArray[np.floating]
+WALL, SPEAKER, MICROPHONE = "#333333", COLOURS[0], COLOURS[2]
+ABOVE, BELOW = "#b2182b", "#2166ac"
+#: Pixels of a field between two cells of the grid, so that no viewer shows its squares.
+FINER = 3
+#: Room around the gripper, mm: beside the rim, below the table, above the roof, and for names.
+BESIDE_MM, BELOW_MM, ABOVE_MM, NAMES_MM = 7.0, 4.0, 4.0, 11.0
+
+
+def draw_named_section(axes: Axes, scene: Scene, cut: Section, held: str, pt: float) -> None:
+    """Draw the cut through gripper and object, which is called `held`, its parts named."""
+    gripper, (low, high) = scene.gripper, _heights(scene, cut)
+    _draw_parts(axes, scene, cut, lw=1.2)
+    _fit(axes, scene, low, high + NAMES_MM)
+    name: dict[str, Any] = {"fontsize": 0.85 * pt, "ha": "center", "va": "center"}
+    above = gripper.height_mm + NAMES_MM
+    axes.text(gripper.speaker_mm[0] + 6, above, "speaker", color=SPEAKER, **name)
+    axes.text(gripper.microphone_mm[0] - 6, above, "microphone", color=MICROPHONE, **name)
+    left = int(np.argmin(np.abs(cut.x + 0.45 * gripper.rim_radius_mm)))
+    if scene.medium.kind != "air" and cut.surface[left] - cut.floor[left] > 8:
+        middle = (cut.surface[left] + cut.floor[left]) / 2
+        axes.text(cut.x[left], middle + 2, "grains", color="#6a5426", **name)
+    if cut.table is None or not np.any(cut.inside):
+        return
+    for side in (1, -1):  # where nothing lies under the membrane
+        beside = side * cut.x > 0.42 * gripper.rim_radius_mm
+        if not np.any(cut.inside & beside):
+            middle = (float(np.max(cut.floor[beside])) + 3 * cut.table) / 4
+            place = 0.79 * side * gripper.rim_radius_mm, middle
+            axes.text(*place, "membrane", color=MEMBRANE, **name)
+            break
+    at, top = float(np.mean(cut.x[cut.inside])), float(np.max(cut.top[cut.inside]))
+    middle = (max(low, float(np.min(cut.below[cut.inside]))) + top) / 2
+    bold: dict[str, Any] = {"color": "white", "fontweight": "bold", "linespacing": 0.95}
+    axes.text(at, middle, held.replace(" ", "\n"), **bold, **name)
+
+
+def draw_pressure(axes: Axes, scene: Scene, cut: Section, film: Film, index: int) -> None:
+    """Draw the pressure of a frame of `film` (plane xz) over the cut: clear where nothing moves."""
+    _draw_parts(axes, scene, cut, lw=1.0)
+    half = 500 * (film.up_m[1] - film.up_m[0])
+    left, right = 1e3 * film.across_m[0] - half, 1e3 * film.across_m[-1] + half
+    low, high = 1e3 * film.up_m[0] - half, 1e3 * film.up_m[-1] + half
+    shown = axes.imshow(
+        colours_of(film.frames)[index], origin="lower", extent=(left, right, low, high),
+        interpolation="none", zorder=1.5,
+    )  # fmt: skip
+    x, floor, *_ = _membrane(scene, cut)
+    roof, height = scene.gripper.roof_radius_mm, scene.gripper.height_mm
+    inside = [*zip(x, floor, strict=True), (roof, height), (-roof, height)]
+    shown.set_clip_path(Polygon(inside, transform=axes.transData))
+    _fit(axes, scene, *_heights(scene, cut))
+
+
+def colours_of(frames: Real) -> NDArray[np.uint8]:
+    """Return frames (n, up, across) as RGBA (n, FINER up, FINER across, 4), on one scale.
+
+    Red above rest, blue below, the clearer the weaker: asinh, so that echoes are seen beside the
+    pulse.
+    """
+    fine = (1, FINER, FINER)
+    smooth = zoom(np.asarray(frames, float), fine, order=3, grid_mode=True, mode="nearest")
+    strength = np.arcsinh(12 * smooth / (np.abs(smooth).max() or 1)) / np.arcsinh(12)
+    colours = np.empty((*strength.shape, 4))
+    colours[..., :3] = np.where(strength[..., None] > 0, to_rgb(ABOVE), to_rgb(BELOW))
+    colours[..., 3] = np.minimum(1.5 * np.abs(strength), 1)
+    return np.round(255 * colours).astype(np.uint8)
+
+
+def _draw_parts(axes: Axes, scene: Scene, cut: Section, lw: float) -> None:
+    """Draw gripper, filling, membrane and object in mm, cut at y = 0, and the two transducers."""
+    gripper = scene.gripper
+    rim, roof, height = gripper.rim_radius_mm, gripper.roof_radius_mm, gripper.height_mm
+    x, floor, surface, touching = _membrane(scene, cut)
+    axes.fill([-rim, -roof, roof, rim, *x[::-1]], [0, height, height, 0, *floor[::-1]], color=AIR)
+    bed = [*floor, *np.maximum(surface, floor)[::-1]]
+    axes.fill([*x, *x[::-1]], bed, color=GRAINS, lw=0)
+    if cut.table is not None:
+        below = np.maximum(cut.below, float(np.min(floor)) - DEEPEST_MM)
+        held = cut.inside.tolist()
+        axes.fill_between(cut.x, below, cut.top, where=held, color=OBJECT, lw=0)
+        axes.axhline(cut.table, color=GREY, lw=lw)
+    axes.plot([-rim, -roof, roof, rim], [0, height, height, 0], color=WALL, lw=2.2 * lw)
+    axes.plot(x, floor, color=MEMBRANE, lw=1.5 * lw)
+    axes.plot(x, np.where(touching >= 0.5, floor, np.nan), color=TOUCHING, lw=2.2 * lw)
+    for (across, _), marker, colour in (
+        (gripper.speaker_mm, "v", SPEAKER), (gripper.microphone_mm, "o", MICROPHONE),
+    ):  # fmt: skip
+        axes.plot(across, height, marker, color=colour, ms=7 * lw, mec="white", zorder=5)
+
+
+def _membrane(scene: Scene, cut: Section) -> tuple[Real, Real, Real, Real]:
+    """Return x, height of the membrane and of the grains, and contact, from rim to rim (n,) mm.
+
+    Every second place of the raster is enough for a small picture.
+    """
+    open_ = np.flatnonzero(cut.roof > cut.floor)[::2]
+    rim = scene.gripper.rim_radius_mm
+    ends = ([-rim], [rim]), ([0], [0]), ([0], [0]), ([0], [0])
+    of = (cut.x, cut.floor, cut.surface, cut.contact)
+    x, floor, surface, touching = (
+        np.concatenate([one[0], values[open_], one[1]])
+        for one, values in zip(ends, of, strict=True)
+    )
+    return x, floor, surface, touching
+
+
+def _heights(scene: Scene, cut: Section) -> tuple[float, float]:
+    """Return lowest and highest of what is drawn, in mm: a tall object's foot is cut off."""
+    low = float(np.min(cut.floor))
+    foot = low if cut.table is None else max(min(low, cut.table), low - DEEPEST_MM)
+    return foot - BELOW_MM, scene.gripper.height_mm + ABOVE_MM
+
+
+def _fit(axes: Axes, scene: Scene, low: float, high: float) -> None:
+    """Show all from `low` to `high` and the whole rim, in one scale, from the top."""
+    beside = scene.gripper.rim_radius_mm + BESIDE_MM
+    axes.set(xlim=(-beside, beside), ylim=(low, high))
+    axes.set_aspect("equal", adjustable="box", anchor="N")

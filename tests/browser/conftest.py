@@ -1,0 +1,53 @@
+"""A browser, and folders of pages to look at."""
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from tools import browser as browsers
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/unit"))  # report_samples
+
+from sites import Site, sample_site  # noqa: E402
+
+#: Set it to fail, rather than skip, where something is not installed.
+REQUIRED = "AJGDATA_REQUIRE_BROWSER"
+#: Python packages by module.
+PACKAGES = {"axe_selenium_python": "axe-selenium-python-nhsuk", "pypdf": "pypdf"}
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if what := browsers.missing(**PACKAGES):
+        (pytest.fail if REQUIRED in os.environ else pytest.skip)(f"not installed: {what}")
+    with browsers.browser() as one:
+        yield one
+
+
+@pytest.fixture(scope="session")
+def axe(browser):
+    """The script of axe, which needs no page of its own."""
+    package = importlib.util.find_spec("axe_selenium_python")
+    script = Path(package.origin).parent / "node_modules/axe-core/axe.min.js"
+    return script.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def sample(tmp_path_factory):
+    """A small report with hostile names."""
+    return sample_site(tmp_path_factory.mktemp("site"))
+
+
+@pytest.fixture(scope="session", params=["sample", "results"])
+def site(request, sample):
+    """A small report, and that of the last run (or AJGDATA_REPORT)."""
+    if request.param == "sample":
+        return sample
+    folder = Path(os.environ.get("AJGDATA_REPORT", ROOT / "results/report")).resolve()
+    if not (folder / "index.html").is_file():
+        pytest.skip(f"{folder}: no report; run snakemake, or set AJGDATA_REPORT to another one")
+    return Site(folder)

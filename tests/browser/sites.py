@@ -1,0 +1,136 @@
+"""Folders of pages, and what is written in them."""
+
+import dataclasses
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import unquote, urlsplit
+
+import numpy as np
+from embedding_samples import pictures as projections
+from report_samples import PAPER, SCRIPT, sample_report
+
+from ajgdata.paths import FIGURES, INDEX, SOUNDS, TABLES
+from ajgdata.report.comparison import LOWER, Cost, PaperComparison, mark_of
+from ajgdata.report.explorer import Explored, render_explorer
+from ajgdata.report.format import Score
+from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigation
+from ajgdata.report.page import illustrations, render_pages
+from ajgdata.report.panel import Highlight
+from ajgdata.report.render import draw_figures
+from ajgdata.report.report_data import Report
+from ajgdata.report.sounds import Sound, SoundPair, SoundPairs
+from ajgdata.store.audio import write_pcm24
+from ajgdata.store.conversion import mp3_clip
+from ajgdata.store.files import write_bytes
+
+RATE_HZ = 8_000
+TONE = 0.3 * np.sin(2 * np.pi * 440 * np.arange(RATE_HZ) / RATE_HZ)
+
+
+class Written(HTMLParser):
+    """What a page names: places in it, addresses that it leads to or loads, and words of images."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.places, self.addresses, self.alternatives = set(), set(), []
+        self.feed(html)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.places.add(given.get("id"))
+        self.addresses |= {given[key] for key in ("href", "src", "srcset") if given.get(key)}
+        if tag == "img":
+            self.alternatives.append(given.get("alt"))
+
+
+class Site(NamedTuple):
+    """A folder of pages; the first is its index."""
+
+    folder: Path
+
+    @property
+    def index(self) -> Path:
+        return self.folder / "index.html"
+
+    @property
+    def pages(self) -> list[Path]:
+        return [self.index, *sorted(set(self.folder.rglob("*.html")) - {self.index})]
+
+    def name(self, page: Path) -> str:
+        return page.relative_to(self.folder).as_posix()
+
+    def written(self) -> dict[Path, Written]:
+        return {page: Written(page.read_text(encoding="utf-8")) for page in self.pages}
+
+    def astray(self) -> list[str]:
+        """Links of pages to a file, or a place in a page, that is not there."""
+        written = self.written()
+        wrong = []
+        for page, one in written.items():
+            for address in sorted(one.addresses):
+                parts = urlsplit(address)
+                if parts.scheme in ("http", "https", "data", "mailto"):
+                    continue
+                target = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+                place = unquote(parts.fragment)
+                there = target.exists() and target.is_relative_to(self.folder.parent)
+                if not there or (place and place not in written[target].places):
+                    wrong.append(f"{self.name(page)}: {address}")
+        return wrong
+
+
+def sample_site(folder: Path) -> Site:
+    """A small report with hostile names, all kinds of pages, as the workflow leaves it."""
+    index = folder / "report/index.html"
+    report = full_report(index.parent / SOUNDS)
+    heard = Link("latents/size/poses.html", SCRIPT, EXPLORERS)
+    listed = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
+    nav = navigation(listed, [], [heard])
+    figures = draw_figures(illustrations(report), index.parent / FIGURES)
+    pages = render_pages(report, figures, nav)
+    one = Explored(SCRIPT, "simulated", "Told.", f"../../{INDEX}", projections())
+    clips = {one.shown.recording[0]: mp3_clip(TONE, RATE_HZ)}
+    pages[heard.link] = render_explorer(one, clips, "Packed.", here=heard.link, nav=nav)
+    for name, html in pages.items():
+        write_bytes(index.parent / name, html.encode())
+    for section in report.sections:
+        for part in section.parts:
+            for number, _ in enumerate(part.tables, start=1):
+                table = f"{TABLES}/{part.name}--shown-{number}.csv"
+                write_bytes(index.parent / table, b"value\n1\n")
+    for dataset in report.datasets:
+        write_bytes(folder / "quarantine" / f"{dataset.name}.csv", b"session_id\n")
+    return Site(index.parent)
+
+
+def full_report(sounds: Path) -> Report:
+    """The report that unit tests draw, with a panel of each kind and sounds to compare."""
+    report = sample_report()
+    marks = (
+        mark_of("ours", "CNN", Score(0.7, 0.1)),
+        mark_of("baseline", "k-NN", Score(0.9, 0.2)),
+        mark_of("chance", "chance", Score(5.2, 0.0)),
+    )
+    page = experiment_link("size")
+    found = PaperComparison(
+        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", LOWER, Cost(7.6, 0.9),
+        marks=marks, page=page,
+    )  # fmt: skip
+    absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
+    beyond = Highlight("Sure", "held by intervals", "%", marks[:2]), page, "simulated"
+    write_pcm24(sounds / "tone.wav", TONE, RATE_HZ)
+    spectra = np.abs(np.random.default_rng(1).normal(size=(2, 33)))
+    heard = [
+        Sound(f"s1/{i}", SCRIPT, "tone.wav", (("angle deg", f"{i}"),), s)
+        for i, s in enumerate(spectra)
+    ]
+    pair = SoundPair(
+        "sounds--size", True, "edge", *heard, "simulated", np.arange(33) * 600.0, 3.0, False
+    )
+    first, *others = report.sections
+    first = dataclasses.replace(first, sounds=SoundPairs("By a rule.", (pair,)))
+    return dataclasses.replace(
+        report, sections=(first, *others), comparisons=(found,), paper=(PAPER, absent),
+        highlights=(beyond,),
+    )  # fmt: skip

@@ -1,0 +1,240 @@
+"""Every page of a report as a browser shows it: at four widths, dark and light, printed, offline.
+
+A test goes through all pages and lists what is wrong, and where.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from io import BytesIO
+
+import pytest
+
+from tools.browser import served
+
+pytestmark = pytest.mark.browser
+
+WIDTHS = (360, 800, 1300, 1920)
+#: What a page is held to: WCAG 2 A and AA, and what else axe holds to be good practice.
+RULES = {
+    "type": "tag",
+    "values": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
+}
+CONTRAST = {"type": "rule", "values": ["color-contrast"]}
+MAX_INDEX_BYTES, MAX_SCREENS, SCREEN_HEIGHT = 1_000_000, 3, 900
+#: The page of A4 less the browser's own margins of 1 cm, at 96 pixels an inch.
+PRINTED = round((210 - 20) / 25.4 * 96), round((297 - 20) / 25.4 * 96)
+
+#: As a press on a summary does, or on the button of a menu.
+UNFOLD = """
+for (const one of document.querySelectorAll('details')) one.open = true
+for (const one of document.querySelectorAll('nav input[type=checkbox]')) one.checked = true
+"""
+#: Elements that end beyond the right edge, unless something that they are in scrolls.
+BEYOND = """
+const scrolls = e => e && e !== document.body &&
+  (['auto', 'scroll', 'hidden', 'clip'].includes(getComputedStyle(e).overflowX) ||
+   scrolls(e.parentElement));
+return [...document.body.querySelectorAll('*')]
+  .filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !scrolls(e.parentElement))
+  .slice(-1).map(e => e.outerHTML.slice(0, 120))
+"""
+AXE = """
+const done = arguments[arguments.length - 1];
+axe.run({runOnly: arguments[0], resultTypes: ['violations']})
+  .then(found => done(found.violations.map(one => one.id + ': ' + one.nodes[0].html.slice(0, 160) +
+    ' ' + one.nodes[0].any.map(why => why.message).join(' ').slice(0, 160))))
+"""
+#: Tables that have to be scrolled sideways.
+SCROLLED = """
+return [...document.querySelectorAll('table')]
+  .filter(t => t.scrollWidth > t.parentElement.clientWidth).map(t => t.innerText.slice(0, 60))
+"""
+BROKEN = """
+return [...document.images].filter(one => one.complete && !one.naturalWidth)
+  .map(one => one.src.slice(0, 100))
+"""
+#: How long each sound is, or the address of one that does not play.
+LENGTHS = """
+const done = arguments[0];
+Promise.all([...document.querySelectorAll('audio')].map(one => new Promise(told => {
+  one.onloadedmetadata = () => told(one.duration)
+  one.onerror = () => told(one.src)
+  one.load()
+}))).then(done)
+"""
+LINKS = """
+return [...document.querySelectorAll('nav a')]
+  .filter(a => a.checkVisibility({visibilityProperty: true, opacityProperty: true}))
+  .map(a => a.href.split('#')[0])
+"""
+#: Headings within the first screen, which printing must not lose.
+SAID = """
+return [...document.querySelectorAll('main h1, main h2, main h3, header h1')]
+  .filter(e => e.checkVisibility() && e.getBoundingClientRect().bottom <= arguments[0])
+  .map(e => e.innerText)
+"""
+#: Tables that are wider than their sheet, upright or (page: broad) across: paper does not scroll.
+CUT = """
+const [across] = arguments;
+const right = e => e.getBoundingClientRect().right;
+const over = e => getComputedStyle(e.parentElement).page === 'broad' ? e.scrollWidth - across :
+  right(e) - Math.min(innerWidth, right(e.parentElement));
+return [...document.querySelectorAll('table')].filter(e => e.checkVisibility() && over(e) > 1)
+  .map(e => Math.round(over(e)) + ' px: ' + (e.caption || e).innerText.slice(0, 60))
+"""
+
+
+@pytest.fixture(autouse=True)
+def plain(browser):
+    """A window as it is at first."""
+    browser.scripts(on=True)
+    browser.medium()
+    browser.window(1300)
+    browser.complaints()
+    browser.traffic()
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_page_is_wider_than_the_window(browser, site, width):
+    browser.window(width)
+    wrong = {}
+    for page in site.pages:
+        browser.open(page.as_uri())
+        for state in ("folded", "unfolded"):
+            wide = browser.run("return document.documentElement.scrollWidth")
+            if wide > width:
+                wrong[f"{site.name(page)}, {state}"] = [f"{wide} px", *browser.run(BEYOND)]
+            browser.run(UNFOLD)
+    assert_none(wrong)
+
+
+def test_the_first_page_is_small_and_short(browser, site):
+    assert site.index.stat().st_size <= MAX_INDEX_BYTES
+    heights = {}
+    for width in WIDTHS[1:]:
+        browser.window(width, SCREEN_HEIGHT)
+        browser.open(site.index.as_uri())
+        heights[width] = browser.run("return document.documentElement.scrollHeight")
+    limit = MAX_SCREENS * SCREEN_HEIGHT
+    assert {width: high for width, high in heights.items() if high > limit} == {}
+
+
+@pytest.mark.parametrize("width", WIDTHS[2:])
+def test_no_table_beside_the_paper_is_cut_off(browser, site, width):
+    browser.window(width)
+    browser.open(site.index.with_name("paper.html").as_uri())
+    assert_none(browser.run(SCROLLED))
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [360, 1300])
+def test_axe_finds_nothing(browser, site, axe, width, dark):
+    browser.window(width)
+    browser.medium(dark=dark)
+    wrong = {}
+    for page in site.pages:
+        browser.open(page.as_uri())
+        browser.run(UNFOLD)
+        browser.run(axe)
+        rules = CONTRAST if dark else RULES  # only colours change in the dark
+        wrong[site.name(page)] = browser.driver.execute_async_script(AXE, rules)
+    assert_none(wrong)
+
+
+@pytest.mark.parametrize("way", ["file", "http"])
+def test_nothing_is_asked_of_elsewhere_and_all_that_is_asked_comes(browser, site, way):
+    """From a folder and from a web server; and the console has nothing to say."""
+    with served(site.folder) as address:
+        home = f"{site.folder.as_uri()}/" if way == "file" else address
+        allowed = "file:" if way == "file" else address
+        wrong = {}
+        for page in site.pages:
+            browser.open(home + site.name(page))
+            browser.run("for (const one of document.images) one.loading = 'eager'")
+            broken = browser.run(BROKEN)
+            asked, failed = browser.traffic()
+            foreign = [one for one in asked if not one.startswith((allowed, "about:"))]
+            told = [*foreign, *failed, *broken, *browser.complaints()]
+            wrong[site.name(page)] = [one for one in told if "favicon.ico" not in one]
+    assert_none(wrong)
+
+
+def test_every_sound_can_be_played(browser, site):
+    wrong = {}
+    for page, written in site.written().items():
+        if any(address.endswith((".wav", ".flac", ".ogg")) for address in written.addresses):
+            browser.open(page.as_uri())
+            lengths = browser.driver.execute_async_script(LENGTHS)
+            assert lengths
+            silent = [one for one in lengths if isinstance(one, str) or one <= 0]
+            wrong[site.name(page)] = silent
+    assert_none(wrong)
+
+
+def test_every_link_leads_somewhere(browser, site):
+    assert_none(site.astray())
+
+
+def test_images_say_what_is_seen(browser, site):
+    """In a sentence: neither nothing, nor the name of a file, nor just that it is a figure."""
+    nothing = re.compile(
+        r"((a|the) )?(figure|image|picture|plot|photo|\S+\.(svg|png|gif))\W*", re.I
+    )
+    assert_none({
+        site.name(page): [
+            f"poor: {alt}"
+            for alt in written.alternatives
+            if not alt or len(alt.split()) < 3 or nothing.fullmatch(alt)
+        ]
+        for page, written in site.written().items()
+    })  # fmt: skip
+
+
+def test_without_scripts_every_page_leads_to_every_other_one_on_a_phone(browser, site):
+    browser.scripts(on=False)
+    browser.window(360, 740)
+    every = {page.as_uri() for page in site.pages}
+    lost = {}
+    for page in site.pages:
+        browser.open(page.as_uri())
+        browser.run(UNFOLD)
+        missing = every - {*browser.run(LINKS), page.as_uri()}
+        lost[site.name(page)] = [f"no link to {one.rpartition('/')[2]}" for one in sorted(missing)]
+    assert_none(lost)
+
+
+def test_in_print_the_first_page_says_what_came_out(browser, site):
+    from pypdf import PdfReader
+
+    browser.window(1300, SCREEN_HEIGHT)
+    browser.open(site.index.as_uri())
+    said = browser.run(SAID, SCREEN_HEIGHT)
+    assert len(said) >= 2
+    first = letters(PdfReader(BytesIO(browser.pdf())).pages[0].extract_text())
+    assert_none(f"not on the first sheet: {one}" for one in said if letters(one) not in first)
+
+
+def test_in_print_no_table_is_cut(browser, site):
+    browser.window(*PRINTED)
+    browser.medium(printed=True)
+    cut = {}
+    for page in site.pages:
+        browser.open(page.as_uri())
+        cut[site.name(page)] = browser.run(CUT, PRINTED[1])
+    assert_none(cut)
+
+
+def assert_none(wrong: Mapping[str, Iterable[object]] | Iterable[object]) -> None:
+    """Fail with all that is wrong, one line each, and the pages on which it is."""
+    where: dict[str, list[str]] = {}
+    for page, found in (wrong if isinstance(wrong, Mapping) else {"": wrong}).items():
+        for one in found:
+            where.setdefault(str(one), []).append(page)
+    told = "\n".join(f"{one}\n    {', '.join(pages)}" for one, pages in where.items())
+    if told:
+        pytest.fail(f"\n{told}", pytrace=False)
+
+
+def letters(text: str) -> str:
+    """Letters and digits alone: a PDF has no spaces, and a heading may be drawn in capitals."""
+    return re.sub(r"\W", "", text).casefold()

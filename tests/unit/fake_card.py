@@ -1,0 +1,83 @@
+"""A sound card in this process: a known plant between output and input, and faults on demand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+from ajgdata.acquire.card import CardError, CardSettings, Heard
+from ajgdata.acquire.sound_card import SoundCard
+
+RATE_HZ = 44_100
+
+
+@dataclass
+class Fault:
+    """What goes wrong in one take; `at` is the frame where, counted from the first one played."""
+
+    delete: int = 0  #: frames that are lost
+    insert: int = 0  #: frames that are played twice
+    zero: int = 0  #: frames that are silence instead
+    at: int = 20_000
+    flags: tuple[str, ...] = ()
+    gain: float = 1.0
+    silent: bool = False
+    nan: bool = False
+    shift: int = 0  #: samples by which the latency is another
+    unplugged: bool = False
+
+
+@dataclass
+class FakeLine:
+    """Line (see acquire.card) through `response`, after `latency` samples, on `channel` of
+    `channels`; the loop-back, if any, is the bare output. `faults` are used one a take; then none.
+    """
+
+    response: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.5, -0.25]))
+    latency: int = 1_024
+    channels: int = 1
+    channel: int = 1
+    loopback: int | None = None
+    noise: float = 0.0
+    faults: Sequence[Fault] = ()
+    takes: int = 0
+    closed: bool = False
+
+    def play(self, sound: np.ndarray, frames: int) -> Heard:
+        assert sound.dtype == np.float32 and sound.ndim == 1 and not self.closed
+        fault = self.faults[self.takes] if self.takes < len(self.faults) else Fault()
+        self.takes += 1
+        if fault.unplugged:
+            raise CardError("fake", "went away while it played", "plug it in again")
+        out = np.zeros((frames, self.channels))
+        late = self.latency + fault.shift
+        heard = fftconvolve(sound, self.response)[: frames - late] * fault.gain
+        for number, what in ((self.channel, heard), (self.loopback, sound)):
+            if number and not fault.silent:
+                out[late : late + len(what), number - 1] = what
+        cut = fault.at + late
+        if fault.delete:
+            out = np.concatenate([out[:cut], out[cut + fault.delete :], out[: fault.delete] * 0])
+        if fault.insert:
+            out = np.concatenate([out[:cut], out[cut - fault.insert :]])[:frames]
+        noise = np.random.default_rng(self.takes).standard_normal(out.shape)
+        out = out + self.noise * noise
+        out[cut : cut + fault.zero] = 0
+        if fault.nan:
+            out[cut] = np.nan
+        return Heard(out.astype(np.float32), fault.flags)
+
+    def describe(self) -> Mapping[str, Any]:
+        return {"api": "fake"}
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def fake_card(line: FakeLine | None = None, **settings: Any) -> SoundCard:
+    """A card on a fake line."""
+    return SoundCard(line or FakeLine(), CardSettings(**{"device": "fake", **settings}))

@@ -1,0 +1,612 @@
+"""A guided session with a real card's stand-in: what is kept, redone, refused, and named."""
+
+import json
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+import yaml
+from fake_card import FakeLine, Fault
+from filelock import FileLock
+from live_lab import Lab, Scripted, declare, response
+
+from ajgdata.acquire.card import CardError
+from ajgdata.acquire.operator import Choice, Decision, Unattended
+from ajgdata.acquire.protocol import whole_grasps
+from ajgdata.acquire.robot import RobotError
+from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire_live import Noted
+from ajgdata.pipeline.validate import validate_dataset
+from ajgdata.store.audio import read_audio
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import AudioSettings, DataError
+
+ALL = ["cube_01", "ball_01", "cube_02", "ball_02"]
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    paths = Paths(tmp_path / "project")
+    declare(paths)
+    return Lab(paths, monkeypatch)
+
+
+def rows(lab, session="soundcard-01"):
+    recordings, findings = read_recordings(lab.folder(session))
+    assert findings == []
+    return recordings
+
+
+def qualities(lab):
+    return {r.recording_id: r.quality for r in rows(lab)}
+
+
+def problems(lab):
+    """Errors and warnings of validate."""
+    _, found = validate_dataset(lab.paths, "d", lambda total: lambda: None)
+    return [f for f in found if f.level != "note"]
+
+
+def files(lab):
+    return {p.name: p.read_bytes() for p in (lab.folder() / "audio").iterdir()}
+
+
+def test_what_a_session_holds(lab):
+    name, done = lab.acquire(operator := Scripted(), noted=Noted("day 1", 21.5))
+    assert (name, done.recorded, done.left, done.skipped) == ("soundcard-01", 8, 0, {})
+    assert [one[:3] for one in operator.announced] == [(n, at, 4) for at, n in enumerate(ALL)]
+    assert operator.announced[0][3] is None and operator.announced[1][3] > 0
+    assert len(operator.asked) == 4 and "press it on cube with 8 N" in operator.asked[0]
+    held = rows(lab)
+    assert [r.recording_id for r in held] == sorted(f"{g}_{n}" for g in ALL for n in (1, 2))
+    one = held[0]
+    assert (one.grasp_id, one.sample, one.object, one.quality) == ("ball_01", 0, "ball", "ok")
+    assert one.labels["label"] == "ball"
+    assert (one.labels["planned"], one.labels["grasp_attempt"]) == ("ball_01", "1")
+    latency = int(one.labels["latency_samples"])
+    assert 1_024 <= latency < 1_024 + len(response()) and one.labels["xruns"] == "0"
+    session = read_session(lab.folder())
+    assert (session.source, session.gripper, session.medium) == ("soundcard", "mine", "rice")
+    assert (session.device, session.sample_rate_hz, session.notes) == ("fake", 44_100, "day 1")
+    about = session.acquisition
+    assert about.finished and (about.temperature_c, about.latency_samples) == (21.5, latency)
+    assert about.driver == {"api": "fake"}
+    assert about.setup["protocol"]["force_n"] == 8
+    assert about.level_dbfs == pytest.approx(20 * np.log10(0.9), abs=0.01)
+    assert session.excitation.settings["length_s"] == 0.2
+    assert problems(lab) == []
+
+
+def test_what_is_written_is_what_the_plant_answers(lab):
+    lab.lines = [FakeLine(response(), latency=1_500)]
+    lab.acquire(Scripted())
+    audio = AudioSettings()
+    played = read_audio(lab.folder() / "excitation.wav", audio).samples
+    wanted = np.convolve(played, response())[: len(played)]
+    heard = read_audio(lab.folder() / rows(lab)[0].file, audio).samples
+    # The strongest of the response's first samples is where the marker says the sound arrives.
+    shift = int(rows(lab)[0].labels["latency_samples"]) - 1_500
+    assert 0 <= shift < 64
+    kept = slice(0, len(wanted) - shift)
+    # Half a 24-bit code, and the stand-in's FFT in float32: 1e-7 times log2 of its 16,384 values.
+    np.testing.assert_allclose(heard[kept], wanted[shift:], rtol=0, atol=2**-24 + 14e-7)
+
+
+def test_a_session_that_goes_on_is_cut_as_it_began(lab):
+    """Another object is held when the stream is opened again: a latency measured anew would shift
+    all that follows. One that the driver has moved is refused."""
+    lab.lines = [FakeLine(response(), noise=1e-4 * n, latency=1_024 + 20 * n) for n in (1, 2)]
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}))
+    lab.lines.append(FakeLine(response(), latency=1_144))
+    lab.acquire(Scripted(confirms={2: Choice.QUIT}))
+    cut = {row.labels["latency_samples"] for row in rows(lab)}
+    begun = read_session(lab.folder()).acquisition.latency_samples
+    assert cut == {str(begun)}
+    arrived = {int(row.labels["arrival_samples"]) for row in rows(lab)}
+    assert arrived == {begun, begun + 20}
+    before = files(lab)
+    with pytest.raises(CardError, match="latency moved by 100 samples since the session began"):
+        lab.acquire(Scripted())
+    assert files(lab) == before
+    assert read_session(lab.folder()).acquisition.latency_samples == begun
+
+
+def test_a_second_call_has_nothing_to_do_and_a_third_begins_another_session(lab):
+    lab.acquire(Scripted())
+    before = files(lab)
+    _, done = lab.acquire(Scripted(), session="soundcard-01")
+    assert (done.recorded, done.left) == (0, 0)
+    assert files(lab) == before
+    assert lab.acquire(Scripted())[0] == "soundcard-02"
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_quit_and_go_on(lab, at):
+    _, done = lab.acquire(Scripted(confirms={at: Choice.QUIT}))
+    assert (done.recorded, done.left) == (2 * at, 4 - at)
+    assert lab.folder().exists() == (at > 0)
+    assert not at or read_session(lab.folder()).acquisition.finished
+    assert problems(lab) == []
+    before = files(lab) if at else {}
+    name, done = lab.acquire(operator := Scripted())
+    assert (name, done.recorded, done.left) == ("soundcard-01", 8 - 2 * at, 0)
+    assert operator.announced[0][:3] == (ALL[at], at, 4)
+    assert before.items() <= files(lab).items()
+    assert set(qualities(lab).values()) == {"ok"}
+
+
+def test_the_grasp_before_is_redone_under_another_id(lab):
+    operator = Scripted(confirms={1: Choice.BACK})
+    _, done = lab.acquire(operator)
+    assert [one[0] for one in operator.announced] == ["cube_01", "ball_01", "cube_01", *ALL[1:]]
+    assert done.recorded == 10
+    assert qualities(lab)["cube_01_1"] == qualities(lab)["cube_01_2"] == "reject"
+    again = [r for r in rows(lab) if r.labels["planned"] == "cube_01" and r.quality == "ok"]
+    assert [r.grasp_id for r in again] == ["cube_01-2", "cube_01-2"]
+    assert problems(lab) == []
+
+
+def test_a_grasp_is_skipped_and_stays_skipped(lab):
+    _, done = lab.acquire(Scripted(confirms={1: Choice.SKIP}))
+    assert (done.recorded, done.left, list(done.skipped)) == (6, 0, ["ball_01"])
+    assert [p.code for p in problems(lab)] == ["skipped"]
+    assert "left out by the operator" in done.skipped["ball_01"]
+    assert lab.acquire(Scripted(), session="soundcard-01")[1].recorded == 0
+
+
+def test_lost_frames_are_repeated_by_themselves_and_said(lab):
+    faults = [Fault(), Fault(delete=64, at=5_000), Fault(flags=("input overflow",)), Fault()]
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
+    lab.acquire(operator := Scripted())
+    assert operator.problems == []
+    second = next(r for r in rows(lab) if r.recording_id == "cube_01_2")
+    assert (second.labels["attempts"], second.quality) == ("3", "ok")
+    assert len(operator.reports[1].retakes) == 2 and "64 frames" in operator.reports[1].retakes[0]
+
+
+def test_what_stays_in_doubt_is_never_stored(lab):
+    faults = [Fault(), *[Fault(delete=64, at=5_000)] * 3]
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
+    lab.acquire(operator := Scripted(decisions=[Choice.REDO]))
+    ((problem, choices),) = operator.problems
+    assert "3 takes of 3 in doubt: 64 frames" in problem and Choice.KEEP not in choices
+    assert qualities(lab)["cube_01_1"] == "reject"  # whole or redone
+    assert [r.grasp_id for r in whole_grasps(rows(lab))["cube_01"]] == ["cube_01-2"] * 2
+    assert problems(lab) == []
+
+
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        (FakeLine(response(), faults=[Fault(silent=True)] * 99), "input 1 is silent"),
+        (FakeLine(response(), channels=2, channel=2), "input 1 is silent, input 2 is not"),
+        (FakeLine(response(), noise=1e-3, faults=[Fault(silent=True)] * 99), "does not hear"),
+        (FakeLine(response(), faults=[Fault(unplugged=True)] * 99), "went away"),
+    ],
+)
+def test_a_card_that_is_wrong_is_named_at_the_first_take(lab, line, said):
+    lab.lines = [line]
+    with pytest.raises(CardError, match=said):
+        lab.acquire(Unattended(Scripted()))
+    assert not lab.folder().exists()  # nothing was recorded, so that another channel may be used
+
+
+KEPT = "what was recorded is kept: acquire again to go on"
+
+
+class OneTake(FakeLine):
+    """A line that is killed with its child when it is unplugged: nothing can be redone."""
+
+    def play(self, sound, frames):
+        if self.takes > 2:
+            raise CardError("fake", "its process has ended", "start again")
+        return super().play(sound, frames)
+
+
+def test_a_card_that_is_gone_ends_the_run_and_no_grasp_is_left_out_for_it(lab):
+    lab.lines = [OneTake(response(), noise=1e-4, faults=[Fault()] * 3 + [Fault(unplugged=True)])]
+    gone = f"fake: its process has ended; start again; {KEPT}"
+    with pytest.raises(CardError) as error:
+        lab.acquire(operator := Scripted())
+    assert (str(error.value), operator.problems) == (gone, [])
+    assert qualities(lab) == dict.fromkeys(["cube_01_1", "cube_01_2"], "ok") | {
+        "ball_01_1": "reject"
+    }
+    assert problems(lab) == []
+    _, done = lab.acquire(Scripted())
+    assert (done.recorded, done.left, done.skipped) == (6, 0, {})
+
+
+LOUD = [Fault(gain=30.0)]
+
+
+def test_clipping_is_counted_marked_and_offered(lab):
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=[*LOUD * 2])]
+    lab.acquire(operator := Scripted(decisions=[Choice.KEEP]))
+    assert "clipped" in operator.problems[0][0]
+    assert [qualities(lab)[f"cube_01_{n}"] for n in (1, 2)] == ["clipped", "clipped"]
+    assert int(rows(lab)[4].labels["clipped"]) > 100 and rows(lab)[4].recording_id == "cube_01_1"
+    assert {p.code for p in problems(lab)} == {"clipped"}
+
+
+def test_a_clipped_grasp_is_redone_and_not_counted(lab):
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=LOUD)]
+    lab.acquire(Scripted(decisions=[Choice.REDO]))
+    assert qualities(lab)["cube_01_1"] == qualities(lab)["cube_01_2"] == "reject"
+    assert problems(lab) == []
+
+
+def test_a_gain_that_was_moved_is_noticed_on_the_same_object_only(lab):
+    faults = [Fault()] * 4 + [Fault(gain=0.1)] * 2
+    lab.lines = [FakeLine(response(), noise=1e-6, faults=faults)]
+    lab.acquire(operator := Scripted(decisions=[Choice.REDO]))
+    ((problem, choices),) = operator.problems
+    assert "-20 dB from earlier grasps of cube" in problem and Choice.KEEP in choices
+    assert [report.usual is None for report in operator.reports[:3]] == [True, False, True]
+
+
+def test_earlier_grasps_are_known_after_a_resume(lab):
+    lab.acquire(Scripted(confirms={2: Choice.QUIT}))
+    lab.acquire(operator := Scripted())
+    first = operator.reports[0]
+    assert first.grasp.name == "cube_02"
+    np.testing.assert_allclose(first.usual.bands_db, first.level.bands_db, atol=1.5)
+
+
+def test_nobody_is_there(lab):
+    faults = [*[Fault(delete=64, at=5_000)] * 9, Fault(gain=30.0)]
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
+    _, done = lab.acquire(Unattended(Scripted()))
+    assert list(done.skipped) == ["cube_01"]  # three grasps of three takes each
+    assert "64 frames lost" in done.skipped["cube_01"]
+    assert qualities(lab)["ball_01_1"] == "clipped"
+    assert (done.recorded, done.left) == (6, 0)
+
+
+def test_nobody_is_there_and_nothing_goes_well(lab):
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=[Fault(delete=64, at=5_000)] * 99)]
+    _, done = lab.acquire(Unattended(Scripted()))
+    assert (done.recorded, done.left, len(done.skipped)) == (0, 2, 2)
+
+
+def test_nobody_is_there_and_the_gain_drops(lab):
+    """In doubt is not kept, as by a person; with nobody to turn the knob back it ends."""
+    faults = [Fault()] * 4 + [Fault(gain=0.05)] * 99
+    lab.lines = [FakeLine(response(), noise=1e-7, faults=faults)]
+    declare(lab.paths, grasps_per_object=4)
+    _, done = lab.acquire(Unattended(Scripted()))
+    assert list(done.skipped) == ["cube_02", "ball_02"] and done.left == 4
+    assert "-26 dB from earlier grasps of cube" in done.skipped["cube_02"]
+    held = {(r.labels["planned"], r.quality, r.labels["doubt"][:6]) for r in rows(lab)}
+    assert held == {
+        ("cube_01", "ok", ""), ("ball_01", "ok", ""), ("cube_02", "reject", "-26 dB"),
+        ("ball_02", "reject", "-26 dB"), ("cube_03", "reject", "-26 dB"),
+    }  # fmt: skip
+
+
+def test_what_a_person_keeps_in_doubt_says_so(lab):
+    faults = [Fault()] * 4 + [Fault(gain=0.1)] * 2
+    lab.lines = [FakeLine(response(), noise=1e-6, faults=faults)]
+    lab.acquire(Scripted(decisions=[Choice.KEEP]))
+    doubts = {r.labels["planned"]: r.labels["doubt"] for r in rows(lab)}
+    assert qualities(lab)["cube_02_1"] == "ok"
+    assert doubts == {
+        "cube_01": "", "ball_01": "", "ball_02": "",
+        "cube_02": "-20 dB from earlier grasps of cube; check gain and plugs",
+    }  # fmt: skip
+
+
+def test_grasps_that_fail_now_and_then_end_nothing(lab):
+    """Three in a row do, and one that is good lies between."""
+    bad = [Fault(delete=64, at=5_000)] * 9
+    faults = [*bad, *[Fault()] * 2, *bad, *[Fault()] * 2, *bad]
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
+    declare(lab.paths, grasps_per_object=3)
+    _, done = lab.acquire(Unattended(Scripted()))
+    assert (list(done.skipped), done.left) == (["cube_01", "cube_02", "cube_03"], 0)
+
+
+def test_nobody_can_place_objects_by_hand(lab):
+    with pytest.raises(DataError, match="robot: manual needs a person; name the robot"):
+        lab.acquire(Unattended(Scripted()), device="fake")
+    assert not lab.paths.data.exists()
+
+
+@pytest.mark.parametrize("ends", [Choice.QUIT, KeyboardInterrupt()])
+def test_who_ends_it_at_a_question_leaves_no_half_grasp(lab, ends):
+    class Leaves(Scripted):
+        def decide(self, problem, choices):
+            if isinstance(ends, Choice):
+                raise Decision(ends)  # the terminal is gone
+            raise ends
+
+    lab.lines = [FakeLine(response(), noise=1e-4, faults=[Fault(), *[Fault(nan=True)] * 3])]
+    ended = nullcontext() if isinstance(ends, Choice) else pytest.raises(KeyboardInterrupt)
+    with ended:
+        lab.acquire(Leaves())
+    assert qualities(lab) == {"cube_01_1": "reject"}
+    assert read_session(lab.folder()).acquisition.finished
+
+
+def kept(**changes):
+    """What `ajgdata device check` writes of the card `fake`, with changes."""
+    device = {"device": "fake", "sample_rate_hz": 44_100, "output_channel": 1, "input_channel": 1}
+    device |= {"loopback_channel": None, "attempts": 3, "api": "fake", "latency_samples": 1_024}
+    verdict = [{"level": "good", "topic": "all", "said": "ready", "fix": ""}]
+    whole = {"device": device, "peak_dbfs": -9.0, "latency_samples": [1_024], "verdict": verdict}
+    return whole | changes
+
+
+BAD = {"level": "bad", "topic": "level", "said": "clipped", "fix": "lower the output"}
+
+
+@pytest.mark.parametrize(
+    "report, said",
+    [
+        ([1, 2], r"is no report of `ajgdata device check` \(content = \[1, 2\]"),
+        ({"peak_dbfs": -9}, r"device is missing \(and 2 more\)"),
+        (kept(verdict=[BAD | {"level": "odd"}]), r"is no report"),
+        (kept(device=kept()["device"] | {"device": "other"}), "device was other, is fake"),
+        (kept(device=kept()["device"] | {"sample_rate_hz": 48_000}), "was 48000, is 44100"),
+        (kept(device=kept()["device"] | {"input_channel": 2}), "input_channel was 2, is 1"),
+    ],
+)
+def test_a_check_of_something_else_is_refused(lab, tmp_path, report, said):
+    path = tmp_path / "check.json"
+    path.write_text(json.dumps(report))
+    with pytest.raises(DataError, match=said) as error:
+        lab.acquire(Scripted(), noted=Noted(check=path))
+    assert 'ajgdata device check "fake" --json' in str(error.value)
+    assert not lab.paths.data.exists()
+
+
+def test_a_check_is_kept_and_a_bad_one_said(lab, tmp_path):
+    path = tmp_path / "check.json"
+    path.write_text(json.dumps(kept(verdict=[BAD], hum=[])))
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}), noted=Noted(check=path))
+    assert lab.warned == [f"{path}: clipped; lower the output"]
+    assert read_session(lab.folder()).acquisition.check == kept(verdict=[BAD], hum=[])
+
+
+def test_labels_are_asked_before_and_after_and_left_for_later(lab):
+    declare(
+        lab.paths, objects=[{"name": "cube"}], ask={"label": "before", "mass_g": "after"},
+        grasps_per_object=1,
+    )  # fmt: skip
+    lab.acquire(Scripted(labels=["box", "12.5"]))
+    assert [(r.labels["label"], r.labels["mass_g"]) for r in rows(lab)] == [("box", "12.5")] * 2
+    declare(lab.paths, objects=[{"name": "cube"}], ask={"mass_g": "later"}, grasps_per_object=2)
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}), session="later")
+    table = lab.folder("later") / "recordings.csv"
+    header, *lines = table.read_text().splitlines()
+    at = header.split(",").index("mass_g")
+    cells = [line.split(",") for line in lines]
+    assert [c[at] for c in cells] == ["", ""]
+    for c in cells:
+        c[at] = "7.25"
+    table.write_text("\n".join([header, *(",".join(c) for c in cells)]) + "\n")
+    lab.acquire(Scripted(), session="later")
+    assert [r.labels["mass_g"] for r in rows(lab, "later")] == ["7.25", "7.25", "", ""]
+    with pytest.raises(DataError, match="label needs a person"):
+        declare(lab.paths, objects=[{"name": "cube"}], ask={"label": "after"})
+        lab.acquire(Unattended(Scripted()))
+
+
+def test_edits_of_the_table_during_a_session_are_kept(lab):
+    class Editor(Scripted):
+        def confirm(self, text):
+            super().confirm(text)
+            if len(self.asked) == 3:
+                table = lab.folder() / "recordings.csv"
+                table.write_text(table.read_text().replace("ball,ok", "ball,odd"))
+
+    lab.acquire(Editor())
+    assert qualities(lab)["ball_01_1"] == "odd" and qualities(lab)["cube_02_2"] == "ok"
+
+
+def test_a_quit_at_the_last_label_keeps_the_grasp(lab):
+    declare(lab.paths, ask={"mass_g": "after"})
+    _, done = lab.acquire(Scripted(labels=["1", Choice.QUIT]))
+    assert (done.recorded, done.left) == (4, 2)
+    assert set(qualities(lab).values()) == {"ok"}
+
+
+@pytest.mark.parametrize("ends", [Choice.QUIT, KeyboardInterrupt()])
+def test_a_label_that_was_not_asked_for_is_asked_for_at_the_next_start(lab, ends):
+    declare(lab.paths, ask={"mass_g": "after"})
+
+    class Leaves(Scripted):
+        def label(self, name, target, grasp):
+            answer = super().label(name, target, grasp)
+            if isinstance(answer, BaseException):
+                raise answer
+            return answer
+
+    def masses():
+        return [r.labels["mass_g"] for r in rows(lab)]
+
+    ended = nullcontext() if isinstance(ends, Choice) else pytest.raises(KeyboardInterrupt)
+    with ended:
+        _, done = lab.acquire(Leaves(labels=["1", ends]))
+        assert (done.unlabelled, done.left) == (["ball_01"], 2)
+    assert masses() == ["", "", "1", "1"]  # ball_01, cube_01
+    _, done = lab.acquire(operator := Leaves(labels=["2", "", "4"]))
+    assert [one[0] for one in operator.announced] == ["cube_02", "ball_02"]
+    assert masses() == ["2", "2", "4", "4", "1", "1", "", ""]
+    assert done.unlabelled == []  # nobody knows it: that was asked
+
+
+def test_references_are_recorded_and_silence_is_no_row_to_learn_from(lab):
+    declare(lab.paths, references={"every": 2}, samples_per_grasp=1)
+    lab.lines = [line := FakeLine(response(), noise=1e-4)]
+    _, done = lab.acquire(Scripted())
+    assert (done.recorded, done.left) == (8, 0)
+    silent = [r for r in rows(lab) if r.labels["reference"] == "silence"]
+    empty = [r for r in rows(lab) if r.labels["reference"] == "empty"]
+    assert [r.grasp_id for r in silent] == ["silence_01", "silence_02"]
+    assert {r.quality for r in silent} == {"reject"} and {r.quality for r in empty} == {"ok"}
+    assert {(r.object, r.labels["label"]) for r in (*silent, *empty)} == {("", "")}
+    heard = read_audio(lab.folder() / silent[0].file, AudioSettings()).samples
+    assert np.std(heard) == pytest.approx(line.noise, rel=0.04)  # 8,820 draws: 0.75 %
+    assert problems(lab) == []
+    assert lab.acquire(Scripted(), session="soundcard-01")[1].recorded == 0
+
+
+def change_rate(lab):
+    path = lab.paths.dataset("d")
+    content = yaml.safe_load(path.read_text()) | {"audio": {"sample_rate_hz": 48_000}}
+    path.write_text(yaml.safe_dump(content))
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (lambda lab: declare(lab.paths, grasps_per_object=3), "protocol.grasps_per_object was 2"),
+        (lambda lab: declare(lab.paths, force_n=5.0), "protocol.force_n was 8.0, is 5.0"),
+        (lambda lab: lab.lines.append(None), r"device.input_channel was 1, is 2"),
+        (change_rate, r"device.sample_rate_hz was 44100, is 48000 \(and 1 more"),
+    ],
+)
+def test_another_setup_is_refused(lab, change, said):
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}))
+    before = files(lab), (lab.folder() / "session.yaml").read_bytes()
+    change(lab)
+    channel = 2 if lab.lines else 1
+    with pytest.raises(DataError, match=said) as error:
+        lab.acquire(Scripted(), session="soundcard-01", input_channel=channel)
+    assert "record into another --session" in str(error.value)
+    assert len(str(error.value).splitlines()) == 1
+    assert (files(lab), (lab.folder() / "session.yaml").read_bytes()) == before
+
+
+def test_a_session_without_a_recording_binds_nobody(lab):
+    """Killed before its first take; the wrong channel was the reason."""
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}))
+    for path in (lab.folder() / "audio").iterdir():
+        path.unlink()
+    table = lab.folder() / "recordings.csv"
+    table.write_text(table.read_text().splitlines()[0] + "\n")
+    lab.lines = [FakeLine(response(), noise=1e-4, channels=2, channel=2)]
+    name, done = lab.acquire(Scripted(), input_channel=2)
+    assert (name, done.recorded) == ("soundcard-01", 8)
+    assert read_session(lab.folder()).acquisition.setup["device"]["input_channel"] == 2
+
+
+def test_a_session_has_a_name_that_a_folder_can_have(lab):
+    with pytest.raises(DataError, match="no session can have the name"):
+        lab.acquire(Scripted(), session="../up")
+    assert not lab.paths.data.exists()
+
+
+def test_sessions_of_other_sources_are_not_touched(lab):
+    lab.folder("mine").mkdir(parents=True)
+    (lab.folder("mine") / "session.yaml").write_text("session_id: mine\nsource: import\n")
+    with pytest.raises(DataError, match="was not recorded by"):
+        lab.acquire(Scripted(), session="mine")
+
+
+def test_two_processes_on_one_session(lab):
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}))
+    with (
+        FileLock(lab.folder().with_name(".soundcard-01.lock")),
+        pytest.raises(DataError, match="another process is recording into this session"),
+    ):
+        lab.acquire(Scripted(), session="soundcard-01")
+    assert lab.acquire(Scripted())[1].left == 0
+
+
+def test_nothing_recorded_is_overwritten(lab):
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}))
+    left = lab.folder() / "audio" / "ball_01_1.wav"  # by a killed acquisition, without a row
+    left.write_bytes((lab.folder() / "audio" / "cube_01_1.wav").read_bytes())
+    before = left.read_bytes()
+    lab.acquire(Scripted())
+    assert left.read_bytes() == before
+    assert qualities(lab)["ball_01_1"] == "reject"
+    assert [r.grasp_id for r in whole_grasps(rows(lab))["ball_01"]] == ["ball_01-2"] * 2
+    assert problems(lab) == []
+
+
+def test_ctrl_c_leaves_a_session_that_is_whole(lab):
+    operator = Scripted(confirms={2: KeyboardInterrupt()})
+    with pytest.raises(KeyboardInterrupt):
+        lab.acquire(operator)
+    assert read_session(lab.folder()).acquisition.finished
+    assert problems(lab) == []
+    assert lab.acquire(Scripted())[1].recorded == 4
+
+
+def test_a_table_that_is_wrong_is_not_written_over(lab):
+    lab.acquire(Scripted(confirms={1: Choice.QUIT}))
+    table = lab.folder() / "recordings.csv"
+    table.write_text(table.read_text().replace("cube_01_2,", "cube_01_1,"))
+    before = table.read_bytes()
+    with pytest.raises(DataError, match="2 rows share this recording_id"):
+        lab.acquire(Scripted())
+    assert table.read_bytes() == before
+
+
+FAILING = """
+import json, pathlib, sys
+asked = json.load(sys.stdin)
+count = pathlib.Path(sys.argv[1])
+number = int(count.read_text()) + 1 if count.exists() else 1
+count.write_text(str(number))
+if asked["step"] == sys.argv[2] and number == int(sys.argv[3]):
+    sys.exit("pressure lost")
+if asked["step"] == "approach":
+    print(json.dumps({"force_n": 7.9}))
+"""
+
+
+def failing_robot(lab, tmp_path, step, at):
+    import sys
+
+    program = tmp_path / "robot.py"
+    program.write_text(FAILING)
+    command = [sys.executable, str(program), str(tmp_path / "count"), step, str(at)]
+    declare(
+        lab.paths, robot="command", robot_settings={"command": command}, samples_per_grasp=1,
+        grasps_per_object=1,
+    )  # fmt: skip
+
+
+def test_a_robot_that_fails_while_nobody_is_there_ends_the_session(lab, tmp_path):
+    failing_robot(lab, tmp_path, "approach", 8)  # of six calls a grasp, the second of the second
+    with pytest.raises(RobotError, match=r"approach: .*pressure lost"):
+        lab.acquire(Unattended(Scripted()))
+    assert qualities(lab) == {"cube_01_1": "ok"}
+    assert rows(lab)[0].labels["force_reached_n"] == "7.9"
+    assert problems(lab) == []
+    assert lab.acquire(Unattended(Scripted()))[1].recorded == 1
+
+
+def test_a_person_decides_about_a_robot_that_fails(lab, tmp_path):
+    failing_robot(lab, tmp_path, "approach", 2)
+    _, done = lab.acquire(operator := Scripted(decisions=[Choice.REDO]))
+    ((problem, choices),) = operator.problems
+    assert "pressure lost" in problem and Choice.KEEP not in choices
+    assert done.recorded == 2 and set(qualities(lab).values()) == {"ok"}
+
+
+def test_settings_of_a_robot_stay_at_home_and_may_change(lab, tmp_path):
+    failing_robot(lab, tmp_path, "approach", 8)
+    with pytest.raises(RobotError):
+        lab.acquire(Unattended(Scripted()))
+    assert str(tmp_path) not in (lab.folder() / "session.yaml").read_text()
+    failing_robot(lab, tmp_path, "approach", 99)
+    _, done = lab.acquire(Unattended(Scripted()))
+    assert (done.recorded, done.left) == (1, 0)
+
+
+def test_what_was_recorded_before_the_robot_failed_may_be_kept(lab, tmp_path):
+    failing_robot(lab, tmp_path, "lift", 5)
+    _, done = lab.acquire(operator := Scripted(decisions=[Choice.KEEP]))
+    assert Choice.KEEP in operator.problems[0][1]
+    assert (done.recorded, set(qualities(lab).values())) == (2, {"ok"})
+
+
+def test_what_the_simulated_card_gives_is_simulated_wherever_it_goes(lab):
+    lab.acquire(Unattended(Scripted()))
+    assert read_session(lab.folder()).source == "virtual"
+    assert lab.acquire(Unattended(Scripted()), session="soundcard-01")[1].recorded == 0  # resumed

@@ -1,0 +1,270 @@
+"""The whole command at a pseudo-terminal, as over SSH: lines in, lines out, no display, no keys."""
+
+import json
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from live_lab import declare
+from rich.console import Console
+from typer.testing import CliRunner
+
+from ajgdata.acquire.operator import Choice
+from ajgdata.acquire.protocol import PlannedGrasp
+from ajgdata.acquire.simulated_card import DEVICE
+from ajgdata.cli.main import app
+from ajgdata.cli.terminal import TerminalOperator, meter, sparkline
+from ajgdata.paths import Paths
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import DataError, Target
+
+HERE = Path(__file__).parent
+COMMAND = ["acquire", "d", "--source", "soundcard", "--device", "fake"]
+
+
+def _hears_hang_up():
+    """Undo what `nohup` does, under which a test may run."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+class Terminal:
+    """A program at a pseudo-terminal of its own; without DISPLAY, as a login over SSH has it."""
+
+    def __init__(self, root, *arguments, faults=()):
+        self.master, slave = pty.openpty()
+        environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "COLUMNS")}
+        environment |= {"TERM": "vt100", "FAULTS": json.dumps(faults)}
+        program = [sys.executable, str(HERE / "live_program.py"), *COMMAND, *arguments]
+        self.process = subprocess.Popen(
+            program, cwd=root, stdin=slave, stdout=slave, stderr=slave, env=environment,
+            start_new_session=True,
+            preexec_fn=_hears_hang_up,  # noqa: PLW1509 - no threads here
+        )  # fmt: skip
+        os.close(slave)
+        self.text = ""
+
+    def expect(self, text, limit_s=60.0):
+        """Read until `text` comes; return what came before it."""
+        end = time.monotonic() + limit_s
+        while text not in self.text:
+            assert time.monotonic() < end, f"no {text!r} in {self.text!r}"
+            if select.select([self.master], [], [], 0.2)[0]:
+                self.text += self._read()
+        before, _, self.text = self.text.partition(text)
+        return before
+
+    def type(self, text):
+        os.write(self.master, f"{text}\n".encode())
+
+    def end(self, limit_s=60.0):
+        """Return the exit code and the last words."""
+        end = time.monotonic() + limit_s
+        while more := self._read(max(0.0, end - time.monotonic())):
+            self.text += more
+        os.close(self.master)
+        return self.process.wait(60), self.text
+
+    def _read(self, limit_s=60.0):
+        if not select.select([self.master], [], [], limit_s)[0]:
+            self.process.kill()
+            raise AssertionError(f"it goes on after {self.text!r}")
+        try:
+            return re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", os.read(self.master, 65536).decode())
+        except OSError:  # the other end is closed
+            return ""
+
+
+@pytest.fixture
+def paths(tmp_path):
+    made = Paths(tmp_path)
+    declare(made, samples_per_grasp=1)
+    return made
+
+
+def qualities(paths):
+    return {
+        r.recording_id: r.quality for r in read_recordings(paths.session("d", "soundcard-01"))[0]
+    }
+
+
+def test_keep_redo_skip_quit_at_a_terminal(paths):
+    loud = {"gain": 30.0}
+    terminal = Terminal(paths.root, faults=[loud, {}, loud, {}, loud])
+    terminal.expect("1 of 4")
+    assert "press it on cube with 8 N" in terminal.expect("then Enter")
+    terminal.type("")
+    terminal.expect("clipped")
+    terminal.expect("k: keep, r: redo, s: skip, q: quit?")
+    terminal.type("x")  # is no answer
+    terminal.expect("q: quit?")
+    terminal.type("r")
+    terminal.expect("1 of 4")
+    terminal.expect("then Enter")
+    terminal.type("")
+    level = terminal.expect("2 of 4")
+    assert re.search(r"█+·* +-\d+\.\d dBFS  [▁▂▃▄▅▆▇█]{19}", level)
+    assert " left" in terminal.expect("ball")
+    terminal.expect("then Enter")
+    terminal.type("")
+    terminal.expect("q: quit?")
+    terminal.type("keep")
+    terminal.expect("3 of 4")
+    terminal.expect("then Enter")
+    terminal.type("b")  # the one before
+    terminal.expect("2 of 4")
+    terminal.expect("then Enter")
+    terminal.type("")
+    terminal.expect("3 of 4")
+    terminal.expect("then Enter")
+    terminal.type("")
+    assert "before; differs by up to" in terminal.expect("q: quit?")
+    terminal.type("skip")
+    terminal.expect("4 of 4")
+    terminal.expect("then Enter")
+    terminal.type("q")
+    code, said = terminal.end()
+    assert (code, "d/soundcard-01: 5 recorded, 1 grasps left" in said) == (1, True), said
+    assert "skipped cube_02" in said
+    assert qualities(paths) == {
+        "cube_01_1": "reject", "cube_01-2_1": "ok", "ball_01_1": "reject", "ball_01-2_1": "ok",
+        "cube_02_1": "reject",
+    }  # fmt: skip
+    assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
+
+
+def test_a_silent_gripper_is_named_after_the_first_take(paths):
+    terminal = Terminal(paths.root, faults=[{"silent": True}] * 3)
+    terminal.expect("then Enter")
+    terminal.type("")
+    code, said = terminal.end()
+    assert code == 1 and "level and channel of the speaker; what was recorded is kept" in said
+    assert not paths.session("d", "soundcard-01").exists()  # nothing was recorded
+
+
+def test_a_connection_that_breaks_at_a_question_is_a_quit(paths):
+    terminal = Terminal(paths.root, faults=[{}, *[{"nan": True}] * 3])
+    terminal.expect("then Enter")
+    terminal.type("")
+    terminal.expect("2 of 4")
+    terminal.expect("then Enter")
+    terminal.type("")
+    terminal.expect("r: redo, s: skip, q: quit?")
+    os.close(terminal.master)
+    terminal.process.wait(60)
+    assert qualities(paths) == {"cube_01_1": "ok"}
+    assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_it_as_ctrl_c_does(paths, number):
+    declare(paths, samples_per_grasp=2, robot="command", robot_settings=slow_robot(paths))
+    terminal = Terminal(paths.root)
+    while "jam" not in (log := log_of(paths)):
+        assert terminal.process.poll() is None
+        time.sleep(0.02)
+    os.kill(terminal.process.pid, number)
+    code, said = terminal.end()
+    assert (code, "Traceback" in said) == (128 + number, False), said
+    assert log_of(paths) == [*log, "release"]  # it does not press on
+    assert qualities(paths) == {"cube_01_1": "ok", "cube_01_2": "ok"}
+    assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
+
+
+SLOW = """
+import json, pathlib, sys, time
+step = json.load(sys.stdin)["step"]
+with pathlib.Path(sys.argv[1]).open("a") as log:
+    print(step, file=log)
+time.sleep(60 * (step == "jam"))
+"""
+
+
+def slow_robot(paths):
+    program = paths.root / "robot.py"
+    program.write_text(SLOW)
+    return {"command": [sys.executable, str(program), str(paths.root / "log")]}
+
+
+def log_of(paths):
+    log = paths.root / "log"
+    return log.read_text().split() if log.exists() else []
+
+
+def test_a_label_that_was_not_asked_for_is_named_at_the_end(paths):
+    declare(paths, samples_per_grasp=1, grasps_per_object=1, ask={"mass_g": "after"})
+    terminal = Terminal(paths.root)
+    terminal.expect("then Enter")
+    terminal.type("")
+    terminal.expect("mass_g in g of cube, number 1 (Enter: not known)")
+    terminal.type("\x04")  # Ctrl-D
+    code, said = terminal.end()
+    assert code == 1 and "labels of cube_01 were not asked for; fill them in" in said
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["--yes"], "--yes: is for a sound card; add --source soundcard"),
+        (["--check", "x.json"], "--check: is for a sound card"),
+        (["--source", "virtual", "--input-channel", "1"], "--input-channel: is for a sound card"),
+        ([*COMMAND[2:], "--cores", "2"], "--cores: is for a recipe; leave out --source soundcard"),
+    ],
+)
+def test_options_of_another_source_are_refused(paths, arguments, said, monkeypatch):
+    monkeypatch.chdir(paths.root)
+    with pytest.raises(DataError, match=re.escape(said)):
+        CliRunner().invoke(app, ["acquire", "d", *arguments], catch_exceptions=False)
+
+
+def test_nobody_there_needs_no_terminal(paths):
+    nobody = ["--device", DEVICE, "--yes", "--notes", "night"]
+    program = [sys.executable, str(HERE / "live_program.py"), *COMMAND[:4], *nobody]
+    done = subprocess.run(
+        program,
+        cwd=paths.root,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "d/soundcard-01: 4 recorded, all grasps are there" in done.stdout
+    assert read_session(paths.session("d", "soundcard-01")).notes == "night"
+
+
+def operator(typed):
+    console = Console(width=100, force_terminal=False)
+    answers = iter(typed)
+    console.input = lambda prompt: next(answers)
+    return TerminalOperator(console)
+
+
+def test_a_number_is_asked_for_until_it_is_one(capsys):
+    grasp = PlannedGrasp("cube_01", "cube", 1, 1, {})
+    mass = Target(kind="regression", unit="g", missing=("?",))
+    assert operator(["heavy", "nan", " 12.5 "]).label("mass_g", mass, grasp) == "12.5"
+    assert capsys.readouterr().out.count("is no number") == 2
+    assert operator(["?"]).label("mass_g", mass, grasp) == "?"
+    assert operator([""]).label("mass_g", mass, grasp) == ""
+    assert operator(["red"]).label("colour", Target(kind="classification"), grasp) == "red"
+
+
+def test_answers_are_letters_or_words(capsys):
+    offered = (Choice.REDO, Choice.SKIP, Choice.QUIT)
+    assert operator(["", "keep", "ro", "RE"]).decide("bad", offered) is Choice.REDO
+    assert operator(["quit"]).decide("bad", offered) is Choice.QUIT
+
+
+def test_bars_say_levels():
+    assert (meter(0.0), meter(-60.0), meter(-200.0)) == ("█" * 20, "·" * 20, "·" * 20)
+    assert meter(-30.0) == "█" * 10 + "·" * 10
+    assert meter(3.0) == "█" * 20
+    assert sparkline([-200, -84, -75.9, -52, -20.1, -20, 0]) == "▁▁▂▅███"
+    assert sparkline(np.full(19, -np.inf)) == "▁" * 19

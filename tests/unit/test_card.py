@@ -1,0 +1,210 @@
+"""Takes through a sound card: what comes back is what was played, or it is not kept."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fake_card import RATE_HZ, FakeLine, Fault, fake_card
+from scipy.signal import fftconvolve
+
+from ajgdata.acquire.card import CardError, TakeError
+from ajgdata.acquire.markers import HOLE, REACH, arrival, framed, hole_samples
+from ajgdata.acquire.sound_card import WANDER_S
+from ajgdata.gripper import excitation_sweep
+
+SWEEP = excitation_sweep().astype(np.float32)
+#: Peaks at its sixth sample, rings for a while, and dies away within the gap.
+RINGING = np.r_[0, 0, 0, 0.01, 0.03, 0.05 * 0.96 ** np.arange(200) * np.cos(np.arange(200))]
+
+
+def heard_of(response: np.ndarray, length: int) -> np.ndarray:
+    return fftconvolve(SWEEP, response)[:length].astype(np.float32)
+
+
+@pytest.mark.parametrize("latency", [0, 1, 1_024, 80_787])
+def test_latency_is_measured_and_taken_out(latency):
+    card = fake_card(FakeLine(np.array([0.5]), latency=latency))
+    take = card.take(SWEEP, tail=100)
+    assert take.latency_samples == latency and take.attempts == 1
+    np.testing.assert_allclose(take.samples, np.r_[0.5 * SWEEP, np.zeros(100)], atol=1e-7)
+    assert card.take(SWEEP).latency_samples == latency
+
+
+def test_loopback_takes_out_the_card_and_leaves_the_way_through_the_gripper():
+    line = FakeLine(RINGING, channels=2, loopback=2)
+    take = fake_card(line, loopback_channel=2).take(SWEEP)
+    assert take.latency_samples == 1_024
+    np.testing.assert_allclose(take.samples, heard_of(RINGING, len(SWEEP)), atol=1e-6)
+    alone = fake_card(FakeLine(RINGING)).take(SWEEP)
+    assert 1_024 < alone.latency_samples < 1_040  # it rings up for a while
+
+
+@pytest.mark.parametrize("frames", [1, 2, 16, 64, 1_024])
+@pytest.mark.parametrize("kind", ["delete", "insert"])
+def test_lost_frames_are_counted_and_the_take_is_repeated(frames, kind):
+    line = FakeLine(RINGING, noise=1e-3, faults=[Fault(**{kind: frames})])
+    take = fake_card(line).take(SWEEP)
+    said = f"{frames} frames " + ("lost" if kind == "delete" else "too many")
+    assert take.doubts == (f"{said} between the markers",) and line.takes == 2
+
+
+def test_resonances_louder_than_the_markers_change_nothing():
+    """A sharp resonance, which the sweep excites fully and the markers do not: what is alike is
+    told by shape, and where it begins by its first part."""
+    rng = np.random.default_rng(3)
+    for hz in (2_500, 5_000, 8_000, 11_000):
+        time = np.arange(6_000) / RATE_HZ
+        ring = np.sin(2 * np.pi * hz * time) * np.exp(-time / 0.02)
+        response = 0.01 * (np.eye(1, 6_000, 20)[0] + 0.3 * np.r_[np.zeros(20), ring[:-20]])
+        sound = framed(SWEEP, RATE_HZ)
+        heard = np.r_[np.zeros(1_000), fftconvolve(sound.sound, response)]
+        found = arrival(heard + 1e-5 * rng.standard_normal(len(heard)), sound)
+        assert found.lost == 0 and found.likeness > 0.99
+        assert abs(found.latency_samples - 1_020) < 40
+
+
+@pytest.mark.parametrize("frames, held", [(HOLE - 1, 0), (HOLE, HOLE), (1_000, 1_000)])
+@pytest.mark.parametrize("value", [0.0, 0.001])
+def test_silence_in_place_of_frames_is_found(frames, held, value):
+    heard = 0.3 * SWEEP
+    heard[35_003 : 35_003 + frames] = value
+    assert hole_samples(heard) == held
+    assert hole_samples(np.zeros(1_000)) == hole_samples(np.ones(1)) == 0
+
+
+def test_quiet_passages_and_clipped_ones_are_no_holes():
+    """A converter of 16 bits holds its last digit where the sound is that quiet; a clipped one
+    holds full scale; and the pauses of a train of chirps have no cliffs."""
+    quiet = np.round(2e-4 * SWEEP * 2**15) / 2**15
+    assert np.diff(np.flatnonzero(np.diff(quiet))).max() > 10 * HOLE
+    assert hole_samples(quiet) == 0
+    assert hole_samples(np.clip(5 * SWEEP, -1, 1)) == 0
+    train = np.r_[SWEEP, np.zeros(500), SWEEP]
+    assert hole_samples(train) == hole_samples(fftconvolve(train, RINGING)) == 0
+
+
+def test_a_hole_is_enough_to_repeat():
+    line = FakeLine(faults=[Fault(zero=64)])
+    take = fake_card(line).take(SWEEP)
+    assert take.doubts == ("64 frames are missing in the sound",) and line.takes == 2
+
+
+def test_a_card_that_always_loses_frames_is_given_up():
+    line = FakeLine(faults=[Fault(delete=64)] * 3)
+    with pytest.raises(TakeError, match="fake: 3 takes of 3 in doubt: 64 frames lost"):
+        fake_card(line).take(SWEEP)
+    assert line.takes == 3
+
+
+def test_a_flag_is_enough_to_repeat():
+    line = FakeLine(faults=[Fault(flags=("input overflow",))])
+    take = fake_card(line).take(SWEEP)
+    assert take.doubts == ("the driver reported input overflow",) and take.xruns == 1
+
+
+def test_samples_that_are_no_numbers_are_never_kept():
+    line = FakeLine(faults=[Fault(nan=True)] * 2)
+    take = fake_card(line).take(SWEEP)
+    assert take.attempts == 3 and np.all(np.isfinite(take.samples))
+
+
+def test_clipping_is_counted_and_cut_at_full_scale():
+    take = fake_card(FakeLine(np.array([2.0]))).take(SWEEP)
+    assert take.clipped == np.count_nonzero(2 * np.abs(SWEEP) >= 1 - 2**-15)
+    assert take.samples.max() == 1 and take.samples.min() == -1
+    assert take.peak_dbfs == pytest.approx(20 * np.log10(2 * np.abs(SWEEP).max()), abs=0.01)
+
+
+def test_nothing_else_is_called_clipped():
+    assert fake_card(FakeLine(np.array([1.0]))).take(SWEEP).clipped == 0
+
+
+@pytest.mark.parametrize(
+    "line, said",
+    [
+        (FakeLine(faults=[Fault(silent=True)] * 3), r"input 1 is silent \(peak -200 dBFS\)"),
+        (FakeLine(channels=2, channel=2), "input 1 is silent, input 2 is not: wrong channel"),
+        (
+            FakeLine(noise=1e-2, faults=[Fault(silent=True)] * 3),
+            r"input 1 does not hear the output \(peak -\d+ dBFS\)",
+        ),
+        (FakeLine(faults=[Fault(unplugged=True)]), "went away while it played"),
+    ],
+)
+def test_what_is_wrong_with_the_card_is_said_after_the_first_take(line, said):
+    with pytest.raises(CardError, match=said) as raised:
+        fake_card(line).take(SWEEP)
+    assert not isinstance(raised.value, TakeError)
+
+
+def test_a_missing_loopback_cable_is_named():
+    line = FakeLine(channels=2)
+    with pytest.raises(CardError, match="input 2, the loop-back, does not hear the output"):
+        fake_card(line, loopback_channel=2).take(SWEEP)
+
+
+def test_latency_that_moves_within_a_session_is_refused_and_a_little_is_not():
+    """A little is another object: what is taken out stays, what was measured is beside it."""
+    line = FakeLine(RINGING, faults=[Fault(), Fault(shift=50), *[Fault(shift=64)] * 3])
+    card = fake_card(line)
+    first, second = (card.take(SWEEP) for _ in range(2))
+    assert first.latency_samples == second.latency_samples == first.arrival_samples
+    assert second.arrival_samples == first.arrival_samples + 50
+    np.testing.assert_allclose(second.samples[50:], first.samples[:-50], atol=1e-6)
+    with pytest.raises(CardError, match="latency moved by 64 samples"):
+        card.take(SWEEP)
+
+
+def test_a_session_that_goes_on_is_cut_as_before():
+    card = fake_card(FakeLine(latency=1_050))
+    card.resume(1_024)
+    take = card.take(SWEEP)
+    assert (take.latency_samples, take.arrival_samples) == (1_024, 1_050)
+    assert card.describe()["latency_samples"] == 1_024
+    for moved in (-1_000, 70, 60_000):  # measured anew, however far it is
+        other = fake_card(FakeLine(np.array([0.5]), latency=1_024 + moved))
+        other.resume(1_024)
+        with pytest.raises(CardError, match=f"latency moved by {moved} samples") as raised:
+            other.take(SWEEP)
+        assert len(str(raised.value).splitlines()) == 1
+
+
+def test_the_documentation_says_by_how_much_latency_may_move():
+    page = Path(__file__).parents[2] / "docs/sound-card.md"
+    assert f"move by\nmore than {1_000 * WANDER_S:g} ms" in page.read_text()
+    assert 44 / RATE_HZ < 0.75 * WANDER_S and WANDER_S * RATE_HZ < 64
+
+
+def test_with_a_loopback_latency_may_move_and_is_taken_out_all_the_same():
+    line = FakeLine(RINGING, channels=2, loopback=2, faults=[Fault(), Fault(shift=500)])
+    card = fake_card(line, loopback_channel=2)
+    first, second = card.take(SWEEP), card.take(SWEEP)
+    assert second.latency_samples - first.latency_samples == 500
+    assert first.arrival_samples - first.latency_samples in range(1, 16)  # the way to the ear
+    np.testing.assert_array_equal(first.samples, second.samples)
+
+
+def test_what_cannot_be_played_is_refused():
+    for wrong in (np.zeros((2, 3)), np.zeros(0), np.array([2.0]), np.array([np.nan])):
+        with pytest.raises(ValueError, match=r"within \[-1, 1\]"):
+            fake_card().take(wrong.astype(np.float32))
+
+
+@pytest.mark.parametrize("length", [4_410, 8_820, len(SWEEP)])  # the windows of short ones meet
+def test_noise_alone_is_not_taken_for_markers(length):
+    """The largest of 16,384 correlations, each with a deviation of about 1/sqrt(400)."""
+    sound = framed(SWEEP[:length], RATE_HZ)
+    rng = np.random.default_rng(0)
+    found = [arrival(rng.standard_normal(len(sound.sound) + REACH), sound) for _ in range(40)]
+    assert max(one.likeness for one in found) < 0.45 and not any(one.found for one in found)
+
+
+def test_labels_are_text_that_says_what_was_measured():
+    labels = fake_card().take(SWEEP).labels()
+    assert labels["latency_samples"] == "1024" and labels["attempts"] == "1"
+    assert labels["arrival_samples"] == "1024"
+    assert set(labels) == {
+        "latency_samples", "arrival_samples", "peak_dbfs", "clipped", "xruns", "attempts", "time",
+    }  # fmt: skip
+    silence = fake_card().listen(100).labels()
+    assert silence["latency_samples"] == silence["arrival_samples"] == ""

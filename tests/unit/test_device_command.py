@@ -1,0 +1,136 @@
+"""`ajgdata device`: lines for people, a page that needs nothing, and exit codes for scripts."""
+
+import json
+import re
+import sys
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from fake_card import FakeLine, Fault, fake_card
+from typer.testing import CliRunner
+
+from ajgdata import cli
+from ajgdata.acquire.card import CardError
+from ajgdata.gripper import SignalChain
+from ajgdata.pipeline import device, simulated_device
+from ajgdata.types import DataError
+
+RUN = CliRunner()
+
+
+@pytest.fixture
+def card(monkeypatch):
+    """Whatever is opened is this fake line."""
+
+    def use(line: FakeLine) -> FakeLine:
+        @contextmanager
+        def opened(settings):
+            yield fake_card(line, **settings.model_dump(exclude={"device"}))
+
+        monkeypatch.setattr(device, "open_card", opened)
+        return line
+
+    return use
+
+
+def test_devices_are_listed_one_a_line(monkeypatch):
+    listed = [
+        {"name": "USB", "api": "ALSA", "inputs": 2, "outputs": 2, "rates_hz": [44_100, 48_000]},
+        {"name": "a [b]", "api": "JACK", "inputs": 0, "outputs": 12, "rates_hz": []},
+    ]
+    monkeypatch.setattr(device, "list_devices", lambda: listed)
+    done = RUN.invoke(cli.app, ["device", "list"])
+    assert done.exit_code == 0
+    assert done.stdout.splitlines() == [
+        "USB      2 in   2 out  44100 48000 Hz  ALSA",
+        "a [b]    0 in  12 out  no usual rate Hz  JACK",
+    ]
+
+
+def test_no_device_and_no_portaudio_are_said_in_one_line(monkeypatch, capsys):
+    def missing():
+        raise CardError("PortAudio", "is not installed", "run: sudo apt-get install libportaudio2")
+
+    for found, said in ((list, "finds no sound card"), (missing, "apt-get install libportaudio2")):
+        monkeypatch.setattr(device, "list_devices", found)
+        monkeypatch.setattr(sys, "argv", ["ajgdata", "device", "list"])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        printed = capsys.readouterr().err
+        assert end.value.code == 1 and said in printed and printed.count("\n") == 1
+
+
+def test_a_good_card_is_ready_and_its_page_needs_no_other_file(card, tmp_path):
+    card(FakeLine(np.array([0.3]), noise=1e-4))
+    page, numbers = tmp_path / "check.html", tmp_path / "check.json"
+    arguments = ["device", "check", "fake", "--drift", "4", "--out", page, "--json", numbers]
+    done = RUN.invoke(cli.app, [str(one) for one in arguments])
+    assert done.exit_code == 0, done.output
+    assert "good         the card is ready: record" in done.stdout
+    assert re.search(r"latency +1024 samples, spread 0", done.stdout)
+    html = page.read_text()
+    assert set(re.findall(r'(?:src|href)="([a-z]+:)', html)) == {"data:"}
+    assert html.index("<figure") < html.index("Measured") and "http" not in html.split("<main>")[1]
+    assert json.loads(numbers.read_text())["latency_samples"] == [1_024] * 3
+
+
+def test_a_card_that_cannot_be_used_ends_with_code_1(card):
+    card(FakeLine(np.array([1.5]), noise=1e-4))
+    done = RUN.invoke(cli.app, ["device", "check", "fake", "--drift", "0"])
+    assert done.exit_code == 1 and "samples are clipped; lower the output" in done.stdout
+    card(FakeLine(faults=[Fault(silent=True)] * 3))
+    done = RUN.invoke(cli.app, ["device", "check", "fake", "--drift", "0"])
+    assert isinstance(done.exception, CardError)
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["", "--drift", "0"], r"^sound card: device = '': .*at least 1 character"),
+        (["x", "--rate", "0"], None),
+        (["x", "--loopback-channel", "0"], None),
+    ],
+)
+def test_what_cannot_be_a_card_is_said_in_one_line(card, arguments, said):
+    card(FakeLine())
+    done = RUN.invoke(cli.app, ["device", "check", *arguments])
+    if said:
+        assert isinstance(done.exception, DataError) and re.search(said, str(done.exception))
+    else:
+        assert done.exit_code == 2 and arguments[1] in done.output
+
+
+def test_names_on_the_page_are_text(card, tmp_path):
+    line = card(FakeLine(np.array([0.3]), noise=1e-4))
+    line.describe = lambda: {"api": "<script>alert(1)</script>"}
+    page = tmp_path / "check.html"
+    done = RUN.invoke(cli.app, ["device", "check", "f", "--drift", "0", "--out", str(page)])
+    assert done.exit_code == 0 and "<script" not in page.read_text()
+
+
+def test_the_robot_places_the_object_of_each_grasp(monkeypatch):
+    """Only `approach` changes what is heard; a gripper that touches nothing is a scene, too."""
+    heard = []
+
+    def switch(title, response=None):
+        heard.append((title, response is not None))
+        return response is not None
+
+    monkeypatch.setattr(simulated_device, "switch", switch)
+    monkeypatch.setattr(simulated_device, "_response", lambda name, grasp, chain: (name, grasp))
+    for step in ("loosen", "hold", "jam", "lift", "release", "place"):
+        assert RUN.invoke(cli.app, ["device", "robot"], json.dumps({"step": step})).exit_code == 0
+    assert heard == []
+    for made in ("cube_20p7", ""):
+        step = {"step": "approach", "object": made, "grasp_id": "g", "number": 2, "force_n": 8.0}
+        assert RUN.invoke(cli.app, ["device", "robot"], json.dumps(step)).exit_code == 0
+    titles = [title for title, given in heard if given]
+    assert titles == ["cube_20p7 grasp 2", "empty grasp 2"]
+    assert isinstance(RUN.invoke(cli.app, ["device", "robot"], "x").exception, DataError)
+
+
+def test_scenes_of_the_card_are_those_of_the_library(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(DataError, match="there is no such file, object or gripper"):
+        simulated_device._response("no_such_thing", None, SignalChain())

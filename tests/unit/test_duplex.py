@@ -1,0 +1,155 @@
+"""The stream itself: frames are counted, devices named exactly, and nobody waits for ever."""
+
+import sys
+
+import numpy as np
+import pytest
+from fake_portaudio import FakePortAudio, device
+
+from ajgdata.acquire import duplex
+from ajgdata.acquire.duplex import Duplex, devices, load_portaudio
+from ajgdata.types import DataError
+
+SOUND = np.random.default_rng(0).uniform(-1, 1, 5_000).astype(np.float32)
+
+
+def opened(fake: FakePortAudio, **settings) -> Duplex:
+    usual = {"device": "fake", "sample_rate_hz": 44_100, "output_channel": 1, "input_channel": 1}
+    return Duplex(fake, {**usual, "loopback_channel": None, **settings})
+
+
+def test_every_frame_is_there_once_however_the_driver_cuts_them():
+    stream = opened(FakePortAudio(latency=1_024, blocks=(256, 1, 1_000, 63)))
+    for _ in range(3):
+        heard, said = stream.play(SOUND, 7_001)
+        expected = np.zeros(7_001, dtype=np.float32)
+        expected[1_024:6_024] = SOUND
+        np.testing.assert_array_equal(heard[:, 0], expected)
+        assert said["flags"] == [] and said["rate_hz"] > 0
+    stream.close()
+
+
+def test_other_outputs_stay_silent():
+    """The fake adds all outputs, and gives them garbage before each callback, as drivers do."""
+    stream = opened(FakePortAudio([device("fake", outputs=2)]), output_channel=2)
+    heard, _ = stream.play(SOUND, 7_000)
+    np.testing.assert_array_equal(heard[1_024:6_024, 0], SOUND)
+    stream.close()
+
+
+def test_flags_of_a_take_and_of_the_time_before_it_are_told_apart():
+    fake = FakePortAudio(flags={0: "output_underflow"}, pause_s=0.001)
+    stream = opened(fake)
+    while not stream._idle_flags:  # raised before anything was asked
+        pass
+    _, said = stream.play(SOUND, 6_000)
+    assert (said["flags"], said["idle_flags"]) == ([], 1)
+    fake.flags = {stream._frames + 20_000: "input_overflow"}
+    _, said = stream.play(SOUND, 60_000)
+    assert (said["flags"], said["idle_flags"]) == (["input_overflow"], 0)
+    stream.close()
+
+
+def test_nothing_grows_while_nobody_records():
+    """An operator may think for hours; the process that must not stall keeps counts alone."""
+    raised = dict.fromkeys(range(0, 400_000, 64), "input_overflow")
+    fake = FakePortAudio(flags=raised, pause_s=0.001)
+    stream = opened(fake)
+    stream.play(SOUND, 6_000)
+    held, begin = len(stream._flags) + len(stream._clock), stream._idle_flags
+    while stream._idle_flags < begin + 200:
+        pass
+    assert len(stream._flags) + len(stream._clock) == held
+    stream.close()
+
+
+@pytest.mark.parametrize("name", ["fake", "fake, ALSA"])
+def test_devices_are_found_by_their_exact_name(name):
+    fake = FakePortAudio([device("fake two"), device("fake")])
+    stream = opened(fake, device=name)
+    assert fake.opened["device"] == 1 and stream.describe()["api"] == "ALSA"
+    assert fake.opened["blocksize"] == 0 and fake.opened["dtype"] == "float32"
+    stream.close()
+
+
+TWO = [device("fake", api=0), device("fake", api=1), device("mic", outputs=0)]
+
+
+@pytest.mark.parametrize(
+    "settings, said",
+    [
+        ({"device": "fak"}, 'fak: there is no such device; give its exact name: perhaps "fake"'),
+        ({"device": "zzz"}, "zzz: there is no such device; .*see `ajgdata device list`"),
+        ({}, '2 devices have this name; say "fake, ALSA" or "fake, JACK Audio Connection Kit"'),
+        ({"device": "mic"}, "output_channel 1, but it has 0 outputs; use one device that plays"),
+        (
+            {"device": "fake, ALSA", "input_channel": 3},
+            "input_channel 3, but it has 1 inputs; give another input_channel",
+        ),
+        (
+            {"device": "fake, ALSA", "loopback_channel": 2},
+            "loopback_channel 2, but it has 1 inputs",
+        ),
+        (
+            {"device": "fake, ALSA", "sample_rate_hz": 48_000},
+            "does not do 48000 Hz; its own rate is 44100 Hz",
+        ),
+    ],
+)
+def test_what_cannot_be_opened_is_said_in_one_line(settings, said):
+    with pytest.raises(DataError, match=said) as raised:
+        opened(FakePortAudio(TWO), **settings)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_rate_other_than_asked_for_is_refused():
+    with pytest.raises(DataError, match="gives 48000 Hz where 44100 Hz are asked for"):
+        opened(FakePortAudio(gives_rate=48_000))
+
+
+@pytest.mark.parametrize(
+    "fake, said",
+    [
+        (FakePortAudio(stops_after=0), "the driver did not ask for sound within"),
+        (FakePortAudio(stops_after=3_000), "went away while it played; plug it in again"),
+        (FakePortAudio(stops_after=3_000, inactive=True), "went away while it played"),
+        (FakePortAudio(blocks=(1,), pause_s=0.01), "is slower than its rate"),
+    ],
+)
+def test_whoever_waits_for_a_dead_stream_is_told(fake, said, monkeypatch):
+    monkeypatch.setattr(duplex, "STALLED_S", 0.2)
+    with pytest.raises(DataError, match=said):
+        opened(fake).play(SOUND, 6_000)
+
+
+def test_all_inputs_are_opened_where_they_are_few():
+    few, many = device("few", inputs=4), device("many", inputs=32)
+    for name, inputs in (("few", 4), ("many", 2)):
+        fake = FakePortAudio([few, many])
+        opened(fake, device=name, input_channel=2).close()
+        assert fake.opened["channels"] == (inputs, 1)
+
+
+def test_devices_are_listed_with_the_rates_that_they_do():
+    found = devices(FakePortAudio([device("a", rate=48_000), device("b", api=1, outputs=0)]))
+    assert found == [
+        {"name": "a", "api": "ALSA", "inputs": 1, "outputs": 1, "rates_hz": [48_000]},
+        {
+            "name": "b",
+            "api": "JACK Audio Connection Kit",
+            "inputs": 1,
+            "outputs": 0,
+            "rates_hz": [44_100],
+        },
+    ]
+
+
+def test_the_one_package_that_is_missing_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "sounddevice", None)
+    with pytest.raises(DataError, match=r"pip install 'ajgdata\[live\]'"):
+        load_portaudio()
+    monkeypatch.delitem(sys.modules, "sounddevice")
+    (tmp_path / "sounddevice.py").write_text("raise OSError('PortAudio library not found')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(DataError, match="sudo apt-get install libportaudio2"):
+        load_portaudio()

@@ -1,0 +1,206 @@
+"""Every kind of excitation has the properties that its formula promises; the default is the sweep
+that all data sets so far were recorded with."""
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+from scipy.signal import hilbert
+
+from ajgdata.acquire.excitation import crest_factor_db, excitation_samples
+from ajgdata.acquire.recipe import plan_session
+from ajgdata.gripper import SAMPLE_RATE_HZ, excitation_sweep
+from ajgdata.pipeline.acquire import acquire_virtual
+from ajgdata.store.audio import file_sha256, read_audio
+from ajgdata.store.sessions import read_declaration, read_recordings, read_session
+from ajgdata.types import (
+    DEFAULT_EXCITATION,
+    AudioSettings,
+    ChirpTrain,
+    DataError,
+    ExcitationSpec,
+    LinearSweep,
+    LogSweep,
+    MaximumLengthSequence,
+    Multitone,
+    Recipe,
+)
+
+RATE = SAMPLE_RATE_HZ
+KINDS = (LogSweep, LinearSweep, Multitone, MaximumLengthSequence, ChirpTrain)
+LENGTHS = (0.1, 0.25, 0.5, 1.0, 2.0)
+
+
+def test_the_default_is_the_sweep_that_the_virtual_gripper_has_always_played():
+    assert excitation_samples(DEFAULT_EXCITATION, RATE).tobytes() == excitation_sweep().tobytes()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("length_s", LENGTHS)
+def test_length_level_and_determinism(kind, length_s):
+    declared = kind(length_s=length_s, amplitude=0.25, silence_s=0.05)
+    samples = excitation_samples(declared, RATE)
+    sounding = round(length_s * RATE)
+    assert samples.shape == (sounding + 2205,)
+    assert not samples[sounding:].any()
+    # A sweep goes through every phase: some sample is within 0.14 rad of a crest, cos(0.14) = 0.99.
+    assert 0.99 * 0.25 <= np.abs(samples).max() <= 0.25 * (1 + 1e-12)
+    assert declared.level_dbfs == pytest.approx(-12.0412, abs=1e-4)
+    excitation_samples.cache_clear()
+    assert excitation_samples(declared, RATE).tobytes() == samples.tobytes()
+    assert f"{length_s:g} s" in declared.description and "-12.04 dBFS" in declared.description
+
+
+def frequency_at(samples: np.ndarray, time_s: float) -> float:
+    """Instantaneous frequency: the slope of the analytic signal's phase over 2 ms."""
+    at = round(time_s * RATE)
+    phase = np.unwrap(np.angle(hilbert(samples)))[at - 44 : at + 45]
+    return float(np.polyfit(np.arange(-44, 45) / RATE, phase, 1)[0] / (2 * np.pi))
+
+
+@pytest.mark.parametrize("share", [0.4, 0.5, 0.75, 0.9])
+def test_instantaneous_frequency_of_the_sweeps(share):
+    """f = low (high/low)^(t/T), and low + (high - low) t/T. Over 2 ms the logarithmic one bends by
+    (0.001 ln(1000))^2/6 of itself, 8e-6; the Hilbert transform of a faded sweep is good to 1e-3."""
+    log, linear = (excitation_samples(kind(), RATE) for kind in (LogSweep, LinearSweep))
+    assert frequency_at(log, share) == pytest.approx(20 * 1000**share, rel=3e-3)
+    assert frequency_at(linear, share) == pytest.approx(20 + 19_980 * share, rel=1e-3)
+
+
+def test_energy_of_sweeps_falls_by_3_db_an_octave_or_not_at_all():
+    """|X(f)|² = A² T/(4 ln(high/low) f) and A² T/(4 (high - low)) by stationary phase."""
+    frequency = np.fft.rfftfreq(RATE, 1 / RATE)
+    for kind, density in (
+        (LogSweep, lambda f: 1 / (4 * np.log(1000) * f)),
+        (LinearSweep, lambda f: np.full_like(f, 1 / (4 * 19_980))),
+    ):
+        power = np.abs(np.fft.rfft(excitation_samples(kind(), RATE)) / RATE) ** 2
+        for low in (400, 1600, 6400):
+            inside = (frequency >= low) & (frequency < 2 * low)
+            expected = 0.81 * density(frequency[inside]).sum()
+            assert power[inside].sum() == pytest.approx(expected, rel=0.02)  # ripple, over octaves
+
+
+@pytest.mark.parametrize("kind", [LogSweep, LinearSweep, Multitone, ChirpTrain])
+def test_next_to_nothing_is_played_outside_the_band(kind):
+    declared = kind(low_hz=500, high_hz=5_000, length_s=0.5, fade_s=0.008)
+    power = np.abs(np.fft.rfft(excitation_samples(declared, RATE))) ** 2
+    frequency = np.fft.rfftfreq(len(excitation_samples(declared, RATE)), 1 / RATE)
+    outside = (frequency < 375) | (frequency > 6_250)  # a fade of 8 ms spreads by some 125 Hz
+    assert power[outside].sum() < 1e-3 * power.sum()
+
+
+def test_fades_are_raised_cosines():
+    plain = excitation_samples(LinearSweep(fade_s=0), RATE)
+    faded = excitation_samples(LinearSweep(fade_s=0.01), RATE)
+    time = np.arange(441) / RATE
+    edge = np.sin(np.pi / 2 * time / 0.01) ** 2
+    assert np.allclose(faded[:441], plain[:441] * edge, atol=1e-15)
+    assert np.allclose(faded[-441:], plain[-441:] * edge[::-1], atol=1e-15)
+    assert np.array_equal(faded[441:-441], plain[441:-441])
+
+
+@pytest.mark.parametrize("order", [5, 10, 12, 15])
+def test_autocorrelation_of_the_sequence_is_one_and_minus_one_nth(order):
+    count = 2**order - 1
+    declared = MaximumLengthSequence(order=order, amplitude=1, length_s=count / RATE)
+    samples = excitation_samples(declared, RATE)
+    assert samples.shape == (count,) and set(np.unique(samples)) == {-1, 1}
+    circular = np.fft.irfft(np.abs(np.fft.rfft(samples)) ** 2, count) / count
+    assert circular[0] == pytest.approx(1)
+    assert np.allclose(circular[1:], -1 / count, atol=1e-12)
+    assert crest_factor_db(samples) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_sequence_repeats_until_its_length_is_full():
+    samples = excitation_samples(MaximumLengthSequence(length_s=1.0), RATE)
+    assert np.array_equal(samples[32_767:], samples[: 44_100 - 32_767])  # order 15 is what fits
+
+
+def test_multitone_has_its_lines_at_one_amplitude_and_nothing_else():
+    declared = Multitone(length_s=0.5, fade_s=0, low_hz=100, high_hz=10_000, spacing_hz=20)
+    lines = np.abs(np.fft.rfft(excitation_samples(declared, RATE))) / 22_050 * 2
+    wanted = np.zeros(len(lines), bool)
+    wanted[50:5_001:10] = True  # 2 Hz a bin: 100 to 10,000 Hz every 20
+    assert np.ptp(lines[wanted]) < 1e-9 * lines.max() and lines[~wanted].max() < 1e-9 * lines.max()
+    # rms of N lines of amplitude a: a sqrt(N/2)
+    assert lines.max() * np.sqrt(496 / 2) == pytest.approx(
+        0.9 / 10 ** (crest_factor_db(excitation_samples(declared, RATE)) / 20)
+    )
+
+
+def test_schroeder_phases_keep_the_crest_factor_below_6_db():
+    """Cosines that all begin at 0 peak at sqrt(2 N): 30 dB for N = 500. Schroeder's are a sweep."""
+    declared = Multitone(length_s=0.5, fade_s=0, low_hz=20, high_hz=10_000, spacing_hz=20)
+    assert crest_factor_db(excitation_samples(declared, RATE)) < 6
+    one = Multitone(length_s=0.5, fade_s=0, low_hz=1_000, high_hz=1_005, spacing_hz=10)
+    assert crest_factor_db(excitation_samples(one, RATE)) == pytest.approx(3.01, abs=0.01)
+
+
+def test_chirps_are_alike_and_silence_is_between_them():
+    samples = excitation_samples(ChirpTrain(length_s=0.25), RATE)
+    one = excitation_samples(LogSweep(length_s=0.02, fade_s=0.002), RATE)
+    step = round(0.02 * RATE) + round(0.03 * RATE)
+    for start in range(0, 5 * step, step):
+        assert np.allclose(samples[start : start + len(one)], one, atol=1e-12)
+        assert not samples[start + len(one) : start + step].any()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"kind": "noise"}, "noise"),
+        ({"kind": "log_sweep", "low_hz": 500, "high_hz": 400}, "low_hz 500 must be below"),
+        ({"kind": "log_sweep", "length_s": 0.1, "fade_s": 0.06}, "two fades do not fit"),
+        ({"kind": "mls", "low_hz": 20}, "Extra inputs"),
+        ({"kind": "multitone", "low_hz": 21, "high_hz": 39}, "no multiple of spacing_hz 20"),
+        ({"kind": "chirp_train", "length_s": 0.01}, "not one chirp fits"),
+        ({"kind": "log_sweep", "amplitude": 1.5}, "less than or equal to 1"),
+    ],
+)
+def test_what_cannot_be_played_is_refused(given, said):
+    with pytest.raises(ValidationError, match=said):
+        TypeAdapter(ExcitationSpec).validate_python(given)
+
+
+def test_a_band_beyond_half_the_rate_is_refused():
+    with pytest.raises(ValueError, match="high_hz 20000 is not below half the rate of 16000 Hz"):
+        excitation_samples(LogSweep(), 16_000)
+
+
+def test_a_declaration_of_such_a_band_names_the_file(project):
+    with pytest.raises(DataError, match=r"excitation.high_hz 30000 is not below half the rate"):
+        read_declaration(
+            project.declare(audio={}, excitation={"kind": "linear_sweep", "high_hz": 30_000})
+        )
+
+
+RECIPE = {
+    "grasps_per_object": 1,
+    "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
+    "objects": [{"name": "cube", "shape": {"kind": "cube", "edge_mm": 20}}],
+}
+
+
+def test_a_session_holds_what_was_played_and_how_to_make_it_again(project):
+    declared = {"kind": "chirp_train", "length_s": 0.2, "amplitude": 0.5}
+    project.declare(audio={}, recipe=RECIPE, excitation=declared)
+    acquire_virtual(project.paths, "d", "virtual-01")
+    folder = project.paths.session("d", "virtual-01")
+    played = read_session(folder).excitation
+    spec = TypeAdapter(ExcitationSpec).validate_python(played.settings)
+    assert spec == ChirpTrain(length_s=0.2, amplitude=0.5)
+    assert played.description == spec.description
+    assert played.sha256 == file_sha256(folder / played.file)
+    read = read_audio(folder / played.file, AudioSettings()).samples
+    assert np.abs(read - excitation_samples(spec, RATE)).max() <= 2.0**-24  # half a step of PCM24
+    (row,), _ = read_recordings(folder)
+    assert len(read_audio(folder / row.file, AudioSettings()).samples) == 8_820
+
+
+def test_only_another_sound_than_the_default_is_recorded_anew():
+    recipe = Recipe.model_validate(RECIPE)
+    plain, same, other = (
+        plan_session(recipe, "d", "virtual-01", "code", *given)[0].digest
+        for given in ((), (LogSweep(),), (LogSweep(length_s=2),))
+    )
+    assert plain == same != other

@@ -1,0 +1,139 @@
+"""A protocol becomes a plan, and what of it is left follows from what is there."""
+
+import pytest
+from pydantic import ValidationError
+
+from ajgdata.acquire.protocol import (
+    grasp_id,
+    next_attempt,
+    plan_protocol,
+    remaining,
+    whole_grasps,
+)
+from ajgdata.types import DatasetSpec, GraspProtocol, Recording
+
+BASE = {
+    "objects": [{"name": "cube", "targets": {"label": "box"}}, {"name": "ball"}, {"name": "bar"}],
+    "grasps_per_object": 4,
+}
+
+
+def protocol(**changes) -> GraspProtocol:
+    return GraspProtocol.model_validate(BASE | changes)
+
+
+def rows(grasp, attempt=1, quality="ok", samples=None):
+    return [
+        Recording(
+            recording_id=f"{grasp_id(grasp, attempt)}_{n + 1}",
+            file="audio/x.wav",
+            grasp_id=grasp_id(grasp, attempt),
+            sample=n,
+            quality=quality,
+            labels={
+                "planned": grasp.name,
+                "grasp_attempt": str(attempt),
+                "reference": grasp.reference or "",
+            },
+        )
+        for n in range(grasp.samples if samples is None else samples)
+    ]
+
+
+def test_rounds_go_round_the_objects():
+    plan = plan_protocol(protocol(), "s1")
+    assert [g.object for g in plan] == ["cube", "ball", "bar"] * 4
+    assert [g.name for g in plan[:4]] == ["cube_01", "ball_01", "bar_01", "cube_02"]
+    assert (plan[0].targets, plan[1].targets) == ({"label": "box"}, {})
+    assert {g.samples for g in plan} == {1}
+
+
+def test_a_random_order_is_one_of_each_round_and_the_same_again():
+    asked = protocol(order="random", grasps_per_object=30)
+    plan = [g.object for g in plan_protocol(asked, "s1")]
+    rounds = [tuple(plan[at : at + 3]) for at in range(0, 90, 3)]
+    assert all(sorted(one) == ["ball", "bar", "cube"] for one in rounds)
+    assert len(set(rounds)) == 6  # 3! orders; that one of them is missing: 6 (5/6)^30 = 2.5 %
+    assert plan == [g.object for g in plan_protocol(asked, "s1")]
+    assert plan != [g.object for g in plan_protocol(asked, "s2")]
+    assert plan != [g.object for g in plan_protocol(asked.model_copy(update={"seed": 1}), "s1")]
+
+
+def test_references_stand_before_every_nth_grasp():
+    plan = plan_protocol(protocol(references={"every": 5}), "s1")
+    names = [g.name for g in plan]
+    assert names[:3] == ["silence_01", "empty_01", "cube_01"]
+    at = [n for n, g in enumerate(plan) if g.reference]
+    assert at == [0, 1, 7, 8, 14, 15]
+    assert {g.object for g in plan if g.reference} == {""}
+    assert all(not g.targets for g in plan if g.reference)
+    only = plan_protocol(protocol(references={"every": 12, "kinds": ["empty"]}), "s1")
+    assert [g.name for g in only if g.reference] == ["empty_01"]
+
+
+def test_what_exists_is_counted():
+    plan = plan_protocol(protocol(samples_per_grasp=2), "s1")
+    assert remaining(plan, []) == plan
+    there = rows(plan[0]) + rows(plan[1], samples=1) + rows(plan[2], quality="clipped")
+    assert remaining(plan, there) == [plan[1], *plan[3:]]
+    assert remaining(plan, there, skipped=[plan[1].name]) == plan[3:]
+    rejected = rows(plan[0], quality="reject") + rows(plan[2])
+    assert remaining(plan, rejected)[0] == plan[0]
+
+
+def test_a_second_attempt_has_an_id_of_its_own_and_stands_for_the_first():
+    plan = plan_protocol(protocol(samples_per_grasp=2), "s1")
+    first = rows(plan[0], quality="reject")
+    assert next_attempt(plan[0], []) == 1
+    assert next_attempt(plan[0], first) == 2
+    both = first + rows(plan[0], attempt=2)
+    assert [r.grasp_id for r in whole_grasps(both)["cube_01"]] == ["cube_01-2"] * 2
+    assert plan[0] not in remaining(plan, both)
+    # Halves of two attempts are no grasp.
+    halves = rows(plan[0], samples=1) + rows(plan[0], attempt=2, samples=1)
+    assert plan[0] in remaining(plan, halves)
+
+
+def test_silence_counts_although_it_is_rejected():
+    plan = plan_protocol(protocol(references={"every": 5}), "s1")
+    silence, empty = plan[:2]
+    there = rows(silence, quality="reject") + rows(empty, quality="reject")
+    assert remaining(plan, there)[0] == empty
+
+
+def test_rows_of_no_plan_are_left_alone():
+    plan = plan_protocol(protocol(), "s1")
+    other = Recording(recording_id="x", file="x.wav", grasp_id="x")
+    assert remaining(plan, [other]) == plan
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"objects": [{"name": "a"}, {"name": "a"}]}, "two objects share a name"),
+        ({"objects": [{"name": "empty"}]}, "an object is called empty"),
+        ({"objects": []}, "at least 1 item"),
+        ({"sequence": ["approach", "jam"]}, "needs `sense` once"),
+        ({"sequence": ["sense", "approach"]}, "`approach` before it"),
+        ({"ask": {"label": "before"}}, "label is asked for, and given for cube"),
+        ({"robot": "terminator"}, "unknown robot 'terminator': choose one of manual, command"),
+        ({"order": "alphabetic"}, "'rounds' or 'random'"),
+        ({"force_n": 0}, "greater than 0"),
+        ({"grasp_per_object": 1}, "Extra inputs"),
+    ],
+)
+def test_what_a_protocol_cannot_be(changes, said):
+    with pytest.raises(ValidationError, match=said):
+        protocol(**changes)
+
+
+def test_a_protocol_fits_its_data_set():
+    kinds = {"label": {"kind": "classification"}, "mass_g": {"kind": "regression"}}
+    made = DatasetSpec(name="d", targets=kinds, protocol=protocol(ask={"mass_g": "later"}))
+    assert made.protocol.force_n == 8 and made.protocol.wait_s == 2
+    with pytest.raises(ValidationError, match=r"ask: unknown targets \['colour'\]"):
+        DatasetSpec(name="d", targets=kinds, protocol=protocol(ask={"colour": "after"}))
+    with pytest.raises(ValidationError, match=r"object cube: unknown targets \['label'\]"):
+        DatasetSpec(name="d", protocol=protocol())
+    with pytest.raises(ValidationError, match="target time has the name of a column"):
+        DatasetSpec(name="d", targets=kinds | {"time": {"kind": "regression"}}, protocol=protocol())

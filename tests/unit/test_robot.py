@@ -1,0 +1,210 @@
+"""Robots: the steps in their order, and programs that fail, hang or talk nonsense."""
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from ajgdata.acquire.robot import Placement, RobotError, grasp_once, open_robot
+from ajgdata.types import DataError
+from ajgdata.types.protocol import PAPER_SEQUENCE
+
+PLACE = Placement("cube_01", "cube", 1, 8.0)
+
+
+class Logging:
+    def __init__(self, fails=""):
+        self.steps, self.fails = [], fails
+
+    def __getattr__(self, step):
+        def done(*arguments):
+            if step == self.fails:
+                raise RobotError(step, "stuck", "look")
+            self.steps.append((step, *arguments))
+            return 7.5 if step == "approach" else None
+
+        return done
+
+
+def test_the_paper_s_sequence_senses_at_ambient_pressure():
+    robot, forces = Logging(), []
+
+    def sense(force):
+        robot.steps.append(("sense",))
+        forces.append(force)
+
+    grasp_once(robot, PLACE, PAPER_SEQUENCE, 2.0, sense)
+    assert robot.steps == [
+        ("loosen",), ("approach", PLACE), ("hold", 2.0), ("sense",), ("jam",), ("lift",),
+        ("release",),
+    ]  # fmt: skip
+    assert forces == [7.5]
+
+
+def test_when_sensing_fails_the_robot_lets_go():
+    def fail(force):
+        raise KeyboardInterrupt
+
+    robot = Logging()
+    with pytest.raises(KeyboardInterrupt):
+        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, fail)
+    assert robot.steps[-1] == ("release",)
+
+
+PROGRAM = """
+import json, pathlib, sys
+asked = json.load(sys.stdin)
+with open(sys.argv[1], "a") as log:
+    log.write(json.dumps(asked) + "\\n")
+if asked["step"] == "approach":
+    print(json.dumps({"force_n": asked["force_n"] - 0.25}))
+"""
+
+
+def command(tmp_path: Path, program: str = PROGRAM, **settings):
+    file = tmp_path / "robot.py"
+    file.write_text(program)
+    called = [sys.executable, str(file), str(tmp_path / "log")]
+    return open_robot("command", {"command": called, **settings}, print)
+
+
+def test_a_program_gets_every_step(tmp_path):
+    with command(tmp_path) as robot:
+        forces = []
+        grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, forces.append)
+        robot.place("A")
+    assert forces == [7.75]
+    asked = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    assert [one["step"] for one in asked] == [
+        "loosen", "approach", "hold", "jam", "lift", "release", "place"
+    ]  # fmt: skip
+    assert asked[1] == {
+        "step": "approach", "grasp_id": "cube_01", "object": "cube", "number": 1, "force_n": 8.0
+    }  # fmt: skip
+    assert (asked[2]["seconds"], asked[-1]["bin"]) == (1.5, "A")
+
+
+@pytest.mark.parametrize(
+    "program, said",
+    [
+        ("import sys; sys.exit('no air pressure')", "failed with exit code 1: no air pressure"),
+        ("import sys; sys.exit(7)", "failed with exit code 7: it says nothing"),
+        ("print('done')", "printed 'done'"),
+        ("print('[1]')", r"printed '\[1\]'"),
+        ('print(\'{"force_n": "8 N"}\')', "says force_n = '8 N'"),
+        ("print('{\"force_n\": NaN}')", "says force_n = nan"),
+    ],
+)
+def test_a_program_that_fails_is_named(tmp_path, program, said):
+    with command(tmp_path, program) as robot, pytest.raises(RobotError, match=said) as error:
+        robot.approach(PLACE)
+    assert str(error.value).startswith("robot, approach: ")
+
+
+def test_a_program_that_says_nothing_measures_nothing(tmp_path):
+    with command(tmp_path, "pass") as robot:
+        assert robot.approach(PLACE) is None
+
+
+def test_a_program_that_hangs_is_ended_with_what_it_started(tmp_path):
+    program = f"""
+import subprocess, sys, time
+child = subprocess.Popen(["sleep", "60"])
+open({str(tmp_path / "pid")!r}, "w").write(str(child.pid))
+time.sleep(60)
+"""
+    start = time.monotonic()
+    limited = pytest.raises(RobotError, match="was not done after 1 s")
+    with command(tmp_path, program, timeout_s=1.0) as robot, limited:
+        robot.jam()
+    assert time.monotonic() - start < 20
+    assert_ended(tmp_path / "pid")
+
+
+def test_a_helper_that_a_program_leaves_behind_holds_nothing_up_and_is_ended(tmp_path):
+    program = f"""
+import subprocess
+child = subprocess.Popen(["sleep", "60"])  # holds standard output
+open({str(tmp_path / "pid")!r}, "w").write(str(child.pid))
+print('{{"force_n": 7.5}}')
+"""
+    start = time.monotonic()
+    with command(tmp_path, program, timeout_s=30.0) as robot:
+        assert robot.approach(PLACE) == 7.5
+    assert time.monotonic() - start < 20
+    assert_ended(tmp_path / "pid")
+
+
+def test_a_program_may_speak_another_encoding(tmp_path):
+    program = r"import sys; sys.stderr.buffer.write(b'kein Druck \xfcber 3 bar\n'); sys.exit(1)"
+    said = pytest.raises(RobotError, match=r"kein Druck \ufffdber 3 bar")
+    with command(tmp_path, program) as robot, said:
+        robot.jam()
+
+
+def assert_ended(pid):
+    child = int(pid.read_text())
+    for _ in range(200):
+        state = Path(f"/proc/{child}/stat")
+        if not state.exists() or state.read_text().split()[2] == "Z":
+            break
+        time.sleep(0.01)
+    else:
+        os.kill(child, 9)
+        pytest.fail("what the program started lives on")
+
+
+@pytest.mark.parametrize(
+    "name, settings, said",
+    [
+        ("command", {}, "command is missing"),
+        ("command", {"command": ["x"], "timeout": 1}, "unknown key timeout"),
+        ("manual", {"speed": 1}, "manual has no settings"),
+    ],
+)
+def test_wrong_settings_are_named(name, settings, said):
+    with pytest.raises(DataError, match=said), open_robot(name, settings, print):
+        pass
+
+
+def test_a_program_that_is_not_there_is_named():
+    absent = {"command": ["/no/such/program"]}
+    cannot = pytest.raises(RobotError, match="cannot be started")
+    with open_robot("command", absent, print) as robot, cannot:
+        robot.jam()
+
+
+@pytest.mark.parametrize("step", ["approach", "hold", "jam", "lift", "release"])
+def test_a_robot_that_fails_lets_go_once(step):
+    class Once(Logging):
+        def release(self):
+            self.steps.append(("release",))
+            raise RobotError("release", "stuck, too", "look")
+
+    robot = Once(fails=step)
+    said = "stuck, too" if step == "release" else f"{step}: stuck;"
+    with pytest.raises(RobotError, match=said):
+        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, lambda force: None)
+    assert robot.steps.count(("release",)) == 1 and robot.steps[-1] == ("release",)
+
+
+def test_a_robot_that_touches_nothing_yet_has_nothing_to_let_go_of():
+    robot = Logging(fails="loosen")
+    with pytest.raises(RobotError):
+        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, lambda force: None)
+    assert robot.steps == []
+
+
+def test_a_person_is_told_once_a_grasp():
+    said = []
+    with open_robot("manual", {}, said.append) as robot:
+        grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, said.append)
+        robot.approach(Placement("empty_01", "", 1, 8.0))
+    assert said == [
+        "loosen the gripper and press it on cube with 8 N",
+        None,
+        "loosen the gripper and let it hang free, touching nothing",
+    ]

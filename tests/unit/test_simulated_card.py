@@ -1,0 +1,121 @@
+"""The virtual gripper as a sound card: the same sound as the virtual source, block by block."""
+
+import threading
+from multiprocessing.connection import Client, Listener
+
+import numpy as np
+import pytest
+
+from ajgdata import gripper
+from ajgdata.acquire import simulated_card
+from ajgdata.acquire.plant import LEAD, Plant, noise_floor, scene_response
+from ajgdata.acquire.simulated_card import switch
+from ajgdata.gripper import ImpulseResponse, SignalChain, excitation_sweep
+from ajgdata.types import DataError
+
+SWEEP = excitation_sweep()
+QUIET = SignalChain(noise_db_spl=None)
+RNG = np.random.default_rng(0)
+#: Rings for 20 ms, begins before its latency, and settles elsewhere than at zero.
+RINGING = ImpulseResponse(
+    samples=1e7 * RNG.standard_normal(900) * np.exp(-np.arange(900) / 200),
+    static=1e5,
+    sample_rate_hz=44_100,
+    latency_samples=28,
+    provenance={},
+    membrane_kg_m2=0.3,
+)
+STEP = 2.0**-23
+
+
+@pytest.fixture
+def path(tmp_path, monkeypatch):
+    """Socket of a card that is not there yet."""
+    found = tmp_path / "card"
+    monkeypatch.setattr(simulated_card, "simulated_card_socket", lambda _: found)
+    monkeypatch.setattr(simulated_card, "own_server", lambda: "")
+    return found
+
+
+def test_one_who_says_nothing_does_not_keep_others_waiting(path):
+    plant = Plant(np.ones(1))
+    with Listener(str(path), "AF_UNIX") as listener:
+        threading.Thread(
+            target=simulated_card._obey, args=(listener, plant, {"a": np.ones(2)}), daemon=True
+        ).start()
+        with Client(str(path), "AF_UNIX") as silent:
+            silent.send_bytes(b'"half of a request"')
+            assert switch("a") and not switch("b")
+            assert switch("b", np.full(3, 0.5)) and switch("b")
+    np.testing.assert_array_equal(plant.process(np.eye(1, 4, dtype=np.float32)[0])[0, :3], 0.5)
+
+
+def test_a_card_that_hangs_is_named(path, monkeypatch):
+    with pytest.raises(DataError, match="none is running"):
+        switch("a")
+    monkeypatch.setattr(simulated_card, "SWITCH_S", 1)
+    with (
+        Listener(str(path), "AF_UNIX"),  # connects, and never answers
+        pytest.raises(DataError, match="simulated card: does not answer"),
+    ):
+        switch("a", np.zeros(10**6))
+
+
+def through(plant: Plant, sound: np.ndarray, blocks=(1_024,)) -> np.ndarray:
+    parts, at, turn = [], 0, 0
+    while at < len(sound):
+        block = sound[at : at + blocks[turn % len(blocks)]].astype(np.float32)
+        parts.append(plant.process(block))
+        at, turn = at + len(block), turn + 1
+    return np.concatenate(parts, axis=1)
+
+
+def test_the_card_gives_what_the_virtual_source_records():
+    """Both round to 24 bits; the card plays float32, whose error of 2^-25 a sample of the sweep is
+    amplified as all of it: by less than the response's sum of magnitudes. Within its latency from
+    the end, `record` no longer knows how the speaker rings on."""
+    response = scene_response(RINGING, QUIET)
+    sound = np.r_[SWEEP, np.zeros(LEAD)]
+    known = len(SWEEP) - RINGING.latency_samples
+    heard = through(Plant(response), sound)[0, LEAD : LEAD + known]
+    expected = gripper.record(RINGING, SWEEP, QUIET).samples[:known]
+    assert np.abs(expected).max() > 0.05
+    bound = STEP + 2**-25 * np.abs(response).sum()
+    np.testing.assert_allclose(heard, expected, atol=bound, rtol=0)
+
+
+def test_blocks_of_any_size_give_the_same():
+    response = scene_response(RINGING, QUIET)
+    whole = through(Plant(response), SWEEP, (len(SWEEP),))
+    cut = through(Plant(response), SWEEP, (64, 1_024, 1, 4_096))
+    np.testing.assert_allclose(cut[0], whole[0], atol=STEP, rtol=0)
+    np.testing.assert_array_equal(cut[1], whole[1])
+    np.testing.assert_array_equal(whole[1, LEAD:], SWEEP[:-LEAD].astype(np.float32))
+
+
+def test_a_new_response_is_heard_from_the_next_block_on_and_the_old_one_dies_away():
+    plant = Plant(np.array([0.0, 0.0, 0.5]))
+    first = plant.process(np.ones(4, dtype=np.float32))[0]
+    plant.set_response(np.array([0.25]))
+    second = plant.process(np.ones(4, dtype=np.float32))[0]
+    assert first.tolist() == [0, 0, 0.5, 0.5] and second.tolist() == [0.75, 0.75, 0.25, 0.25]
+
+
+def test_noise_has_the_level_of_the_chain_and_what_is_too_loud_is_clipped():
+    chain = SignalChain()
+    heard = Plant(np.array([1.0]), noise_floor(chain)).process(np.zeros(44_100, np.float32))[0]
+    silent = ImpulseResponse(np.zeros(1), 0.0, 44_100, 0, {}, membrane_kg_m2=0.3)
+    expected = gripper.record(silent, 0 * SWEEP, chain, seed=1).samples
+    # The deviation of n values has an error of 1/sqrt(2 n): five times for each of the two.
+    assert heard.std() == pytest.approx(expected.std(), rel=10 / np.sqrt(2 * 44_100))
+    assert noise_floor(QUIET) == 0
+    loud = Plant(np.array([2.0])).process(np.array([1, -1], dtype=np.float32))[0]
+    assert loud.tolist() == [1 - STEP, -1]
+
+
+def test_what_is_no_response_is_refused():
+    with pytest.raises(ValueError, match="silent"):
+        scene_response(RINGING, SignalChain(level_db_spl=None))
+    for wrong in (np.zeros(0), np.zeros((2, 2)), np.array([np.nan])):
+        with pytest.raises(ValueError, match="finite"):
+            Plant(np.ones(1)).set_response(wrong)

@@ -1,0 +1,155 @@
+"""Deconvolution against responses that are known, errors against those that noise makes."""
+
+import numpy as np
+import pytest
+from scipy.signal import fftconvolve
+
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.features.transfer_function import REGULARISATION, Deconvolution, feature_maker
+from ajgdata.types import (
+    ChirpTrain,
+    FeatureSettings,
+    LinearSweep,
+    LogSweep,
+    MaximumLengthSequence,
+    Multitone,
+)
+
+RATE, TAPS = 44_100, 512
+TRANSFER = FeatureSettings(kind="transfer_function", window=TAPS, hop=TAPS, normalisation="none")
+
+
+def response(seed: int = 0, samples: int = 300) -> np.ndarray:
+    """Noise that dies away within `samples`."""
+    noise = np.random.default_rng(seed).standard_normal(samples)
+    return noise * np.exp(-np.arange(samples) / 40) * np.hanning(2 * samples)[samples:]
+
+
+def heard(played: np.ndarray, h: np.ndarray) -> np.ndarray:
+    """What is recorded while the sound plays: its end is not heard to die away."""
+    return fftconvolve(played, h)[: len(played)]
+
+
+def taken_apart(solver: Deconvolution, estimate: np.ndarray, h: np.ndarray) -> np.ndarray:
+    true = np.zeros(solver.taps)
+    true[solver.lead : solver.lead + len(h)] = h
+    return estimate - true
+
+
+@pytest.mark.parametrize("length_s", [0.1, 0.5])
+def test_a_sequence_gives_the_response_back_to_its_regularisation(length_s):
+    """White: every eigenvalue of XᵀX is Σx² to 1/sqrt(n) or so, λ 1e-4 of it: that is the bias."""
+    played = excitation_samples(MaximumLengthSequence(length_s=length_s), RATE)
+    solver, h = Deconvolution(played, TAPS), response()
+    error = taken_apart(solver, solver.impulse_response(heard(played, h)), h)
+    assert np.linalg.norm(error) < 2 * REGULARISATION * np.linalg.norm(h)
+    assert np.linalg.norm(error) > 0.5 * REGULARISATION * np.linalg.norm(h)
+
+
+@pytest.mark.parametrize("snr_db", [0, 20, 40])
+def test_noise_makes_the_error_that_the_energy_played_allows(snr_db):
+    """White excitation: E|error|² = M σ²/Σx², M the taps; its relative spread is sqrt(2/M), 6 %."""
+    played = excitation_samples(MaximumLengthSequence(length_s=0.5), RATE)
+    solver, h = Deconvolution(played, TAPS), response()
+    clean = heard(played, h)
+    sigma = clean.std() * 10 ** (-snr_db / 20)
+    noise = sigma * np.random.default_rng(1).standard_normal(len(clean))
+    error = taken_apart(solver, solver.impulse_response(clean + noise), h)
+    expected = TAPS * sigma**2 / np.sum(played**2)
+    assert np.sum(error**2) == pytest.approx(expected, rel=0.25)  # four deviations
+
+
+@pytest.mark.parametrize("kind", [LogSweep, LinearSweep, Multitone, ChirpTrain])
+def test_every_kind_gives_the_transfer_function_back_within_its_band(kind):
+    """Shrunk by λ/(|X(f)|² + λ); least energy per hertz has the logarithmic sweep at the top, 8 dB
+    below its mean, and at the edges of a band of 20 Hz to 20 kHz all have less."""
+    played = excitation_samples(kind(length_s=1.0, silence_s=0.02), RATE)
+    h = response()
+    found = Deconvolution(played, TAPS).transfer_function(heard(played, h))
+    frequency = np.fft.rfftfreq(TAPS, 1 / RATE)
+    inside = (frequency > 200) & (frequency < 16_000)
+    true = np.fft.rfft(h, TAPS)
+    error = np.linalg.norm((found - true)[inside]) / np.linalg.norm(true[inside])
+    assert error < 20 * REGULARISATION
+    outside = frequency > 21_500
+    assert np.abs(found[outside]).max() < 0.2 * np.abs(true).max()  # not played: not made up
+
+
+def test_the_end_that_was_not_heard_makes_no_error():
+    """Dividing spectra would take the cut for a part of the response."""
+    played, h = excitation_samples(MaximumLengthSequence(length_s=0.1), RATE), response()
+    recording = heard(played, h)
+    size = 2 * len(played)
+    divided = np.fft.irfft(np.fft.rfft(recording, size) / np.fft.rfft(played, size))[: len(h)]
+    solver = Deconvolution(played, TAPS)
+    error = taken_apart(solver, solver.impulse_response(recording), h)
+    assert np.linalg.norm(error) < 1e-3 * np.linalg.norm(h) < np.linalg.norm(divided - h)
+
+
+@pytest.mark.parametrize("late", [-40, 0, 100])
+def test_a_latency_moves_the_response_and_leaves_the_feature(late):
+    played, h = excitation_samples(MaximumLengthSequence(length_s=0.25), RATE), response()
+    recording = np.roll(heard(played, h), late)
+    recording[: max(late, 0)] = 0
+    if late < 0:
+        recording[late:] = heard(np.concatenate([played, np.zeros(40)]), h)[late:]
+    solver = Deconvolution(played, TAPS)
+    error = taken_apart(solver, np.roll(solver.impulse_response(recording), -late), h)
+    assert np.linalg.norm(error) < 2e-3 * np.linalg.norm(h)
+    feature = solver.feature(recording, RATE, TRANSFER)
+    assert np.abs(feature - np.abs(np.fft.rfft(h, TAPS))).max() < 5e-3 * feature.max()
+
+
+def test_recordings_of_other_sounds_compare_only_as_transfer_functions():
+    """Distance of the features of one response played by two sounds, over that of two responses."""
+    one, other = response(1), response(2)
+    sweep, noise = (
+        excitation_samples(kind(length_s=0.5), RATE) for kind in (LogSweep, MaximumLengthSequence)
+    )
+    band = {"band_hz": (200, 12_000), "window": TAPS, "hop": 128}
+    for settings, holds in (
+        (FeatureSettings(kind="transfer_function", **band), True),
+        (FeatureSettings(**band), False),
+    ):
+        make = {n: feature_maker(settings, RATE, x) for n, x in (("s", sweep), ("n", noise))}
+        a, b = make["s"](heard(sweep, one)), make["n"](heard(noise, one))
+        c = make["s"](heard(sweep, other))
+        assert (np.abs(a - b).sum() < 0.1 * np.abs(a - c).sum()) == holds
+
+
+def test_a_feature_has_the_axis_of_the_stft_and_its_normalisation():
+    settings = FeatureSettings(kind="transfer_function", band_hz=(100, 12_000))
+    played = excitation_samples(LinearSweep(length_s=0.25), RATE)
+    recording = heard(played, response())
+    feature = feature_maker(settings, RATE, played)(recording)
+    assert feature.shape == frequencies_hz(RATE, settings).shape and feature.dtype == np.float32
+    assert feature.sum() == pytest.approx(1, abs=1e-5)
+    louder = feature_maker(settings, RATE, played)(3 * recording)
+    assert np.allclose(louder, feature, rtol=1e-5)
+    power = settings.model_copy(update={"quantity": "power", "normalisation": "none"})
+    size = settings.model_copy(update={"normalisation": "none"})
+    of_power, of_size = (feature_maker(s, RATE, played)(recording) for s in (power, size))
+    assert np.allclose(of_power, of_size**2, rtol=1e-5)
+
+
+def test_a_recording_of_another_length_is_of_the_same_response():
+    played, h = excitation_samples(MaximumLengthSequence(length_s=0.25), RATE), response()
+    longer = fftconvolve(played, h)
+    solver = Deconvolution(played, TAPS)
+    for recording in (longer, longer[:6_000]):
+        error = taken_apart(solver, solver.impulse_response(recording), h)
+        assert np.linalg.norm(error) < 1e-3 * np.linalg.norm(h)
+
+
+def test_what_cannot_be_solved_is_said():
+    with pytest.raises(ValueError, match="not silent"):
+        Deconvolution(np.zeros(1000), 64)
+    with pytest.raises(ValueError, match="finite samples"):
+        Deconvolution(np.ones(1000), 64).impulse_response(np.full(1000, np.nan))
+    with pytest.raises(ValueError, match="needs the played sound"):
+        feature_maker(TRANSFER, RATE, None)
+    with pytest.raises(ValueError, match="no spectrum"):
+        spectrum(np.ones(4096), RATE, TRANSFER)
+    with pytest.raises(ValueError, match="at most 8192 samples"):
+        FeatureSettings(kind="transfer_function", window=16_384)
