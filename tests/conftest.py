@@ -11,8 +11,10 @@ from hypothesis import settings
 # Before anything imports numpy or torch; the processes that tests start inherit it.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-# Nothing here is timed: a slow machine is no defect.
-settings.register_profile("untimed", deadline=None)
+# Nothing here is timed: a slow machine is no defect. The same examples each time: a search for new
+# ones is `pytest --hypothesis-profile search`.
+settings.register_profile("untimed", deadline=None, derandomize=True)
+settings.register_profile("search", deadline=None)
 settings.load_profile("untimed")
 
 

@@ -168,13 +168,19 @@ def stack(
 
 
 def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:
-    """Flexibility (m/N) and mass (kg) of `count` equal elements from `low` to `high` (m)."""
+    """Flexibility (m/N) and mass (kg) of `count` equal elements from `low` to `high` (m).
+
+    Between parts of a compound that do not touch there is no section: what carries the load there
+    has its mass, or nodes without any would have no frequency.
+    """
     step = (high - low) / count
     # Three points of Gauss in each element resolve the cones.
     nodes, weights = np.polynomial.legendre.leggauss(3)
     z = low + (np.arange(count)[:, None] + (nodes + 1) / 2) * step
-    flexibility = (weights / 2 / rod_areas(body, z)).sum(1) * step / body.material.young_pa
-    mass = (weights / 2 * body.section(z)).sum(1) * step * body.material.density_kg_m3
+    carrying, section = rod_areas(body, z), body.section(z)
+    flexibility = (weights / 2 / carrying).sum(1) * step / body.material.young_pa
+    solid = np.where(section > 0, section, carrying)
+    mass = (weights / 2 * solid).sum(1) * step * body.material.density_kg_m3
     return flexibility, mass
 
 

@@ -70,6 +70,21 @@ def test_a_thin_object_on_rubber_bounces_as_a_mass_on_a_spring():
     assert modes.loss[0] == pytest.approx(0.15, rel=1e-4)
 
 
+def _gapped(low, high, area, z):
+    return np.where((z > low) & (z < high), 0.0, area)
+
+
+def test_parts_that_do_not_touch_are_joined_by_what_carries_the_load():
+    # Two plates of 5 mm with 20 mm of nothing between: a third of the column has no section.
+    height, foot = 0.03, np.pi * 0.002**2
+    parts = Body(FOAM, height, partial(_gapped, 0.005, 0.025, foot), foot, foot)
+    whole = Body(FOAM, height, partial(_full, foot), foot, foot)
+    # What carries the load between them is as wide as foot and imprint, so nothing else differs.
+    np.testing.assert_allclose(
+        solve(stack(parts, 0.0)).square, solve(stack(whole, 0.0)).square, rtol=1e-9
+    )
+
+
 def test_grains_on_something_hard_ring_at_quarter_waves():
     frame = Frame(720.0, 2e7, 0.04)
     bed = Bed(frame, Spring(1e15, 0.0), 0.03)
