@@ -17,11 +17,12 @@ RANKS = {
     "studies": 6,
     "acquire": 7,
     "report": 7,
-    "ablations": 8,
-    "experiments": 8,
-    "loading": 8,
-    "pipeline": 9,
-    "cli": 10,
+    "live": 8,
+    "ablations": 9,
+    "experiments": 9,
+    "loading": 9,
+    "pipeline": 10,
+    "cli": 11,
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}

@@ -1,0 +1,1 @@
+"""A trained model in use: predict, sense, sort, show; and what watches it while it works."""

@@ -1,0 +1,75 @@
+"""Start, pause and stop of a live run, from the dashboard's threads to the run's own."""
+
+from __future__ import annotations
+
+import _thread
+import threading
+from enum import StrEnum
+
+
+class Mode(StrEnum):
+    """What a run is asked to do."""
+
+    WAITING = "waiting"  #: for somebody to start it
+    RUNNING = "running"
+    PAUSED = "paused"
+    STOPPED = "stopped"
+
+
+class Control:
+    """Asked by any thread; `checkpoint` is called by the run between two steps."""
+
+    def __init__(self, mode: Mode = Mode.RUNNING) -> None:
+        self._mode = mode
+        self._changed = threading.Condition()
+        self._in_run = False
+
+    @property
+    def mode(self) -> Mode:
+        """Return what the run is asked to do now."""
+        return self._mode
+
+    def start(self) -> None:
+        """Let a run that waits or pauses go on; one that is stopped stays so."""
+        self._ask(Mode.RUNNING)
+
+    def pause(self) -> None:
+        """Let the run wait before its next step."""
+        if self._mode is Mode.RUNNING:
+            self._ask(Mode.PAUSED)
+
+    def stop(self) -> None:
+        """End the run now, in the middle of a step: as Ctrl-C does, by KeyboardInterrupt in the
+        main thread. Asked again, or after the run has ended, it does nothing."""
+        with self._changed:
+            if self._mode is Mode.STOPPED:
+                return
+            self._mode = Mode.STOPPED
+            self._changed.notify_all()
+            if self._in_run:
+                _thread.interrupt_main()
+
+    def checkpoint(self) -> None:
+        """Wait while the run is not to go on. Raises KeyboardInterrupt if it is to stop."""
+        with self._changed:
+            while self._mode in (Mode.WAITING, Mode.PAUSED):
+                self._changed.wait(0.5)  # so that Ctrl-C is heard meanwhile
+            if self._mode is Mode.STOPPED:
+                raise KeyboardInterrupt
+
+    def begin(self) -> None:
+        """Say that the run begins, in the main thread: only now may `stop` interrupt it."""
+        with self._changed:
+            self._in_run = True
+
+    def end(self) -> None:
+        """Say that the run has ended: nobody is interrupted from now on."""
+        with self._changed:
+            self._in_run = False
+            self._mode = Mode.STOPPED
+
+    def _ask(self, mode: Mode) -> None:
+        with self._changed:
+            if self._mode is not Mode.STOPPED:
+                self._mode = mode
+                self._changed.notify_all()

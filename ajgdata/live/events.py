@@ -1,0 +1,87 @@
+"""What happened in a live run: told to whoever listens, and kept in a log that only grows.
+
+One JSON object a line: `n` counts from 0, `time` is ISO 8601 in UTC, `event` the kind, and what the
+kind has. A log that was cut off in the middle of a line loses that line alone.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self, get_args
+
+#: Kinds of events and what each has.
+#: start: dataset task model unit classes threshold bins looks device robot session
+#: grasp: number object ("" if nobody knows what it is)
+#: step: step seconds                      (loosen approach wait jam lift place release)
+#: take: recording look seconds peak_dbfs clipped xruns attempts spectrum (64 numbers, mean 1)
+#: prediction: recording look seconds and the keys of `Prediction.plain`
+#: decision: action (place again ask reject stop) value bin probability (combined) looks reason
+#: placed: value bin object ("" if nobody knows) in_a_row
+#: truth: number object                    (a correction, by a person)
+#: reference: kind (empty silence) recording drift (ratio to the alarm's threshold, or null)
+#: drift: text ratio                       (the gripper has changed)
+#: paused, resumed: reason
+#: stopped: reason held ("" for nothing) sorts seconds
+#: problem: text                           (one line, with what to do)
+Kind = Literal[
+    "start", "grasp", "step", "take", "prediction", "decision", "placed", "truth", "reference",
+    "drift", "paused", "resumed", "stopped", "problem",
+]  # fmt: skip
+KINDS = frozenset(get_args(Kind))
+Event = Mapping[str, Any]
+Listener = Callable[[Event], object]
+
+
+class EventLog:
+    """Writes events to a file, each of them before anybody hears of it. Safe under threads."""
+
+    def __init__(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = path.open("ab")
+        self._lock = threading.Lock()
+        self._listeners: list[Listener] = []
+        self._count = 0
+
+    def listen(self, listener: Listener) -> None:
+        """Call `listener` with each event from now on, in order, under the log's lock."""
+        with self._lock:
+            self._listeners.append(listener)
+
+    def say(self, event: Kind, **about: Any) -> Event:
+        """Enter an event. Values must be such that JSON holds them; NaN is refused."""
+        if event not in KINDS:
+            raise ValueError(f"no event is called {event!r}")
+        with self._lock:
+            now = datetime.now(UTC).isoformat(timespec="milliseconds")
+            said = {"n": self._count, "time": now, "event": event, **about}
+            self._file.write(json.dumps(said, allow_nan=False).encode() + b"\n")
+            self._file.flush()
+            self._count += 1
+            for listener in self._listeners:
+                listener(said)
+        return said
+
+    def close(self) -> None:
+        """Have all of it on disk."""
+        with self._lock:
+            if not self._file.closed:
+                self._file.flush()
+                os.fsync(self._file.fileno())
+                self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
