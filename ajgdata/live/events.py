@@ -15,11 +15,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self, get_args
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ajgdata.store.files import read_text
+from ajgdata.types import DataError
+
 #: Kinds of events and what each has.
-#: start: dataset task model unit classes threshold bins looks device robot session
+#: start: dataset task model unit classes threshold bins looks device robot session; for whoever
+#:        draws it also source ("simulated", "recorded"), spectra (by class the mean of what was trained
+#:        on, as `shown_spectrum` has it), top_hz (the highest frequency of a spectrum)
 #: grasp: number object ("" if nobody knows what it is)
 #: step: step seconds                      (loosen approach wait jam lift place release)
-#: take: recording look seconds peak_dbfs clipped xruns attempts spectrum (64 numbers, mean 1)
+#: take: recording look seconds peak_dbfs clipped xruns attempts spectrum (`shown_spectrum`)
 #: prediction: recording look seconds and the keys of `Prediction.plain`
 #: decision: action (place again ask reject stop) value bin probability (combined) looks reason
 #: placed: value bin object ("" if nobody knows) in_a_row
@@ -36,6 +44,42 @@ Kind = Literal[
 KINDS = frozenset(get_args(Kind))
 Event = Mapping[str, Any]
 Listener = Callable[[Event], object]
+#: Numbers of a spectrum that is drawn, from 0 Hz to the highest frequency in equal bands.
+SHOWN_BANDS = 64
+
+
+def shown_spectrum(feature: ArrayLike) -> list[float]:
+    """Return a feature (n_frequencies,) as `SHOWN_BANDS` numbers with mean 1: its band means.
+
+    A feature of nothing but zeros stays so.
+    """
+    bands = [band.mean() for band in np.array_split(np.asarray(feature, float), SHOWN_BANDS)]
+    mean = float(np.mean(bands)) or 1.0
+    return [round(float(band) / mean, 4) for band in bands]
+
+
+def read_events(path: Path) -> list[Event]:
+    """Return the events of a log, in order; a last line that was cut off is left out.
+
+    Raises DataError for a file that is missing or no log.
+    """
+    lines = read_text(path).splitlines()
+    events: list[Event] = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            event = json.loads(line)
+            kind, _, _ = event["event"], event["n"], event["time"]
+        except (ValueError, TypeError, KeyError):
+            if number == len(lines) and number > 1:
+                break
+            kind = None
+        if kind not in KINDS:
+            fix = "name the events.jsonl of a run"
+            raise DataError(f"{path}:{number}", "is no line of a log of a live run", fix)
+        events.append(event)
+    if not events:
+        raise DataError(path, "holds no event", "name the log of a run that has begun")
+    return events
 
 
 class EventLog:
