@@ -76,8 +76,9 @@ def build_report(
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
     specs = {name: read_dataset(paths, name) for name in datasets}
-    results, skipped = _read(paths, specs, tasks)
-    report = _assembled(paths, specs, tasks, ablations, page, results)
+    paper = parse_paper(read_paper(paths))
+    results, skipped = _read(paths, specs, tasks, paper)
+    report = _assembled(paths, specs, tasks, ablations, page, results, paper)
     studies = {name: read_tables(p)[1] for name in pages if (p := paths.study(name)).is_file()}
     report = dataclasses.replace(
         report,
@@ -111,9 +112,9 @@ def _assembled(
     ablations: Sequence[str],
     page: Path,
     results: Sequence[TaskResults],
+    paper: Mapping[str, PaperFigure],
 ) -> Report:
     """Return what the report says of results on tasks."""
-    paper = parse_paper(read_paper(paths))
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
     return Report(
         title="Acoustic sensing with jamming grippers",
@@ -131,10 +132,12 @@ def _assembled(
 
 
 def _read(
-    paths: Paths, specs: Mapping[str, DatasetSpec], tasks: Sequence[tuple[str, str]]
+    paths: Paths,
+    specs: Mapping[str, DatasetSpec],
+    tasks: Sequence[tuple[str, str]],
+    paper: Mapping[str, PaperFigure],
 ) -> tuple[list[TaskResults], tuple[Skipped, ...]]:
     """Return all results on tasks, and what could not be measured."""
-    paper = parse_paper(read_paper(paths))
     read = [read_results(paths, asked, specs, paper) for asked in asked_for(specs, tasks)]
     skipped = (
         Skipped(one.dataset, f"{one.task}, {_title(one)}", label, reason)

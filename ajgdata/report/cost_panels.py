@@ -15,7 +15,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
-from scipy.optimize import isotonic_regression
 
 from ajgdata.gripper.scene import Numerics
 from ajgdata.report.blocks import Illustration
@@ -84,20 +83,6 @@ def mark_default(axes: Axes, cost: float, error: float, label: str, **place: Any
     axes.plot(cost, error, "o", mfc="none", mec="black", mew=1.5, ms=10, zorder=5, label="today")
     style = {"xytext": (8, 6), "ha": "left", "va": "bottom", **place}
     axes.annotate(label, (cost, error), fontweight="bold", **NEAR, **style)
-
-
-def apart(wanted: Sequence[float], gap: float, high: float) -> np.ndarray:
-    """Return places (n,) at least `gap` apart in 0..`high`, as close to `wanted` (n,) as can be.
-
-    Least squares under the order of `wanted`: isotonic regression of places less their gaps. Where
-    there is no room for n, places go below 0.
-    """
-    order = np.argsort(wanted, kind="stable")
-    gaps = gap * np.arange(len(order))
-    least = isotonic_regression(np.asarray(wanted, float)[order] - gaps).x
-    places = np.empty(len(order))
-    places[order] = np.minimum(np.maximum(least, 0), high - gap * (len(order) - 1)) + gaps
-    return places
 
 
 def choice_figure(

@@ -13,7 +13,7 @@ from ajgdata.experiments.cross_validation.results import models_of
 from ajgdata.experiments.stft_settings import Settings
 from ajgdata.gripper.scene import Numerics
 from ajgdata.report.canvas import draw
-from ajgdata.report.cost_panels import apart, simulation_panel
+from ajgdata.report.cost_panels import simulation_panel
 from ajgdata.report.format import Score
 from ajgdata.types.table import Column, Table, table_of
 
@@ -186,10 +186,3 @@ def test_without_the_plain_kernel_nothing_is_said_of_it():
     found = simulation_panel([accuracy("wide")])
     assert found.caption.alt.startswith("A finer grid errs less and takes longer.")
     assert "today" in [line.get_label() for line in draw(found).axes[0].lines]
-
-
-def test_places_are_kept_apart_and_near():
-    assert apart([0.5, 0.1], 0.1, 1.0).tolist() == [0.5, 0.1]
-    np.testing.assert_allclose(apart([0.5, 0.5, 0.5], 0.1, 1.0), [0.4, 0.5, 0.6])
-    np.testing.assert_allclose(apart([1.0, 0.99], 0.1, 1.0), [1.0, 0.9])
-    np.testing.assert_allclose(apart([0.0, 0.01], 0.1, 1.0), [0.0, 0.1])

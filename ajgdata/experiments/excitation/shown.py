@@ -233,7 +233,7 @@ def _line(
 def _names(axes: Axes, results: TaskResults, of: Errors) -> None:
     """Write the name of each kind beside the end of its line, where all panels are drawn."""
     from ajgdata.report.canvas import line_style
-    from ajgdata.report.cost_panels import apart
+    from ajgdata.report.labels import spread_out
 
     low, high = axes.get_ylim()
     room, ends = high - low, {}
@@ -241,8 +241,8 @@ def _names(axes: Axes, results: TaskResults, of: Errors) -> None:
         x, mean, _ = _line(results, of, kind)
         if len(x):
             ends[n] = float(x[-1]), float(mean[-1])
-    wanted = [y - low - 0.04 * room for _, y in ends.values()]
-    places = low + 0.04 * room + apart(wanted, 0.06 * room, 0.92 * room)
+    wanted, heights = np.array([y for _, y in ends.values()]), np.full(len(ends), 0.06 * room)
+    places = spread_out(wanted, heights, low + 0.01 * room, high - 0.01 * room)
     for (n, end), place in zip(ends.items(), places.tolist(), strict=True):
         colour = line_style(n)["color"]
         lead = {"arrowstyle": "-", "lw": 0.5, "color": colour}
