@@ -21,7 +21,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DatasetSpec, FeatureSettings, Kind, Recipe
+from ajgdata.types import DatasetSpec, FeatureSettings, Kind, NotPossibleError, Recipe
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation
@@ -76,7 +76,7 @@ class AblationData:
         names, first = np.unique(rows.group, return_index=True)  # rows are in order of names
         place = dict(zip(names.tolist(), first.tolist(), strict=True))
         if missing := [g.grasp_id for g in grasps if g.grasp_id not in place]:
-            raise ValueError(f"{dataset} has no recording of grasp {missing[0]}")
+            raise NotPossibleError(f"{dataset} has no recording of grasp {missing[0]}")
         return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
 
     def known(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
@@ -159,7 +159,7 @@ class AblationData:
 
 def _recipe(spec: DatasetSpec) -> Recipe:
     if spec.recipe is None:
-        raise ValueError(f"{spec.name} has no recipe: only simulated grasps can be changed")
+        raise NotPossibleError(f"{spec.name} has no recipe: only simulated grasps can be changed")
     return spec.recipe
 
 

@@ -12,6 +12,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ajgdata.types import NotPossibleError
+
 
 class Pairs(NamedTuple):
     """Weights (..., n, n) of the pairs of a batch, float64, above the diagonal.
@@ -76,10 +78,10 @@ def draw_batches(
     """
     things = np.unique(instance)
     if len(things) < 2:
-        raise ValueError("all recordings are of one thing: an embedding needs at least two")
+        raise NotPossibleError("all recordings are of one thing: an embedding needs at least two")
     of = [_by_grasp(np.flatnonzero(instance == thing), grasp) for thing in things]
     if all(len(grasps) < 2 for grasps in of):
-        raise ValueError("no thing was grasped twice: there is no similar pair to learn from")
+        raise NotPossibleError("no thing was grasped twice: there is no similar pair to learn from")
     chosen = min(instances, len(things))
     per_epoch = -(-len(instance) // (chosen * recordings))
     batches = np.empty((epochs * per_epoch, chosen, recordings), dtype=np.int64)

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from ajgdata.types import NotPossibleError
+
 Real = NDArray[np.floating]
 
 ReducerName = Literal["pca", "umap"]
@@ -69,7 +71,7 @@ def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[st
     if not np.isfinite(points).all():
         raise ValueError("points must be finite")
     if np.count_nonzero(training) < 2:
-        raise ValueError("two training points are needed at least")
+        raise NotPossibleError("two training points are needed at least")
     if points.shape[1] < 2:  # a line is a plane whose second axis is empty
         points = np.pad(points, ((0, 0), (0, 2 - points.shape[1])))
     # One thread: sums are then added up in one order, and t-SNE's many short parallel loops do

@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import make_model
+from ajgdata.types import NotPossibleError
 
 #: Temperatures that are searched: 20 times sharper to 20 times flatter.
 TEMPERATURES = (0.05, 20.0)
@@ -103,7 +104,7 @@ def _probabilities(
 ) -> np.ndarray:
     fitted = make_model(model, "classification", seed)
     if not hasattr(fitted, "predict_proba"):
-        raise ValueError(f"model {model!r} has no probabilities: choose another")
+        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
     return fitted.fit(features[fit], y[fit]).predict_proba(features[rows])
 
 

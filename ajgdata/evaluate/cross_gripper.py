@@ -13,7 +13,7 @@ from ajgdata.evaluate import metrics
 from ajgdata.evaluate.crossval import ExtraTestSet
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import make_model
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 @dataclass(frozen=True)
@@ -94,5 +94,5 @@ def _orders(
     orders = [generator.permutation(np.unique(group[class_of == c])) for c in np.unique(class_of)]
     if most > (fewest := min(map(len, orders))):
         problem = f"{most} calibration grasps: a class has {fewest} that are not tested"
-        raise ValueError(f"{problem}; lower calibrate.grasps, or record more")
+        raise NotPossibleError(f"{problem}; lower calibrate.grasps, or record more")
     return orders

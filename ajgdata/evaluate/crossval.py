@@ -19,7 +19,7 @@ from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
 from ajgdata.evaluate.splits import grouped_folds, random_folds
 from ajgdata.models import make_model
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +197,9 @@ def _checked_extra(
     checked = {}
     for name, tests in given.items():
         features, target = _validated(tests.features, tests.target, kind)
-        if len(tests.groups) != len(target) or not len(target):
+        if not len(target):
+            raise NotPossibleError(f"{name}: no recording is left to test on")
+        if len(tests.groups) != len(target):
             raise ValueError(f"{len(target)} extra rows with {len(tests.groups)} groups")
         if features.shape[1] != width:
             widths = f"{features.shape[1]} features, not {width}"
@@ -261,7 +263,7 @@ def _scores(
     split: str,
 ) -> Scores:
     if not parts:
-        raise ValueError(f"{split}: every one of its groups is trained on in every fold")
+        raise NotPossibleError(f"{split}: every one of its groups is trained on in every fold")
     y = tests.target
     each = [metrics.score(y[p.row], p.y_pred, kind, period) for p in parts]
     chance = [metrics.chance(p.y_train, y[p.row], kind, period) for p in parts]

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import make_model
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def learning_curve(
     of_class = _groups_of_classes(y[train], group[train])
     if max(sizes) > (fewest := min(map(len, of_class))):
         problem = f"a curve up to {max(sizes)} training groups per class: a class has {fewest}"
-        raise ValueError(f"{problem}; lower curve.groups, or record more")
+        raise NotPossibleError(f"{problem}; lower curve.groups, or record more")
     points = []
     with threadpool_limits(limits=1):
         for repeat in range(repeats):
@@ -72,5 +72,7 @@ def _groups_of_classes(y: np.ndarray, group: np.ndarray) -> list[np.ndarray]:
     """Return the groups of each class. Raises ValueError for a group that several share."""
     of_class = [np.unique(group[y == label]) for label in np.unique(y)]
     if sum(map(len, of_class)) > len(np.unique(group)):
-        raise ValueError("a group holds several classes: groups of one class cannot be counted")
+        raise NotPossibleError(
+            "a group holds several classes: groups of one class cannot be counted"
+        )
     return of_class

@@ -9,6 +9,8 @@ import numpy as np
 from scipy.spatial.distance import cdist
 from sklearn.metrics import silhouette_score
 
+from ajgdata.types import NotPossibleError
+
 
 @dataclass(frozen=True)
 class Retrieved:
@@ -41,7 +43,9 @@ def precision_at(
     wanted = (instance[queries][:, None] == instance[gallery][None]) & ~own
     enough = wanted.sum(axis=1) >= max(at)
     if not enough.any():
-        raise ValueError(f"no thing has {max(at)} recordings besides those of a query's grasp")
+        raise NotPossibleError(
+            f"no thing has {max(at)} recordings besides those of a query's grasp"
+        )
     distance[own] = np.inf
     order = np.argsort(distance[enough], axis=1, kind="stable")[:, : max(at)]
     is_same_thing = np.take_along_axis(wanted[enough], order, axis=1)

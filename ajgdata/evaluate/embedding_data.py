@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ajgdata.store.features import Column, Shard
-from ajgdata.types import Embedding, Kind
+from ajgdata.types import Embedding, Kind, NotPossibleError
 
 if TYPE_CHECKING:
     from sklearn.pipeline import Pipeline
@@ -35,7 +35,7 @@ class EmbeddingData:
     def column(self, name: str) -> np.ndarray:
         """Return one column (n,). Raises ValueError if there is none."""
         if name not in self.columns:
-            raise ValueError(f"there is no column {name!r}: add it to recordings.csv")
+            raise NotPossibleError(f"there is no column {name!r}: add it to recordings.csv")
         return self.columns[name].values
 
     @property
@@ -61,15 +61,17 @@ def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
     names = (settings.instance, "grasp_id", settings.groups)
     for name in names:
         if name not in shard.columns:
-            raise ValueError(f"there is no column {name!r}: add it to recordings.csv")
+            raise NotPossibleError(f"there is no column {name!r}: add it to recordings.csv")
     text = [shard.columns[name].values.astype(str) for name in names]
     known = np.all([~np.isin(column, ["", "nan"]) for column in text], axis=0)
     if not known.any():
-        raise ValueError(f"no recording has {', '.join(names)}")
+        raise NotPossibleError(f"no recording has {', '.join(dict.fromkeys(names))}")
     columns = {n: Column(c.values[known], c.attrs) for n, c in shard.columns.items()}
     instance, grasp, group = (column[known] for column in text)
     if len(np.unique(instance)) < 2:
-        raise ValueError(f"all recordings are of one thing, {instance[0]!r}: two are needed")
+        raise NotPossibleError(
+            f"all recordings are of one thing, {str(instance[0])!r}: two are needed"
+        )
     return EmbeddingData(shard.feature[known], instance, grasp, group, columns)
 
 

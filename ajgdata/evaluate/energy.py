@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ajgdata.types import NotPossibleError
+
 
 @dataclass(frozen=True)
 class RelativeEnergy:
@@ -33,7 +35,7 @@ def band_energy(
     low, high = band_hz
     inside = (frequency_hz >= low) & (frequency_hz <= high)
     if not inside.any():
-        raise ValueError(f"no frequency lies within {low:g} to {high:g} Hz")
+        raise NotPossibleError(f"no frequency lies within {low:g} to {high:g} Hz")
     return np.asarray(power, np.float64)[:, inside].sum(axis=1)
 
 
@@ -55,7 +57,7 @@ def relative_energies(
         here = of_object == name
         base = means[here & (of_label == reference)]
         if not base.size or base.mean() <= 0:
-            raise ValueError(f"no energy of {reference!r} to compare with on {name!r}")
+            raise NotPossibleError(f"no energy of {reference!r} to compare with on {name!r}")
         ratio[here] = means[here] / base.mean()
     others = [name for name in np.unique(of_label).tolist() if name != reference]
     return [_relative(ratio, of_label == name, of_object, name) for name in [reference, *others]]

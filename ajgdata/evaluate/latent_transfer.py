@@ -16,7 +16,7 @@ from sklearn.preprocessing import StandardScaler
 from ajgdata.embed.encoder import raw_scaling
 from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data, train_on
 from ajgdata.store.features import Column, Shard
-from ajgdata.types import Embedding
+from ajgdata.types import Embedding, NotPossibleError
 
 BASE = ""  #: in place of a session: the recordings of the base data set
 #: Of the median of a reference: bins that are quieter hold nothing to divide by.
@@ -49,7 +49,7 @@ def calibration_draws(
     for label in np.unique(thing[rows]):
         names = np.unique(grasp[rows][thing[rows] == label])
         if len(names) <= grasps:
-            raise ValueError(f"{label!r} has {len(names)} grasps, all needed to calibrate")
+            raise NotPossibleError(f"{label!r} has {len(names)} grasps, all needed to calibrate")
         orders.append([rows[grasp[rows] == name] for name in generator.permutation(names)])
     fewest = min(map(len, orders))
     tested = fewest - grasps
@@ -109,7 +109,7 @@ def both_grippers(shard: Shard, base: Shard, settings: Embedding) -> BothGripper
     session = first.column("session_id").astype(str)
     own = _same_gripper(shard, second)
     if missing := sorted({*session, own} - set(reference)):
-        raise ValueError(f"session {missing[0]!r} has no recording of nothing to refer to")
+        raise NotPossibleError(f"session {missing[0]!r} has no recording of nothing to refer to")
     ratio = [
         first.feature / np.array([reference[one] for one in session]),
         second.feature / reference[own],
@@ -133,11 +133,11 @@ def _same_gripper(shard: Shard, base: EmbeddingData) -> str:
     """Return the session whose gripper and medium are those of all of `base`."""
     makes = {*zip(base.column("gripper"), base.column("medium"), strict=True)}
     if len(makes) > 1:
-        raise ValueError(f"base has several grippers: {sorted(makes)}")
+        raise NotPossibleError(f"base has several grippers: {sorted(makes)}")
     columns = [shard.columns[name].values for name in ("gripper", "medium", "session_id")]
     same = sorted({str(s) for g, m, s in zip(*columns, strict=True) if (g, m) in makes})
     if not same:
-        raise ValueError(f"no session has the gripper of base, {makes.pop()}, to refer to")
+        raise NotPossibleError(f"no session has the gripper of base, {makes.pop()}, to refer to")
     return same[0]
 
 

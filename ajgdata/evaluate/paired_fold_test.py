@@ -10,6 +10,8 @@ from typing import Literal
 import numpy as np
 from scipy.stats import t as student
 
+from ajgdata.types import NotPossibleError
+
 #: Share of such intervals that hold the true difference, if folds are as they are assumed to be.
 CONFIDENCE = 0.95
 
@@ -52,7 +54,7 @@ def paired_fold_test(
     if first.shape != second.shape or first.ndim != 1 or folds < 2:
         raise ValueError(f"need as many folds of both, two or more: {first.shape}, {second.shape}")
     if not (np.isfinite(first).all() and np.isfinite(second).all()):
-        raise ValueError("a fold has no value: give folds more groups")
+        raise NotPossibleError("a fold has no value: give folds more groups")
     sign = -1.0 if lower_is_better else 1.0
     gains = sign * (second - first)
     variance = gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1)

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import make_model
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def permutation_test(
     label_of = np.empty(group.max() + 1, y.dtype)
     label_of[group] = y
     if (label_of[group] != y).any():
-        raise ValueError("a group holds several labels: whole groups cannot exchange theirs")
+        raise NotPossibleError("a group holds several labels: whole groups cannot exchange theirs")
     name = metrics.METRICS[kind][0]
 
     def value(labels: np.ndarray) -> float:

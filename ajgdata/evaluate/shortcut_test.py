@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import rankdata
 from sklearn.metrics import mutual_info_score
 
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 #: Silent recordings are unlike all that a model was trained on: its predictions may be far off and
 #: still follow the target. So not the error is tested, but whether they depend on it.
@@ -87,7 +87,7 @@ def _groups(y: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     _, first, of = np.unique(group, return_index=True, return_inverse=True)
     labels = y[first]
     if (labels[of] != y).any():
-        raise ValueError("a group holds several labels: whole groups cannot exchange theirs")
+        raise NotPossibleError("a group holds several labels: whole groups cannot exchange theirs")
     return labels, of
 
 

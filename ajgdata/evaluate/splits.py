@@ -18,7 +18,7 @@ from sklearn.model_selection import (
     StratifiedKFold,
 )
 
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
 
@@ -44,8 +44,12 @@ def grouped_folds(
     if len(y) != len(group):
         raise ValueError(f"{len(y)} targets but {len(group)} groups")
     count = int(group.max(initial=-1)) + 1
+    if count < 2:
+        raise NotPossibleError("all recordings are of one group: folds need at least two")
     if count < folds:
-        raise ValueError(f"{count} groups cannot make {folds} folds: lower folds, or record more")
+        raise NotPossibleError(
+            f"{count} groups cannot make {folds} folds: lower folds, or record more"
+        )
     if count == folds:
         pairs = list(LeaveOneGroupOut().split(y, y, group))
     elif kind == "regression":
@@ -53,7 +57,7 @@ def grouped_folds(
         pairs = list(splitter.split(y, y, group))
     else:
         pairs = _stratified(y, group, folds, seed)
-    return _checked(pairs, y, kind, "groups")
+    return _checked(pairs, y, kind, group)
 
 
 def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) -> Folds:
@@ -64,14 +68,16 @@ def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) ->
     """
     y = np.asarray(y)
     if len(y) < folds:
-        raise ValueError(f"{len(y)} rows cannot make {folds} folds: lower folds, or record more")
+        raise NotPossibleError(
+            f"{len(y)} rows cannot make {folds} folds: lower folds, or record more"
+        )
     cls = KFold if kind == "regression" or _rarest(y) < 2 else StratifiedKFold
     if cls is StratifiedKFold and np.bincount(_codes(y)).max() < folds:
         cls = KFold  # scikit-learn refuses to stratify when every class is rarer than the folds
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)
         pairs = list(cls(folds, shuffle=True, random_state=seed).split(y, y))
-    return _checked(pairs, y, kind, "rows")
+    return _checked(pairs, y, kind, np.arange(len(y)))
 
 
 def _stratified(y: np.ndarray, group: np.ndarray, folds: int, seed: int) -> Folds:
@@ -94,14 +100,16 @@ def _rarest(y: np.ndarray) -> int:
     return int(np.bincount(_codes(y)).min())
 
 
-def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, unit: str) -> Folds:
-    """Refuse folds whose training part has never seen a class that exists."""
+def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> Folds:
+    """Refuse folds whose training part has never seen a class that exists, and name all such."""
     result = [(np.sort(train), np.sort(test)) for train, test in pairs]
     if kind == "classification":
-        for number, (train, _) in enumerate(result):
-            if missing := sorted(set(y.tolist()) - set(y[train].tolist())):
-                raise ValueError(
-                    f"class {missing[0]!r} is absent from the training part of fold {number}: "
-                    f"it needs more {unit}, or leave it out"
-                )
+        seen = [set(y[train].tolist()) for train, _ in result]
+        if missing := sorted(set(y.tolist()) - set.intersection(*seen)):
+            counts = [len(np.unique(group[y == label])) for label in missing]
+            named = ", ".join(f"{c!r} ({n})" for c, n in zip(missing, counts, strict=True))
+            raise NotPossibleError(
+                f"too few groups to be in every training part: {named}; record more of them, or "
+                f"leave such classes out (min_groups: {max(counts) + 1})"
+            )
     return result

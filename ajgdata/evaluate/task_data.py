@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ajgdata.store.features import Shard
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 class TaskData(NamedTuple):
@@ -31,24 +31,26 @@ def task_data(shard: Shard, target: str, kind: Kind, groups: str) -> TaskData:
     same, and when a recording belongs to no group.
     """
     if not len(shard.feature):
-        raise ValueError("no recording can be used: the quarantine says why")
+        raise NotPossibleError("no recording can be used: the quarantine says why")
     for column in (target, groups):
         if column not in shard.columns:
-            raise ValueError(f"there is no column {column!r}: add it to recordings.csv")
+            raise NotPossibleError(f"there is no column {column!r}: add it to recordings.csv")
     values = shard.columns[target].values
     present = np.isfinite(values) if kind == "regression" else values != ""
     if not present.any():
-        raise ValueError(f"no recording has a value of {target!r}")
+        raise NotPossibleError(f"no recording has a value of {target!r}")
     if (values[present] == values[present][0]).all():
-        raise ValueError(f"every recording has the same {target!r}: there is nothing to tell apart")
+        raise NotPossibleError(
+            f"every recording has the same {target!r}: there is nothing to tell apart"
+        )
     group = shard.columns[groups].values.astype(str)
     names = shard.columns["recording"].values
     if (homeless := present & np.isin(group, ["", "nan"])).any():
-        raise ValueError(
+        raise NotPossibleError(
             f"recording {str(names[homeless][0])!r} has no {groups!r}, which groups folds"
         )
     if len(np.unique(group[present])) < 2:
-        raise ValueError(f"all recordings have the same {groups!r}: folds need at least two")
+        raise NotPossibleError(f"all recordings have the same {groups!r}: folds need at least two")
     return TaskData(shard.feature, values, group, names).where(present)
 
 
@@ -59,10 +61,10 @@ def split_withheld(data: TaskData, withhold: Sequence[float]) -> tuple[TaskData,
     """
     for value in withhold:
         if not is_among(data.value, [value]).any():
-            raise ValueError(f"withhold: no recording has the value {value:g}")
+            raise NotPossibleError(f"withhold: no recording has the value {value:g}")
     held = is_among(data.value, withhold)
     if len(np.unique(data.value[~held])) < 2:
-        raise ValueError("withhold: at least two values must be left to train on")
+        raise NotPossibleError("withhold: at least two values must be left to train on")
     return data.where(~held), data.where(held)
 
 

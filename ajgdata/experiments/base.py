@@ -51,19 +51,6 @@ class Render(Protocol):
         ...
 
 
-class NewGrasps(Protocol):
-    """Hand that places simulated objects anew, and senses them."""
-
-    def __call__(self, wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
-        """Yield the samples (n,) of grasps that the data set does not have.
-
-        Each is wanted by the name of the object, the number of the placement, and that of the look
-        at it, both from 1: looks at one placement differ as grasps of one pose do. Raises
-        ValueError for a data set that was not simulated, and an object that its recipe lacks.
-        """
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class Inputs:
     """Everything that a measurement may use of a task, of the stores it needs, and of recordings.
@@ -71,10 +58,9 @@ class Inputs:
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
     name as `test_on`, or that of an embedding's `base`. `samples(names, window)` yields the samples
     (n,) of recordings by name, ready for a spectrum with a window of that length; `render` makes
-    them again with other sounds, `new_grasps` makes more of them, where the data set is simulated
-    and the experiment `renders`. Of an embedding, `task` is its name; `latents` are what its
-    encoders made, `training_cost` what training these took, and `kinds` are of the columns that
-    are targets.
+    them again with other sounds, where the data set is simulated and the experiment `renders`. Of
+    an embedding, `task` is its name; `latents` are what its encoders made, `training_cost` what
+    training these took, and `kinds` are of the columns that are targets.
     """
 
     dataset: str
@@ -93,7 +79,6 @@ class Inputs:
     features: FeatureSettings = field(default_factory=FeatureSettings)
     samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
     render: Render | None = None
-    new_grasps: NewGrasps | None = None
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)
@@ -245,9 +230,9 @@ class Experiment:
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
     together, `cost_panel` a small one of error against run time for the report's first screen (None
     for nothing), `training_cost` is what training the model of a label costs. `measure(inputs,
-    settings, model)` raises ValueError for a task that lacks what it needs. The settings model's
-    `test_on`, if it has one, names further data sets; its `models`, if `by_model`, are measured in
-    jobs of their own. `check(settings, kind, features)` raises ValueError for settings that the
+    settings, model)` raises NotPossibleError for a task that lacks what it needs. `test_on` of the
+    settings model, if it has one, names further data sets; its `models`, if `by_model`, are
+    measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings that the
     task cannot have.
 
     `highlights` are what the first screen says of it, beyond what the paper has. An experiment with

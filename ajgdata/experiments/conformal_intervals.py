@@ -159,10 +159,14 @@ def _inner(
 
 
 def _scores(result: Result, key: str) -> list[Score]:
-    """Return mean and sd over folds of `held` or `width` for each stated coverage."""
+    """Return mean and sd over folds of `held` or `width` for each stated coverage.
+
+    An interval without an end has an infinite width, and no spread.
+    """
     parts = result.tables["intervals"].parted("coverage").values()
     values = [part.numbers(key) for part in parts]
-    return [Score(v.mean(), v.std(ddof=1) if len(v) > 1 else np.nan) for v in values]
+    spread = [v.std(ddof=1) if len(v) > 1 and np.isfinite(v).all() else np.nan for v in values]
+    return [Score(v.mean(), sd) for v, sd in zip(values, spread, strict=True)]
 
 
 def finding(results: TaskResults) -> str:

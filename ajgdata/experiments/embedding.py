@@ -13,7 +13,7 @@ from ajgdata.experiments.base import Inputs, TaskResults
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.format import Caption, Score, sentence, words
 from ajgdata.report.projections import SPACES
-from ajgdata.types import DataError, Embedding
+from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents
     if inputs.latents is None:
         raise ValueError("no encoder was trained for it")
     if "skipped" in inputs.latents.attrs:
-        raise ValueError(str(inputs.latents.attrs["skipped"]))
+        raise NotPossibleError(str(inputs.latents.attrs["skipped"]))
     data, latents = embedding_data(inputs.store, settings), inputs.latents
     if not np.array_equal(data.column("recording"), latents.columns["recording"].values):
         where = f"latents of {inputs.task} of {inputs.dataset}"

@@ -23,7 +23,7 @@ from ajgdata.report.comparison import mark_of
 from ajgdata.report.format import Caption, Score, mean_sd
 from ajgdata.report.panel import Highlight
 from ajgdata.report.projections import ordered
-from ajgdata.types import Embedding
+from ajgdata.types import Embedding, NotPossibleError
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -46,10 +46,10 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 
     data, latents = trained(inputs, settings)
     if latents.unseen is None:
-        raise ValueError("retrieval_folds is 0: no network left things out")
+        raise NotPossibleError("retrieval_folds is 0: no network left things out")
     at = [k for k in RETRIEVED if k <= _findable(data)]
     if not at:
-        raise ValueError("most things were grasped once: there is nothing to be found")
+        raise NotPossibleError("most things were grasped once: there is nothing to be found")
     rows: list[dict[str, Any]] = []
     for space, runs in runs_by_space(data, latents.unseen, latents.unseen_fold):
         for gallery in ("unseen", "all"):

@@ -43,7 +43,7 @@ from ajgdata.report.comparison import (
 )
 from ajgdata.report.format import Caption, Score, mean_sd, number, words
 from ajgdata.report.projections import ordered
-from ajgdata.types import Embedding, Kind
+from ajgdata.types import Embedding, Kind, NotPossibleError
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     wall, cpu = time.perf_counter(), time.process_time()
     both = both_grippers(inputs.store, inputs.others[str(settings.base)], settings)
     if unknown := sorted(set(settings.held_out) - set(both.session)):
-        raise ValueError(f"held_out: there is no session {unknown[0]!r}")
+        raise NotPossibleError(f"held_out: there is no session {unknown[0]!r}")
     spaces = dict(transfer_spaces(both, settings, inputs.seed))
     chance = 1 / len(np.unique(both.data.instance))
     rows = list(_accuracies(both, spaces, settings, inputs.seed))

@@ -24,7 +24,7 @@ from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison, mark_of
 from ajgdata.report.format import Caption, Score, number, sentence, with_unit
 from ajgdata.report.panel import Highlight
-from ajgdata.types import ModelName, Strict
+from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
     every = inputs.data()
     if missing := sorted(set(settings.objects) - set(every.value.tolist())):
-        raise ValueError(f"sorting: there is no {inputs.target} {missing[0]!r}")
+        raise NotPossibleError(f"sorting: there is no {inputs.target} {missing[0]!r}")
     data = every.where(np.isin(every.value, settings.objects))
     found = calibrated(
         data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed
@@ -290,7 +290,6 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
             result.label,
             agrees,
             marks=(Mark("ours", result.label, float(middle), float(low), float(high)),),
-            label="held-out grasps",
         )
 
 

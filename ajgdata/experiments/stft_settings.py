@@ -23,7 +23,7 @@ from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import mark_of
 from ajgdata.report.format import Caption, Score, number, with_unit
 from ajgdata.report.panel import Highlight
-from ajgdata.types import FeatureSettings, Kind, ModelName, Strict
+from ajgdata.types import FeatureSettings, Kind, ModelName, NotPossibleError, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -81,7 +81,9 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
 
     tried = variants(settings, inputs.features)
     if any(one.align for one in tried):
-        raise ValueError("settings of the STFT need recordings as they are: no features.align")
+        raise NotPossibleError(
+            "settings of the STFT need recordings as they are: no features.align"
+        )
     data = inputs.data()
     scores, costs, points = [], [], []
     for one, (features, seconds) in zip(tried, features_of(inputs, data, tried), strict=True):

@@ -24,7 +24,7 @@ from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC, SVR
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 NEIGHBOURS = 5  # scikit-learn's default; the paper does not give its k
 RIDGE_ALPHA = (
@@ -53,16 +53,24 @@ class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
     Objects and poses multiply a spectrum, bin by bin: differences of logarithms are what matters.
     asinh is the logarithm (plus log 2) where x >> scale_, is defined at 0, and does not blow up
     the noise of bins without signal. The CNN does the same inside, with a scale of its own.
+
+    `least_rows` is what the model behind it needs: k-NN would train on fewer, and then not predict.
     """
 
     scale_: float
 
-    def __init__(self, relative: float = 0.1) -> None:
+    def __init__(self, relative: float = 0.1, least_rows: int = 1) -> None:
         self.relative = relative
+        self.least_rows = least_rows
 
     def fit(self, X: Any, y: Any = None) -> Self:
-        """Learn `scale_` from features (n, n_features)."""
+        """Learn `scale_` from features (n, n_features). Raises NotPossibleError for fewer rows than
+        `least_rows`."""
         X = validate_data(self, X, dtype=np.float64)
+        if len(X) < self.least_rows:
+            raise NotPossibleError(
+                f"{len(X)} recordings to learn from: {self.least_rows} are needed"
+            )
         self.scale_ = float(np.abs(X).mean() * self.relative) or 1.0
         return self
 
@@ -99,7 +107,8 @@ def ridge(kind: Kind, seed: int) -> Pipeline:
 def nearest_neighbours(kind: Kind, seed: int) -> Pipeline:
     """Return k-NN on the Euclidean distance; it needs at least k training rows."""
     knn = KNeighborsRegressor if kind == "regression" else KNeighborsClassifier
-    return _after_scaling(knn(n_neighbors=NEIGHBOURS))
+    scaled = Compress(least_rows=NEIGHBOURS), StandardScaler()
+    return make_pipeline(*scaled, knn(n_neighbors=NEIGHBOURS))
 
 
 def support_vectors(kind: Kind, seed: int) -> Pipeline:

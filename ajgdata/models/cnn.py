@@ -22,7 +22,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ajgdata.models.network import SpectrumCnn, in_chunks, reproducible
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 class _Cnn(BaseEstimator):
@@ -161,7 +161,7 @@ class CnnClassifier(ClassifierMixin, _Cnn):
         check_classification_targets(y)
         self.classes_ = np.unique(y)
         if len(self.classes_) < 2:
-            raise ValueError(f"one class only, {self.classes_.tolist()[0]!r}: two are needed")
+            raise NotPossibleError(f"one class only, {self.classes_.tolist()[0]!r}: two are needed")
         return X, y
 
     def _n_outputs(self) -> int:

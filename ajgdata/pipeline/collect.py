@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ajgdata.evaluate.undefined import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
@@ -20,6 +21,8 @@ COLUMNS = (
     "dataset", "task", "model", "source", "part", "metric", "statistic", "value", "unit", "seed",
     "commit",
 )  # fmt: skip
+#: Last: why there is no value.
+REASON = "reason"
 PREDICTION_COLUMNS = (
     "dataset", "task", "model", "recording", "split", "fold", "y_true", "y_pred", "probability",
 )  # fmt: skip
@@ -42,7 +45,8 @@ def collect(
     `document` (JSON) holds all tables but predictions, with what is known about them; `table` (CSV)
     a row for each number: a metric of a part of an experiment (`grouped`, `random`, `withheld`,
     `overall`, `on:<data set>`, `curve:<grasps per class>`, `stft:<window>/<hop>`, ...), with the
-    statistic (`fold 0` and so on, or mean, sd, pooled, chance, measured). Of an embedding the task
+    statistic (`fold 0` and so on, or mean, sd, pooled, chance, measured); where it is undefined the
+    value is empty and `reason` says why. Of an embedding the task
     is its name after `embedding:`, and the model is the space. `predictions` (CSV) has a row for
     each recording, split and fold. A copy of all three is kept by commit, see `store.runs`.
     """
@@ -60,9 +64,10 @@ def collect(
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
     made_by = {**software(), **environment()}
     write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
-    write_bytes(table, csv_bytes(COLUMNS, numbers))
+    write_bytes(table, csv_bytes((*COLUMNS, REASON), numbers))
     write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
-    scores = [row for row in numbers if row["statistic"] != MEASURED]  # the same each time
+    again = (row for row in numbers if row["statistic"] != MEASURED)  # the same each time
+    scores = [{column: row[column] for column in COLUMNS} for row in again]
     digest = sha256_of(csv_bytes(COLUMNS, scores))
     keep_run(paths, project_commit(paths.root), digest, (document, table, predictions))
 
@@ -73,12 +78,14 @@ def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]
         return
     of_embedding = EXPERIMENTS[about["experiment"]].of_embedding
     for row in table.rows:
+        missing = row["value"] is None
         yield {
             "dataset": about["dataset"],
             "task": f"embedding:{about['task']}" if of_embedding else about["task"],
             "source": about["provenance"]["source"],
             **row,
-            "value": "" if row["value"] is None else row["value"],
+            "value": "" if missing else row["value"],
+            REASON: why_undefined(row["part"], row["metric"], row["statistic"]) if missing else "",
             "unit": about["unit"] if row["metric"] in IN_UNITS else "",
             "seed": about["seed"],
             "commit": about["provenance"]["git_commit"],

@@ -20,7 +20,7 @@ from ajgdata.evaluate.embedding_data import (
 from ajgdata.store.features import read_store, settings_text
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.latents import Latents, write_latents
-from ajgdata.types import Embedding
+from ajgdata.types import Embedding, NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.splits import Folds
@@ -41,7 +41,7 @@ def train_embedding(
     spent: dict[str, Any] = {}
     try:
         found = _trained(embedding_data(shard, settings), settings, seed, attrs, spent)
-    except ValueError as error:
+    except NotPossibleError as error:
         nothing = np.zeros(0, np.int32)
         found = Latents({}, nothing, None, nothing, {}, {**attrs, "skipped": str(error)})
     write_latents(latents, found)

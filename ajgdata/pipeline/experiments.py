@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
-from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
+from ajgdata.experiments.base import Inputs, Other, Render, Result, TaskResults
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.manifest import read_manifest
 from ajgdata.store.tables import read_tables, write_tables
-from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Kind
+from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Kind, NotPossibleError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -97,16 +97,15 @@ def run_experiment(
     cost: Path,
     encoders: Sequence[Path] = (),
     render: Render | None = None,
-    new_grasps: NewGrasps | None = None,
 ) -> None:
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
     `others` are the stores of further data sets; `encoders` the latents of an embedding and the
-    cost of training, or nothing; `render` plays other sounds in the scenes of recordings, and
-    `new_grasps` makes more of them. What is the same for the same inputs is written to `tables`,
-    what is measured to `cost`. A task that lacks what the experiment needs is written as skipped,
-    with the reason: the rest of the run goes on.
+    cost of training, or nothing; `render` plays other sounds in the scenes of recordings. What is
+    the same for the same inputs is written to `tables`, what is measured to `cost`. A task that
+    lacks what the experiment needs is written as skipped, with the reason: the rest of the run goes
+    on.
     """
     name, _, model = kind.partition("-")
     one, shard = EXPERIMENTS[name], read_store(store)
@@ -124,11 +123,10 @@ def run_experiment(
         **_encoded(*encoders),
         samples=_reader(root, manifests, audio),
         render=render,
-        new_grasps=new_grasps,
     )
     try:
         outcome = one.measure(inputs, one.settings.model_validate(settings), model)
-    except ValueError as error:
+    except NotPossibleError as error:
         write_tables(cost, [])
         write_tables(tables, [], **about, skipped=str(error))
         return
@@ -165,7 +163,9 @@ def _reader(
             found = examine(root / where[name], audio, window).samples
             if found is None:
                 problem = f"recording {name!r} cannot be used with a window of {window}"
-                raise ValueError(f"{problem}: see its data set's quarantine, or lower the window")
+                raise NotPossibleError(
+                    f"{problem}: see its data set's quarantine, or lower the window"
+                )
             yield found
 
     return samples
@@ -176,9 +176,10 @@ def read_results(
     asked: Asked,
     specs: Mapping[str, DatasetSpec],
     paper: Mapping[str, PaperFigure],
-) -> tuple[TaskResults, dict[str, str]]:
-    """Return the results of an experiment on a task, and why models were skipped, by label."""
-    spec, results, skipped = specs[asked.dataset], [], {}
+) -> tuple[TaskResults, list[tuple[str, str]]]:
+    """Return the results of an experiment on a task, and the label of each model that was skipped,
+    with the reason."""
+    spec, results, skipped = specs[asked.dataset], [], []
     split, source = spec.task_settings(asked.task), "recorded"
     for model, kind in zip(asked.models, asked.kinds, strict=True):
         about, tables = read_tables(paths.experiment(asked.dataset, asked.task, kind))
@@ -186,7 +187,7 @@ def read_results(
         label = _label(model or about["model"], split["kind"])
         source = about["provenance"]["source"]
         if "skipped" in about:
-            skipped[label] = about["skipped"]
+            skipped.append((label, about["skipped"]))
         else:
             named, cost = ({t.name: t for t in some} for some in (tables, costs))
             results.append(Result(model or about["model"], label, about, named, cost))

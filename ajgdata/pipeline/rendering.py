@@ -1,20 +1,20 @@
-"""Simulated recordings made again with another sound, and of new grasps, for experiments."""
+"""Simulated recordings made again with another sound, for experiments that ask for it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.acquire.recipe import new_grasp, session_names
+from ajgdata.acquire.recipe import session_names
 from ajgdata.acquire.solving import SerialSolver
-from ajgdata.acquire.source import Grasp, GraspError
+from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
-from ajgdata.experiments.base import NewGrasps, Render
+from ajgdata.experiments.base import Render
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.code_digest import code_digest
 from ajgdata.store.sessions import read_dataset
+from ajgdata.types import NotPossibleError
 
 #: What of the signal chain is noise, and of which kind, turned off.
 QUIET = {"noise_db_spl": None, "external_noise_dba": None, "motor": None}
@@ -42,32 +42,12 @@ def renderer(paths: Paths, dataset: str) -> Render:
     ) -> Iterator[list[np.ndarray]]:
         if recipe is None or (others := [name for name in names if name not in planned]):
             which = f"recording {others[0]!r}" if recipe and others else dataset
-            raise ValueError(f"it needs a virtual data set: {which} was not simulated by a recipe")
+            raise NotPossibleError(
+                f"it needs a virtual data set: {which} was not simulated by a recipe"
+            )
         signal = {**recipe.signal, **(QUIET if quiet else {})}
         source = VirtualGripper(planned[names[0]][0].setup, solver, signal)
         for name in names:
             yield [take.samples for take in source.record(*planned[name], sounds)]
 
     return render
-
-
-def new_grasps_of(paths: Paths, dataset: str) -> NewGrasps:
-    """Return what grasps the objects of a data set's recipe anew (see `NewGrasps`), with its
-    scenes, excitation and signal chain, and the kept responses of scenes that were solved before.
-    """
-    spec = read_dataset(paths, dataset)
-    recipe, solver = spec.recipe, SerialSolver(paths.responses)
-
-    def sensed(wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
-        if recipe is None or recipe.source != "virtual":
-            raise ValueError(f"it needs a virtual data set: {dataset} was not simulated")
-        code, source = code_digest("ajgdata.gripper"), None
-        for one in wanted:
-            grasp = new_grasp(recipe, dataset, *one, code)
-            source = source or VirtualGripper(grasp.setup, solver, recipe.signal, spec.excitation)
-            try:
-                yield source.take(grasp, 0).samples
-            except GraspError as error:
-                raise ValueError(f"a new grasp cannot be made: {error}") from None
-
-    return sensed

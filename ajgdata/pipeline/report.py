@@ -142,7 +142,7 @@ def _read(
     skipped = (
         Skipped(one.dataset, f"{one.task}, {_title(one)}", label, reason)
         for one, reasons in read
-        for label, reason in reasons.items()
+        for label, reason in reasons
     )
     return [one for one, _ in read if one.results], tuple(skipped)
 

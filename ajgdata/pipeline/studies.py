@@ -10,6 +10,7 @@ from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.store.code_digest import code_digest
 from ajgdata.store.provenance import software
 from ajgdata.store.tables import write_tables
+from ajgdata.types import NotPossibleError
 from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
@@ -56,7 +57,7 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
 
     try:
         tables = ablation(name).measure(AblationData(paths, seed=seed, quick=quick))
-    except ValueError as error:  # too few grasps, say: a result, and the run goes on
+    except NotPossibleError as error:  # too few grasps, say: a result, and the run goes on
         reason = {"reason": str(error)}
         tables = [table_of(name, f"Not made: {name}", [reason], reason="Reason")]
     code = code_digest(*ablation_code(name))

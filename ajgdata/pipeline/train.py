@@ -10,7 +10,7 @@ from ajgdata.store.features import read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.models import ABOUT_FILE, write_estimator, write_network
 from ajgdata.store.tables import plain
-from ajgdata.types import Kind
+from ajgdata.types import Kind, NotPossibleError
 
 
 def train_model(
@@ -41,7 +41,7 @@ def train_model(
         features, values, _, names = task_data(shard, target, kind, groups)
         with threadpool_limits(limits=1):
             estimator = make_model(model, kind, seed, period_deg).fit(features, values)
-    except ValueError as error:
+    except NotPossibleError as error:
         write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
         return
     about |= {"recordings": len(names), "frequency_hz": shard.frequency_hz}

@@ -32,6 +32,13 @@ class DataError(Exception):
         return type(self), (self.where, self.problem, self.fix)
 
 
+class NotPossibleError(ValueError):
+    """What the data lack for a measurement, in a line: it is skipped, and the run goes on.
+
+    Any other ValueError is a mistake in the code, and a failure of its job.
+    """
+
+
 @dataclasses.dataclass(frozen=True, order=True)
 class Finding:
     """A check's verdict on one recording (or, with recording_id `*`, on a whole session).

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from ajgdata.evaluate.undefined import why_undefined
 from ajgdata.experiments.base import score_table
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
@@ -95,3 +96,13 @@ def test_predictions_stand_apart(collected):
     (row,) = collected[2]
     assert (row["task"], row["model"], row["recording"]) == ("edge", "cnn", "r1")
     assert (row["y_true"], row["y_pred"]) == ("10.0", "12.5")
+
+
+def test_a_measure_that_is_undefined_says_why():
+    """Silhouettes of a data set with one thing of a class: `verify` once failed a right run."""
+    told = why_undefined("silhouette", "silhouette of object", "run 3")
+    assert "fewer than two labels" in told
+    assert why_undefined("grouped", "r2", "fold 1") == "all true values are the same"
+    assert why_undefined("grouped", "accuracy", "sd") == "one value has no deviation"
+    assert why_undefined("grouped", "accuracy", "mean") == ""  # such a one is a defect
+    assert why_undefined("cost of grouped", "train_s", "measured") == ""

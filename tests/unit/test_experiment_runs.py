@@ -1,6 +1,7 @@
 """From a store to an experiment's files, and from these to the report and the table of results."""
 
 import csv
+import dataclasses
 import json
 
 import numpy as np
@@ -10,7 +11,7 @@ from worlds import AUDIO, FEATURES
 
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.task_data import task_data
-from ajgdata.experiments import Asked
+from ajgdata.experiments import EXPERIMENTS, Asked
 from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.stft_settings import features_of
 from ajgdata.paths import Paths
@@ -86,8 +87,21 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
     *_, curve = (one for one in asked_for({"d": SPEC}, [("d", "t")]) if "curve" in one.kinds[0])
     results, skipped = read_results(paths, curve, {"d": SPEC}, {})
     assert results.results == ()
-    assert list(skipped) == ["k-NN"]
-    assert "up to 99 training groups" in skipped["k-NN"]
+    ((label, reason),) = skipped
+    assert label == "k-NN"
+    assert "up to 99 training groups" in reason
+
+
+def test_a_mistake_in_the_code_is_no_reason_to_skip(paths, monkeypatch):
+    def mistaken(*_):
+        raise ValueError("operands could not be broadcast together")
+
+    asked = asked_for({"d": SPEC}, [("d", "t")])[1]
+    wrong = dataclasses.replace(asked.experiment, measure=mistaken)
+    monkeypatch.setitem(EXPERIMENTS.own, asked.experiment.name, wrong)
+    with pytest.raises(ValueError, match="broadcast"):
+        run(paths, asked, tables=paths.root / "t.json", cost=paths.root / "c.json")
+    assert not (paths.root / "t.json").exists()
 
 
 def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):

@@ -37,7 +37,7 @@ def test_grouped_folds_partition_and_keep_groups_whole(task, kind):
         parts = grouped_folds(y, groups, kind, folds, seed)
     except ValueError as error:
         assert kind == "classification"
-        assert "is absent from the training part" in str(error)
+        assert "too few groups to be in every training part" in str(error)
         return
     check_partition(parts, len(y), folds)
     for train, test in parts:
@@ -55,7 +55,7 @@ def test_random_folds_partition(task, kind):
     except ValueError as error:
         assert kind == "classification"
         assert np.unique(y, return_counts=True)[1].min() < folds
-        assert "is absent from the training part" in str(error)
+        assert "too few groups to be in every training part" in str(error)
         return
     check_partition(parts, len(y), folds)
 
@@ -110,11 +110,14 @@ def test_impossible_folds_are_refused_with_the_reason():
         random_folds(np.zeros(4), "regression", 5, 0)
     y = np.array(["rare"] * 3 + ["a"] * 10)
     groups = np.array([0] * 3 + list(range(1, 11)))
-    with pytest.raises(ValueError, match=r"class 'rare' is absent .* needs more groups"):
+    with pytest.raises(ValueError, match=r"'rare' \(1\); .* \(min_groups: 2\)"):
         grouped_folds(y, groups, "classification", 5, 0)
-    with pytest.raises(ValueError, match=r"class 'rare' is absent .* needs more rows"):
+    with pytest.raises(ValueError, match=r"every training part: 'rare' \(1\)"):
         random_folds(["rare"] + ["a"] * 9, "classification", 5, 0)
-    with pytest.raises(ValueError, match="0 groups"):
+    several = np.array(["odd", "rare", *y[3:]])
+    with pytest.raises(ValueError, match=r"'odd' \(1\), 'rare' \(1\)"):  # all of them at once
+        grouped_folds(several, np.arange(len(several)), "classification", 5, 0)
+    with pytest.raises(ValueError, match="all recordings are of one group"):
         grouped_folds([], [], "regression", 2, 0)
     with pytest.raises(ValueError, match="3 targets but 2 groups"):
         grouped_folds([1, 2, 3], [1, 2], "regression", 2, 0)

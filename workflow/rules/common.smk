@@ -94,10 +94,7 @@ def of_latents(path):
 
 
 RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
-RENDERERS = [
-    "ajgdata.pipeline.rendering:renderer",
-    "ajgdata.pipeline.rendering:new_grasps_of",
-]
+RENDERER = "ajgdata.pipeline.rendering:renderer"
 
 
 def measured_by(wildcards):
@@ -106,7 +103,7 @@ def measured_by(wildcards):
     return [
         RUN_EXPERIMENT,
         measure_entry(one.name),
-        *([*RENDERERS, "ajgdata.gripper"] if one.renders else []),
+        *([RENDERER, "ajgdata.gripper"] if one.renders else []),
     ]
 
 

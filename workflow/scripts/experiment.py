@@ -5,12 +5,12 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.log import logged
-from ajgdata.pipeline.rendering import new_grasps_of, renderer
+from ajgdata.pipeline.rendering import renderer
 from ajgdata.types import AudioSettings, FeatureSettings
 
 params, wildcards = snakemake.params, snakemake.wildcards
 with logged(snakemake.log[0]):
-    simulated = (Paths(), wildcards.dataset) if params.rendered else None
+    render = renderer(Paths(), wildcards.dataset) if params.rendered else None
     run_experiment(
         Path(snakemake.input.store),
         kind=wildcards.kind,
@@ -24,8 +24,7 @@ with logged(snakemake.log[0]):
         root=Path(),
         manifests=[Path(path) for path in snakemake.input.manifests],
         encoders=[Path(path) for path in snakemake.input.encoders],
-        render=renderer(*simulated) if simulated else None,
-        new_grasps=new_grasps_of(*simulated) if simulated else None,
+        render=render,
         seed=params.seed,
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),

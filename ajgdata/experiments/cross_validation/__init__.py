@@ -33,7 +33,7 @@ from ajgdata.experiments.cross_validation.results import (
     training_cost,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.types import ModelName, Name, Strict
+from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def evaluate(
             )  # fmt: skip
         if not _computable(splits[split].scores):
             problem = f"errors of {inputs.target!r} are too large or too small to compute with"
-            raise ValueError(f"{problem}: give it in another unit")
+            raise NotPossibleError(f"{problem}: give it in another unit")
     return Evaluation(splits, {**dict.fromkeys(splits, known), **data})
 
 

@@ -34,6 +34,7 @@ from ajgdata.types import (
     FeatureSettings,
     Kind,
     ModelName,
+    NotPossibleError,
     Strict,
 )
 from ajgdata.types.table import table_of
@@ -97,7 +98,10 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     from ajgdata.evaluate.crossval import cross_validate
 
     data, tried = inputs.data(), declared(settings)
-    sounds = [excitation_samples(one, inputs.audio.sample_rate_hz) for one in tried]
+    try:
+        sounds = [excitation_samples(one, inputs.audio.sample_rate_hz) for one in tried]
+    except ValueError as error:  # beyond half the rate of the recordings
+        raise NotPossibleError(str(error)) from None
     scores, costs, points = [], [], []
     with threadpool_limits(limits=1):
         features = features_of(inputs, data, sounds)
@@ -188,7 +192,7 @@ def recovered_db(
 
 def _render(inputs: Inputs) -> Render:
     if inputs.render is None:
-        raise ValueError("it needs a virtual data set: other sounds are played in its scenes")
+        raise NotPossibleError("it needs a virtual data set: other sounds are played in its scenes")
     return inputs.render
 
 

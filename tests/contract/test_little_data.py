@@ -1,0 +1,217 @@
+"""Every experiment on data that lack what it needs: a reason is stored, and the report comes out.
+
+Real files, from WAV to page: a data set of short tones of which little is left, beside a whole one.
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
+from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import collect
+from ajgdata.pipeline.embed import train_embedding
+from ajgdata.pipeline.experiments import asked_for, run_experiment
+from ajgdata.pipeline.explorer import build_explorer
+from ajgdata.pipeline.extract_features import extract_features
+from ajgdata.pipeline.merge import merge
+from ajgdata.pipeline.report import build_report
+from ajgdata.pipeline.site import navigation_of
+from ajgdata.pipeline.train import train_model
+from ajgdata.store import manifest
+from ajgdata.store.audio import write_pcm24
+from ajgdata.store.files import read_csv, read_json
+from ajgdata.store.sessions import read_dataset, write_session
+from ajgdata.types import MODELS, AudioSettings, Recording, Session
+
+RATE_HZ = 44_100
+#: Two of one name to people where the target is a number, and one that needs several rows.
+FAST = ("linear", "ridge", "knn")
+#: One recording: class, grasp, object.
+Row = tuple[str, str, str]
+WHOLE = [(label, f"{label}{n}", f"{label}{n}") for n in range(8) for label in "ab"]
+CASES: dict[str, list[Row]] = {
+    "no recording": [],
+    "one recording": [("a", "1", "a")],
+    "two recordings": [("a", "1", "a"), ("b", "2", "b")],
+    "four recordings": [(label, f"{label}{n}", label) for label in "ab" for n in range(2)],
+    "one class": [("a", str(n), "a") for n in range(8)],
+    "one group": [("ab"[n % 2], "1", "ab"[n % 2]) for n in range(8)],
+    "a class of one recording": [*WHOLE[:12], ("c", "1", "c1")],
+}
+#: Cases in which nothing at all can be said of a model.
+HOPELESS = ("no recording", "one recording")
+SETTINGS: dict[str, dict] = {
+    "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
+    "permutation_test": {"permutations": 3},
+    "sorting": {"objects": ["a", "b"], "models": ["linear"]},
+    "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
+    "reflected_energy": {"reference": "a", "band_hz": [100, 3000]},
+    "stft_settings": {"settings": [{"window": 128, "hop": 64}], "models": ["knn"]},
+    "shortcut": {"test_on": ["whole"], "models": ["knn"]},
+    "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear"],
+                   "slow": [], "responses": 2},
+    "conformal_intervals": {"models": ["linear"], "inner_folds": 2},
+}  # fmt: skip
+EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
+EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2, "probes": {"label": {}}}
+
+
+def declaration(name: str) -> dict:
+    """Every experiment on classes and on numbers, and an embedding of either sort."""
+    named = {n: s for n, s in SETTINGS.items() if not EXPERIMENTS[n].of_embedding}
+    tasks = {
+        kind: {
+            "target": target,
+            "folds": 3,
+            "models": list(FAST),
+            "compare_random": True,
+            "test_on": ["whole"],
+            "experiments": {n: s for n, s in named.items() if kind in EXPERIMENTS[n].kinds},
+        }
+        for kind, target in (("classification", "label"), ("regression", "size"))
+    }
+    own = {"tasks": tasks, "embeddings": {"alone": EMBEDDED, "based": BASED}}
+    return {
+        "name": name,
+        "audio": {"sample_rate_hz": RATE_HZ},
+        "features": {"window": 256, "hop": 128, "quantity": "power", "normalisation": "none"},
+        "targets": {"label": {"kind": "classification"}, "size": {"kind": "regression"}},
+    } | (own if name == "little" else {})
+
+
+BASED = EMBEDDED | {"base": "whole", "held_out": ["s1"]}
+
+
+def made(paths: Paths, name: str, rows: list[Row]) -> None:
+    """Declare a data set, record it, and bring it to its store."""
+    folder = paths.session(name, "s1")
+    paths.dataset(name).parent.mkdir(parents=True)
+    paths.dataset(name).write_text(yaml.safe_dump(declaration(name)))
+    recordings = []
+    for number, (label, grasp, held) in enumerate(rows or [("a", "1", "a")]):
+        file = f"audio/{number}.wav"
+        labels = {
+            "label": label,
+            "size": "7" if name == "little" and len(rows) > 7 else str(number),
+        }
+        t = np.arange(2_000) / RATE_HZ
+        tone = np.sin(2 * np.pi * (1900 if label == "a" else 5500) * t + number)
+        noise = np.random.default_rng([len(name), number]).normal(0, 0.05, len(t))
+        write_pcm24(folder / file, 0.4 * tone + noise, RATE_HZ)
+        about = {"grasp_id": grasp, "object": held, "quality": "ok" if rows else "reject"}
+        recordings.append(Recording(recording_id=str(number), file=file, labels=labels, **about))
+    write_session(folder, Session(session_id="s1", source="import"), recordings)
+    manifest.refresh(paths, name)
+    spec, findings = read_dataset(paths, name), paths.shard_findings(name, "s1")
+    extract_features(
+        root=paths.root, manifest=paths.audio_manifest(name, "s1"), audio=spec.audio,
+        features=spec.features, code="", shard=paths.shard(name, "s1"), findings=findings,
+        cache=paths.shard_cache(name, "s1"), threads=1,
+    )  # fmt: skip
+    merge(
+        dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.label_manifest(name, "s1")],
+        findings=[findings], targets=spec.targets, store=paths.merged(name),
+        published=paths.features(name), quarantine=paths.quarantine(name),
+    )  # fmt: skip
+
+
+def played(names, sounds, quiet=False) -> Iterator[list[np.ndarray]]:
+    """A scene that changes nothing but a little noise."""
+    for number, _ in enumerate(names):
+        noise = np.random.default_rng(number).normal(0, 0.0 if quiet else 0.01, RATE_HZ)
+        yield [sound + noise[: len(sound)] for sound in sounds]
+
+
+def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
+    """Run every job of `little`; returns why each was skipped ("" if it was not), by task and
+    kind."""
+    spec = read_dataset(paths, "little")
+    for name, settings in spec.embeddings.items():
+        if not settings.base:
+            train_embedding(
+                paths.merged("little"), settings=settings, seed=0,
+                latents=paths.latents("little", name), cost=paths.training_cost("little", name),
+            )  # fmt: skip
+    told = {}
+    for one in asked_for(
+        {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
+    ):
+        encoders = [paths.latents("little", one.task), paths.training_cost("little", one.task)]
+        for kind in one.kinds:
+            tables = paths.experiment("little", one.task, kind)
+            run_experiment(
+                paths.merged("little"), kind=kind, dataset="little", task=one.task,
+                settings=one.job_settings(kind), split=spec.task_settings(one.task),
+                others={other: paths.merged(other) for other in one.others},
+                audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
+                root=paths.root, manifests=[paths.audio_manifest("little", "s1")],
+                encoders=encoders if one.of_latents else [], seed=0, tables=tables,
+                render=played if one.experiment.renders else None,
+                cost=paths.experiment_cost("little", one.task, kind),
+            )  # fmt: skip
+            told[one.task, kind] = read_json(tables).get("skipped", "")
+    return told
+
+
+def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
+    """All that follows from the results; returns the pages by name."""
+    specs = {name: read_dataset(paths, name) for name in ("little", "whole")}
+    tasks = [("little", t) for t in (*specs["little"].tasks, *specs["little"].embeddings)]
+    nav = navigation_of(paths, specs, tasks, [])
+    build_explorer(
+        paths.experiment("little", "alone", PROJECTIONS), dataset="little", embedding="alone",
+        paths=paths, manifests=[paths.audio_manifest("little", "s1")], nav=nav,
+        page=paths.explorer("little", "alone"),
+    )  # fmt: skip
+    collect(
+        paths, [("little", *key) for key in kinds], document=paths.all_metrics,
+        table=paths.metrics_table, predictions=paths.predictions,
+    )  # fmt: skip
+    build_report(paths, datasets=list(specs), tasks=tasks, page=paths.report, nav=nav)
+    return {page.name: page.read_text() for page in paths.report.parent.glob("*.html")}
+
+
+def test_every_experiment_is_here():
+    apart = {"cross_validation"} | {n for n in EXPERIMENTS.own if EXPERIMENTS[n].of_embedding}
+    assert set(SETTINGS) == set(EXPERIMENTS.own) - apart
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, case):
+    paths = Paths(tmp_path)
+    made(paths, "whole", WHOLE)
+    made(paths, "little", CASES[case])
+    told = measure_all(paths)
+    reasons = {key: why for key, why in told.items() if why}
+    assert all(len(why) > 20 and "\n" not in why for why in reasons.values())
+    if case in HOPELESS:
+        assert len(reasons) == len(told)
+    pages = report(paths, list(told))
+    section = pages["run.html"].partition("Not evaluated")[2].partition("</ul>")[0]
+    assert section.count("<li>") == len(reasons)
+    for row in read_csv(paths.metrics_table)[1]:
+        assert row["value"] or row["reason"], row
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
+    paths = Paths(tmp_path)
+    made(paths, "whole", WHOLE)
+    made(paths, "little", CASES[case])
+    spec = read_dataset(paths, "little")
+    for task in spec.tasks:
+        for model in (n for n in MODELS.own if n != "boosting" or case in HOPELESS):
+            folder = paths.model("little", task, model)
+            train_model(
+                paths.merged("little"), **spec.training(task), model=model, seed=0, folder=folder
+            )
+            (about,) = (json.loads(path.read_text()) for path in folder.glob("*.json"))
+            if case in HOPELESS:
+                assert len(about["skipped"]) > 20
+            assert ("skipped" in about) != (len(list(Path(folder).iterdir())) > 1)
