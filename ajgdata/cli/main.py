@@ -15,6 +15,7 @@ from rich.markup import escape
 
 from ajgdata.cli.acquire import acquiring
 from ajgdata.cli.compare import comparing
+from ajgdata.cli.dashboard import watching
 from ajgdata.cli.device import device
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.project import looking
@@ -35,6 +36,7 @@ app.add_typer(acquiring)
 app.add_typer(publishing)
 app.add_typer(looking)
 app.add_typer(comparing)
+app.add_typer(watching)
 out = Console(emoji=False, highlight=False)
 err = Console(stderr=True, emoji=False, highlight=False)
 

@@ -1,0 +1,63 @@
+"""A run as its log tells it, made up: for tests of what shows it."""
+
+from datetime import UTC, datetime, timedelta
+
+from ajgdata.live.events import SHOWN_BANDS
+
+CLASSES = ["marker", "padlock", "screw", "strawberry"]
+BINS = {"marker": "A", "padlock": "B", "screw": "B", "strawberry": "C"}
+START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+
+
+class Story:
+    """Events one after another, each `after` seconds later."""
+
+    def __init__(self):
+        self.events, self._now, self._said = [], START, 0
+
+    def say(self, event, after=1.0, **about):
+        self._now += timedelta(seconds=after)
+        time = self._now.isoformat(timespec="milliseconds")
+        self.events.append({"n": self._said, "time": time, "event": event, **about})
+        self._said += 1
+        return self
+
+    def start(self, **about):
+        given = {
+            "dataset": "ycb", "task": "sorting", "model": "cnn", "unit": "", "classes": CLASSES,
+            "threshold": 0.6, "bins": BINS, "looks": 2, "device": "virtual gripper",
+            "robot": "manual", "session": "sort-01", "source": "simulated",
+        }  # fmt: skip
+        return self.say("start", **(given | about))
+
+    def hear(self, probability, look=1, verdict="known", **take):
+        level = {"peak_dbfs": -12.5, "clipped": 0, "xruns": 0, "attempts": 1} | take
+        tilt = sum(i * p for i, p in enumerate(probability.values()))
+        spectrum = [1 + 0.2 * tilt * (i / SHOWN_BANDS - 0.5) for i in range(SHOWN_BANDS)]
+        self.say("take", recording="r", look=look, seconds=1.0, spectrum=spectrum, **level)
+        best = max(probability, key=probability.get)
+        return self.say(
+            "prediction", recording="r", look=look, seconds=0.01, kind="classification", value=best,
+            unit="", verdict=verdict, novelty=0.4, probability=probability, interval=None,
+            remarks=[],
+        )  # fmt: skip
+
+    def sort(self, number, value, truth="", sure=0.9, placed=True):
+        rest = (1 - sure) / (len(CLASSES) - 1)
+        probability = {name: sure if name == value else rest for name in CLASSES}
+        self.say("grasp", number=number, object=truth).hear(probability)
+        about = {"action": "place", "value": value, "bin": BINS[value], "looks": 1, "reason": ""}
+        self.say("decision", probability=probability, **about)
+        if placed:
+            self.say("placed", value=value, bin=BINS[value], object=truth, in_a_row=number)
+        return self
+
+
+def run(sorts=12):
+    """Sorts in turn; every fifth is wrong, every third of unknown truth; the last stands open."""
+    story = Story().start()
+    for number in range(1, sorts + 1):
+        truth = CLASSES[number % 4]
+        value = CLASSES[(number + 1) % 4] if number % 5 == 0 else truth
+        story.sort(number, value, "" if number % 3 == 0 else truth, placed=number < sorts)
+    return story.events

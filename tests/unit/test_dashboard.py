@@ -1,0 +1,394 @@
+"""The page of a run over HTTP: what is answered, and what is refused. No browser is needed."""
+
+import base64
+import gc
+import hashlib
+import http.client
+import json
+import re
+import socket
+import time
+import tracemalloc
+from contextlib import ExitStack, contextmanager
+
+import pytest
+from html_page import Page
+from live_events import Story, run
+
+from ajgdata.live import dashboard_server
+from ajgdata.live.control import Control, Mode
+from ajgdata.live.dashboard import dashboard, rendered, serve_dashboard
+from ajgdata.live.dashboard_server import MAX_BODY, MAX_READERS, TOKEN_HEADER
+from ajgdata.live.events import EventLog, read_events
+from ajgdata.types import DataError
+
+LATER = "2026-01-02T04:00:00.000+00:00"
+
+
+class Client:
+    """Asks a dashboard as a browser would that is at its page; `headers` differ from that."""
+
+    def __init__(self, shown):
+        self.port = int(shown.watching.rsplit(":", 1)[1].strip("/"))
+        self.token = shown.address.rsplit("#", 1)[1]
+        self.own = {"Host": f"127.0.0.1:{self.port}"}
+
+    def ask(self, method, path, body=b"", **headers):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        try:
+            connection.putrequest(method, path, skip_host=True)
+            given = self.own | {"Content-Length": str(len(body))} | headers
+            for name, value in given.items():
+                if value is not None:
+                    connection.putheader(name, value)
+            connection.endheaders(body)
+            answer = connection.getresponse()
+            return answer.status, answer.headers, answer.read()
+        finally:
+            connection.close()
+
+    def post(self, path, body=b"", **headers):
+        own = {"Origin": f"http://127.0.0.1:{self.port}", TOKEN_HEADER: self.token}
+        return self.ask("POST", path, body, **(own | headers))[0]
+
+    def state(self):
+        return json.loads(self.ask("GET", "/state")[2])
+
+    @contextmanager
+    def stream(self, buffer=0):
+        """Lines of /events; with a small `buffer` the sender notices soon that nobody reads."""
+        with socket.socket() as one:
+            if buffer:
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer)
+            one.settimeout(20)
+            one.connect(("127.0.0.1", self.port))
+            one.sendall(f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n\r\n".encode())
+            yield one.makefile("rb")
+
+
+def next_state(stream):
+    """Number and content of the next state of a stream."""
+    number = None
+    for line in stream:
+        if line.startswith(b"id:"):
+            number = int(line[3:])
+        if line.startswith(b"data: {"):
+            return number, json.loads(line[6:])
+    raise EOFError
+
+
+@pytest.fixture
+def control():
+    return Control()
+
+
+@pytest.fixture
+def corrections():
+    return []
+
+
+@pytest.fixture
+def shown(control, corrections):
+    def correct(number, truth):
+        corrections.append((number, truth))
+
+    with dashboard(control, correct=correct) as one:
+        for event in run():
+            one.feed.tell(event)
+        yield one
+
+
+@pytest.fixture
+def client(shown):
+    return Client(shown)
+
+
+def test_the_page_allows_nothing_but_what_stands_in_it(client):
+    status, headers, html = client.ask("GET", "/")
+    assert (status, headers["Content-Type"]) == (200, "text/html; charset=utf-8")
+    text = html.decode()
+    policy = dict(part.split(" ", 1) for part in headers["Content-Security-Policy"].split("; "))
+    for tag in ("script", "style"):
+        [inside] = re.findall(rf"<{tag}[^>]*>(.*?)</{tag}>", text, re.DOTALL)
+        digest = base64.b64encode(hashlib.sha256(inside.encode()).digest()).decode()
+        assert policy.pop(f"{tag}-src") == f"'sha256-{digest}'"
+    nothing = {"default-src", "base-uri", "form-action", "frame-ancestors"}
+    assert {name for name, value in policy.items() if value == "'none'"} == nothing
+    assert {policy[name] for name in policy.keys() - nothing} == {"'self'"}
+    assert headers["Cache-Control"] == "no-store"
+    assert headers["X-Content-Type-Options"] == "nosniff"
+    assert client.token not in text
+    page = Page(text)
+    assert not page.all("link") and not [one for one in page.all("script") if one]
+    assert not re.search(r"https?://(?!www\.w3\.org/2000/svg)", text)
+    assert not re.search(r" (on\w+|style)=", text)  # the policy would refuse them
+
+
+def test_pages_icon_and_state_are_answered_and_nothing_else(client, shown):
+    assert client.ask("GET", "/favicon.ico")[0] == 200
+    assert client.ask("GET", "/?anything")[0] == 200
+    status, headers, body = client.ask("GET", "/state")
+    assert (status, headers["Content-Type"]) == (200, "application/json")
+    assert body.decode() == shown.feed.shown().text
+    for path in ("/nothing", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
+                 "/static/../state", "http://example.org/state", "/events/", "state"):  # fmt: skip
+        status, headers, body = client.ask("GET", path)
+        assert (path, status) == (path, 404)
+        assert b"root" not in body and "default-src 'none'" in headers["Content-Security-Policy"]
+
+
+def test_buttons_reach_the_run(client, control):
+    for path, mode in (("/pause", Mode.PAUSED), ("/start", Mode.RUNNING), ("/stop", Mode.STOPPED)):
+        assert client.post(path) == 204
+        assert control.mode is mode
+        assert client.state()["mode"] == str(mode)
+    assert client.post("/start") == 204
+    assert control.mode is Mode.STOPPED  # for good
+
+
+BAD = {
+    "no token": (403, {TOKEN_HEADER: None}),
+    "wrong token": (403, {TOKEN_HEADER: "A" * 22}),
+    "token that is no ASCII": (403, {TOKEN_HEADER: "\xe9"}),
+    "foreign origin": (403, {"Origin": "http://example.org"}),
+    "no origin at all": (403, {"Origin": "null"}),
+    "another program of this computer": (403, {"Origin": "http://127.0.0.1:1"}),
+    "secure origin": (403, {"Origin": "https://127.0.0.1"}),
+    "foreign name": (403, {"Host": "example.org", "Origin": "http://example.org"}),
+    "no name": (403, {"Host": None}),
+    "broken name": (403, {"Host": "[::1"}),
+    "address that begins like ours": (403, {"Host": "127.0.0.1.example.org"}),
+    "a length that is none": (400, {"Content-Length": "four"}),
+    "a negative length": (400, {"Content-Length": "-1"}),
+    "a body without end": (411, {"Transfer-Encoding": "chunked", "Content-Length": None}),
+}
+
+
+@pytest.mark.parametrize("path", ["/start", "/pause", "/stop", "/truth"])
+def test_who_may_not_ask_is_refused(client, control, corrections, path):
+    answered = {why: client.post(path, **headers) for why, (_, headers) in BAD.items()}
+    assert answered == {why: status for why, (status, _) in BAD.items()}
+    assert control.mode is Mode.RUNNING and not corrections
+
+
+@pytest.mark.parametrize("why", ["foreign name", "foreign origin"])
+def test_foreign_pages_cannot_even_read(client, why):
+    for path in ("/", "/state", "/events", "/favicon.ico"):
+        assert (path, client.ask("GET", path, **BAD[why][1])[0]) == (path, 403)
+
+
+def test_methods_are_not_mixed_up(client, control):
+    for method, path, allowed in (
+        ("GET", "/stop", "POST"), ("GET", "/truth", "POST"), ("POST", "/", "GET"),
+        ("POST", "/events", "GET"),
+    ):  # fmt: skip
+        status, headers, _ = client.ask(method, path, **{TOKEN_HEADER: client.token})
+        assert (status, headers["Allow"]) == (405, allowed)
+    for method in ("PUT", "DELETE", "OPTIONS", "TRACE", "NONSENSE"):
+        assert client.ask(method, "/stop", **{TOKEN_HEADER: client.token})[0] == 501
+    assert control.mode is Mode.RUNNING
+
+
+def test_a_body_is_small(client, control):
+    assert client.post("/pause", b"x" * MAX_BODY) == 204
+    assert client.post("/stop", b"x" * (MAX_BODY + 1)) == 413
+    assert control.mode is Mode.PAUSED
+
+
+def test_a_correction_is_of_a_grasp_that_is_shown_and_a_class(client, corrections):
+    assert client.post("/truth", b'{"number": 3, "object": "screw"}') == 204
+    for body in (b"", b"{}", b"[]", b"no JSON", b"\xff", b'{"number": 99, "object": "screw"}',
+                 b'{"number": true, "object": "screw"}', b'{"number": "3", "object": "screw"}',
+                 b'{"number": 3, "object": "banana"}', b'{"number": 3, "object": ["screw"]}',
+                 b"[" * 4000):  # fmt: skip
+        assert (body, client.post("/truth", body)) == (body, 400)
+    assert corrections == [(3, "screw")]
+
+
+def test_a_run_that_takes_no_corrections_says_so(control):
+    with dashboard(control) as shown:
+        client = Client(shown)
+        assert client.post("/truth", b'{"number": 3, "object": "screw"}') == 409
+        assert client.state()["correctable"] is False
+
+
+def test_a_log_is_followed_and_gets_the_corrections(tmp_path, control):
+    path = tmp_path / "events.jsonl"
+    truth = b'{"number": 1, "object": "screw"}'
+    with ExitStack() as stack:
+        log = stack.enter_context(EventLog(path))
+        client = Client(stack.enter_context(serve_dashboard(log, control)))
+        for event in run(2):
+            log.say(
+                event["event"],
+                **{k: v for k, v in event.items() if k not in ("n", "time", "event")},
+            )
+        assert client.state()["n"] == len(run(2)) - 1
+        assert client.post("/truth", truth) == 204
+        assert client.state()["grasps"][0]["truth"] == "screw"
+        log.close()
+        assert client.post("/truth", truth) == 409
+    last = read_events(path)[-1]
+    assert (last["event"], last["number"], last["object"]) == ("truth", 1, "screw")
+
+
+def test_a_stream_begins_with_the_state_and_goes_on_with_growing_numbers(client, shown):
+    events = run()
+    with client.stream() as stream:
+        numbers = []
+        for n in range(3):
+            number, state = next_state(stream)
+            assert state == client.state() and state["n"] == len(events) - 1 + n
+            numbers.append(number)
+            shown.feed.tell(
+                {"n": state["n"] + 1, "time": state["time"], "event": "step", "step": "jam"}
+            )
+        assert numbers == sorted(set(numbers))
+
+
+def test_a_stream_shows_signs_of_life_and_a_changed_mode(client, control, monkeypatch):
+    monkeypatch.setattr(dashboard_server, "HEARTBEAT_S", 0.05)
+    with client.stream() as stream:
+        next_state(stream)
+        assert any(line == b"event: alive\n" for line in stream)
+        control.pause()  # nobody tells the feed
+        assert next_state(stream)[1]["mode"] == "paused"
+
+
+def test_the_last_state_is_sent_before_the_end(control):
+    with ExitStack() as reading, ExitStack() as serving:
+        one = serving.enter_context(dashboard(control))
+        stream = reading.enter_context(Client(one).stream())
+        next_state(stream)
+        story = Story().start().say("stopped", reason="done", held="", sorts=0, seconds=1.0)
+        for event in story.events:
+            one.feed.tell(event)
+        serving.close()
+        states = []
+        with pytest.raises(EOFError):
+            while True:
+                states.append(next_state(stream)[1])
+    assert states[-1]["stopped"]["reason"] == "done" and states[-1]["mode"] == "stopped"
+
+
+def test_fifty_pages_watch_and_all_see_the_end(client, shown):
+    with ExitStack() as stack:
+        streams = [stack.enter_context(client.stream()) for _ in range(50)]
+        for stream in streams:
+            next_state(stream)
+        event = {"time": LATER, "event": "step", "step": "lift"}
+        for n in range(100, 120):
+            shown.feed.tell({"n": n, **event})
+        for stream in streams:
+            while next_state(stream)[1]["n"] < 119:
+                pass
+
+
+def test_too_many_pages_are_refused_and_room_is_made_again(client):
+    with ExitStack() as stack:
+        streams = [stack.enter_context(client.stream()) for _ in range(MAX_READERS)]
+        for stream in streams:
+            next_state(stream)
+        assert client.ask("GET", "/events")[0] == 503
+        assert client.post("/pause") == 204  # buttons work all the same
+
+
+def test_who_never_reads_is_dropped_and_holds_up_nobody(control, monkeypatch):
+    servers = []
+
+    class Watched(dashboard_server.Server):
+        def __init__(self, *given, **more):
+            super().__init__(*given, **more)
+            servers.append(self)
+
+    monkeypatch.setattr("ajgdata.live.dashboard.Server", Watched)
+    with dashboard(control, patience_s=0.3) as shown:
+        client, n, longest = Client(shown), 1000, 0.0
+        for event in run():
+            shown.feed.tell(event)
+        with client.stream(buffer=2048), client.stream() as reader:
+            next_state(reader)
+            assert servers[0].readers == 2
+            give_up = time.monotonic() + 20
+            while servers[0].readers == 2 and time.monotonic() < give_up:
+                n += 1
+                before = time.perf_counter()
+                shown.feed.tell({"n": n, "time": LATER, "event": "step", "step": "jam"})
+                longest = max(longest, time.perf_counter() - before)
+                assert next_state(reader)[1]["n"] == n  # the other one is served meanwhile
+            assert servers[0].readers == 1
+            assert longest < 0.3  # telling never waits for the sleeper's patience
+
+
+def test_memory_does_not_grow_with_events(control):
+    """10,000 events for one reader, and one who sleeps: afterwards what is held is the size of a
+    state, and a second 5,000 add nothing to the first."""
+    text = "x" * 40
+    with dashboard(control) as shown, Client(shown).stream(buffer=2048):
+        for event in run():
+            shown.feed.tell(event)
+        size = len(shown.feed.shown().text)
+
+        def tell(first, count):
+            for n in range(first, first + count):
+                about = {"n": n, "time": LATER}
+                shown.feed.tell({**about, "event": "problem", "text": f"{text} {n:06d}"})
+            gc.collect()
+            return tracemalloc.get_traced_memory()[0]
+
+        tracemalloc.start()
+        try:
+            first, second = tell(1_000, 5_000), tell(6_000, 5_000)
+        finally:
+            tracemalloc.stop()
+        # A state as objects and as text, one in the making: some times its text. The events alone
+        # would be 5,000 x (40 + ...) bytes > 0.5 MB.
+        assert second - first < 10 * size < 250_000
+
+
+def test_two_dashboards_cannot_have_one_port(control, shown):
+    port = Client(shown).port
+    with pytest.raises(DataError, match="choose another port"), dashboard(control, port=port):
+        pass
+
+
+def test_the_port_is_free_when_it_is_closed(control):
+    with dashboard(control) as one:
+        port = Client(one).port
+    with dashboard(control, port=port) as two:
+        assert Client(two).state()["n"] == -1
+
+
+def test_tokens_differ_and_cannot_be_guessed(control):
+    tokens = []
+    for _ in range(3):
+        with dashboard(control) as one:
+            tokens.append(Client(one).token)
+    assert len(set(tokens)) == 3
+    assert all(len(base64.urlsafe_b64decode(token + "==")) == 16 for token in tokens)  # 128 bits
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1"])
+def test_loopback_needs_no_warning(control, host):
+    with dashboard(control, host=host) as one:
+        assert one.warning == ""
+
+
+def test_elsewhere_is_warned_of_and_only_numbers_and_its_own_name_lead_there(control):
+    with dashboard(control, host="0.0.0.0") as one:
+        assert "whoever is in this network" in one.warning
+        client = Client(one)
+        for name, status in (("192.168.1.2", 200), ("localhost", 200), ("example.org", 403)):
+            assert (name, client.ask("GET", "/state", Host=f"{name}:{client.port}")[0]) == (
+                name,
+                status,
+            )
+
+
+def test_the_page_is_made_of_the_projects_own_template_if_it_has_one(tmp_path):
+    from ajgdata.paths import Paths
+
+    folder = tmp_path / "reports/templates"
+    folder.mkdir(parents=True)
+    (folder / "dashboard.css").write_text("body { color: rebeccapurple; }")
+    assert b"rebeccapurple" in rendered(Paths(tmp_path)).html

@@ -1,0 +1,68 @@
+"""A log played again, in this process and by its command."""
+
+import json
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+from live_events import Story, run
+
+from ajgdata.live.control import Control
+from ajgdata.live.replay import LONGEST_S, replay
+from ajgdata.types import DataError
+
+COMMAND = [sys.executable, "-c", "from ajgdata.cli import main; main()", "dashboard"]
+
+
+def test_the_pace_is_that_of_the_run():
+    story = Story().start().say("step", after=4.0, step="jam").say("step", after=0.5, step="lift")
+    story.say("step", after=3600.0, step="place")
+    heard, slept = [], []
+    replay(story.events, heard.append, Control(), speed=2.0, sleep=slept.append)
+    assert heard == story.events
+    assert slept == [2.0, 0.25, LONGEST_S]
+    replay(story.events, heard.append, Control(), sleep=slept.append)
+    assert len(heard) == 8 and len(slept) == 3  # at once
+
+
+def test_it_ends_when_it_is_stopped():
+    control, heard = Control(), []
+
+    def tell(event):
+        heard.append(event)
+        if len(heard) == 3:
+            control.stop()
+
+    replay(run(), tell, control)
+    assert heard == run()[:3]
+
+
+def test_the_command_shows_the_end_of_a_run_until_ctrl_c(tmp_path):
+    log = tmp_path / "events.jsonl"
+    log.write_text("".join(json.dumps(event) + "\n" for event in run()))
+    with subprocess.Popen([*COMMAND, str(log)], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            first = process.stdout.readline()
+            address = first.rsplit(" ", 1)[1].split("#")[0]
+            assert first.startswith(f"{len(run())} events: http://127.0.0.1:")
+            process.stdout.readline()
+            with urllib.request.urlopen(f"{address}state", timeout=20) as answer:
+                state = json.load(answer)
+            assert (state["n"], state["correctable"]) == (len(run()) - 1, False)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
+        finally:
+            process.kill()
+
+
+def test_what_is_no_log_is_one_line():
+    found = subprocess.run([*COMMAND, __file__], capture_output=True, text=True, check=False)
+    assert found.returncode == 1
+    assert found.stderr.count("\n") == 1 and "is no line of a log" in found.stderr
+    with pytest.raises(DataError):
+        from ajgdata.live.replay import show_log
+
+        show_log(Path(__file__), lambda *_: None)
