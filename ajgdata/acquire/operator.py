@@ -80,6 +80,10 @@ class Operator(Protocol):
         """Return one of `choices` about a grasp with a problem."""
         ...
 
+    def tell(self, text: str) -> None:
+        """Hear what was decided without asking."""
+        ...
+
 
 class Unattended:
     """Nobody (`--yes`): keeps what is offered, tries a grasp three times, then leaves it out.
@@ -115,10 +119,19 @@ class Unattended:
         self._shown.show(report)
 
     def decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
-        """Keep it if that is offered, else try again, else leave it out, else quit."""
+        """Keep it if that is offered, else try again, else leave it out, else quit; and say so."""
+        choice = self._decided(choices)
+        self._shown.tell(f"{problem}; {choice.value}")
+        return choice
+
+    def _decided(self, choices: Sequence[Choice]) -> Choice:
         if Choice.KEEP in choices:
             return Choice.KEEP
         if self._tries < self._LIMIT:
             return Choice.REDO
         self._left_out, self._in_a_row = True, self._in_a_row + 1
         return Choice.SKIP if self._in_a_row < self._LIMIT else Choice.QUIT
+
+    def tell(self, text: str) -> None:
+        """Show it."""
+        self._shown.tell(text)

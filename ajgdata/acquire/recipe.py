@@ -14,6 +14,9 @@ from ajgdata.gripper.scene import derive_seed
 from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, Recipe, RecipeObject
 from ajgdata.types.recipe import EMPTY
 
+#: Stands for the session of grasps that belong to none.
+NEW = "new"
+
 
 class _Session(NamedTuple):
     drawn: str  #: the name that its grasps are drawn by
@@ -74,6 +77,35 @@ def plan_session(
     empty = [planned(None, number) for number in range(1, recipe.references + 1)]
     numbers = range(1, recipe.grasps_per_object + 1)
     return empty + [planned(made, number) for number in numbers for made in recipe.objects]
+
+
+def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, code: str) -> Grasp:
+    """Return a grasp of the object `name` that no session of the recipe has.
+
+    `number` counts placements from 1; what `vary` draws is drawn for each, from a seed of the
+    session "new", which no recipe makes. `look` counts the grasps of one placement, from 1: each
+    has nuisances and noise of its own. Raises ValueError for an object that the recipe lacks, and
+    for a recipe of variants, whose scenes differ.
+    """
+    if recipe.variants:
+        raise ValueError("it needs a recipe without variants: new grasps are of one scene")
+    held = next((one for one in recipe.objects if one.name == name), None)
+    if held is None:
+        known = ", ".join(one.name for one in recipe.objects)
+        raise ValueError(f"the recipe has no object {name!r}: it has {known}")
+    seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, NEW, name, number)
+    grasp = _grasp_settings(recipe.scene, recipe, held, seed)
+    if look > 1:
+        grasp["seed"] = derive_seed(seed, "look", look)
+    setup = {**recipe.scene, "object": held.shape, "grasp": grasp}
+    return Grasp(
+        grasp_id=f"{NEW}_{name}_{number:02d}_look_{look}",
+        object=name,
+        samples=1,
+        targets={key: grasp[key] for key in sorted(recipe.vary)} | held.targets,
+        setup=setup,
+        digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
+    )
 
 
 def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:

@@ -82,6 +82,10 @@ class TerminalOperator:
             if said[:1] in by_key and by_key[said[0]].value.startswith(said):
                 return by_key[said[0]]
 
+    def tell(self, text: str) -> None:
+        """Print it."""
+        self._say(f"  [yellow]{escape(text)}[/yellow]")
+
     def _say(self, text: str) -> None:
         self._console.print(text, soft_wrap=True)
 

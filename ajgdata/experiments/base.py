@@ -51,6 +51,19 @@ class Render(Protocol):
         ...
 
 
+class NewGrasps(Protocol):
+    """Hand that places simulated objects anew, and senses them."""
+
+    def __call__(self, wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
+        """Yield the samples (n,) of grasps that the data set does not have.
+
+        Each is wanted by the name of the object, the number of the placement, and that of the look
+        at it, both from 1: looks at one placement differ as grasps of one pose do. Raises
+        ValueError for a data set that was not simulated, and an object that its recipe lacks.
+        """
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Inputs:
     """Everything that a measurement may use of a task, of the stores it needs, and of recordings.
@@ -58,9 +71,10 @@ class Inputs:
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
     name as `test_on`, or that of an embedding's `base`. `samples(names, window)` yields the samples
     (n,) of recordings by name, ready for a spectrum with a window of that length; `render` makes
-    them again with other sounds, where the data set is simulated and the experiment `renders`. Of
-    an embedding, `task` is its name; `latents` are what its encoders made, `training_cost` what
-    training these took, and `kinds` are of the columns that are targets.
+    them again with other sounds, `new_grasps` makes more of them, where the data set is simulated
+    and the experiment `renders`. Of an embedding, `task` is its name; `latents` are what its
+    encoders made, `training_cost` what training these took, and `kinds` are of the columns that
+    are targets.
     """
 
     dataset: str
@@ -79,6 +93,7 @@ class Inputs:
     features: FeatureSettings = field(default_factory=FeatureSettings)
     samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
     render: Render | None = None
+    new_grasps: NewGrasps | None = None
     latents: Latents | None = None
     training_cost: Mapping[str, float] = field(default_factory=dict)
     kinds: Mapping[str, Kind] = field(default_factory=dict)

@@ -290,6 +290,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
             result.label,
             agrees,
             marks=(Mark("ours", result.label, float(middle), float(low), float(high)),),
+            label="held-out grasps",
         )
 
 

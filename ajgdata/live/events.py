@@ -23,8 +23,8 @@ from ajgdata.types import DataError
 
 #: Kinds of events and what each has.
 #: start: dataset task model unit classes threshold bins looks device robot session; for whoever
-#:        draws it also source ("simulated", "recorded"), spectra (by class the mean of what was trained
-#:        on, as `shown_spectrum` has it), top_hz (the highest frequency of a spectrum)
+#:        draws it also source ("simulated", "recorded"), spectra (by class the mean of what was
+#:        trained on, as `shown_spectrum` has it), top_hz (the highest frequency of a spectrum)
 #: grasp: number object ("" if nobody knows what it is)
 #: step: step seconds                      (loosen approach wait jam lift place release)
 #: take: recording look seconds peak_dbfs clipped xruns attempts spectrum (`shown_spectrum`)

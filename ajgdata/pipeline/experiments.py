@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
-from ajgdata.experiments.base import Inputs, Other, Render, Result, TaskResults
+from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
@@ -97,15 +97,16 @@ def run_experiment(
     cost: Path,
     encoders: Sequence[Path] = (),
     render: Render | None = None,
+    new_grasps: NewGrasps | None = None,
 ) -> None:
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
     `others` are the stores of further data sets; `encoders` the latents of an embedding and the
-    cost of training, or nothing; `render` plays other sounds in the scenes of recordings. What is
-    the same for the same inputs is written to `tables`, what is measured to `cost`. A task that
-    lacks what the experiment needs is written as skipped, with the reason: the rest of the run goes
-    on.
+    cost of training, or nothing; `render` plays other sounds in the scenes of recordings, and
+    `new_grasps` makes more of them. What is the same for the same inputs is written to `tables`,
+    what is measured to `cost`. A task that lacks what the experiment needs is written as skipped,
+    with the reason: the rest of the run goes on.
     """
     name, _, model = kind.partition("-")
     one, shard = EXPERIMENTS[name], read_store(store)
@@ -123,6 +124,7 @@ def run_experiment(
         **_encoded(*encoders),
         samples=_reader(root, manifests, audio),
         render=render,
+        new_grasps=new_grasps,
     )
     try:
         outcome = one.measure(inputs, one.settings.model_validate(settings), model)

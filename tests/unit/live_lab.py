@@ -46,8 +46,8 @@ class Scripted:
 
     def __init__(self, decisions=(), confirms=None, labels=()):
         self.decisions, self.confirms = list(decisions), dict(confirms or {})
-        self.labels, self.asked, self.reports, self.announced, self.problems = (
-            list(labels), [], [], [], [],
+        self.labels, self.asked, self.reports, self.announced, self.problems, self.told = (
+            list(labels), [], [], [], [], [],
         )  # fmt: skip
 
     def announce(self, grasp, progress):
@@ -69,6 +69,9 @@ class Scripted:
 
     def show(self, report):
         self.reports.append(report)
+
+    def tell(self, text):
+        self.told.append(text)
 
     def decide(self, problem, choices):
         self.problems.append((problem, tuple(choices)))

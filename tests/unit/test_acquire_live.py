@@ -256,9 +256,13 @@ def test_earlier_grasps_are_known_after_a_resume(lab):
 def test_nobody_is_there(lab):
     faults = [*[Fault(delete=64, at=5_000)] * 9, Fault(gain=30.0)]
     lab.lines = [FakeLine(response(), noise=1e-4, faults=faults)]
-    _, done = lab.acquire(Unattended(Scripted()))
+    shown = Scripted()
+    _, done = lab.acquire(Unattended(shown))
     assert list(done.skipped) == ["cube_01"]  # three grasps of three takes each
     assert "64 frames lost" in done.skipped["cube_01"]
+    said = [text.rpartition("; ")[2] for text in shown.told]
+    assert said == ["redo", "redo", "skip", "keep"]  # the last is clipped
+    assert all("64 frames lost" in text for text in shown.told[:3])
     assert qualities(lab)["ball_01_1"] == "clipped"
     assert (done.recorded, done.left) == (6, 0)
 

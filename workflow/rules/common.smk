@@ -94,7 +94,10 @@ def of_latents(path):
 
 
 RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
-RENDERER = "ajgdata.pipeline.rendering:renderer"
+RENDERERS = [
+    "ajgdata.pipeline.rendering:renderer",
+    "ajgdata.pipeline.rendering:new_grasps_of",
+]
 
 
 def measured_by(wildcards):
@@ -103,7 +106,7 @@ def measured_by(wildcards):
     return [
         RUN_EXPERIMENT,
         measure_entry(one.name),
-        *([RENDERER, "ajgdata.gripper"] if one.renders else []),
+        *([*RENDERERS, "ajgdata.gripper"] if one.renders else []),
     ]
 
 

@@ -5,12 +5,12 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.log import logged
-from ajgdata.pipeline.rendering import renderer
+from ajgdata.pipeline.rendering import new_grasps_of, renderer
 from ajgdata.types import AudioSettings, FeatureSettings
 
 params, wildcards = snakemake.params, snakemake.wildcards
 with logged(snakemake.log[0]):
-    render = renderer(Paths(), wildcards.dataset) if params.rendered else None
+    simulated = (Paths(), wildcards.dataset) if params.rendered else None
     run_experiment(
         Path(snakemake.input.store),
         kind=wildcards.kind,
@@ -24,7 +24,8 @@ with logged(snakemake.log[0]):
         root=Path(),
         manifests=[Path(path) for path in snakemake.input.manifests],
         encoders=[Path(path) for path in snakemake.input.encoders],
-        render=render,
+        render=renderer(*simulated) if simulated else None,
+        new_grasps=new_grasps_of(*simulated) if simulated else None,
         seed=params.seed,
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),

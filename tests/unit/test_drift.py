@@ -1,0 +1,142 @@
+"""The watch over references: its false alarms are those that it states, and warmth is heard."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import Scene, excitation_sweep, record, simulate
+from ajgdata.live.drift import DriftWatch, references_needed
+from ajgdata.types import FeatureSettings
+
+
+@cache
+def reference(temperature_c: float, seed: int) -> np.ndarray:
+    """Return the feature of a recording of the empty gripper on a coarse grid, (1025,)."""
+    scene = Scene.model_validate(
+        {
+            "environment": {"temperature_c": temperature_c},
+            "grasp": {"seed": seed},
+            "numerics": {"dx_mm": 6},
+        }
+    )
+    take = record(simulate(scene), excitation_sweep(), seed=seed)
+    return spectrum(take.samples, 44_100, FeatureSettings())
+
+
+@cache
+def day_1() -> np.ndarray:
+    return np.array([reference(22, seed) for seed in range(13)])
+
+
+def share_of_alarms(n: int, m: int, allowed: float, trials: int = 3000) -> tuple[float, float]:
+    """Return the measured and the stated rate, of heavy-tailed references of three numbers."""
+    generator = np.random.default_rng(n + m)
+    alarms = 0
+    for _ in range(trials):
+        spectra = np.exp(generator.standard_t(3, (n + m, 3)) * 0.1)
+        watch = DriftWatch(spectra[:n], allowed, in_a_row=m)
+        alarms += [watch.observe(one) for one in spectra[n:]][-1] > 1
+    return alarms / trials, watch.false_alarm
+
+
+@pytest.mark.parametrize(("n", "m", "allowed"), [(9, 1, 0.1), (30, 1, 0.2), (20, 2, 0.1)])
+def test_an_unchanged_gripper_raises_no_more_alarms_than_are_stated(n, m, allowed):
+    """The rate is at most what is stated (a reference of day 1 is scored by one fewer, which makes
+    its score larger), within three standard deviations of as many trials."""
+    measured, stated = share_of_alarms(n, m, allowed)
+    assert 0.5 * allowed < stated <= allowed
+    assert measured < stated + 3 * np.sqrt(stated / 3000)
+    assert measured > stated / 3  # and it is no watch that sleeps
+
+
+def test_how_many_references_a_rate_needs():
+    """1 / C(n + m, m) <= 0.01: C(100, 1) = 100; C(14, 2) = 91, C(15, 2) = 105; C(10, 3) = 120,
+    C(9, 3) = 84."""
+    assert [references_needed(0.01, m) for m in (1, 2, 3)] == [99, 13, 7]
+    assert references_needed(0.5, 1) == 3  # fewer have no standard deviation that could be trusted
+    some = np.random.default_rng(0).uniform(1, 2, (12, 4))
+    assert DriftWatch(some).in_a_row == 3
+    with pytest.raises(ValueError, match=r"12 references .* 0\.01: record 1 more of the empty"):
+        DriftWatch(some, in_a_row=2)
+    with pytest.raises(ValueError, match="record 3 more"):
+        DriftWatch(some[:4])
+
+
+def test_the_limit_is_the_largest_score_that_keeps_the_rate():
+    """30 references, 2 in a row: C(j + 1, 2) / C(32, 2) is 1, 3 and 6 of 496 for j = 1, 2, 3, and
+    6 is more than 0.01. The limit lies below the largest score and above the third."""
+    some = np.random.default_rng(0).uniform(1, 2, (30, 4))
+    watch = DriftWatch(some)
+    assert watch.false_alarm == 3 / 496
+    scale = np.abs(some).mean()
+    left_out = []
+    for row, one in enumerate(np.arcsinh(some / scale)):
+        others = np.arcsinh(np.delete(some, row, 0) / scale)
+        distance = (one - others.mean(0)) / others.std(0, ddof=1)
+        left_out.append(np.sqrt(np.mean(distance**2)))
+    assert watch.limit == pytest.approx(sorted(left_out)[-2])
+
+
+def test_one_odd_reference_is_no_alarm_and_a_change_is_told_until_it_is_gone():
+    some = np.random.default_rng(0).uniform(1, 2, (30, 4))
+    watch, usual, odd = DriftWatch(some), np.full(4, 1.5), np.full(4, 9.0)
+    far = float(watch.score(odd)) / watch.limit
+    told = [watch.observe(one) for one in (odd, odd, usual, odd, odd, odd)]
+    assert far > 1
+    assert told[0] == 1  # too early for an alarm
+    assert told[1] == told[4] == told[5] == pytest.approx(far)
+    assert max(told[2:4]) < 1
+
+
+def test_no_alarm_in_the_same_room_and_one_in_another():
+    """Unseen references of the same state, and of one 10 K colder and warmer: sound is 1.7 %
+    faster per 10 K, five bins at 6 kHz."""
+    assert max(observed(22)) <= 1
+    assert min(observed(12)[1:]) > 2
+    assert min(observed(32)[1:]) > 2
+
+
+def observed(temperature_c):
+    watch = DriftWatch(day_1())
+    return [watch.observe(reference(temperature_c, 100 + seed)) for seed in range(4)]
+
+
+@pytest.mark.parametrize("direction", [-1, 1])
+def test_the_score_grows_with_every_step_away_from_the_temperature_of_day_1(direction):
+    watch = DriftWatch(day_1())
+    steps = [reference(22 + direction * away, 100) for away in (0, 2, 4, 7, 10)]
+    assert np.all(np.diff(watch.score(np.array(steps))) > 0)
+
+
+def test_a_bin_that_never_changes_on_day_1_counts_as_it_is():
+    """It has no spread to be divided by: asinh(x / scale) itself is its distance."""
+    some = np.random.default_rng(0).uniform(1, 2, (13, 1))
+    both = np.hstack([some, np.ones((13, 1))])
+    moved = np.array([some.mean(), 6.0])
+    scale, there = both.mean(), DriftWatch(both).score(moved)
+    still = np.arcsinh(both[:, 0] / scale)
+    own = (np.arcsinh(moved[0] / scale) - still.mean()) / still.std(ddof=1)
+    away = np.arcsinh(6 / scale) - np.arcsinh(1 / scale)
+    assert there == pytest.approx(np.sqrt((own**2 + away**2) / 2))
+
+
+@pytest.mark.parametrize(
+    ("feature", "said"), [(np.ones(3), "4 finite"), (np.full(4, np.nan), "4 finite")]
+)
+def test_what_is_no_reference_is_refused_and_leaves_the_watch_as_it_was(feature, said):
+    watch = DriftWatch(np.random.default_rng(0).uniform(1, 2, (13, 4)))
+    watch.observe(np.full(4, 9.0))
+    with pytest.raises(ValueError, match=said):
+        watch.observe(feature)
+    assert watch.observe(np.full(4, 9.0)) > 1
+
+
+def test_what_cannot_be_day_1_is_refused():
+    with pytest.raises(ValueError, match="shape"):
+        DriftWatch(np.ones(9))
+    with pytest.raises(ValueError, match="finite"):
+        DriftWatch(np.full((9, 3), np.nan))
+    with pytest.raises(ValueError, match="false_alarm 0 "):
+        DriftWatch(np.ones((9, 3)), 0.0)

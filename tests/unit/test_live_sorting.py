@@ -1,0 +1,203 @@
+"""New grasps of a recipe's objects, and runs of sorting them."""
+
+import numpy as np
+import pytest
+from drawn_figures import fits, texts
+from experiment_samples import measured, small_inputs, task_results
+
+from ajgdata.acquire.recipe import new_grasp, plan_session
+from ajgdata.evaluate.looks import orders
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import Inputs
+from ajgdata.experiments.live_sorting.trained import trained
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import Scene
+from ajgdata.pipeline.rendering import new_grasps_of
+from ajgdata.report.canvas import draw
+from ajgdata.report.paper import PaperFigure
+from ajgdata.store.features import Shard, text_column
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types import AudioSettings, FeatureSettings, Recipe
+
+AUDIO, RATE = AudioSettings(), 44_100
+OBJECTS = ("cube_12", "cube_28")
+RECIPE = {
+    "grasps_per_object": 4,
+    "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
+    "vary": {"angle_deg": [-10, 10], "offset_x_mm": [-2, 2]},
+    "objects": [
+        {"name": name, "shape": {"kind": "cube", "edge_mm": int(name[-2:])}} for name in OBJECTS
+    ],
+}  # fmt: skip
+DECLARED = {"audio": {}, "features": {}, "targets": {"object": {"kind": "classification"}}}
+PAPER = PaperFigure(
+    id="sorting", metric="sorts in a row", value=3, unit="sorts", text="3 sorts", where="live"
+)
+
+
+def test_new_grasps_are_new_and_looks_share_a_pose():
+    recipe = Recipe.model_validate(RECIPE)
+    first, second, other = (
+        new_grasp(recipe, "d", "cube_12", number, look, "code")
+        for number, look in ((1, 1), (1, 2), (2, 1))
+    )
+    poses = [{k: g.setup["grasp"][k] for k in recipe.vary} for g in (first, second, other)]
+    assert poses[0] == poses[1] != poses[2]
+    recorded = plan_session(recipe, "d", "virtual-01", "code")
+    seeds = [g.setup["grasp"]["seed"] for g in (first, second, other, *recorded)]
+    assert len(set(seeds)) == len(seeds)
+    for low, high in recipe.vary.values():
+        assert all(low <= pose["angle_deg"] <= 10 for pose in poses) and high <= 10
+    assert Scene.model_validate(first.setup).object.edge_mm == 12
+    assert new_grasp(recipe, "d", "cube_12", 1, 1, "code") == first
+    with pytest.raises(ValueError, match=r"has no object 'ball': it has cube_12, cube_28"):
+        new_grasp(recipe, "d", "ball", 1, 1, "code")
+    variants = Recipe.model_validate(RECIPE | {"variants": {"coffee": {}}})
+    with pytest.raises(ValueError, match="without variants"):
+        new_grasp(variants, "d", "cube_12", 1, 1, "code")
+
+
+@pytest.fixture
+def simulated(project) -> Inputs:
+    """Two cubes, four grasps each; spectra as the workflow makes them."""
+    project.declare(**DECLARED, recipe=RECIPE)
+    sensed = new_grasps_of(project.paths, "d")
+    wanted = [(name, number, 1) for name in OBJECTS for number in range(101, 105)]
+    feature = np.array([spectrum(s, RATE, FeatureSettings()) for s in sensed(wanted)])
+    columns = {
+        "recording": text_column([f"s/{name}_{number}" for name, number, _ in wanted]),
+        "grasp_id": text_column([f"{name}_{number}" for name, number, _ in wanted]),
+        "object": text_column([name for name, _, _ in wanted]),
+    }
+    attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
+    shard = Shard(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
+    return Inputs(
+        "d", "t", "object", "classification", "", "grasp_id", 2, 0, shard, audio=AUDIO,
+        new_grasps=sensed,
+    )  # fmt: skip
+
+
+def test_looks_differ_as_grasps_do_and_are_made_alike_again(project, solved):
+    project.declare(**DECLARED, recipe=RECIPE)
+    wanted = [("cube_12", 1, 1), ("cube_12", 1, 2)]
+    first, second = new_grasps_of(project.paths, "d")(wanted)
+    assert first.shape == (RATE,) and not np.array_equal(first, second)
+    count = len(solved)
+    again, _ = new_grasps_of(project.paths, "d")(wanted)
+    assert np.array_equal(again, first) and len(solved) == count == 2  # kept, not solved again
+    spec = read_dataset(project.paths, "d")
+    assert not list(project.paths.sessions("d").glob("*")), spec  # nothing is recorded
+
+
+def test_new_grasps_need_a_simulated_data_set(project):
+    with pytest.raises(ValueError, match="needs a virtual data set: d was not simulated"):
+        list(new_grasps_of(project.paths, "d")([("box", 1, 1)]))
+    with pytest.raises(ValueError, match="needs a virtual data set"):
+        measured("live_sorting", small_inputs(), "linear")
+
+
+SETTINGS = {"placements": 3, "looks": 2, "runs": 4, "grasps": (2,), "models": ["linear"]}
+
+
+def test_cubes_that_sound_apart_are_sorted_to_the_end(simulated):
+    outcome = measured("live_sorting", simulated, "linear", **SETTINGS)
+    again = measured("live_sorting", simulated, "linear", **SETTINGS)
+    assert again.tables == outcome.tables
+    scores, conditions, runs, offline = outcome.tables
+    # two sizes of training, two kinds of probabilities, one look, two as needed, two always
+    assert len(conditions.rows) == 2 * 2 * 3 and len(runs.rows) == 4 * len(conditions.rows)
+    best = conditions.where(grasps=4, part="plain", policy="as needed", looks=1)
+    assert best.column("accuracy") == [1.0] and best.column("wrong") == [0.0]
+    assert conditions.where(policy="always").column("mean_looks") == [2.0] * 4
+    assert conditions.where(policy="always").column("added_s") == [10.25] * 4
+    assert {row["grasps"]: row["recordings"] for row in offline.rows} == {4: 8, 2: 4}
+    for row in runs.rows:
+        assert row["sorts"] <= 6 and (row["held"] is None) == (row["sorts"] == 6)
+    same = scores.where(metric="sorts_in_a_row").column("value")
+    assert same == runs.column("sorts")
+    (cost,) = outcome.cost
+    assert set(cost.column("metric")) == {"feature_s", "model_s", "decide_s"}
+    assert (cost.numbers("value") > 0).all()
+    results = task_results("live_sorting", {"linear": outcome}, settings=SETTINGS)
+    assert all(fits(draw(one)) for one in EXPERIMENTS["live_sorting"].figures(results))
+
+
+def known(inputs: Inputs, doubtful: set[int]):
+    """New grasps that sound as recordings do; a ball and a box, in placements `doubtful`, as one
+    halfway between them at the first look."""
+    value = inputs.store.columns["object"].values
+    sound = {o: np.log(inputs.store.feature[value == o]).mean(axis=0) for o in np.unique(value)}
+    middle = (sound["ball"] + sound["box"]) / 2
+
+    def sensed(wanted):
+        for name, number, look in wanted:
+            halfway = number in doubtful and look == 1 and name != "rod"
+            log = middle if halfway else sound[name]
+            yield np.fft.irfft(np.exp(log), 118)
+
+    return sensed
+
+
+def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
+    """The feature is the spectrum itself: what is heard is known, and so is each run's length."""
+    import ajgdata.features.transfer_function as made
+
+    monkeypatch.setattr(
+        made, "feature_maker", lambda *_: lambda heard: np.abs(np.fft.rfft(heard)).astype("f4")
+    )
+    inputs = small_inputs()
+    small = small_inputs(new_grasps=known(inputs, {2}))
+    settings = {"placements": 4, "looks": 2, "runs": 5, "grasps": (), "threshold": 0.9}
+    outcome = measured("live_sorting", small, "linear", **settings)
+    _, conditions, runs, _ = outcome.tables
+    one, two = (conditions.where(part="plain", policy="as needed", looks=n).rows[0] for n in (1, 2))
+    assert (one["accepted"], two["accepted"]) == (10 / 12, 1.0)
+    assert (one["wrong"], two["wrong"]) == (0, 0)
+    assert two["mean_looks"] == pytest.approx(14 / 12)
+    assert two["added_s"] == pytest.approx(2 / 12 * 10.25)
+    # The second placement of ball and of box stops a run with one look: rows 1 and 5 of 12.
+    expected = [next(n for n, row in enumerate(o) if row in (1, 5)) for o in orders(12, 5, 0)]
+    stopped = runs.where(part="plain", policy="as needed", looks=1)
+    assert stopped.column("sorts") == expected
+    assert {frozenset((r["first"], r["second"])) for r in stopped.rows} == {
+        frozenset(("ball", "box"))
+    }
+    assert stopped.column("sort_s") == [81.5] * 5
+    to_the_end = runs.where(part="plain", policy="as needed", looks=2)
+    assert to_the_end.column("sorts") == [12] * 5
+    assert to_the_end.numbers("sort_s") == pytest.approx(81.5 + 2 / 12 * 10.25)
+    results = task_results(
+        "live_sorting", {"linear": outcome}, settings=settings, papers={"live_sorting": PAPER}
+    )
+    check_shown(results, expected)
+
+
+def check_shown(results, expected: list[int]) -> None:
+    one = EXPERIMENTS["live_sorting"]
+    plain, scaled = one.figures(results)
+    middle = np.median(expected)
+    figure = draw(plain)
+    title = f"sorts {middle:g} new grasps in a row in the middle run, the paper 3"
+    assert fits(figure) and title in plain.caption.alt
+    assert {"simulated", "10 grasps", "the paper: 3", "into a wrong bin"} <= set(texts(figure))
+    assert "5 × ball or box" in plain.caption.text and scaled.folded
+    (table,) = one.tables(results)
+    assert all(len(row) == len(table.heads) for row in table.rows)
+    assert table.rows[0][4] == "16.7 %" and table.rows[1][-1] == "5 × all sorted"
+    (row,) = one.paper_comparison(results, lambda *_: None)
+    assert row.label == "new grasps" and row.marks[0].value == middle
+    assert row.marks[0].low <= middle <= row.marks[0].high
+
+
+def test_training_on_fewer_grasps_holds_what_still_fewer_are_trained_on():
+    data = small_inputs().data()
+    every, some = (trained(data, "linear", 5, 0, size) for size in (None, 4))
+    assert (every.grasps, some.grasps) == (10, 4)
+    assert len(every.label) == 60 and len(some.label) == 24
+    np.testing.assert_allclose(some.held_out.sum(axis=1), 1)
+    plain, scaled = some.probabilities(data.feature[:5])
+    np.testing.assert_array_equal(plain.argmax(axis=1), scaled.argmax(axis=1))
+    with pytest.raises(ValueError, match="ball has 10 grasps, not 11: lower grasps"):
+        trained(data, "linear", 5, 0, 11)
+    with pytest.raises(ValueError, match="model 'ridge' has no probabilities"):
+        trained(data, "ridge", 5, 0)
