@@ -18,6 +18,7 @@ from ajgdata.loading import (
     load_dataset,
     load_features,
     load_model,
+    load_predictor,
     load_recordings,
 )
 
@@ -29,5 +30,6 @@ __all__ = [
     "load_dataset",
     "load_features",
     "load_model",
+    "load_predictor",
     "load_recordings",
 ]

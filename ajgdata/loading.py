@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from torch.utils.data import TensorDataset
 
     from ajgdata.evaluate.task_data import TaskData
+    from ajgdata.live.predictor import Predictor
     from ajgdata.paths import Paths
     from ajgdata.types import DataError, DatasetSpec
 
@@ -144,6 +145,54 @@ def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
         raise DataError(folder, str(error), "install the package it came from") from None
 
 
+def load_predictor(name: str, task: str, model: str = "cnn", project: Project = None) -> Predictor:
+    """Return the model trained for `task` of the data set `name`, ready for new recordings.
+
+    It takes waveforms, checks them as the workflow does, and gives calibrated probabilities, or a
+    number with an interval, and says when nothing is held or when it is unlike anything seen. See
+    `docs/predicting.md`. Raises DataError when it has not been, or could not be, trained, and for
+    features that one recording alone does not give.
+
+    >>> import ajgdata
+    >>> predictor = ajgdata.load_predictor("size", "size", "ridge")
+    >>> waveform = ajgdata.load_recordings("size").waveform[0].values  # (n,), full scale ±1
+    >>> said = predictor.predict(waveform, sample_rate_hz=44_100)
+    >>> said.unit, str(said.verdict)
+    ('mm', 'known')
+    """
+    return read_predictor(_paths(project).model(name, task, model), name, task)
+
+
+def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
+    """Return the predictor in `folder`; raises DataError as `load_predictor` does."""
+    from ajgdata.evaluate.in_use import Calibration
+    from ajgdata.evaluate.novelty import Guard
+    from ajgdata.live.predictor import Predictor
+    from ajgdata.store.models import read_guard
+    from ajgdata.types import AudioSettings, DataError, FeatureSettings
+
+    estimator, about = read_model(folder)
+    if "calibration" not in about:
+        raise DataError(folder, "was trained without calibration", "run `snakemake` again")
+    calibration = Calibration(**about["calibration"])
+    try:
+        return Predictor(
+            estimator=estimator,
+            dataset=dataset,
+            task=task,
+            model=about["model"],
+            kind=about["kind"],
+            unit=about["unit"],
+            classes=tuple(about["classes"]),
+            audio=AudioSettings.model_validate(about["audio"]),
+            features=FeatureSettings.model_validate(about["features"]),
+            calibration=calibration,
+            guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
+        )
+    except ValueError as error:
+        raise DataError(folder, str(error), "choose a data set without") from None
+
+
 def _paths(project: Project) -> Paths:
     from ajgdata.paths import find_project
 
@@ -268,7 +317,8 @@ class Dataset:
         kind = self.spec.targets[declared.target].kind
         store = self.paths.features(self.spec.name)
         try:
-            rows = task_data(read_store(store), declared.target, kind, declared.groups)
+            columns = declared.target, kind, declared.groups, declared.classes
+            rows = task_data(read_store(store), *columns)
         except ValueError as error:
             raise self._wrong(f"task {task}: {error}", "see its quarantine") from None
         classes = sorted(set(rows.value.tolist())) if kind == "classification" else []

@@ -44,16 +44,17 @@ class Calibrated:
     temperatures: tuple[float, ...]  #: of the folds
 
 
-def temperature(log_probability: np.ndarray, label: np.ndarray) -> float:
+def temperature(log_probability: np.ndarray, label: np.ndarray, doubt: float = 0.0) -> float:
     """Return the T that makes `label` (n,), column numbers, most probable under softmax(log p / T).
 
-    `log_probability` (n, n_classes).
+    `log_probability` (n, n_classes). A share `doubt` of each row is taken for any class at random.
     """
     rows = np.arange(len(label))
 
     def loss(log_t: float) -> float:
         z = log_probability / np.exp(log_t)
-        return float(np.mean(logsumexp(z, axis=1) - z[rows, label]))
+        meant = (1 - doubt) * z[rows, label] + doubt * z.mean(axis=1)
+        return float(np.mean(logsumexp(z, axis=1) - meant))
 
     low, high = np.log(TEMPERATURES)
     return float(np.exp(minimize_scalar(loss, bounds=(low, high), method="bounded").x))

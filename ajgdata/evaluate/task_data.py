@@ -24,11 +24,14 @@ class TaskData(NamedTuple):
         return TaskData(*(column[chosen] for column in self))
 
 
-def task_data(shard: Shard, target: str, kind: Kind, groups: str) -> TaskData:
+def task_data(
+    shard: Shard, target: str, kind: Kind, groups: str, classes: Sequence[str] = ()
+) -> TaskData:
     """Return the recordings of `shard` whose `target` is not missing, grouped by column `groups`.
 
-    Raises ValueError when the store lacks rows or a column, when all values or all groups are the
-    same, and when a recording belongs to no group.
+    Of `classes` alone, if there are any. Raises ValueError when the store lacks rows or a column,
+    for a class that no recording has, when all values or all groups are the same, and when a
+    recording belongs to no group.
     """
     if not len(shard.feature):
         raise NotPossibleError("no recording can be used: the quarantine says why")
@@ -39,6 +42,10 @@ def task_data(shard: Shard, target: str, kind: Kind, groups: str) -> TaskData:
     present = np.isfinite(values) if kind == "regression" else values != ""
     if not present.any():
         raise NotPossibleError(f"no recording has a value of {target!r}")
+    if classes:
+        if missing := sorted(set(classes) - set(values.tolist())):
+            raise NotPossibleError(f"classes: no recording has the {target} {missing[0]!r}")
+        present = np.isin(values, classes)
     if (values[present] == values[present][0]).all():
         raise NotPossibleError(
             f"every recording has the same {target!r}: there is nothing to tell apart"

@@ -89,6 +89,7 @@ class Inputs:
     others: Mapping[str, Shard] = field(default_factory=dict)
     period_deg: float | None = None
     withhold: Sequence[float] = ()
+    classes: Sequence[str] = ()
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
@@ -99,12 +100,13 @@ class Inputs:
     kinds: Mapping[str, Kind] = field(default_factory=dict)
 
     def all_data(self, other: str = "") -> TaskData:
-        """Return every recording that has the target, of the store or of that of `other`.
+        """Return every recording that has the target, of the store or of that of `other`; with
+        `classes`, of those alone.
 
         Raises ValueError where there is none; see `task_data`.
         """
         shard = self.others[other] if other else self.store
-        return task_data(shard, self.target, self.kind, self.groups)
+        return task_data(shard, self.target, self.kind, self.groups, self.classes)
 
     def data(self, other: str = "") -> TaskData:
         """Return the recordings of `all_data` whose value is not withheld from training."""

@@ -52,24 +52,6 @@ class Settings(Strict):
     inner_folds: int = Field(5, ge=2, description="folds of the training part, for its residuals")
 
 
-def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> np.ndarray:
-    """Return the least of `values` (m, n) per column whose `weights` (m,) add up to `share`.
-
-    Infinity where all of them together do not.
-    """
-    order = np.argsort(values, axis=0)
-    reached = np.cumsum(weights[order], axis=0) >= share - 1e-12
-    first = np.argmax(reached, axis=0)
-    found = np.take_along_axis(np.take_along_axis(values, order, 0), first[None], 0)[0]
-    return np.where(reached.any(axis=0), found, np.inf)
-
-
-def grasp_weights(groups: np.ndarray) -> np.ndarray:
-    """Return weights (m,), equal for all groups, that leave 1 / (groups + 1) for a new one."""
-    _, inverse, counts = np.unique(groups, return_inverse=True, return_counts=True)
-    return 1.0 / (counts[inverse] * (len(counts) + 1))
-
-
 def cv_plus(
     predictions: np.ndarray,
     residuals: np.ndarray,
@@ -84,6 +66,7 @@ def cv_plus(
     of the training recordings by the model that had not met them, that of `fold` (m,). With a
     `period` ends lie within half of it.
     """
+    from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
     from ajgdata.evaluate.metrics import middle, wrapped
 
     columns = predictions.T

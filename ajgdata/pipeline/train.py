@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ajgdata.evaluate.task_data import task_data
-from ajgdata.store.features import read_store
+import numpy as np
+
+from ajgdata.evaluate.task_data import TaskData, task_data
+from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.models import ABOUT_FILE, write_estimator, write_network
+from ajgdata.store.models import ABOUT_FILE, write_estimator, write_guard, write_network
 from ajgdata.store.tables import plain
 from ajgdata.types import Kind, NotPossibleError
 
@@ -23,31 +28,67 @@ def train_model(
     model: str,
     seed: int,
     folder: Path,
+    classes: Sequence[str] = (),
     period_deg: float | None = None,
+    task: str = "",
 ) -> None:
-    """Fit `model` on all recordings of `store` that have `target` and write it into `folder`.
+    """Fit `model` on all recordings of `store` that have `target` and write it into `folder`, with
+    its calibration and what a predictor needs beside.
 
     How well it will do on new recordings is what the evaluation says, not its fit to these. A model
-    that cannot be trained is written as such with the reason.
+    that cannot be trained is written as such with the reason; one that cannot be calibrated is
+    written whole, and says why.
     """
     from threadpoolctl import threadpool_limits
 
+    from ajgdata.evaluate.in_use import calibration
     from ajgdata.models import make_model, network_state
 
     shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
-    about |= {"period": period_deg, "seed": seed, "provenance": dict(shard.attrs)}
+    about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
     try:
-        features, values, _, names = task_data(shard, target, kind, groups)
+        data = task_data(shard, target, kind, groups, classes)
         with threadpool_limits(limits=1):
-            estimator = make_model(model, kind, seed, period_deg).fit(features, values)
+            estimator = make_model(model, kind, seed, period_deg).fit(data.feature, data.value)
     except NotPossibleError as error:
         write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
         return
-    about |= {"recordings": len(names), "frequency_hz": shard.frequency_hz}
+    grasp = _grasps(shard, data)
+    found = calibration(
+        data.feature, data.value, data.group, grasp,
+        model=model, kind=kind, seed=seed, period=period_deg,
+    )  # fmt: skip
+    about |= json.loads(str(shard.attrs["settings"]))  # audio and features
+    about |= {"recordings": len(data.name), "frequency_hz": shard.frequency_hz}
+    about |= {"classes": np.unique(data.value).tolist() if kind == "classification" else []}
+    about |= {"calibration": found.plain()}
+    write_guard(folder, _guarding(shard, target, kind, data, grasp))
     if state := network_state(estimator):
         arrays, about["network"] = state
         write_network(folder, arrays)
     else:
         write_estimator(folder, estimator)
     write_bytes(folder / ABOUT_FILE, json_bytes(plain(about)))
+
+
+def _grasps(shard: Shard, data: TaskData) -> np.ndarray:
+    """Return the grasp (n,) of each recording of a task; never the same in two groups."""
+    chosen = np.isin(shard.columns["recording"].values, data.name)
+    grasp = shard.columns["grasp_id"].values[chosen].astype(str)
+    return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
+
+
+def _guarding(
+    shard: Shard, target: str, kind: Kind, data: TaskData, grasp: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the arrays of the guard by name; references are recordings of no object that have no
+    value of the target either: where nothing is a class, it is none of them."""
+    from ajgdata.evaluate.novelty import Guard
+
+    values = shard.columns[target].values
+    missing = ~np.isfinite(values) if kind == "regression" else values == ""
+    empty = missing & (shard.columns["object"].values == "")
+    guard = Guard.of(data.feature, grasp).with_references(shard.feature[empty])
+    fields = [field.name for field in dataclasses.fields(guard) if field.name != "threshold"]
+    return {name: getattr(guard, name) for name in fields}

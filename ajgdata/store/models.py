@@ -18,25 +18,44 @@ if TYPE_CHECKING:
 ABOUT_FILE = "model.json"
 NETWORK_FILE = "model.safetensors"
 ESTIMATOR_FILE = "model.skops"
+GUARD_FILE = "guard.safetensors"
 
 
 def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write the weights of a network by name, arrays of any shape."""
-    from safetensors.numpy import save_file
-
-    with replacing(folder / NETWORK_FILE) as temporary:
-        save_file(dict(arrays), temporary)
+    _write_arrays(folder / NETWORK_FILE, arrays)
 
 
 def read_network(folder: Path) -> dict[str, np.ndarray]:
     """Return the arrays that `write_network` wrote, by name, of the same shapes."""
+    return _read_arrays(folder / NETWORK_FILE)
+
+
+def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write what tells the unknown and the empty gripper: see `evaluate.novelty.Guard`."""
+    _write_arrays(folder / GUARD_FILE, arrays)
+
+
+def read_guard(folder: Path) -> dict[str, np.ndarray]:
+    """Return the arrays that `write_guard` wrote, by name."""
+    return _read_arrays(folder / GUARD_FILE)
+
+
+def _write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    from safetensors.numpy import save_file
+
+    with replacing(path) as temporary:
+        save_file(dict(arrays), temporary)
+
+
+def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     from safetensors import SafetensorError
     from safetensors.numpy import load_file
 
     try:
-        return load_file(folder / NETWORK_FILE)
+        return load_file(path)
     except (OSError, SafetensorError) as error:
-        raise _unreadable(folder / NETWORK_FILE, error) from None
+        raise _unreadable(path, error) from None
 
 
 def write_estimator(folder: Path, estimator: BaseEstimator) -> None:

@@ -37,7 +37,7 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = ("target", "kind", "unit", "groups", "period_deg")
+TRAINING = ("target", "classes", "kind", "unit", "groups", "period_deg")
 
 
 class DatasetSpec(Strict):
@@ -117,6 +117,8 @@ class DatasetSpec(Strict):
                 for key in ("withhold", "period_deg"):
                     if getattr(task, key):
                         raise ValueError(f"task {name}: {key} is for a number, not for classes")
+            elif task.classes:
+                raise ValueError(f"task {name}: classes are those of a class, not of a number")
         return self
 
     @model_validator(mode="after")
@@ -141,6 +143,7 @@ class DatasetSpec(Strict):
         target = self.targets[settings.target]
         return {
             "target": settings.target,
+            "classes": list(settings.classes),
             "kind": target.kind,
             "unit": target.unit,
             "groups": settings.groups,

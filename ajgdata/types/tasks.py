@@ -16,6 +16,9 @@ class Task(Strict):
     """Target + split: one row of the report for each model."""
 
     target: str = Field(description="which of the targets")
+    classes: tuple[str, ...] = Field(
+        (), description="classes that the task is about, at least two; default: all of the target"
+    )
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
     folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
     models: tuple[ModelName, ...] = Field(
@@ -81,6 +84,10 @@ class Task(Strict):
         parts += tuple(self.experiments)
         if CROSS_VALIDATION in self.experiments:
             raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")
+        if self.classes and len(set(self.classes)) < 2:
+            raise ValueError("classes: name at least two, or none for all")
+        if len(set(self.classes)) != len(self.classes):
+            raise ValueError("classes lists one twice")
         if len(set(self.models)) != len(self.models):
             raise ValueError("models lists one twice")
         if more := sorted(set(self.papers) - set(parts)):

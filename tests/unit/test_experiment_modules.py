@@ -8,10 +8,11 @@ import pytest
 from experiment_samples import measured, numbers, small_inputs, task_results
 from matplotlib.text import Text
 
+from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome, score_table
-from ajgdata.experiments.conformal_intervals import cv_plus, grasp_weights, weighted_quantile
+from ajgdata.experiments.conformal_intervals import cv_plus
 from ajgdata.experiments.sorting import LONGEST_RUN, RUNS, parts_of, spread
 from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure

@@ -10,9 +10,25 @@ from ajgdata.models import make_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
-from ajgdata.types import DataError
+from ajgdata.types import DataError, NotPossibleError
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
+
+
+@pytest.fixture(autouse=True)
+def few_folds(monkeypatch):
+    """Calibrate on two folds: each trains the CNN once more."""
+    monkeypatch.setattr("ajgdata.evaluate.in_use.FOLDS", 2)
+
+
+@pytest.fixture
+def uncalibrated(monkeypatch):
+    """Leave calibration out: no folds can be made."""
+
+    def refuse(*_):
+        raise NotPossibleError("no folds")
+
+    monkeypatch.setattr("ajgdata.evaluate.in_use.grouped_folds", refuse)
 
 
 @pytest.fixture
@@ -29,8 +45,11 @@ def store(tmp_path):
         "grasp_id": text_column([f"s/{n}" for n in range(24)]),
         "edge_mm": Column(edge, {"units": "mm"}),
         "kind": text_column(kinds),
+        "object": text_column(["cube"] * 24),
     }
-    shard = Shard(feature.astype(np.float32), np.arange(64.0), columns, {"data_set": "d"})
+    settings = {"audio": {"sample_rate_hz": 8000}, "features": {"window": 126, "hop": 32}}
+    attrs = {"data_set": "d", "settings": json.dumps(settings)}
+    shard = Shard(feature.astype(np.float32), np.arange(64.0), columns, attrs)
     write_store(path, shard, {"units": "1"})
     return path
 
@@ -42,6 +61,7 @@ def train(store, target, model, name="m"):
     return folder
 
 
+@pytest.mark.usefixtures("uncalibrated")
 @pytest.mark.parametrize("model", ["cnn", "linear", "svm"])
 def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
     folder = store.parent / "m"
@@ -55,11 +75,13 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
     assert about["period"] == 8
     assert about["recordings"] == 23
     assert about["frequency_hz"] == list(range(64))
+    assert about["calibration"]["problems"] == {"half_width": "no folds"}
+    assert about["calibration"]["coverage"] is None
 
 
 def test_a_network_is_the_same_bytes_twice(store):
     folders = [train(store, "kind", "cnn", name) for name in ("a", "b")]
-    for file in ("model.json", "model.safetensors"):
+    for file in ("model.json", "model.safetensors", "guard.safetensors"):
         assert (folders[0] / file).read_bytes() == (folders[1] / file).read_bytes()
 
 
@@ -73,6 +95,7 @@ def test_what_cannot_be_trained_says_why(store):
         read_model(folder)
 
 
+@pytest.mark.usefixtures("uncalibrated")
 @pytest.mark.parametrize(("model", "file"), [("cnn", "model.safetensors"), ("knn", "model.skops")])
 def test_a_spoilt_file_is_told(store, model, file):
     folder = train(store, "kind", model)

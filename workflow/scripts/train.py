@@ -9,6 +9,7 @@ with logged(snakemake.log[0]):
     train_model(
         Path(snakemake.input.store),
         **snakemake.params.task,
+        task=snakemake.wildcards.task,
         model=snakemake.wildcards.model,
         seed=snakemake.params.seed,
         folder=Path(snakemake.output.folder),

@@ -1,0 +1,155 @@
+"""How far a model in use may be believed: found on grasps held out of inner folds, kept with it.
+
+The model itself is then trained on all recordings. Those of the inner folds had fewer, hence err
+rather more: temperatures, intervals and alarms are rather too wide than too narrow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import log_softmax
+from threadpoolctl import threadpool_limits
+
+from ajgdata.evaluate.calibration import TINIEST, temperature
+from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.novelty import alarm
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.models import make_model
+from ajgdata.types import Kind, NotPossibleError
+
+#: The inner folds of the model, each of which trains it once more.
+FOLDS = 5
+COVERAGE = 0.9
+#: Share of new grasps of what is known that may be taken for something unknown.
+FALSE_ALARM = 0.01
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What was found; None is what could not be, for the reason in `problems` (by name).
+
+    Probabilities in use are softmax(log p / `temperature`). The truth lies within `half_width` (in
+    the target's unit) of a predicted number in a share `coverage` of new groups. What is further
+    from the nearest grasp than `novelty_threshold` is unlike anything seen; of new grasps of what
+    is known a share `false_alarm` is at most, where `false_alarm_stated` was asked for.
+    """
+
+    folds: int
+    groups: int
+    temperature: float | None
+    coverage: float | None
+    half_width: float | None
+    novelty_threshold: float | None
+    false_alarm: float | None
+    false_alarm_stated: float
+    problems: dict[str, str]
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON can hold it."""
+        return asdict(self)
+
+
+def calibration(
+    features: np.ndarray,
+    target: np.ndarray,
+    groups: np.ndarray,
+    grasp: np.ndarray,
+    *,
+    model: str,
+    kind: Kind,
+    seed: int = 0,
+    period: float | None = None,
+    coverage: float = COVERAGE,
+    false_alarm: float = FALSE_ALARM,
+) -> Calibration:
+    """Return the calibration of `model`, trained on features (n, f) and `target` (n,).
+
+    `groups` (n,) are held out whole; `grasp` (n,) names the grasp of each recording. The same
+    inputs and `seed` give the same numbers. What cannot be found (folds that cannot be made, a
+    model without probabilities, too few groups) is None, with the reason: nothing is raised.
+    """
+    problems: dict[str, str] = {}
+
+    def found(name: str, find: Callable[[], Any]) -> Any:
+        try:
+            return find()
+        except NotPossibleError as error:
+            problems[name] = str(error)
+            return None
+
+    folds, t, half = min(FOLDS, len(np.unique(groups))), None, None
+    with threadpool_limits(limits=1):
+        if kind == "classification":
+            t = found(
+                "temperature",
+                lambda: _temperature(features, target, groups, model, folds, seed),
+            )
+        else:
+            half = found(
+                "half_width",
+                lambda: _half_width(features, target, groups, model, folds, seed, period, coverage),
+            )
+        far = found(
+            "novelty_threshold",
+            lambda: alarm(features, grasp, groups, false_alarm=false_alarm, seed=seed),
+        )
+    return Calibration(
+        folds=folds,
+        groups=len(np.unique(groups)),
+        temperature=t,
+        coverage=coverage if half is not None else None,
+        half_width=half,
+        novelty_threshold=far and far.threshold,
+        false_alarm=far and far.false_alarm,
+        false_alarm_stated=false_alarm,
+        problems=problems,
+    )
+
+
+def _temperature(
+    features: np.ndarray, y: np.ndarray, groups: np.ndarray, model: str, folds: int, seed: int
+) -> float:
+    """Return the temperature of out-of-fold probabilities, those of all folds together.
+
+    One more group, of which nothing is known, counts as any class: without it, where all held-out
+    grasps are told apart, the sharper the better, without end (after Platt 1999).
+    """
+    classes, label = np.unique(y, return_inverse=True)
+    if not hasattr(make_model(model, "classification", seed), "predict_proba"):
+        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
+    log_p = np.empty((len(y), len(classes)))
+    for train, test in grouped_folds(y, groups, "classification", folds, seed):
+        fitted: Any = make_model(model, "classification", seed).fit(features[train], y[train])
+        log_p[test] = np.log(np.maximum(fitted.predict_proba(features[test]), TINIEST))
+    doubt = 1 / (len(np.unique(groups)) + 1)
+    return temperature(log_softmax(log_p, axis=1), label, doubt)
+
+
+def _half_width(
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    model: str,
+    folds: int,
+    seed: int,
+    period: float | None,
+    coverage: float,
+) -> float:
+    """Return the quantile of out-of-fold residuals, each group counting once."""
+    if coverage > 1 - 1 / (count := len(np.unique(groups)) + 1):
+        raise NotPossibleError(
+            f"{count - 1} groups cannot say where {100 * coverage:g} % of new ones lie: "
+            f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
+        )
+    residual = np.empty(len(y))
+    for train, test in grouped_folds(y, groups, "regression", folds, seed):
+        fitted: Any = make_model(model, "regression", seed, period)
+        fitted.fit(features[train], y[train])
+        residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
+    half = float(weighted_quantile(residual[:, None], grasp_weights(groups), coverage)[0])
+    return half if period is None else min(half, period / 2)

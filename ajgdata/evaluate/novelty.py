@@ -1,0 +1,135 @@
+"""Is a recording like any that was trained on? The distance to the nearest grasp, and its alarm.
+
+Features are compressed and standardised as the baselines do, z = (asinh(x / scale) - mean) / std; a
+grasp is the mean of its recordings there. The threshold is a conformal quantile of the distances of
+grasps that were held out, so that it holds for new grasps of what is known, at a stated rate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.types import NotPossibleError
+
+#: Points nearer than this are the same: they are of order one, and float32 when they are stored.
+EQUAL = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Guard:
+    """Grasps that a model knows, and how far from them is too far.
+
+    `grasps` (g, f) are points z (see above), `references` (r, f) features x of recordings in which
+    nothing is held; `mean` and `std` (f,), `scale` a number; all float32, as they are stored.
+    `threshold` is a distance between points, None where none could be found.
+    """
+
+    grasps: np.ndarray
+    references: np.ndarray
+    mean: np.ndarray
+    std: np.ndarray
+    scale: np.ndarray
+    threshold: float | None = None
+
+    @classmethod
+    def of(cls, features: np.ndarray, grasp: np.ndarray) -> Self:
+        """Return a guard without threshold or references that knows features (n, f) of grasps named
+        `grasp` (n,)."""
+        from sklearn.preprocessing import StandardScaler
+
+        from ajgdata.models.baselines import Compress
+
+        compress = Compress().fit(features)
+        points = compress.transform(features)
+        scaler = StandardScaler().fit(points)  # which leaves bins alone that are all the same
+        space = cls(
+            grasps=np.empty((0, points.shape[1]), np.float32),
+            references=np.empty((0, points.shape[1]), np.float32),
+            mean=scaler.mean_.astype(np.float32),
+            std=scaler.scale_.astype(np.float32),
+            scale=np.asarray(compress.scale_, np.float32),
+        )
+        points = space.points(features)
+        _, inverse = np.unique(grasp, return_inverse=True)
+        sums = np.zeros((inverse.max() + 1, points.shape[1]))
+        np.add.at(sums, inverse, points)
+        means = sums / np.bincount(inverse)[:, np.newaxis]
+        return replace(space, grasps=means.astype(np.float32))
+
+    def points(self, features: np.ndarray) -> np.ndarray:
+        """Return features (m, f) as points z (m, f), float64."""
+        compressed = np.arcsinh(np.asarray(features, np.float64) / self.scale)
+        return (compressed - self.mean) / self.std
+
+    def distance(self, features: np.ndarray) -> np.ndarray:
+        """Return the distance (m,) of features (m, f) to the nearest grasp."""
+        return cdist(self.points(features), self.grasps).min(axis=1)
+
+    def novelty(self, features: np.ndarray) -> np.ndarray:
+        """Return `distance` (m,) in units of the threshold; 0 where there is none: no alarm."""
+        if not self.threshold:
+            return np.zeros(len(features))
+        return self.distance(features) / self.threshold
+
+    def is_nothing(self, features: np.ndarray) -> np.ndarray:
+        """Return whether features (m, f) are nearer to a reference than to any grasp: (m,)."""
+        if not len(self.references):
+            return np.zeros(len(features), bool)
+        nearest = cdist(self.points(features), self.points(self.references)).min(axis=1)
+        return nearest < self.distance(features)
+
+    def with_references(self, features: np.ndarray) -> Self:
+        """Return the same with further recordings (r, f) in which nothing is held."""
+        more = np.asarray(features, np.float32)
+        if more.ndim != 2 or more.shape[1] != len(self.mean):
+            raise ValueError(f"references need shape (r, {len(self.mean)}), not {more.shape}")
+        if not np.isfinite(more).all():
+            raise ValueError("references hold NaN or infinity: leave those out")
+        return replace(self, references=np.concatenate([self.references, more]))
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """How a threshold was found: `false_alarm` is the share of new grasps of what is known that it
+    flags at most, no less than 1 / (groups + 1); `folds` held some out."""
+
+    threshold: float
+    false_alarm: float
+    folds: int
+    groups: int
+
+
+def alarm(
+    features: np.ndarray,
+    grasp: np.ndarray,
+    groups: np.ndarray,
+    *,
+    false_alarm: float = 0.01,
+    folds: int = 10,
+    seed: int = 0,
+) -> Alarm:
+    """Return the distance that new grasps exceed in a share `false_alarm` of cases at most.
+
+    `features` (n, f), their `grasp` (n,) and the `groups` (n,) that are held out together. Folds
+    have no classes to keep: a group is held out whether or not there are others like it. Raises
+    NotPossibleError for a single group, and where held-out grasps lie on those that are known.
+    """
+    count = len(np.unique(groups))
+    if count < 2:
+        raise NotPossibleError("one group only: none is left to hold out")
+    rate, folds = max(false_alarm, 1 / (count + 1)), min(folds, count)
+    distance = np.empty(len(features))
+    for known, held in grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed):
+        distance[held] = Guard.of(features[known], grasp[known]).distance(features[held])
+    threshold = float(weighted_quantile(distance[:, None], grasp_weights(groups), 1 - rate)[0])
+    if threshold < EQUAL:
+        raise NotPossibleError(
+            "held-out grasps lie on those that are known: their features are equal"
+        )
+    return Alarm(threshold, rate, folds, count)

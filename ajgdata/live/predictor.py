@@ -1,0 +1,209 @@
+"""A trained model in use: one recording in, what it says and how far that may be believed out.
+
+Checks and features are those of the workflow: a recording that the workflow would not use is
+refused in its words, and one that it did use gives the feature of the store.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ajgdata.evaluate.calibration import with_temperature
+from ajgdata.evaluate.in_use import Calibration
+from ajgdata.evaluate.novelty import Guard
+from ajgdata.features.checks import check_audio
+from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio
+from ajgdata.store.conversion import resample
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
+
+if TYPE_CHECKING:
+    from sklearn.base import BaseEstimator
+
+#: What samples that came from no file are called in complaints.
+HERE = Path("this recording")
+
+
+@dataclass(frozen=True, eq=False)
+class Predictor:
+    """A model trained for a task of a data set, with its calibration. See `load_predictor`.
+
+    `classes` are sorted (none for numbers); `audio` and `features` are the data set's settings.
+    Raises ValueError for features that a single recording does not give.
+    """
+
+    estimator: BaseEstimator
+    dataset: str
+    task: str
+    model: str
+    kind: Kind
+    unit: str
+    classes: tuple[str, ...]
+    audio: AudioSettings
+    features: FeatureSettings
+    calibration: Calibration
+    guard: Guard
+
+    def __post_init__(self) -> None:
+        """Refuse features that need more than one recording."""
+        if self.features.needs_excitation:
+            key = "align" if self.features.align else "kind: transfer_function"
+            raise ValueError(f"features.{key} needs the played sound, which one recording lacks")
+
+    @property
+    def sample_rate_hz(self) -> int:
+        """Return the rate of recordings as the model knows them."""
+        return self.audio.sample_rate_hz
+
+    @property
+    def samples(self) -> int:
+        """Return how many samples a recording needs at least: those of one window."""
+        return self.features.window
+
+    @property
+    def frequency_hz(self) -> NDArray[np.float64]:
+        """Return the frequencies (f,) of a feature."""
+        return frequencies_hz(self.sample_rate_hz, self.features)
+
+    @property
+    def temperature(self) -> float | None:
+        """Return what calibrates probabilities; None for a model that has none."""
+        return self.calibration.temperature
+
+    @property
+    def coverage(self) -> float | None:
+        """Return the share of truths that intervals hold; None where there are no intervals."""
+        return self.calibration.coverage
+
+    @property
+    def has_probabilities(self) -> bool:
+        """Return whether predictions come with calibrated probabilities, as sorting needs them."""
+        return self.temperature is not None
+
+    @property
+    def has_references(self) -> bool:
+        """Return whether recordings are known in which nothing is held."""
+        return len(self.guard.references) > 0
+
+    def with_references(self, features: np.ndarray) -> Self:
+        """Return the same with features (r, f) of further recordings in which nothing is held.
+
+        Raises ValueError for arrays of another shape, NaN and infinity.
+        """
+        return replace(self, guard=self.guard.with_references(features))
+
+    def feature(self, waveform: ArrayLike, sample_rate_hz: float) -> NDArray[np.float32]:
+        """Return the feature (f,) of one recording, as `predict` makes it."""
+        return self._heard(_audio(waveform, sample_rate_hz, self.audio), HERE)[0]
+
+    def predict(self, waveform: ArrayLike, sample_rate_hz: float) -> Prediction:
+        """Return what the model says of one recording.
+
+        `waveform` (n,), or (n, channels) where the data set says what to do with them; full scale
+        ±1. Raises DataError for what the workflow would not use: another rate or channels (unless
+        the data set converts them), too short, NaN, silence.
+        """
+        return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE)
+
+    def predict_file(self, path: Path) -> Prediction:
+        """Return what the model says of one audio file. Raises DataError as `predict` does."""
+        return self._predicted(read_audio(path, self.audio), path)
+
+    def predict_many(
+        self, waveforms: Iterable[ArrayLike], sample_rate_hz: float
+    ) -> list[Prediction]:
+        """Return `predict` of each, in one call of the model.
+
+        Raises DataError for the first that cannot be used, with its number (from 0).
+        """
+        heard = [
+            self._heard(_audio(waveform, sample_rate_hz, self.audio), Path(f"recording {number}"))
+            for number, waveform in enumerate(waveforms)
+        ]
+        if not heard:
+            return []
+        said = self.of_features(np.array([feature for feature, _ in heard]))
+        return [replace(one, remarks=told) for one, (_, told) in zip(said, heard, strict=True)]
+
+    def of_features(self, features: np.ndarray) -> list[Prediction]:
+        """Return what the model says of features (m, f), as `feature` or a store gives them."""
+        features = np.asarray(features, np.float32)
+        if features.ndim != 2 or features.shape[1] != len(self.guard.mean):
+            raise ValueError(f"need features (m, {len(self.guard.mean)}), not {features.shape}")
+        novelty, nothing = self.guard.novelty(features), self.guard.is_nothing(features)
+        model: Any = self.estimator
+        if self.kind == "regression":
+            values, table = model.predict(features).astype(float), None
+        elif self.temperature is None:
+            values, table = model.predict(features), None
+        else:
+            table = with_temperature(model.predict_proba(features), self.temperature)
+            values = np.array(self.classes)[table.argmax(axis=1)]
+        return [
+            Prediction(
+                kind=self.kind,
+                value=value,
+                unit=self.unit,
+                verdict=_verdict(bool(nothing[row]), far),
+                novelty=far,
+                probability={}
+                if table is None
+                else dict(zip(self.classes, table[row].tolist(), strict=True)),
+                interval=self._interval(value),
+            )
+            for row, (value, far) in enumerate(zip(values.tolist(), novelty.tolist(), strict=True))
+        ]
+
+    def _interval(self, value: Any) -> tuple[float, float] | None:
+        half = self.calibration.half_width
+        return None if half is None else (value - half, value + half)
+
+    def _predicted(self, audio: Audio, where: Path) -> Prediction:
+        feature, told = self._heard(audio, where)
+        return replace(self.of_features(feature[np.newaxis])[0], remarks=told)
+
+    def _heard(self, audio: Audio, where: Path) -> tuple[NDArray[np.float32], Sequence[str]]:
+        """Return the feature (f,) of a recording, and warnings about it. Raises DataError."""
+        remarks = check_audio(audio, self.features.window)
+        for remark in remarks:
+            if remark.level == "error":
+                raise DataError(where, remark.problem, remark.fix)
+        try:
+            feature = spectrum(audio.samples, self.sample_rate_hz, self.features)
+        except ValueError as error:  # not normalised, and beyond float32
+            raise DataError(where, str(error), "change features in dataset.yaml") from None
+        told = [f"{one.problem}; {one.fix}" for one in remarks if one.level == "warning"]
+        return feature, told
+
+
+def _verdict(nothing: bool, novelty: float) -> Verdict:
+    if nothing:
+        return Verdict.NOTHING
+    return Verdict.UNKNOWN if novelty > 1 else Verdict.KNOWN
+
+
+def _audio(waveform: ArrayLike, sample_rate_hz: float, wanted: AudioSettings) -> Audio:
+    """Return samples as `read_audio` would if they stood in a file of floats."""
+    given = np.asarray(waveform, np.float32)
+    if given.ndim not in (1, 2):
+        raise DataError(HERE, f"an array of shape {given.shape}", "give (n,) or (n, channels)")
+    columns = given[:, np.newaxis] if given.ndim == 1 else given
+    frames, channels = columns.shape
+    if sample_rate_hz != int(sample_rate_hz):
+        raise DataError(HERE, f"sampled at {sample_rate_hz} Hz", "give a whole number of Hz")
+    info = AudioInfo("", "FLOAT", int(sample_rate_hz), channels, frames, frames)
+    check_layout(HERE, info, wanted)
+    if isinstance(wanted.channel, int):
+        columns = np.ascontiguousarray(columns[:, [wanted.channel]])
+    with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
+        samples = columns[:, 0] if columns.shape[1] == 1 else columns.mean(axis=1)
+    if info.sample_rate_hz != wanted.sample_rate_hz:
+        samples = resample(samples, info.sample_rate_hz, wanted.sample_rate_hz)
+    return Audio(samples, columns, info, ())

@@ -1,0 +1,170 @@
+"""Calibration of a model in use: known answers, and rates that hold on new grasps."""
+
+import numpy as np
+import pytest
+
+from ajgdata.evaluate.calibration import temperature, with_temperature
+from ajgdata.evaluate.in_use import calibration
+from ajgdata.evaluate.novelty import Guard, alarm
+
+GENERATOR = np.random.default_rng(0)
+
+
+def spectra(edge, generator=GENERATOR, bins=40):
+    """Spectra (n, bins) that grow with the edge, each with 2 % of noise."""
+    shape = 1 + np.outer(np.asarray(edge, float), np.linspace(0, 1, bins))
+    return shape * (1 + 0.02 * generator.standard_normal(shape.shape))
+
+
+def test_doubt_gives_the_temperature_that_it_implies():
+    # two classes, each row right by a margin m: softmax is 1 - doubt/2 where m / T = logit of it
+    margin, doubt = 4.0, 0.02
+    log_p = np.array([[0.0, -margin], [-margin, 0.0]] * 8)
+    found = temperature(log_p, np.tile([0, 1], 8), doubt)
+    assert found == pytest.approx(margin / np.log((1 - doubt / 2) / (doubt / 2)), rel=1e-4)
+    sharp = temperature(log_p, np.tile([0, 1], 8))  # the end of the search
+    assert sharp == pytest.approx(0.05, rel=1e-3)
+
+
+def test_probabilities_in_use_are_right_as_often_as_they_say():
+    generator = np.random.default_rng(1)
+    truth = np.repeat([0.0, 1.0], 300)
+    noisy = truth + 1.2 * generator.standard_normal(600)  # classes overlap
+    y, groups = np.where(truth, "b", "a"), np.arange(600)
+    features = spectra(noisy + 5, generator)
+    found = calibration(features[::2], y[::2], groups[::2], groups[::2], model="linear",
+                        kind="classification")  # fmt: skip
+    from ajgdata.models import make_model
+
+    model = make_model("linear", "classification").fit(features[::2], y[::2])
+    p = with_temperature(model.predict_proba(features[1::2]), found.temperature)
+    right = model.classes_[p.argmax(axis=1)] == y[1::2]
+    confidence = p.max(axis=1)
+    # standard error of the share that is right: at most 0.5 / sqrt(300) = 0.029
+    assert abs(right.mean() - confidence.mean()) < 3 * 0.029
+    assert found.coverage is None
+    assert found.half_width is None
+
+
+def test_intervals_hold_the_truth_of_new_grasps():
+    generator = np.random.default_rng(2)
+    edge = generator.uniform(1, 4, 600)
+    y, groups = edge + generator.normal(0, 0.3, 600), np.repeat(np.arange(300), 2)
+    features = spectra(edge, generator)
+    known = groups < 150
+    found = calibration(
+        features[known], y[known], groups[known], groups[known], model="ridge", kind="regression"
+    )
+    from ajgdata.models import make_model
+
+    model = make_model("ridge", "regression").fit(features[known], y[known])
+    held = np.abs(y[~known] - model.predict(features[~known])) <= found.half_width
+    # over draws of both halves: sd of the share <= sqrt(.9 * .1 * 2 / 150) = 0.035
+    assert abs(held.mean() - 0.9) < 3 * 0.035
+    assert found.temperature is None
+
+
+def test_residuals_of_a_constant_prediction_give_the_half_width():
+    """Equal spectra: each fold predicts the mean of the others. 19 grasps at 0, one at 1: the
+    residual of each 0 is at most 1/16, that of the 1 is 1; 90 % need 19 of 21 weights."""
+    y = np.append(np.zeros(19), 1.0)
+    made = calibration(
+        np.ones((20, 8)), y, np.arange(20), np.arange(20), model="ridge", kind="regression"
+    )
+    assert made.half_width == pytest.approx(1 / 16, abs=1e-12)
+    assert made.novelty_threshold is None
+    assert "features are equal" in made.problems["novelty_threshold"]
+
+
+def test_what_cannot_be_calibrated_says_why():
+    features, y = spectra(np.arange(8)), np.arange(8.0)
+    few = calibration(features, y, np.arange(8), np.arange(8), model="ridge", kind="regression")
+    assert few.half_width is None
+    assert few.coverage is None
+    assert few.problems == {
+        "half_width": "8 groups cannot say where 90 % of new ones lie: record at least 9"
+    }
+    assert few.false_alarm == pytest.approx(1 / 9)
+    enough = calibration(
+        spectra(np.arange(9)), np.arange(9.0), np.arange(9), np.arange(9),
+        model="ridge", kind="regression",
+    )  # fmt: skip
+    assert np.isfinite(enough.half_width)
+    classes = np.repeat(["a", "b"], 4)
+    svm = calibration(
+        features, classes, np.arange(8), np.arange(8), model="svm", kind="classification"
+    )
+    assert svm.temperature is None
+    assert "'svm' has no probabilities" in svm.problems["temperature"]
+    lone = calibration(
+        features, np.array(["a"] * 7 + ["b"]), np.arange(8), np.arange(8),
+        model="linear", kind="classification",
+    )  # fmt: skip
+    assert "class 'b' is absent" in lone.problems["temperature"]
+    one = calibration(
+        features, classes, np.zeros(8), np.zeros(8), model="linear", kind="classification"
+    )
+    assert set(one.problems) == {"temperature", "novelty_threshold"}
+
+
+def test_a_period_bounds_the_interval():
+    angle = GENERATOR.uniform(0, 180, 40)
+    found = calibration(
+        GENERATOR.uniform(1, 2, (40, 8)), angle, np.arange(40), np.arange(40),
+        model="ridge", kind="regression", period=180.0, coverage=0.97,
+    )  # fmt: skip
+    assert 45 < found.half_width <= 90  # noise says nothing about an angle
+
+
+def test_a_guard_measures_from_the_means_of_grasps():
+    features = spectra([1, 1, 3, 3])
+    guard = Guard.of(features, np.array(["p", "p", "q", "q"]))
+    points = guard.points(features)
+    np.testing.assert_allclose(points.mean(axis=0), 0, atol=1e-4)  # float32 means and deviations
+    np.testing.assert_allclose(points.std(axis=0), 1, atol=1e-4)
+    np.testing.assert_allclose(guard.grasps, [points[:2].mean(0), points[2:].mean(0)], rtol=1e-5)
+    expected = np.linalg.norm(points[0] - guard.grasps[0].astype(float))
+    assert guard.distance(features[:1])[0] == pytest.approx(expected, rel=1e-12)
+    assert guard.novelty(features).tolist() == [0, 0, 0, 0]  # no threshold, no alarm
+
+
+def test_nothing_is_what_is_nearer_to_a_reference():
+    guard = Guard.of(spectra([1, 1, 3, 3]), np.array(["p", "p", "q", "q"]))
+    assert not guard.is_nothing(spectra([9])).any()
+    empty = guard.with_references(spectra([9, 9]))
+    assert empty.is_nothing(spectra([9, 1, 3, 8])).tolist() == [True, False, False, True]
+    assert len(empty.with_references(spectra([7])).references) == 3
+    with pytest.raises(ValueError, match=r"references need shape \(r, 40\)"):
+        guard.with_references(np.zeros(40))
+    with pytest.raises(ValueError, match="NaN"):
+        guard.with_references(np.full((1, 40), np.nan))
+
+
+def test_false_alarms_come_as_often_as_stated():
+    generator = np.random.default_rng(3)
+    flagged, rate = [], 0.1
+    for _ in range(20):
+        grasp = np.repeat(np.arange(60), 2)
+        features = spectra(np.repeat(generator.uniform(1, 4, 60), 2), generator, bins=12)
+        known = grasp < 40
+        found = alarm(features[known], grasp[known], grasp[known], false_alarm=rate)
+        assert found.false_alarm == rate
+        away = Guard.of(features[known], grasp[known]).distance(features[~known])
+        flagged.append((away > found.threshold).mean())
+    # of 20 worlds of 40 and 20 grasps each: sd of the mean <= sqrt(.1 * .9 * (1/40 + 1/20) / 20)
+    assert np.mean(flagged) < rate + 3 * np.sqrt(0.09 * 0.075 / 20)
+    assert np.mean(flagged) > 0.02
+
+
+def test_the_smallest_rate_is_that_of_one_more_grasp():
+    features = spectra(np.arange(9))
+    found = alarm(features, np.arange(9), np.arange(9), false_alarm=0.01)
+    assert found.false_alarm == pytest.approx(0.1)
+    assert (found.folds, found.groups) == (9, 9)
+    left_out = [
+        Guard.of(np.delete(features, n, 0), np.arange(8)).distance(features[n : n + 1])[0]
+        for n in range(9)
+    ]
+    assert found.threshold == pytest.approx(max(left_out), rel=1e-12)
+    with pytest.raises(ValueError, match="one group only"):
+        alarm(features, np.arange(9), np.zeros(9))

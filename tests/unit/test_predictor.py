@@ -1,0 +1,254 @@
+"""A predictor says of every recording what the workflow says, and refuses what it refuses."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import soundfile
+from worlds import RATE_HZ, tone
+
+import ajgdata
+from ajgdata.evaluate import in_use
+from ajgdata.live.prediction import Verdict
+from ajgdata.loading import read_model
+from ajgdata.pipeline.recordings import examine
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.audio import read_audio, write_pcm24
+from ajgdata.store.features import read_store
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Recording, Target
+
+TARGETS = {
+    "edge_mm": {"kind": "regression", "unit": "mm"},
+    "object": {"kind": "classification"},
+}
+TASKS = {
+    "size": {"target": "edge_mm", "models": ["knn"]},
+    "what": {"target": "object", "models": ["linear"]},
+}
+TRUTH = {name: Target.model_validate(target) for name, target in TARGETS.items()}
+
+
+def sound(hz: float, generator: np.random.Generator, samples: int) -> np.ndarray:
+    return 0.8 * tone(hz, samples) + 0.02 * generator.standard_normal(samples)
+
+
+def record(project, session, generator):
+    """Twelve grasps of three tones, two recordings of each, and two of nothing."""
+    rows, folder = [], project.folder(session) / "audio"
+    for n in range(26):
+        name, grasp = f"r{n:02d}", n // 2
+        hz = 0 if grasp == 12 else 500.0 + 250 * (grasp % 3)
+        at = hz * (1 + 0.01 * generator.standard_normal())
+        write_pcm24(folder / f"{name}.wav", sound(at, generator, 2000 + 7 * n), RATE_HZ)
+        labels = {"edge_mm": str(hz) if hz else ""}
+        rows.append(Recording(recording_id=name, file=f"audio/{name}.wav", grasp_id=f"g{grasp}",
+                              sample=n % 2, object="abc"[grasp % 3] if hz else "",
+                              labels=labels))  # fmt: skip
+    project.write(rows, session)
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A project with three models, the CNN among them, trained as the workflow does."""
+    from worlds import Project
+
+    from ajgdata.paths import Paths
+
+    project, generator = Project(Paths(tmp_path_factory.mktemp("trained"))), None
+    project.declare(targets=TARGETS, tasks=TASKS)
+    generator = np.random.default_rng(0)
+    for session in ("s1", "s2"):
+        record(project, session, generator)
+        project.shard(session)
+    project.merge("s1", "s2", targets=TRUTH)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(in_use, "FOLDS", 2)  # the CNN takes seconds for each
+        for task, model in (("size", "knn"), ("what", "linear"), ("what", "cnn"), ("what", "svm")):
+            spec = ajgdata.load_dataset("d", project.root).spec
+            train_model(
+                project.paths.merged("d"), **spec.training(task), model=model, seed=0, task=task,
+                folder=project.paths.model("d", task, model),
+            )  # fmt: skip
+    return project
+
+
+def load(project, task, model):
+    return ajgdata.load_predictor("d", task, model, project.root)
+
+
+def waveforms(project):
+    """Every recording by its name in the store, float32 samples (n,)."""
+    audio = AudioSettings(sample_rate_hz=RATE_HZ)
+    files = {
+        f"{s}/{path.stem}": path
+        for s in ("s1", "s2")
+        for path in sorted((project.folder(s) / "audio").glob("*.wav"))
+    }
+    return files, {name: read_audio(path, audio).samples for name, path in files.items()}
+
+
+@pytest.mark.parametrize(
+    ("task", "model"), [("size", "knn"), ("what", "linear"), ("what", "cnn"), ("what", "svm")]
+)
+def test_every_recording_gives_the_numbers_of_the_workflow(trained, task, model):
+    predictor = load(trained, task, model)
+    store = read_store(trained.paths.merged("d"))
+    names = store.columns["recording"].values.tolist()
+    files, samples = waveforms(trained)
+    assert len(names) == len(files) == 52
+    estimator = read_model(trained.paths.model("d", task, model))[0]
+    expected = estimator.predict(store.feature).tolist()
+    together = predictor.predict_many([samples[name] for name in names], RATE_HZ)
+    for row, name in enumerate(names):
+        feature = predictor.feature(samples[name], RATE_HZ)
+        np.testing.assert_array_equal(feature, store.feature[row])  # bit for bit
+        one = predictor.predict(samples[name], RATE_HZ)
+        assert one == predictor.predict_file(files[name])
+        assert (one.value, one.verdict) == (together[row].value, together[row].verdict)
+        assert one.value == expected[row]
+        assert one.novelty == together[row].novelty
+        differ = [abs(one.probability[c] - together[row].probability[c]) for c in one.probability]
+        assert max(differ, default=0) < 1e-6  # sums of another order, in float32 for the CNN
+        assert list(one.probability) == (["a", "b", "c"] if model in ("linear", "cnn") else [])
+        assert json.loads(json.dumps(one.plain()))["value"] == one.value
+        assert one.verdict is (Verdict.KNOWN if row % 26 < 24 else Verdict.NOTHING)
+
+
+def test_probabilities_are_scaled_by_the_stored_temperature(trained):
+    predictor = load(trained, "what", "linear")
+    folder = trained.paths.model("d", "what", "linear")
+    estimator, about = read_model(folder)
+    store = read_store(trained.paths.merged("d"))
+    log_p = np.log(estimator.predict_proba(store.feature[:5])) / about["calibration"]["temperature"]
+    by_hand = np.exp(log_p) / np.exp(log_p).sum(axis=1, keepdims=True)
+    found = [list(p.probability.values()) for p in predictor.of_features(store.feature[:5])]
+    np.testing.assert_allclose(found, by_hand, atol=1e-9)
+    assert about["calibration"]["folds"] == 2
+    assert about["classes"] == ["a", "b", "c"]
+    assert about["audio"]["sample_rate_hz"] == RATE_HZ
+    assert about["features"]["window"] == 256
+    assert (predictor.sample_rate_hz, predictor.samples) == (RATE_HZ, 256)
+    np.testing.assert_array_equal(predictor.frequency_hz, store.frequency_hz)
+    assert predictor.has_probabilities
+    assert not load(trained, "what", "svm").has_probabilities
+
+
+def test_numbers_have_an_interval_of_the_stated_coverage(trained):
+    predictor = load(trained, "size", "knn")
+    said = predictor.predict(tone(750), RATE_HZ)
+    half = predictor.calibration.half_width
+    assert (predictor.coverage, said.unit) == (0.9, "mm")
+    assert said.interval == (said.value - half, said.value + half)
+    assert said.probability == {}
+
+
+def test_what_was_never_heard_is_unknown_and_nothing_is_nothing(trained):
+    predictor = load(trained, "what", "linear")
+    generator = np.random.default_rng(9)
+    chord = tone(1500, 2000) * 0.4 + tone(3100, 2000) * 0.4 + tone(350, 2000) * 0.1
+    assert predictor.predict(chord, RATE_HZ).verdict is Verdict.UNKNOWN
+    assert predictor.predict(chord, RATE_HZ).novelty > 1
+    hiss = 0.01 * generator.standard_normal(2000)
+    assert predictor.predict(hiss, RATE_HZ).verdict is Verdict.NOTHING
+    bare = dataclasses.replace(
+        predictor,
+        guard=dataclasses.replace(predictor.guard, references=predictor.guard.references[:0]),
+    )
+    assert predictor.has_references
+    assert not bare.has_references
+    assert bare.predict(hiss, RATE_HZ).verdict is Verdict.UNKNOWN
+    again = bare.with_references(predictor.feature(hiss, RATE_HZ)[np.newaxis])
+    assert again.predict(hiss, RATE_HZ).verdict is Verdict.NOTHING
+
+
+def spoilt(kind):
+    good = tone(750).astype(np.float32)
+    made = {
+        "short": good[:200],
+        "nan": np.where(np.arange(2000) == 7, np.nan, good),
+        "silent": np.zeros(2000),
+        "offset": np.full(2000, 0.25),
+        "tiny": good * 1e-31,
+        "stereo": np.stack([good, good], axis=1),
+    }
+    return made[kind].astype(np.float32)
+
+
+@pytest.mark.parametrize("kind", ["short", "nan", "silent", "offset", "tiny", "stereo"])
+def test_what_the_workflow_refuses_is_refused_in_its_words(trained, tmp_path, kind):
+    soundfile.write(tmp_path / "x.wav", spoilt(kind), RATE_HZ, subtype="FLOAT")
+    predictor = load(trained, "what", "linear")
+    found = examine(tmp_path / "x.wav", predictor.audio, predictor.features.window)
+    assert found.samples is None
+    with pytest.raises(DataError) as refused:
+        predictor.predict(spoilt(kind), RATE_HZ)
+    assert (refused.value.problem, refused.value.fix) == found.remarks[-1][2:]
+    with pytest.raises(DataError, match=r"^(recording 1|this recording): "):
+        predictor.predict_many([tone(750), spoilt(kind)], RATE_HZ)
+
+
+def test_another_rate_is_refused_or_converted_as_the_data_set_says(trained, tmp_path):
+    predictor, path = load(trained, "what", "linear"), tmp_path / "x.wav"
+    waveform = np.stack([tone(500, 3001), tone(900, 3001)], axis=1).astype(np.float32)
+    soundfile.write(path, waveform, 12_000, subtype="FLOAT")
+    with pytest.raises(DataError, match="sampled at 12000 Hz, the data set declares 8000 Hz"):
+        predictor.predict(waveform[:, 0], 12_000)
+    with pytest.raises(DataError, match="a whole number of Hz"):
+        predictor.predict(waveform[:, 0], 8000.5)
+    with pytest.raises(DataError, match=r"shape \(1, 2, 3\)"):
+        predictor.predict(np.zeros((1, 2, 3)), RATE_HZ)
+    for channel in ("mean", 1):
+        audio = AudioSettings(sample_rate_hz=RATE_HZ, other_rate="resample", channel=channel)
+        other = dataclasses.replace(predictor, audio=audio)
+        assert other.predict(waveform, 12_000) == other.predict_file(path)
+
+
+def test_warnings_are_the_workflows(trained, tmp_path):
+    hiss = 0.01 * np.random.default_rng(5).standard_normal(2000)
+    clipped = np.clip(6 * (tone(250) + hiss), -1, 1).astype(np.float32)
+    soundfile.write(tmp_path / "x.wav", clipped, RATE_HZ, subtype="FLOAT")
+    predictor = load(trained, "what", "linear")
+    (told,) = predictor.predict(clipped, RATE_HZ).remarks
+    (remark,) = examine(tmp_path / "x.wav", predictor.audio, 256).remarks
+    assert told == f"{remark.problem}; {remark.fix}"
+    assert "clipped" in told
+    assert predictor.predict_many([clipped], RATE_HZ)[0].remarks == [told]
+
+
+@pytest.mark.parametrize("features", [{"align": True}, {"kind": "transfer_function"}])
+def test_features_of_more_than_the_recording_are_refused_by_name(trained, tmp_path, features):
+    from ajgdata.loading import read_predictor
+
+    folder = trained.paths.model("d", "what", "linear")
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    about = json.loads((tmp_path / "model.json").read_text())
+    changed = FeatureSettings.model_validate(about["features"] | features)
+    about["features"] = changed.model_dump(mode="json")
+    (tmp_path / "model.json").write_text(json.dumps(about))
+    (name,) = features
+    with pytest.raises(DataError, match=f"features.{name}.* needs the played sound"):
+        read_predictor(tmp_path, "d", "what")
+    del about["calibration"]
+    (tmp_path / "model.json").write_text(json.dumps(about))
+    with pytest.raises(DataError, match="without calibration; run `snakemake` again"):
+        read_predictor(tmp_path, "d", "what")
+
+
+def test_a_spoilt_guard_and_a_missing_model_are_told(trained, tmp_path):
+    from ajgdata.loading import read_predictor
+
+    folder = trained.paths.model("d", "what", "linear")
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "guard.safetensors").write_bytes(b"spoilt")
+    with pytest.raises(DataError, match="not a readable model"):
+        read_predictor(tmp_path, "d", "what")
+    with pytest.raises(DataError, match="no such file"):
+        load(trained, "size", "linear")
+
+
+def test_features_of_another_width_are_refused(trained):
+    with pytest.raises(ValueError, match=r"need features \(m, 129\)"):
+        load(trained, "what", "linear").of_features(np.zeros((2, 64)))
