@@ -100,7 +100,7 @@ def test_what_cannot_be_calibrated_says_why():
         features, np.array(["a"] * 7 + ["b"]), np.arange(8), np.arange(8),
         model="linear", kind="classification",
     )  # fmt: skip
-    assert "class 'b' is absent" in lone.problems["temperature"]
+    assert "'b' (1)" in lone.problems["temperature"]
     one = calibration(
         features, classes, np.zeros(8), np.zeros(8), model="linear", kind="classification"
     )
