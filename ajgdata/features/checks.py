@@ -31,10 +31,11 @@ def check_audio(audio: Audio, window: int) -> list[Remark]:
     """
     converted = audio.samples.size != audio.recorded.size  # resampled, or averaged over channels
     remarks = check_samples(audio.recorded, audio.info.subtype, 0 if converted else window)
-    if converted and not any(remark.level == "error" for remark in remarks):
+    if converted:
         of_converted = check_samples(audio.samples, audio.info.subtype, window)
-        if errors := [remark for remark in of_converted if remark.level == "error"]:
-            remarks = errors
+        wrong = [one for one in (*remarks, *of_converted) if one.level == "error"]
+        if errors := {one.code: one for one in reversed(wrong)}:  # the first of each code
+            remarks = list(reversed(errors.values()))
         elif not any(remark.code == "quiet" for remark in remarks):
             remarks += [remark for remark in of_converted if remark.code == "quiet"]
     return [*audio.remarks, *remarks]
@@ -45,11 +46,12 @@ def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Rema
 
     `subtype` is libsndfile's name of the encoding (`AudioInfo.subtype`): integers clip at full
     scale, float samples may exceed it and clip wherever a flat top shows. `window` is the number of
-    samples that the feature needs. At most one error is given, the first that applies.
+    samples that the feature needs. With an error nothing else is looked for: of samples without
+    sound, the first reason is given, beside that they are too short.
     """
     columns = samples[:, np.newaxis] if samples.ndim == 1 else samples
-    if error := _unusable(columns, window):
-        return [error]
+    if errors := _unusable(columns, window):
+        return errors
     remarks = []
     if clipped := sum(_clipped(column, subtype) for column in columns.T):
         share = 100 * clipped / columns.size
@@ -68,13 +70,21 @@ def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Rema
     return remarks
 
 
-def _unusable(columns: NDArray[Any], window: int) -> Remark | None:
-    """Return the first reason why samples (n, channels) have no feature."""
+def _unusable(columns: NDArray[Any], window: int) -> list[Remark]:
+    """Return the reasons why samples (n, channels) have no feature."""
     count = len(columns)
-    if count < window:
-        problem = f"{count} samples are fewer than one window of {window}"
-        fix = "record longer, set features.window, or remove its row"
-        return Remark("error", "too_short", problem, fix)
+    soundless = _soundless(columns) if count > 1 else None
+    if count >= max(window, 1):
+        return [soundless] if soundless else []
+    problem = f"{count} samples are fewer than one window of {window}"
+    fix = "record longer, set features.window, or remove its row"
+    too_short = Remark("error", "too_short", problem, fix)
+    return [too_short, soundless] if soundless else [too_short]
+
+
+def _soundless(columns: NDArray[Any]) -> Remark | None:
+    """Return the first reason why samples (n, channels), n > 0, hold no sound."""
+    count = len(columns)
     finite = np.isfinite(columns).all(axis=1)
     if not finite.all():
         bad = int(count - np.count_nonzero(finite))

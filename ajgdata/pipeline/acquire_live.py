@@ -57,6 +57,9 @@ def acquire_live(
     DataError for whatever cannot be recorded.
     """
     spec = read_dataset(paths, dataset)
+    if spec.recipe:
+        fix = "record into a data set of its own"
+        raise DataError(paths.dataset(dataset), "has a recipe: its sessions are simulated", fix)
     protocol = protocol_of(paths, spec)
     if not operator.attended:
         _refuse_what_needs_a_person(paths.dataset(dataset), protocol, device["device"])

@@ -17,6 +17,7 @@ from ajgdata.report.paper import parse_paper
 from ajgdata.store.files import json_bytes
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
+    check_one_kind,
     dropped_sessions,
     list_datasets,
     list_sessions,
@@ -59,6 +60,8 @@ def plan(
         virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         scenes = scenes_of(paths, spec, virtual) if check and virtual else {}
         held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
+        if check:
+            check_one_kind(paths, spec, held)
         if sessions := sorted({*virtual, *held}):
             plans[name] = DatasetPlan(spec, virtual, tuple(sessions), scenes)
         elif only is not None:

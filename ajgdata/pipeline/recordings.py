@@ -43,7 +43,7 @@ def examine(
     try:
         read = read_audio(path, audio)
     except AudioError as error:
-        return Examined(None, (error.remark,))
+        return Examined(None, (*error.remarks, *_further(path, audio, window, error)))
     remarks = tuple(check_audio(read, window))
     if errors := tuple(remark for remark in remarks if remark.level == "error"):
         return Examined(None, errors)  # what else is odd about it no longer matters
@@ -51,6 +51,18 @@ def examine(
         return Examined(read.samples, remarks)
     reach = int(MAX_DELAY_S * audio.sample_rate_hz)
     return Examined(read.samples, remarks, delay_samples(read.samples, excitation, reach))
+
+
+def _further(path: Path, audio: AudioSettings, window: int, error: AudioError) -> Iterable[Remark]:
+    """Return what speaks against the samples of a file whose rate or channels do already."""
+    if error.code not in ("other_rate", "channels"):
+        return ()
+    anyhow = audio.model_copy(update={"other_rate": "resample", "channel": "mean"})
+    try:
+        remarks = check_audio(read_audio(path, anyhow), window)
+    except AudioError as other:
+        return other.remarks
+    return (remark for remark in remarks if remark.level == "error")
 
 
 def read_excitation(
@@ -63,8 +75,8 @@ def read_excitation(
     played = examine(root / declared["path"], audio, window=1)
     if played.samples is not None:
         return played.samples, []
-    problem = f"the played sound cannot be used: {played.remarks[-1].problem}"
-    file, fix = Path(declared["path"]).name, played.remarks[-1].fix
+    problem = f"the played sound cannot be used: {played.remarks[0].problem}"
+    file, fix = Path(declared["path"]).name, played.remarks[0].fix
     session = manifest["session_id"]
     return None, [Finding(session, "*", file, "warning", "bad_excitation", problem, fix)]
 

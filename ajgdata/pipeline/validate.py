@@ -10,6 +10,7 @@ from typing import Any
 from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.label_kinds import label_findings
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
     examine,
@@ -78,6 +79,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
             if (name := entry["recording_id"]) not in unusable:
                 label = tuple(table[name].get(target, "") for target in spec.targets)
                 rows.append((f"{session}/{name}", entry["sha256"], label))
+    told += label_findings([labels for _, labels in surveys], spec.targets)
     if rows:
         told += copies(*zip(*rows, strict=True)).values()
     return sum(len(labels) for _, labels in surveys), sorted(told)

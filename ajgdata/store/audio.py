@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.store.conversion import resample
-from ajgdata.store.files import write_bytes
-from ajgdata.store.riff import Wave, decode, encode_pcm24, parse_wave
+from ajgdata.store.files import why_no_file, write_bytes
+from ajgdata.store.riff import Wave, decode, encode_pcm24, is_wave, parse_wave
 from ajgdata.types import AudioSettings, DataError
+from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
 if TYPE_CHECKING:
     import soundfile
@@ -28,8 +29,14 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 
 #: libsndfile's names of the containers whose truncation is noticed.
-_ACCEPTED = ("WAV", "WAVEX", "FLAC", "OGG")
-_OTHER_AUDIO = (".aac", ".m4a", ".mp3", ".mp4", ".opus", ".wma")
+_ACCEPTED = ("WAV", "WAVEX", "RF64", "FLAC", "OGG")
+#: Endings of audio files that are read after a conversion only.
+UNREADABLE_SUFFIXES = (
+    *(".aac", ".aif", ".aiff", ".au", ".caf", ".m4a", ".mp3", ".mp4"),
+    *(".opus", ".w64", ".webm", ".wma"),
+)
+#: Beyond these a header is taken for damaged: reading would ask for memory that nobody has.
+MAX_CHANNELS, MAX_DURATION_S = 256, 3600
 _AGAIN = "record it again, or fetch a whole copy"
 
 
@@ -43,12 +50,20 @@ class Remark(NamedTuple):
 
 
 class AudioError(DataError):
-    """A recording that cannot be used; `code` is a stable slug, `remark` the same as a record."""
+    """A recording that cannot be used; `code` is a stable slug, `remark` the same as a record.
+
+    `remarks` are all that speaks against it, as far as was looked; `remark` is the first.
+    """
 
     def __init__(self, where: object, code: str, problem: str, fix: str) -> None:
         super().__init__(where, problem, fix)
         self.code = code
         self.remark = Remark("error", code, problem, fix)
+        self.remarks: tuple[Remark, ...] = (self.remark,)
+
+    def __reduce__(self) -> tuple[type[AudioError], tuple[str, str, str, str]]:  # type: ignore[override]
+        """Comes back whole from another process."""
+        return type(self), (self.where, self.code, self.problem, self.fix)
 
 
 @dataclass(frozen=True)
@@ -92,7 +107,8 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     """Read a recording, converting channel and rate only as far as `audio` allows.
 
     Raises AudioError with code `missing`, `unreadable`, `empty`, `lfs_pointer`, `not_audio`,
-    `unsupported_format`, `damaged`, `truncated`, `no_samples`, `channels` or `other_rate`.
+    `unsupported_format`, `damaged`, `truncated`, `no_samples`, `implausible`, `channels` or
+    `other_rate`.
 
     >>> from pathlib import Path
     >>> import numpy as np
@@ -134,12 +150,10 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
 
 def _content(path: Path) -> bytes:
     """Return every byte of a file that may be audio."""
+    if wrong := why_no_file(path):
+        raise AudioError(path, "missing", *wrong)
     try:
         content = path.read_bytes()
-    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
-        raise AudioError(
-            path, "missing", "there is no such file", "restore it or remove its row"
-        ) from None
     except OSError as error:
         raise AudioError(
             path, "unreadable", f"cannot be read ({error.strerror})", "check disk and permissions"
@@ -154,8 +168,7 @@ def _content(path: Path) -> bytes:
 
 def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
     """Return the header of a file, checked against what the file holds."""
-    is_wave = content[:4] == b"RIFF" and content[8:12] == b"WAVE"
-    wave = parse_wave(content) if is_wave else None
+    wave = parse_wave(content) if is_wave(content) else None
     if wave and wave.subtype:
         name, subtype, frames = "WAV", wave.subtype, wave.frames
         rate, channels = wave.sample_rate_hz, wave.channels
@@ -172,8 +185,25 @@ def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
         raise AudioError(path, "truncated", problem, _AGAIN)
     if frames == 0:
         raise AudioError(path, "no_samples", "holds a header but no samples", _AGAIN)
-    declared = None if is_open else frames
-    return AudioInfo(name, subtype, rate, channels, frames, declared), wave
+    info = AudioInfo(name, subtype, rate, channels, frames, None if is_open else frames)
+    _check_plausible(path, info)
+    return info, wave
+
+
+def _check_plausible(path: Path, info: AudioInfo) -> None:
+    """Raise AudioError for a header that no recording of this kind has."""
+    rate, again = info.sample_rate_hz, "correct what wrote the header, or record it again"
+    if not LOWEST_RATE_HZ <= rate <= HIGHEST_RATE_HZ:
+        bounds = f"{LOWEST_RATE_HZ} to {HIGHEST_RATE_HZ} Hz can be used"
+        problem = f"its header says {rate} Hz; {bounds}"
+    elif info.channels > MAX_CHANNELS:
+        problem = f"its header says {info.channels} channels; {MAX_CHANNELS} at most can be used"
+    elif info.frames > MAX_DURATION_S * rate:
+        problem = f"{info.frames / rate:.0f} s long; {MAX_DURATION_S} s at most can be used"
+        again = "cut it into recordings"
+    else:
+        return
+    raise AudioError(path, "implausible", problem, again)
 
 
 def _ogg_is_whole(content: bytes) -> bool:
@@ -190,30 +220,36 @@ def _open(path: Path, content: bytes, wave: Wave | None) -> soundfile.SoundFile:
     import soundfile
 
     if wave and wave.declared is None:  # libsndfile takes a length of 0 at its word
-        size = struct.pack("<I", wave.held)
+        size = struct.pack(f"{wave.order}I", wave.held & 0xFFFF_FFFF)
         content = content[: wave.start - 4] + size + content[wave.start :]
     suffix = path.suffix.lower()
     try:
         file = soundfile.SoundFile(io.BytesIO(content))
     except soundfile.LibsndfileError as error:
-        if suffix in _OTHER_AUDIO:
-            raise _unsupported(path, suffix.removeprefix(".")) from None
-        if content[:4] in (b"RIFF", b"fLaC", b"OggS"):
+        if suffix in UNREADABLE_SUFFIXES:
+            raise unsupported(path) from None
+        if is_wave(content) or content[:4] in (b"RIFF", b"fLaC", b"OggS"):
             problem = f"its header is damaged ({error.error_string.rstrip('.')})"
             raise AudioError(path, "damaged", problem, _AGAIN) from None
         raise AudioError(
             path, "not_audio", "not an audio file", "replace it by the recording or remove its row"
         ) from None
-    unchecked = file.format in ("WAV", "WAVEX") and wave is None  # such as big-endian RIFX
+    unchecked = file.format in ("WAV", "WAVEX", "RF64") and wave is None
     if file.format not in _ACCEPTED or file.subtype.startswith("MPEG") or unchecked:
         file.close()
-        raise _unsupported(path, file.format)
+        what = "MP3" if file.subtype.startswith("MPEG") else file.format
+        raise unsupported(path, what if suffix not in UNREADABLE_SUFFIXES else "")
     return file
 
 
-def _unsupported(path: Path, what: str) -> AudioError:
-    command = f'convert with ffmpeg -i "{path.name}" "{path.stem}.wav"'
-    return AudioError(path, "unsupported_format", f"{what} audio is not supported", command)
+def unsupported(path: Path, what: str = "") -> AudioError:
+    """Return the refusal of audio that has to be converted; `what` it is, "" if its suffix says.
+
+    A command that converts is not given: it might write over the file, or over its neighbour.
+    """
+    name = what or path.suffix.removeprefix(".").upper()
+    fix = "`ajgdata import --convert` decodes it into a new file"
+    return AudioError(path, "unsupported_format", f"{name} audio is not read as it is", fix)
 
 
 def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> Float32:
@@ -235,29 +271,27 @@ def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> F
 
 
 def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
-    """Raise AudioError when a file is not what `audio` declares, nor may be converted to it."""
+    """Raise AudioError when a file is not what `audio` declares, nor may be converted to it.
+
+    Its `remarks` name everything that differs.
+    """
+    told = []
     if info.sample_rate_hz != audio.sample_rate_hz and audio.other_rate == "reject":
-        raise AudioError(
-            path,
-            "other_rate",
-            f"sampled at {info.sample_rate_hz} Hz, the data set declares {audio.sample_rate_hz} Hz",
-            "set audio.other_rate: resample (or audio.sample_rate_hz) in dataset.yaml",
-        )
+        declares = f"the data set declares {audio.sample_rate_hz} Hz"
+        problem = f"sampled at {info.sample_rate_hz} Hz, {declares}"
+        fix = "set audio.other_rate: resample (or audio.sample_rate_hz) in dataset.yaml"
+        told.append(AudioError(path, "other_rate", problem, fix))
     count, channel = info.channels, audio.channel
     if channel == "mono" and count != 1:
-        raise AudioError(
-            path,
-            "channels",
-            f"has {count} channels, the data set declares mono",
-            "set audio.channel: mean, or to the number of a channel, in dataset.yaml",
-        )
+        problem = f"has {count} channels, the data set declares mono"
+        fix = "set audio.channel: mean, or to the number of a channel, in dataset.yaml"
+        told.append(AudioError(path, "channels", problem, fix))
     if isinstance(channel, int) and channel >= count:
-        raise AudioError(
-            path,
-            "channels",
-            f"has {count} channels (0 to {count - 1}), the data set asks for {channel}",
-            "correct audio.channel in dataset.yaml",
-        )
+        problem = f"has {count} channels (0 to {count - 1}), the data set asks for {channel}"
+        told.append(AudioError(path, "channels", problem, "correct audio.channel in dataset.yaml"))
+    if told:
+        told[0].remarks = tuple(error.remark for error in told)
+        raise told[0]
 
 
 def _take_channel(samples: Float32, channel: str | int) -> tuple[Float32, Remark | None]:

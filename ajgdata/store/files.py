@@ -80,6 +80,17 @@ def replacing_folder(path: Path) -> Iterator[Path]:
         shutil.rmtree(old, ignore_errors=True)
 
 
+def remove_empty_folders(path: Path) -> None:
+    """Remove the folder `path` and those above it, as far as nothing is in them."""
+    for folder in (path, *path.parents):
+        try:
+            folder.rmdir()
+        except FileNotFoundError:
+            continue
+        except OSError:  # something is in it
+            return
+
+
 def link_or_copy(source: Path, target: Path) -> None:
     """Make `target` the content of `source`, atomically; it outlives the removal of `source`."""
     with replacing(target) as temporary:
@@ -108,6 +119,25 @@ def bytes_below(path: Path) -> int:
     if path.is_file():
         return path.stat().st_size
     return sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
+
+
+def why_no_file(path: Path) -> tuple[str, str] | None:
+    """Return what is wrong and what to do where `path` is no file that can be read; None if it is.
+
+    Nothing is opened: a named pipe would wait for ever.
+    """
+    if path.is_file():
+        return None
+    if path.is_symlink() and not path.exists():
+        target = path.readlink()
+        annexed = "annex" in target.parts
+        how = "run `git annex get` where it came from" if annexed else "mend the link"
+        return f"a link to {target}, where nothing is", f"{how}, or remove it"
+    if path.is_dir():
+        return "a folder, not a file", "rename or remove it"
+    if path.exists():
+        return "a pipe, socket or device, not a file", "remove it"
+    return "there is no such file", "restore it or remove its row"
 
 
 def sha256_of(content: bytes) -> str:

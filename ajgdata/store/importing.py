@@ -1,40 +1,63 @@
-"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered."""
+"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered; what
+is not read as it is can be decoded into a new file."""
 
 from __future__ import annotations
 
 import shutil
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, Paths
 from ajgdata.store.audio import file_sha256, inspect_audio
-from ajgdata.store.files import replacing
-from ajgdata.store.provenance import software
+from ajgdata.store.decoding import decoded
+from ajgdata.store.files import remove_empty_folders, replacing, sha256_of, write_bytes
+from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
+from ajgdata.store.imported_session import ImportedSession, open_sessions
 from ajgdata.store.scan import Scan, ScannedFile
-from ajgdata.store.sessions import (
-    audio_path,
-    inside,
-    read_recordings,
-    read_session,
-    write_session,
-)
-from ajgdata.types import DataError, Excitation, Recording, Session, describe
+from ajgdata.store.sessions import audio_path, inside, read_recordings, read_session, write_session
+from ajgdata.types import DataError, Excitation, Recording, describe
+
+LONGEST_ID = 200
+#: Column of a recording that was decoded: from which file, by what.
+DECODED_FROM = "decoded_from"
 
 
 @dataclass
 class Imported:
-    """Counts of one import. `conflicts` are recordings whose bytes differ from those held."""
+    """Counts of one import, and by name what a person should know of it.
+
+    `conflicts` are recordings whose bytes differ from those held; `corrected` labels that were
+    changed here and are kept; `moved` files that have another path in the folder now; `gone`
+    recordings whose file is no longer there, `pruned` such that were removed; `failed` files that
+    could not be read or written, with the reason.
+    """
 
     sessions: int = 0
     added: int = 0
     relabelled: int = 0
     unchanged: int = 0
+    decoded: int = 0
     conflicts: list[str] = field(default_factory=list)
+    corrected: list[str] = field(default_factory=list)
+    moved: list[tuple[str, str]] = field(default_factory=list)
+    gone: list[str] = field(default_factory=list)
+    pruned: list[str] = field(default_factory=list)
+    failed: list[tuple[str, str]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class How:
+    """How an import treats audio and labels, see `import_scan`."""
+
+    copy: bool
+    replace: bool
+    replace_labels: bool = False
+    prune: bool = False
 
 
 def import_scan(
@@ -42,47 +65,208 @@ def import_scan(
     dataset: str,
     folder: Path,
     scanned: Scan,
+    how: How,
     *,
-    copy: bool,
-    replace: bool,
     progress: Callable[[], object] = lambda: None,
 ) -> Imported:
     """Write the sessions of `scanned` below `folder` into `dataset`.
 
-    Running it again adds what is new, takes over changed labels, and keeps recordings that are no
-    longer in the folder, quality, further columns and what was completed in session.yaml. A
-    recording whose bytes differ from those held is left alone and listed in `conflicts`, unless
-    `replace`. Raises DataError, before anything is written, for a session that cannot be added to.
+    Running it again adds what is new and takes over labels that changed in the folder. It keeps
+    labels that were changed here since (unless `replace_labels`), further columns, recordings that
+    are no longer in the folder (unless `prune`), and what was completed in session.yaml. A file
+    that was moved in the folder keeps its recording, under its new name. A recording whose bytes
+    differ from those held is left alone and listed in `conflicts`, unless `replace`. A file that
+    cannot be read is listed in `failed`, and nothing of it is written. Whatever ends it, each file
+    that was written stands in its session's table. Raises DataError, before anything is written,
+    for a session that cannot be added to.
     """
-    sessions: dict[str, list[ScannedFile]] = defaultdict(list)
-    for entry in scanned.files:
-        sessions[entry.session].append(entry)
-    result = Imported(sessions=len(sessions))
-    before = {
-        name: _before(paths.session(dataset, name), copy=copy, folder=folder) for name in sessions
-    }
-    for name, members in sorted(sessions.items()):
-        target = paths.session(dataset, name)
-        session, held = before[name]
-        rates = {session.sample_rate_hz} if session and held else set()
-        for entry, recording_id in zip(members, _ids(members, held, copy=copy), strict=True):
-            recording = _recording(folder, entry, recording_id, copy=copy)
-            _take(folder / entry.path, target, held, recording, result, copy=copy, replace=replace)
-            progress()
-        rates |= _rates(folder, members)
-        changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
-        if played := _excitation(folder, scanned.excitations.get(name), target):
-            changed["excitation"] = played
-        session = session or Session(
-            session_id=name,
-            source="import",
-            audio_root=None if copy else str(folder.absolute()),
-            software=f"ajgdata {software()['ajgdata_version']}",
-            notes=f"imported from a folder named {folder.name!r}",
+    names = {entry.session for entry in scanned.files}
+    sessions = open_sessions(paths, dataset, folder, names, copy=how.copy)
+    one = _Import(folder, how, sessions, Imported(sessions=len(names)))
+    try:
+        for name in sorted(names):
+            members = [entry for entry in scanned.files if entry.session == name]
+            played = scanned.excitations.get(name)
+            for entry, recording_id in zip(members, _ids(members, sessions[name]), strict=True):
+                one.take(entry, recording_id)
+                progress()
+            if sessions[name].held:
+                sources = {entry.path.as_posix() for entry in members}
+                one.describe(sessions[name], sources, played)
+        one.look_for_gone()
+    finally:
+        one.write()
+    return one.result
+
+
+class _Import:
+    """One import: what it found so far, and what is to be removed once the tables are written."""
+
+    def __init__(
+        self, folder: Path, how: How, sessions: Mapping[str, ImportedSession], result: Imported
+    ) -> None:
+        self.folder, self.how, self.sessions, self.result = folder, how, sessions, result
+        self.root = str(folder.absolute())
+        self.obsolete: list[Path] = []
+        self.unfinished: Path | None = None
+        self.homeless = self._homeless()
+
+    def _homeless(self) -> dict[str, list[tuple[ImportedSession, str]]]:
+        """Return recordings whose file is no longer in the folder that they came from, by hash."""
+        found: dict[str, list[tuple[ImportedSession, str]]] = defaultdict(list)
+        for session in self.sessions.values():
+            for name, origin in session.origins.items():
+                is_here = origin.folder == self.root and name in session.held
+                if is_here and not (self.folder / origin.source).exists():
+                    found[origin.sha256].append((session, name))
+        return found
+
+    def take(self, entry: ScannedFile, recording_id: str) -> None:
+        """Bring one file in, or say why not."""
+        try:
+            self._take(entry, recording_id)
+        except DataError as error:
+            self._fail(entry.path, f"{error.problem}; {error.fix}")
+        except OSError as error:
+            self._fail(entry.path, f"cannot be read or written ({error.strerror})")
+
+    def _fail(self, path: Path, reason: str) -> None:
+        """Say why a file was not brought in, of which nothing is left."""
+        self.result.failed.append((path.as_posix(), reason))
+        if self.unfinished:
+            self.unfinished.unlink(missing_ok=True)
+            remove_empty_folders(self.unfinished.parent)
+        self.unfinished = None
+
+    def _take(self, entry: ScannedFile, recording_id: str) -> None:
+        session = self.sessions[entry.session]
+        digest = file_sha256(self.folder / entry.path)
+        recording = _recording(self.folder, entry, recording_id, copy=self.how.copy)
+        old, before = session.held.get(recording_id), session.before(recording_id)
+        moved_from = None if old else next(iter(self.homeless.get(digest, ())), None)
+        if moved_from:
+            old, before = moved_from[0].held[moved_from[1]], moved_from[0].before(moved_from[1])
+        elif old and session.origin_sha256(recording_id) != digest and not self.how.replace:
+            self.result.conflicts.append(recording_id)
+            return
+        found = {**cells_of(recording), "quality": recording.quality or "ok"}
+        if old:
+            recording = self._with_labels(recording, old, before)
+        recording = self._with_audio(entry, session, recording, digest)
+        if moved_from:
+            self.homeless[digest].remove(moved_from)
+            self._forget(*moved_from)
+            session.take_over(moved_from[0])
+            self.result.moved.append((moved_from[1], recording_id))
+        session.held[recording_id] = recording
+        session.origins[recording_id] = Origin(
+            folder=self.root, source=entry.path.as_posix(), sha256=digest, cells=found
         )
-        rows = sorted(held.values(), key=lambda r: r.recording_id)
-        write_session(target, session.model_copy(update=changed), rows)
-    return result
+        self.unfinished = None
+        if old is None:
+            self.result.added += 1
+        elif old != recording:
+            self.result.relabelled += 1
+        else:
+            self.result.unchanged += 1
+
+    def _with_labels(
+        self, recording: Recording, old: Recording, before: dict[str, str] | None
+    ) -> Recording:
+        """Return the recording with what people corrected and added since the last import."""
+        found, here = cells_of(recording), cells_of(old)
+        if not recording.quality:
+            found.pop("quality")  # the folder does not tell
+        if self.how.replace_labels:
+            return with_cells(recording, {**here, **found})
+        cells, kept = merged(here, found, before)
+        self.result.corrected += [f"{recording.recording_id}: {one}" for one in kept]
+        return with_cells(recording, cells)
+
+    def _with_audio(
+        self,
+        entry: ScannedFile,
+        session: ImportedSession,
+        recording: Recording,
+        digest: str,
+    ) -> Recording:
+        """Return the recording with its hash, its file being where it shall be."""
+        quality = recording.quality or "ok"
+        recording = recording.model_copy(update={"quality": quality, "sha256": digest})
+        destination = session.folder / recording.file
+        if self.how.copy and not destination.exists():
+            self.unfinished = destination
+        if entry.decode:
+            return self._with_decoded(entry, destination, recording, session)
+        if self.how.copy and not _holds(destination, digest):
+            with replacing(destination) as temporary:
+                shutil.copyfile(self.folder / entry.path, temporary)
+        return recording
+
+    def _with_decoded(
+        self, entry: ScannedFile, destination: Path, recording: Recording, session: ImportedSession
+    ) -> Recording:
+        """Return a recording with the hash of its decoded file, which is made where it is not."""
+        known = session.held.get(recording.recording_id)
+        same = session.origin_sha256(recording.recording_id) == recording.sha256
+        if known and same and _holds(destination, known.sha256):
+            labels = {**recording.labels, DECODED_FROM: known.labels.get(DECODED_FROM, "")}
+            return recording.model_copy(update={"sha256": known.sha256, "labels": labels})
+        content, made_by = decoded(self.folder / entry.path)
+        write_bytes(destination, content)
+        self.result.decoded += 1
+        labels = {**recording.labels, DECODED_FROM: f"{entry.path.name} ({made_by})"}
+        return recording.model_copy(update={"sha256": sha256_of(content), "labels": labels})
+
+    def _forget(self, session: ImportedSession, recording_id: str) -> None:
+        """Take a recording out of its session; its copy goes once the tables are written."""
+        recording = session.held.pop(recording_id)
+        session.is_emptied = not session.held
+        session.origins.pop(recording_id, None)
+        if self.how.copy:
+            self.obsolete.append(session.folder / recording.file)
+
+    def look_for_gone(self) -> None:
+        """List, or remove, recordings whose file is no longer in the folder."""
+        left = [one for found in self.homeless.values() for one in found]
+        for session, name in sorted(left, key=lambda one: one[1]):
+            if self.how.prune:
+                self._forget(session, name)
+            (self.result.pruned if self.how.prune else self.result.gone).append(name)
+
+    def describe(
+        self, session: ImportedSession, sources: Collection[str], played: Path | None
+    ) -> None:
+        """Complete what session.yaml says of rate and played sound."""
+        before = session.declared.sample_rate_hz if session.is_old else None
+        base = session.folder if self.how.copy else self.folder
+        held = session.held.items()
+        files = [base / one.file for name, one in held if session.source(name) in sources]
+        rates = {before} - {None} | set(_rates(files))
+        changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
+        try:
+            if excitation := _excitation(self.folder, played, session.folder):
+                changed["excitation"] = excitation
+        except OSError as error:
+            reason = f"the played sound cannot be read or written ({error.strerror})"
+            self._fail(played or Path(), reason)
+        session.declared = session.declared.model_copy(update=changed)
+
+    def write(self) -> None:
+        """Write every session that holds something, then remove the copies of moved recordings."""
+        if self.unfinished:  # its row is not in the table
+            self.unfinished.unlink(missing_ok=True)
+            remove_empty_folders(self.unfinished.parent)
+        for session in self.sessions.values():
+            if session.held:
+                session.write()
+        needed = {s.folder / one.file for s in self.sessions.values() for one in s.held.values()}
+        for path in set(self.obsolete) - needed:
+            path.unlink(missing_ok=True)
+            remove_empty_folders(path.parent)
+        for session in self.sessions.values():
+            if not session.held and (session.is_emptied or not session.is_old):
+                session.remove()
 
 
 def seal(paths: Paths, dataset: str, session: str) -> int:
@@ -107,100 +291,44 @@ def seal(paths: Paths, dataset: str, session: str) -> int:
     return sum(new != old for new, old in zip(sealed, recordings, strict=True))
 
 
-def _held(target: Path) -> dict[str, Recording]:
-    if not (target / RECORDINGS_FILE).is_file():
-        return {}
-    recordings, findings = read_recordings(target)
-    if findings:
-        raise DataError(
-            target / RECORDINGS_FILE,
-            f"{findings[0].problem}; nothing was imported into this session",
-            findings[0].fix,
-        )
-    return {r.recording_id: r for r in recordings}
+def _holds(path: Path, digest: str) -> bool:
+    return path.is_file() and file_sha256(path) == digest
 
 
-def _before(
-    target: Path, *, copy: bool, folder: Path
-) -> tuple[Session | None, dict[str, Recording]]:
-    """Return the session as it was, after checking that recordings may be added to it."""
-    held = _held(target)
-    if not (target / SESSION_FILE).is_file():  # new, or an import that was interrupted
-        return None, held
-    session = read_session(target)
-    if session.source != "import":
-        raise DataError(
-            target, f"this session's source is {session.source}", "import with another --session"
-        )
-    root = session.audio_root
-    if root != (None if copy else str(folder.absolute())):
-        how = f"references {root}" if root else "holds copies"
-        raise DataError(
-            target, f"this session {how}", "import the same way again, or with another --session"
-        )
-    return session, held
-
-
-def _ids(members: Sequence[ScannedFile], held: Mapping[str, Recording], *, copy: bool) -> list[str]:
+def _ids(members: Sequence[ScannedFile], session: ImportedSession) -> list[str]:
     """Return the id that a file has, else its path inside the folder without suffix; with suffix
-    where two files would share it."""
-    known = {recording.file: name for name, recording in held.items()}
+    where two files would share it. What is too long for an id ends in its own digest."""
+    known = {session.source(name): name for name in session.held}
     stems = [entry.path.with_suffix("").as_posix() for entry in members]
     counts = Counter(stems)
     ids: list[str] = []
     for entry, stem in zip(members, stems, strict=True):
-        new = stem if counts[stem] == 1 and stem not in held else entry.path.as_posix()
-        ids.append(known.get(_file(entry, copy=copy), new))
+        new = stem if counts[stem] == 1 and stem not in session.held else entry.path.as_posix()
+        ids.append(known.get(entry.path.as_posix(), _short(new)))
     return ids
 
 
-def _file(entry: ScannedFile, *, copy: bool) -> str:
-    return (Path(AUDIO_FOLDER, entry.path) if copy else entry.path).as_posix()
+def _short(name: str) -> str:
+    if len(name) <= LONGEST_ID:
+        return name
+    return f"{name[: LONGEST_ID - 13]}~{sha256_of(name.encode())[:12]}"
 
 
 def _recording(folder: Path, entry: ScannedFile, recording_id: str, *, copy: bool) -> Recording:
+    """Return the recording of a file, without its hash; `quality` is "" where nothing tells it."""
+    name = entry.path.as_posix() + (".wav" if entry.decode else "")
     try:
         return Recording(
             recording_id=recording_id,
-            file=_file(entry, copy=copy),
-            sha256=file_sha256(folder / entry.path),
+            file=f"{AUDIO_FOLDER}/{name}" if copy else name,
             grasp_id=entry.grasp,
             sample=entry.sample,
             object=entry.object,
+            quality=entry.quality,
             labels=dict(entry.labels),
         )
     except ValidationError as error:
         raise describe(error, folder / entry.path) from None
-
-
-def _take(
-    source: Path,
-    target: Path,
-    held: dict[str, Recording],
-    recording: Recording,
-    result: Imported,
-    *,
-    copy: bool,
-    replace: bool,
-) -> None:
-    old = held.get(recording.recording_id)
-    if old and old.sha256 != recording.sha256 and not replace:
-        result.conflicts.append(recording.recording_id)
-        return
-    if old:  # what people added stays
-        labels = {**old.labels, **recording.labels}
-        recording = recording.model_copy(update={"quality": old.quality, "labels": labels})
-    destination = target / recording.file
-    if copy and not (destination.is_file() and file_sha256(destination) == recording.sha256):
-        with replacing(destination) as temporary:
-            shutil.copyfile(source, temporary)
-    held[recording.recording_id] = recording
-    if old is None:
-        result.added += 1
-    elif old != recording:
-        result.relabelled += 1
-    else:
-        result.unchanged += 1
 
 
 def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation | None:
@@ -214,12 +342,10 @@ def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation |
     )
 
 
-def _rates(folder: Path, members: Sequence[ScannedFile]) -> set[int]:
-    """Return rates of the readable recordings."""
-    rates = set()
-    for entry in members:
+def _rates(files: Iterable[Path]) -> Iterator[int]:
+    """Yield rates of the readable recordings."""
+    for file in files:
         try:
-            rates.add(inspect_audio(folder / entry.path).sample_rate_hz)
+            yield inspect_audio(file).sample_rate_hz
         except DataError:
             continue  # an unreadable recording is imported as it is, and named by `validate`
-    return rates

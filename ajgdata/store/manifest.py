@@ -14,7 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
-from ajgdata.store.files import csv_bytes, json_bytes, read_json, write_bytes, write_if_changed
+from ajgdata.store.files import (
+    csv_bytes,
+    json_bytes,
+    read_json,
+    why_no_file,
+    write_bytes,
+    write_if_changed,
+)
 from ajgdata.store.sessions import (
     audio_path,
     inside,
@@ -189,12 +196,13 @@ def read_manifest(path: Path) -> tuple[dict[str, Any], list[Finding]]:
 
 
 def _checked_hash(cache: HashCache, path: Path, declared: str) -> str:
+    if wrong := why_no_file(path):
+        raise DataError("missing", *wrong)
     try:
         found = cache.sha256(path)
-    except OSError:
-        raise DataError(
-            "missing", "there is no such file", "restore it or remove its row"
-        ) from None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})"
+        raise DataError("missing", problem, "check disk and permissions") from None
     if declared and found != declared:
         raise DataError(
             "changed",

@@ -16,8 +16,12 @@ from numpy.typing import NDArray
 _PCM, _FLOAT = 1, 3
 #: Encodings that are decoded here: (format code, bits) -> libsndfile's name.
 _PLAIN = {(_PCM, 16): "PCM_16", (_PCM, 24): "PCM_24", (_FLOAT, 32): "FLOAT"}
+#: First bytes of a WAV file -> how its numbers are written: big-endian, or with 64-bit sizes.
+_ORDERS = {b"RIFF": "<", b"RIFX": ">", b"RF64": "<", b"BW64": "<"}
 #: What programs that write to a pipe put for "length unknown" (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
 _UNKNOWN_SIZE = 0x7FFF_F000
+#: Size of the samples that says: it stands in the `ds64` chunk (RF64).
+_IN_DS64 = 0xFFFF_FFFF
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,7 @@ class Wave:
     """Layout of a WAV file: offsets and sizes in bytes.
 
     `declared` is the size of the samples by the header, None when that leaves it open (a stream).
+    `order` is that of the bytes of a number, as `struct` writes it.
     """
 
     code: int
@@ -35,6 +40,7 @@ class Wave:
     start: int
     stop: int
     declared: int | None
+    order: str = "<"
 
     @property
     def held(self) -> int:
@@ -55,7 +61,13 @@ class Wave:
     def subtype(self) -> str | None:
         """libsndfile's name of an encoding that is decoded here."""
         samples_fill_frame = self.frame_bytes * 8 == self.bits * self.channels
-        return _PLAIN.get((self.code, self.bits)) if samples_fill_frame else None
+        is_plain = samples_fill_frame and self.order == "<"
+        return _PLAIN.get((self.code, self.bits)) if is_plain else None
+
+
+def is_wave(content: bytes) -> bool:
+    """Return True if a file begins as a WAV does: RIFF, or RIFX, RF64 and BW64 (EBU Tech 3306)."""
+    return content[:4] in _ORDERS and content[8:12] == b"WAVE"
 
 
 def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
@@ -64,27 +76,39 @@ def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
     `content` may be the beginning of a file of `size_of_file` bytes.
     """
     whole = len(content) if size_of_file is None else size_of_file
+    order = _ORDERS.get(content[:4], "<")
     fmt: tuple[int, ...] | None = None
+    long_sizes: tuple[int, ...] = ()
     at = 12
     while at + 8 <= len(content):
-        name, size = struct.unpack_from("<4sI", content, at)
+        name, size = struct.unpack_from(f"{order}4sI", content, at)
         at += 8
+        if name == b"ds64" and at + 16 <= len(content):
+            long_sizes = struct.unpack_from("<QQ", content, at)
         if name == b"fmt " and at + 16 <= len(content):
-            fmt = struct.unpack_from("<HHIIHH", content, at)
+            fmt = struct.unpack_from(f"{order}HHIIHH", content, at)
         if name == b"data" and fmt:
-            code, channels, rate, _, frame_bytes, bits = fmt
-            if not (channels and rate and frame_bytes):
-                return None
-            riff_end = struct.unpack_from("<I", content, 4)[0] + 8
+            if long_sizes and size == _IN_DS64:
+                stop = min(at + long_sizes[1], whole)
+                return _wave(fmt, at, stop, long_sizes[1], order)
+            riff_end = struct.unpack_from(f"{order}I", content, 4)[0] + 8
             unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
             stop = whole if unfinished else min(at + size, whole)
             is_open = unfinished or (size >= _UNKNOWN_SIZE and at + size > stop)
-            declared = None if is_open else size
-            return Wave(code, channels, rate, frame_bytes, bits, at, stop, declared)
+            return _wave(fmt, at, stop, None if is_open else size, order)
         at += size
         if size & 1 and content[at : at + 1] == b"\0":  # some writers forget the padding
             at += 1
     return None
+
+
+def _wave(
+    fmt: tuple[int, ...], start: int, stop: int, declared: int | None, order: str
+) -> Wave | None:
+    code, channels, rate, _, frame_bytes, bits = fmt
+    if not (channels and rate and frame_bytes):
+        return None
+    return Wave(code, channels, rate, frame_bytes, bits, start, stop, declared, order)
 
 
 def decode(content: bytes, wave: Wave) -> NDArray[np.float32]:
@@ -104,6 +128,21 @@ def decode(content: bytes, wave: Wave) -> NDArray[np.float32]:
         flat = (wide >> 8).astype(np.float32)
         flat *= np.float32(2.0**-23)
     return flat.reshape(wave.frames, wave.channels)
+
+
+def encode_float32(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
+    """Return a 32-bit float file of samples (frames, channels), and always the same bytes."""
+    frames, channels = samples.shape
+    data = np.ascontiguousarray(samples, "<f4").tobytes()
+    header = struct.pack(
+        "<4sI4s4sIHHIIHHH4sII4sI",
+        *(b"RIFF", 50 + len(data), b"WAVE"),
+        *(b"fmt ", 18, _FLOAT, channels, sample_rate_hz),
+        *(4 * channels * sample_rate_hz, 4 * channels, 32, 0),
+        *(b"fact", 4, frames),
+        *(b"data", len(data)),
+    )
+    return header + data
 
 
 def encode_pcm24(samples: NDArray[Any], sample_rate_hz: int) -> bytes:

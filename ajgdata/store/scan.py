@@ -5,31 +5,33 @@ This is the only place where labels are read out of file names.
 
 from __future__ import annotations
 
+import os
 import re
-import string
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ajgdata.store.files import read_csv
+from ajgdata.store.audio import UNREADABLE_SUFFIXES, AudioError, inspect_audio, unsupported
+from ajgdata.store.files import why_no_file
+from ajgdata.store.label_tables import joined, read_label_table
 from ajgdata.types import RECORDING_COLUMNS, DataError, ImportSettings, is_reserved
 
 AUDIO_SUFFIXES = {".wav", ".wave", ".ogg", ".oga", ".flac"}
-UNREADABLE_SUFFIXES = {
-    *(".aac", ".aif", ".aiff", ".au", ".caf", ".m4a", ".mp3", ".mp4"),
-    *(".opus", ".w64", ".webm", ".wma"),
-}
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
 #: Named groups that say what a recording is; every other named group is a label.
-ROLES = ("session", "grasp", "object", "sample")
+ROLES = ("session", "grasp", "object", "sample", "quality")
 #: Control characters, and bytes of a file name that are not UTF-8: a table cannot hold them.
 _NO_TEXT = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff]")
 
 
 @dataclass(frozen=True)
 class ScannedFile:
-    """One recording in the folder: path relative to it, its roles and labels."""
+    """One recording in the folder: path relative to it, its roles and labels.
+
+    `quality` is "" where nothing says it. `decode` is True for a file that has to be decoded into
+    a new one.
+    """
 
     path: Path
     session: str
@@ -37,37 +39,51 @@ class ScannedFile:
     object: str
     sample: int
     labels: Mapping[str, str]
+    quality: str = ""
+    decode: bool = False
+
+    def cell(self, column: str) -> str:
+        """Return what stands in a column that can be learnt."""
+        return self.object if column == "object" else self.labels.get(column, "")
 
 
 @dataclass
 class Scan:
-    """Recordings found in a folder. `skipped` says for each file left out why."""
+    """Recordings found in a folder. `skipped` says for each file left out why, `missing` for each
+    whose name is there and its content not; `notes` are what else a person should know."""
 
     files: list[ScannedFile] = field(default_factory=list)
     excitations: dict[str, Path] = field(default_factory=dict)
     skipped: list[tuple[str, str]] = field(default_factory=list)
+    missing: list[tuple[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
-def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
+def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = False) -> Scan:
     """Return every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
 
-    `name` is the session of recordings whose session nothing tells. Raises DataError when the
-    folder, the pattern or the table cannot be used, or when nothing in the folder matches.
+    `name` is the session of recordings whose session nothing tells. With `convert` files that are
+    not read as they are count, too. Raises DataError when the folder, the pattern or the table
+    cannot be used, or when nothing in the folder matches.
     """
     if not folder.is_dir():
         raise DataError(folder, "is not a folder", "name the folder that holds the recordings")
-    result = (
-        _by_table(folder, settings, name) if settings.table else _by_name(folder, settings, name)
-    )
+    result = Scan()
+    audio = _audio_files(folder, result, convert=convert)
+    if settings.table:
+        _by_table(folder, audio, settings, name, result)
+    else:
+        _by_name(audio, settings, name, result)
     if result.files:
         return result
-    if not result.skipped and not result.excitations:
+    left_out = [*result.missing, *result.skipped]
+    if not left_out and not result.excitations:
         raise DataError(
             folder,
             "holds no audio files",
             f"name a folder with {', '.join(sorted(AUDIO_SUFFIXES))}",
         )
-    example = ": {!r} {}".format(*result.skipped[0]) if result.skipped else ""
+    example = ": {!r} {}".format(*left_out[0]) if left_out else ""
     raise DataError(
         folder,
         f"none of its audio files can be imported{example}",
@@ -87,31 +103,75 @@ def label_column(text: str) -> str:
     return slug(text) + ("_" if is_reserved(slug(text)) else "")
 
 
+def target_column(text: str) -> str:
+    """Return the column of a target called `text`: `object` is one that every recording has."""
+    return text if text == "object" else label_column(text)
+
+
 def audio_files(folder: Path) -> list[Path]:
-    """Return files below `folder` that look like audio, sorted, relative to it; hidden ones are
-    none."""
-    suffixes = AUDIO_SUFFIXES | UNREADABLE_SUFFIXES
-    inside = (p.relative_to(folder) for p in folder.rglob("*") if p.suffix.lower() in suffixes)
-    shown = (p for p in inside if not any(part.startswith(".") for part in p.parts))
-    return sorted(p for p in shown if (folder / p).is_file())
+    """Return what looks like audio by its name below `folder`, sorted, relative to it.
+
+    Links that lead nowhere, pipes and the like are among it; folders and what is hidden are not.
+    """
+    return _walk(folder)[0]
 
 
-def _audio_files(folder: Path, result: Scan) -> list[Path]:
-    """Return audio files that can be imported; the others go to `result.skipped`."""
-    files = []
-    for path in audio_files(folder):
-        name, suffix = path.as_posix(), path.suffix.lower()
-        if suffix in UNREADABLE_SUFFIXES:
-            reason = f"{suffix} cannot be read: convert it (ffmpeg -i in{suffix} out.wav)"
-            result.skipped.append((name, reason))
-        elif name != name.strip() or _NO_TEXT.search(name):
+def _walk(folder: Path) -> tuple[list[Path], list[tuple[str, str]]]:
+    """Return the audio files below `folder`, and folders that were not looked into, with why."""
+    suffixes = {*AUDIO_SUFFIXES, *UNREADABLE_SUFFIXES}
+    found: list[Path] = []
+    closed: list[tuple[str, str]] = []
+
+    def refused(error: OSError) -> None:
+        closed.append((os.path.relpath(error.filename, folder), f"{error.strerror}: not looked at"))
+
+    for root, folders, names in os.walk(folder, onerror=refused):
+        here = Path(root).relative_to(folder)
+        folders[:] = sorted(one for one in folders if not one.startswith("."))
+        for one in (one for one in folders if Path(root, one).is_symlink()):
+            reason = "a link to a folder, not looked at: name that folder"
+            closed.append(((here / one).as_posix(), reason))
+        shown = (here / name for name in names if not name.startswith("."))
+        found += [path for path in shown if path.suffix.lower() in suffixes]
+    return sorted(found), sorted(closed)
+
+
+def _audio_files(folder: Path, result: Scan, *, convert: bool) -> dict[Path, bool]:
+    """Return audio files that can be imported: True for one that has to be decoded.
+
+    The others go to `result.skipped`.
+    """
+    files: dict[Path, bool] = {}
+    paths, closed = _walk(folder)
+    result.missing += closed
+    readable = {path.with_suffix("") for path in paths if path.suffix.lower() in AUDIO_SUFFIXES}
+    for path in paths:
+        name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES
+        if name != name.strip() or _NO_TEXT.search(name):
             result.skipped.append((_NO_TEXT.sub("?", name), "its name is no plain text: rename it"))
+        elif wrong := why_no_file(folder / path):
+            result.missing.append((name, "; ".join(wrong)))
+        elif decode and not convert:
+            refusal = unsupported(path)
+            result.skipped.append((name, f"{refusal.problem}; {refusal.fix}"))
+        elif decode and path.with_suffix("") in readable:
+            reason = "left out: of the same name as a recording beside it, whose sound it may hold"
+            result.skipped.append((name, reason))
         else:
-            files.append(path)
+            files[path] = decode or (convert and _is_other_audio(folder / path))
     return files
 
 
-def _by_name(folder: Path, settings: ImportSettings, name: str) -> Scan:
+def _is_other_audio(path: Path) -> bool:
+    """Return True for audio that is not what its name says, and has to be decoded."""
+    try:
+        inspect_audio(path)
+    except AudioError as error:
+        return error.code == "unsupported_format"
+    return False
+
+
+def _by_name(audio: Mapping[Path, bool], settings: ImportSettings, name: str, result: Scan) -> None:
     starter_kit = settings.pattern in ("", "starter-kit")
     try:
         pattern = re.compile(STARTER_KIT if starter_kit else settings.pattern)
@@ -119,8 +179,7 @@ def _by_name(folder: Path, settings: ImportSettings, name: str) -> Scan:
         raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
     if not pattern.groupindex:
         raise DataError("--pattern", "has no named group", r"name the label: (?P<label>[^/]+)")
-    result = Scan()
-    for path in _audio_files(folder, result):
+    for path, decode in audio.items():
         match = pattern.fullmatch(path.as_posix())
         if not match:
             result.skipped.append((path.as_posix(), "does not match the pattern"))
@@ -128,25 +187,29 @@ def _by_name(folder: Path, settings: ImportSettings, name: str) -> Scan:
         fields = {key: value or "" for key, value in match.groupdict().items()}
         session = slug(path.parent.as_posix()) if starter_kit and path.parent.name else name
         if starter_kit and int(fields["n"]) == 0:
-            played = result.excitations.setdefault(session, path)
-            if played != path:
+            played = path if decode else result.excitations.setdefault(session, path)
+            if decode:
+                result.skipped.append((path.as_posix(), "the played sound has to be a WAV"))
+            elif played != path:
                 result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
             continue
-        result.files.append(_scanned(path, fields, settings, session))
-    return result
+        result.files.append(_scanned(path, fields, settings, session, decode=decode))
 
 
-def _by_table(folder: Path, settings: ImportSettings, name: str) -> Scan:
+def _by_table(
+    folder: Path, audio: Mapping[Path, bool], settings: ImportSettings, name: str, result: Scan
+) -> None:
     table = folder / settings.table
-    header, rows = read_csv(table)
+    header, rows, lacking = joined(folder, *read_label_table(table), settings.join)
+    result.notes += lacking
     columns = Counter(map(label_column, header))
     if doubled := [name for name in header if columns[label_column(name)] > 1]:
         problem = (
             f"columns {doubled[0]!r} and {doubled[1]!r} would both be {label_column(doubled[0])}"
         )
         raise DataError(table, problem, "rename one of them")
-    result = Scan()
-    audio, taken = set(_audio_files(folder, result)), set()
+    taken: set[Path] = set()
+    refused = {name for name, _ in (*result.missing, *result.skipped)}
     for row in rows:
         path = Path(_filled("file", settings.file, row))
         if path.is_absolute() or ".." in path.parts:
@@ -154,31 +217,39 @@ def _by_table(folder: Path, settings: ImportSettings, name: str) -> Scan:
         if path in taken:
             raise DataError(table, f"{path} stands in two rows", "keep one of them")
         if path in audio:
-            result.files.append(_scanned(path, row, settings, name))
+            result.files.append(_scanned(path, row, settings, name, decode=audio[path]))
             taken.add(path)
-        else:
+        elif str(path) not in refused:
             result.skipped.append((str(path), f"in {settings.table} but not in the folder"))
-    left = sorted(audio - taken)
+    left = sorted(set(audio) - taken)
     result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
     result.files.sort(key=lambda one: one.path)
-    return result
 
 
 def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
-    """Return a template such as '{stone}' with its fields put in."""
-    try:
-        keys = [key for _, key, _, _ in string.Formatter().parse(template) if key is not None]
-        if unknown := [key for key in keys if key not in fields]:
-            raise DataError(f"--{option}", f"names {unknown[0]!r}", f"there are {sorted(fields)}")
-        return template.format_map(fields)
-    except ValueError as error:
-        raise DataError(
-            f"--{option}", f"{template!r} is no template ({error})", "write it as '{name}'"
-        ) from None
+    """Return a template such as '{stone}' with its fields put in; a brace is written twice.
+
+    A field may have any name that a column can have, such as 'Grasp no.'.
+    """
+    filled = []
+    for piece in re.findall(r"\{\{|\}\}|\{[^{}]*\}|[^{}]+|[{}]", template):
+        if piece in ("{", "}"):
+            problem = f"{template!r} is no template (a {piece} stands alone)"
+            raise DataError(f"--{option}", problem, "write it as '{name}'")
+        key = piece[1:-1]
+        if piece in ("{{", "}}"):
+            filled.append(piece[0])
+        elif not piece.startswith("{"):
+            filled.append(piece)
+        elif key in fields:
+            filled.append(fields[key])
+        else:
+            raise DataError(f"--{option}", f"names {key!r}", f"there are {sorted(fields)}")
+    return "".join(filled)
 
 
 def _scanned(
-    path: Path, fields: Mapping[str, str], settings: ImportSettings, session: str
+    path: Path, fields: Mapping[str, str], settings: ImportSettings, session: str, *, decode: bool
 ) -> ScannedFile:
     def role(key: str, template: str, default: str) -> str:
         filled = _filled(key, template, fields) if template else fields.get(key, "")
@@ -190,11 +261,13 @@ def _scanned(
         path,
         slug(role("session", settings.session, session)),
         role("grasp", settings.grasp, path.with_suffix("").as_posix()),
-        role("object", settings.object, label),
+        role("object", settings.object, label).strip(),
         int(sample) if sample.isdecimal() else 0,
         {
             label_column(k): v.strip()
             for k, v in fields.items()
             if k not in (*ROLES, *RECORDING_COLUMNS)
         },
+        fields.get("quality", "").strip(),
+        decode,
     )

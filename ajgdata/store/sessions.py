@@ -144,6 +144,25 @@ def dropped_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> se
     return dropped
 
 
+def check_one_kind(paths: Paths, spec: DatasetSpec, sessions: Collection[str]) -> None:
+    """Raise DataError if some sessions of a data set are simulated and others recorded.
+
+    A mixture would be neither, and no figure of it could say which. Sessions that a recipe has yet
+    to simulate count; those that cannot be read are reported elsewhere.
+    """
+    made = {True: "its recipe"} if spec.recipe and spec.recipe.source == "virtual" else {}
+    for name in sorted(sessions):
+        try:
+            source = read_session(paths.session(spec.name, name)).source
+        except DataError:
+            continue
+        made.setdefault(source == "virtual", f"session {name}")
+    if len(made) > 1:
+        problem = f"{made[True]} is simulated, {made[False]} is recorded: both in one data set"
+        fix = f"move {made[False].removeprefix('session ')} below a data set of its own"
+        raise DataError(paths.sessions(spec.name), problem, fix)
+
+
 def whole_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> list[str]:
     """Return the sessions on disk that are complete and, if a recipe makes them, asked for."""
     incomplete = incomplete_sessions(paths, dataset, virtual)

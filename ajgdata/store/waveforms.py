@@ -24,7 +24,7 @@ from ajgdata.store.audio import (
 from ajgdata.store.features import Column, Shard, concatenate, text_column
 from ajgdata.store.labels import labelled, select, with_columns
 from ajgdata.store.manifest import label_rows
-from ajgdata.store.riff import parse_wave
+from ajgdata.store.riff import is_wave, parse_wave
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 
@@ -57,8 +57,7 @@ def _header(path: Path) -> AudioInfo:
         size = path.stat().st_size
     except OSError:
         return inspect_audio(path)  # which says what is wrong
-    is_wave = head[:4] == b"RIFF" and head[8:12] == b"WAVE"
-    wave = parse_wave(head, size) if is_wave else None
+    wave = parse_wave(head, size) if is_wave(head) else None
     if wave is None or not wave.subtype or wave.is_cut or not wave.frames:
         return inspect_audio(path)
     rate, frames = wave.sample_rate_hz, wave.frames

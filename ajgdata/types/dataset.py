@@ -22,7 +22,10 @@ class ImportSettings(Strict):
     """Rules by which a folder of recordings becomes sessions; the options of `ajgdata import`."""
 
     pattern: str = Field("", description="'starter-kit' or a regular expression with named groups")
-    table: str = Field("", description="CSV of labels inside the folder, instead of a pattern")
+    table: str = Field("", description="table of labels inside the folder, instead of a pattern")
+    join: dict[str, str] = Field(
+        {}, description="further tables and the column that they share with `table`"
+    )
     file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
     grasp: str = Field("", description="template of grasp_id, e.g. '{stone}'; default: the file")
     object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
@@ -34,6 +37,8 @@ class ImportSettings(Strict):
             raise ValueError("give pattern or table, not both")
         if bool(self.table) != bool(self.file):
             raise ValueError("table needs file (a template such as 'audio/{name}.wav')")
+        if self.join and not self.table:
+            raise ValueError("join adds to a table: give one")
         return self
 
 

@@ -13,6 +13,10 @@ from ajgdata.types.registry import Kind
 LONGEST_RESPONSE = 8192
 
 
+#: Sample rates that can be declared; a file outside them has a damaged header.
+LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1_000, 768_000
+
+
 class FeatureSettings(Strict):
     """Signal -> spectrum. The paper gives the window (2048), the sum over time and *a*
     normalisation; window shape, hop, magnitude or power, and which norm are ours. A transfer
@@ -62,7 +66,9 @@ class FeatureSettings(Strict):
 class AudioSettings(Strict):
     """The format of a data set's recordings, and what may be done to those that differ."""
 
-    sample_rate_hz: int = Field(44_100, ge=1_000, le=768_000, description="declared rate")
+    sample_rate_hz: int = Field(
+        44_100, ge=LOWEST_RATE_HZ, le=HIGHEST_RATE_HZ, description="declared rate"
+    )
     other_rate: Literal["reject", "resample"] = Field(
         "reject", description="a recording at another rate is quarantined, or resampled (polyphase)"
     )

@@ -34,7 +34,8 @@ def wave(
 ):  # fmt: skip
     """A WAV file made by hand, as wrong as the arguments ask."""
     frame = channels * bits // 8
-    fmt = struct.pack("<HHIIHH", code, channels, rate, rate * frame, frame, bits) + extra
+    fmt = struct.pack("<HHIIHH", code, channels, rate, rate * frame % 2**32, frame, bits)
+    fmt += extra
     body = b"WAVE" + chunk(b"fmt ", fmt) + before + chunk(b"data", data, declared) + after
     return b"RIFF" + struct.pack("<I", len(body) if riff is None else riff) + body
 
@@ -204,16 +205,14 @@ BROKEN = {
     "cut 16": (wave()[:-2], "truncated", "record it again"),
     "cut 8": (wave(bits=8)[:-5], "truncated", "record it again"),
     "cut float": (wave(code=3, bits=32, data=b"\0" * 40)[:-4], "truncated", "record it again"),
-    "big-endian": (
-        encoded(noise(10), format="WAV", subtype="PCM_16", endian="BIG"),
-        "unsupported_format",
-        "ffmpeg",
-    ),
     "aiff": (
         encoded(noise(10), format="AIFF", subtype="PCM_16"),
         "unsupported_format",
-        "ffmpeg",
+        "ajgdata import --convert",
     ),
+    "4 GHz": (wave(rate=4_000_000_000), "implausible", "correct what wrote the header"),
+    "999 Hz": (wave(rate=999), "implausible", "correct what wrote the header"),
+    "300 channels": (wave(bytes(1200), channels=300, bits=8), "implausible", "correct what wrote"),
 }
 
 
@@ -228,10 +227,43 @@ def test_broken_files_are_refused_with_a_remedy(put, name):
         inspect_audio(path)
 
 
-def test_m4a_is_refused_with_the_command_that_converts_it(put):
-    error = refusal(put(b"\0\0\0\x1cftypM4A " + b"\0" * 64, "x.m4a"))
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("x.m4a", b"\0\0\0\x1cftypM4A " + b"\0" * 64), ("x.wav", BROKEN["aiff"][0])],
+)
+def test_what_is_to_be_converted_is_offered_no_command_that_could_overwrite(put, name, content):
+    """`ffmpeg -i x.wav x.wav` reads what it truncates; `x.m4a` may lie beside another x.wav."""
+    error = refusal(put(content, name))
     assert error.code == "unsupported_format"
-    assert 'ffmpeg -i "x.m4a" "x.wav"' in error.fix
+    assert "ajgdata import --convert" in error.fix
+    assert "ffmpeg" not in error.fix
+
+
+@pytest.mark.parametrize("subtype", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
+@pytest.mark.parametrize(
+    "kind", [{"format": "WAV", "endian": "BIG"}, {"format": "RF64"}], ids=["RIFX", "RF64"]
+)
+def test_big_endian_and_64_bit_wavs_are_read_sample_for_sample(put, kind, subtype):
+    path = put(encoded(noise(1001, 2), 48_000, subtype=subtype, **kind))
+    assert path.read_bytes()[:4] in (b"RIFX", b"RF64")
+    expected = sf.read(path, dtype="float32", always_2d=True)[0]
+    got = read_audio(path, ANY)
+    np.testing.assert_array_equal(got.recorded, expected)
+    assert (got.info.subtype, got.info.frames, got.info.sample_rate_hz) == (subtype, 1001, 48_000)
+    path.write_bytes(path.read_bytes()[:-2001])
+    assert refusal(path).code == "truncated"
+
+
+def test_a_recording_of_hours_is_named_not_read(put):
+    rows = 3600 * 1000
+    assert read_audio(put(wave(bytes([128]) * rows, bits=8, rate=1000)), ANY).info.frames == rows
+    long = put(wave(bytes([128]) * (rows + 1), bits=8, rate=1000))
+    assert refusal(long, ANY).code == "implausible"
+
+
+def test_everything_that_differs_is_said(put):
+    path = put(encoded(noise(4800, 2), 48_000, format="WAV", subtype="PCM_16"))
+    assert [r.code for r in refusal(path).remarks] == ["other_rate", "channels"]
 
 
 def test_missing_file_and_folder(tmp_path):

@@ -146,6 +146,7 @@ def test_import_says_what_it_did(ajgdata, project):
     assert out.splitlines() == [
         "2 added, 0 changed, 0 unchanged in 1 session(s) of e",
         "skipped odd :smile:.wav: does not match the pattern",
+        "note target label: a class (2 distinct texts)",
         f"declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, channel mono, targets "
         "label; next: ajgdata validate e",
     ]

@@ -1,7 +1,10 @@
 """Import: nothing is lost, nothing is altered, and doing it again changes only what changed."""
 
+import errno
 import hashlib
+import os
 import shutil
+import struct
 
 import pytest
 from worlds import write_tone
@@ -15,9 +18,10 @@ from ajgdata.store.sessions import (
     read_dataset,
     read_recordings,
     read_session,
+    write_dataset,
     write_session,
 )
-from ajgdata.types import DataError, ImportSettings
+from ajgdata.types import DataError, DatasetSpec, ImportSettings, Recording, Session
 
 #: Session of the recordings that lie directly in the folder "My recordings".
 KIT = "My_recordings"
@@ -44,6 +48,14 @@ def rows(paths, session=KIT):
 def run(paths, folder, **options):
     settings = options.pop("settings", None)
     return import_folder(paths, "d", folder, settings=settings, **options)[2]
+
+
+def assert_all_in_tables(paths):
+    """Every audio file below `data/` has a row, and every row its file."""
+    for session in list_sessions(paths, "d"):
+        folder = paths.session("d", session)
+        there = {str(p.relative_to(folder)) for p in (folder / "audio").rglob("*") if p.is_file()}
+        assert there == {row.file for row in read_recordings(folder)[0]}
 
 
 def counts(result):
@@ -232,7 +244,12 @@ def test_a_session_of_another_source_is_left_alone(paths, kit):
     folder = paths.session("d", KIT)
     session = read_session(folder).model_copy(update={"source": "virtual"})
     write_session(folder, session, read_recordings(folder)[0])
-    with pytest.raises(DataError, match="this session's source is virtual"):
+    with pytest.raises(DataError, match=f"holds the simulated session {KIT}: it is simulated"):
+        run(paths, kit)
+    write_session(
+        folder, session.model_copy(update={"source": "soundcard"}), read_recordings(folder)[0]
+    )
+    with pytest.raises(DataError, match="this session's source is soundcard"):
         run(paths, kit)
 
 
@@ -245,8 +262,9 @@ def test_an_interrupted_import_goes_on(paths, kit):
     stop_at_second.calls = 0
     with pytest.raises(KeyboardInterrupt):
         run(paths, kit, started=lambda total: stop_at_second)
-    assert not (paths.session("d", KIT) / "session.yaml").exists()
-    run(paths, kit)
+    assert_all_in_tables(paths)
+    assert set(rows(paths)) == {"1_no object", "2_cube ä"}
+    assert counts(run(paths, kit)) == (1, 0, 2, [])
     other = Paths(paths.root.parent / "other")
     (other.root / "datasets").mkdir(parents=True)
     run(other, kit)
@@ -308,3 +326,118 @@ def test_two_folders_with_the_same_file_names_become_two_sessions(paths, tmp_pat
         write_tone(tmp_path / day / "1_cube.wav", hz)
         assert counts(run(paths, tmp_path / day)) == (1, 0, 0, [])
     assert list_sessions(paths, "d") == ["day_1", "day_2"]
+
+
+def test_the_object_can_be_learnt(paths, kit):
+    """Our own central label: from a pattern's label, and from a table's column of that name."""
+    spec, found, _ = import_folder(paths, "d", kit, settings=None, targets=["object"])
+    assert list(spec.targets) == ["object"]
+    assert found.notes == ["target object: a class (2 distinct texts)"]
+    (kit / "t.csv").write_text("name,object,mass\n1_no object,nothing,0\n2_cube ä,cube,7\n")
+    table = ImportSettings(table="t.csv", file="{name}.wav")
+    spec, _, _ = import_folder(paths, "e", kit, settings=table, targets=["object", "mass"])
+    assert list(spec.targets) == ["object", "mass"]
+    held = read_recordings(paths.session("e", KIT))[0]
+    assert [row.object for row in held] == ["nothing", "cube"]
+    assert import_folder(paths, "e", kit, settings=None, targets=["object"])[2].unchanged == 2
+
+
+def test_a_column_may_have_any_name(paths, kit):
+    (kit / "t.csv").write_text("Name,Grasp no.,a[0],x:y\n1_no object,4,p,q\n2_cube ä,5,p,q\n")
+    settings = ImportSettings(table="t.csv", file="{Name}.wav", grasp="{Grasp no.}-{a[0]}{{{x:y}}}")
+    run(paths, kit, settings=settings, targets=["Grasp no."])
+    assert {row.grasp_id for row in rows(paths).values()} == {"4-p{q}", "5-p{q}"}
+    assert list(read_dataset(paths, "d").targets) == ["Grasp_no"]
+
+
+def test_decimal_commas_and_tables_of_a_spreadsheet(paths, tmp_path):
+    folder = tmp_path / "stones"
+    lines = ["name;mass"]
+    for number in range(14):
+        write_tone(folder / f"w{number}.wav", 200 + number)
+        lines.append(f"w{number};{100 + number},5")
+    (folder / "t.csv").write_text("\n".join(lines))
+    settings = ImportSettings(table="t.csv", file="{name}.wav")
+    _, found, _ = import_folder(paths, "d", folder, settings=settings, targets=["mass"])
+    assert found.notes == [
+        "target mass: a number (14 distinct numbers, 100.5 to 113.5)",
+        "mass: 14 decimal commas are written as points",
+    ]
+    assert rows(paths, "stones")["w3"].labels["mass"] == "103.5"
+    assert import_folder(paths, "d", folder, settings=None)[2].corrected == []
+
+
+@pytest.mark.parametrize("recipe", [True, False])
+def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot, recipe):
+    objects = [{"name": "a", "shape": {"kind": "cube", "edge_mm": 10}}]
+    keys = {"recipe": {"grasps_per_object": 1, "objects": objects}} if recipe else {}
+    write_dataset(paths, DatasetSpec.model_validate({"name": "d", **keys}))
+    if not recipe:
+        made = Recording(recording_id="1", file="audio/1.wav", grasp_id="1")
+        write_session(paths.session("d", "s1"), Session(session_id="s1", source="virtual"), [made])
+    before = snapshot(paths.root)
+    said = "has a recipe" if recipe else "holds the simulated session s1"
+    with pytest.raises(DataError, match=f"{said}: it is simulated; .* choose another --dataset"):
+        run(paths, kit)
+    assert snapshot(paths.root) == before
+
+
+def test_a_name_of_any_length_is_imported(paths, kit):
+    """248 characters, more than an id may have; the longest that file systems take is 255 bytes."""
+    for letter, hz in (("x", 300), ("y", 400)):
+        write_tone(kit / f"4_{'a' * 241}{letter}.wav", hz)
+    assert counts(run(paths, kit)) == (5, 0, 0, [])
+    ids = [name for name in rows(paths) if name.startswith("4_")]
+    assert [len(name) for name in ids] == [200, 200]
+    assert len(set(ids)) == 2
+    assert_all_in_tables(paths)
+    assert counts(run(paths, kit)) == (0, 0, 5, [])
+
+
+def test_what_cannot_be_copied_leaves_nothing_and_stops_nobody(paths, kit, monkeypatch):
+    def copyfile(source, target):
+        target.write_bytes(b"half")
+        if source.name.startswith("2_"):
+            raise OSError(errno.EIO, "Input/output error")
+        return copied(source, target)
+
+    copied = shutil.copyfile
+    monkeypatch.setattr("ajgdata.store.importing.shutil.copyfile", copyfile)
+    write_tone(kit / "deep" / "2_only.wav", 700)
+    result = run(paths, kit)
+    assert (result.added, result.failed) == (
+        2,
+        [
+            ("2_cube ä.wav", "cannot be read or written (Input/output error)"),
+            ("deep/2_only.wav", "cannot be read or written (Input/output error)"),
+        ],
+    )
+    assert list_sessions(paths, "d") == [KIT]  # nothing of `deep`
+    assert set(rows(paths)) == {"1_no object", "3_cube ä"}
+    assert_all_in_tables(paths)
+    monkeypatch.undo()
+    assert counts(run(paths, kit)) == (2, 0, 2, [])
+
+
+def test_what_only_looks_like_a_recording_is_named(paths, kit, tmp_path):
+    (kit / "4_far.wav").symlink_to(".git/annex/objects/4.wav")
+    os.mkfifo(kit / "5_pipe.wav")
+    (kit / "other").symlink_to(tmp_path)
+    _, found, result = import_folder(paths, "d", kit, settings=None)
+    assert result.added == 3
+    assert found.missing == [
+        ("other", "a link to a folder, not looked at: name that folder"),
+        ("4_far.wav", "a link to .git/annex/objects/4.wav, where nothing is; run `git annex get` "
+         "where it came from, or remove it"),
+        ("5_pipe.wav", "a pipe, socket or device, not a file; remove it"),
+    ]  # fmt: skip
+
+
+def test_a_header_that_lies_about_its_rate_is_not_what_is_declared(paths, kit):
+    content = (kit / "3_cube ä.wav").read_bytes()
+    for name in ("5_x", "6_x", "7_x", "8_x", "9_x"):
+        lie = content[:24] + struct.pack("<I", 4_000_000_000) + content[28:]
+        (kit / f"{name}.wav").write_bytes(lie + name.encode())
+    spec, _, _ = import_folder(paths, "d", kit, settings=None)
+    assert spec.audio.sample_rate_hz == 8000
+    assert read_session(paths.session("d", KIT)).sample_rate_hz == 8000

@@ -86,10 +86,23 @@ def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk
     declare(paths, "made", recipe=RECIPE)
     for session in ("virtual-01", "virtual-02", "virtual-03"):
         hold(paths, "made", session, source="virtual")
-    hold(paths, "made", "day1")
-    assert updated(paths)["made"].sessions == ("day1", "virtual-01", "virtual-02")
+    assert updated(paths)["made"].sessions == ("virtual-01", "virtual-02")
     assert not paths.audio_manifest("made", "virtual-03").exists()
     assert paths.session("made", "virtual-03").is_dir()
+
+
+@pytest.mark.parametrize("recipe", [RECIPE, None])
+def test_simulated_and_recorded_sessions_do_not_meet_in_one_data_set(tmp_path, recipe):
+    """The features of both would be labelled simulated."""
+    paths = Paths(tmp_path)
+    declare(paths, "both", **({"recipe": recipe} if recipe else {}))
+    if not recipe:
+        hold(paths, "both", "virtual-01", source="virtual")
+    hold(paths, "both", "day1")
+    made = "its recipe" if recipe else "session virtual-01"
+    said = f"both/sessions: {made} is simulated, session day1 is recorded.*; move day1 below"
+    with pytest.raises(DataError, match=said):
+        plan(paths, check=True)
 
 
 def test_simulated_sessions_without_a_recipe_are_used(tmp_path):

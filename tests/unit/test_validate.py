@@ -1,7 +1,11 @@
 """`ajgdata validate` says what the workflow would quarantine, and changes nothing."""
 
+import os
+import socket
+
 import numpy as np
 import pytest
+import soundfile as sf
 from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.pipeline.validate import validate_dataset, validate_datasets, validate_folder
@@ -120,15 +124,54 @@ def test_a_plain_folder(tmp_path):
     (folder / "8.wav").symlink_to(folder / "nowhere")
     (folder / "notes.txt").write_text("")
     checked, findings = validate_folder(folder, quiet)
-    assert checked == 8
+    assert checked == 9
     assert [(f.recording_id, f.level, f.code) for f in findings] == [
         ("2.wav", "error", "two_labels"),  # the folder says what a recording is
         ("4.wav", "warning", "copy"),
         ("6.m4a", "error", "unsupported_format"),
         ("7.wav", "error", "empty"),
+        ("8.wav", "error", "missing"),
         ("deep/3.wav", "error", "other_rate"),
+        ("deep/3.wav", "error", "too_short"),
         ("deep/5.wav", "error", "two_labels"),
     ]
+
+
+def test_every_problem_of_a_file_is_listed(project):
+    """A stereo file at another rate, shorter than a window, with a NaN in it: four remedies."""
+    project.declare(features={"window": 2048})
+    rows = project.session("s1", {"a": 500.0, "b": 510.0})
+    bad = np.stack([tone(500, 2000), tone(500, 2000)], axis=1).astype(np.float32)
+    bad[7] = np.nan
+    sf.write(project.folder() / rows[0].file, bad, 2 * RATE_HZ, subtype="FLOAT")
+    project.write([r.model_copy(update={"sha256": ""}) for r in rows])
+    found = [f for f in check(project)[1] if f.recording_id == "a"]
+    assert sorted(f.code for f in found) == ["channels", "not_finite", "other_rate", "too_short"]
+    assert {f.level for f in found} == {"error"}
+
+
+def test_what_only_looks_like_a_file_is_named_and_never_opened(project, tmp_path):
+    """Reading a named pipe would wait for ever; a link of git-annex may lead nowhere."""
+    folder = tmp_path / "new"
+    for name in "abcd":
+        write_tone(folder / f"1_{name}.wav", 500 + ord(name), samples=3000)
+    (folder / "1_b.wav").unlink()
+    (folder / "1_b.wav").symlink_to("../.git/annex/objects/xx/SHA256E-s1.wav")
+    (folder / "1_c.wav").unlink()
+    os.mkfifo(folder / "1_c.wav")
+    (folder / "1_d.wav").unlink()
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(os.path.relpath(folder / "1_d.wav"))
+        checked, findings = validate_folder(folder, quiet)
+    assert checked == 4
+    assert [(f.recording_id, f.code) for f in findings] == [
+        (f"1_{name}.wav", "missing") for name in "bcd"
+    ]
+    assert "git annex get" in findings[0].fix
+    rows = project.session("s1", {"a": 500.0, "b": 510.0})
+    (project.folder() / rows[0].file).unlink()
+    os.mkfifo(project.folder() / rows[0].file)
+    assert codes(check(project)[1]) == [("s1", "a", "error", "missing")]
 
 
 def test_names_are_data_sets_or_folders(project, tmp_path, monkeypatch):

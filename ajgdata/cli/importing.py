@@ -1,0 +1,181 @@
+"""`ajgdata import`: a folder of recordings -> sessions of a data set, and what came of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from ajgdata.cli.findings import grouped
+from ajgdata.pipeline.progress import bar
+from ajgdata.types import DataError, ImportSettings
+
+if TYPE_CHECKING:
+    from ajgdata.store.importing import Imported
+    from ajgdata.store.scan import Scan
+
+importing = typer.Typer()
+out = Console(emoji=False, highlight=False)
+_AGAIN = "importing again"
+
+
+@importing.command("import")
+def import_command(
+    folder: Annotated[Path, typer.Argument(help="folder that holds the recordings")],
+    dataset: Annotated[str, typer.Option(help="data set that gets them; declared if it is new")],
+    pattern: Annotated[
+        str,
+        typer.Option(
+            help="'starter-kit' (<n>_<label>.wav, 0_<sound>.wav is the played sound), or a regular "
+            "expression for the whole path inside the folder, whose named groups are the labels; "
+            "(?P<session>), (?P<grasp>), (?P<object>), (?P<sample>), (?P<quality>) have their "
+            "meaning. Default: what dataset.yaml says, else starter-kit"
+        ),
+    ] = "",
+    table: Annotated[
+        str, typer.Option(help="table of labels in the folder, one row a file: , ; or tab")
+    ] = "",
+    file: Annotated[
+        str, typer.Option(help="with --table: path of a row's file, e.g. 'wav/{name}.wav'")
+    ] = "",
+    join: Annotated[
+        list[str] | None,
+        typer.Option(help="with --table: 'more.csv:column', a further table and its key (repeat)"),
+    ] = None,
+    grasp: Annotated[
+        str, typer.Option(help="what one grasp is, e.g. '{stone}'; default: each file is one")
+    ] = "",
+    session: Annotated[str, typer.Option(help="what one session is, e.g. '{day}'")] = "",
+    object_: Annotated[
+        str, typer.Option("--object", help="what was held, e.g. '{stone}'; default: the label")
+    ] = "",
+    target: Annotated[
+        list[str] | None, typer.Option(help="label to learn (repeat for more), or `object`")
+    ] = None,
+    reference: Annotated[
+        bool, typer.Option("--reference", help="leave the audio where it is instead of copying it")
+    ] = False,
+    convert: Annotated[
+        bool,
+        typer.Option("--convert", help="decode other audio (m4a, mp3, aiff, …) into new WAV files"),
+    ] = False,
+    replace: Annotated[
+        bool,
+        typer.Option(
+            "--replace", help="take over files whose bytes changed since", rich_help_panel=_AGAIN
+        ),
+    ] = False,
+    replace_labels: Annotated[
+        bool,
+        typer.Option(
+            "--replace-labels",
+            help="take the folder's labels where they were corrected in recordings.csv",
+            rich_help_panel=_AGAIN,
+        ),
+    ] = False,
+    prune: Annotated[
+        bool,
+        typer.Option(
+            "--prune",
+            help="remove recordings whose file is no longer in the folder",
+            rich_help_panel=_AGAIN,
+        ),
+    ] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="name every file, not a few of each kind")
+    ] = False,
+) -> None:
+    """Turn a folder of recordings into sessions of a data set. Audio is never altered.
+
+    Importing again adds what is new and takes over labels that changed in the folder. Exit code 1
+    if a file that belongs to it could not be imported.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.importing import import_folder
+
+    given: dict[str, Any] = {"pattern": pattern, "table": table, "file": file, "grasp": grasp}
+    given |= {"session": session, "object": object_, "join": _joins(join or [])}
+    settings = _import_settings({key: value for key, value in given.items() if value})
+    paths = find_project()
+    with bar("importing") as started:
+        spec, found, result = import_folder(
+            paths,
+            dataset,
+            folder,
+            settings=settings,
+            targets=target or [],
+            copy=not reference,
+            replace=replace,
+            replace_labels=replace_labels,
+            prune=prune,
+            convert=convert,
+            started=started,
+        )
+    _show(result, found, dataset, everything=everything)
+    audio = spec.audio
+    _say(
+        f"declared in {escape(str(paths.dataset(dataset)))}: {audio.sample_rate_hz} Hz, channel "
+        f"{audio.channel}, targets {', '.join(spec.targets) or 'none'}; "
+        f"next: ajgdata validate {dataset}"
+    )
+    raise typer.Exit(bool(result.conflicts or result.failed or found.missing))
+
+
+def _show(result: Imported, found: Scan, dataset: str, *, everything: bool) -> None:
+    """Print what came of an import, the worst first."""
+    counts = {"added": result.added, "changed": result.relabelled, "unchanged": result.unchanged}
+    extra = {"decoded": result.decoded, "removed": len(result.pruned)}
+    counts |= {what: count for what, count in extra.items() if count}
+    done = ", ".join(f"{count} {what}" for what, count in counts.items())
+    _say(f"{done} in {result.sessions} session(s) of [b]{dataset}[/b]")
+    other_bytes = (
+        "other bytes have this name already. If these are other recordings, import them with "
+        "--session; --replace overwrites"
+    )
+    corrected = "was changed here and stays; --replace-labels takes the folder's"
+    told: dict[str, list[tuple[str, str]]] = {
+        "[red]failed[/red]": [*found.missing, *result.failed],
+        "[yellow]kept[/yellow]": [(name, other_bytes) for name in result.conflicts],
+        "[yellow]label[/yellow]": [(name, corrected) for name in result.corrected],
+        "[yellow]moved[/yellow]": [
+            (f"{old} -> {new}", "the same bytes") for old, new in result.moved
+        ],
+        "[yellow]gone[/yellow]": [
+            (name, "no longer in the folder; --prune removes it here") for name in result.gone
+        ],
+        "[yellow]skipped[/yellow]": found.skipped,
+    }
+    for said, lines in told.items():
+        for line in grouped(lines, everything=everything):
+            _say(f"{said} {escape(line)}")
+    for note in found.notes:
+        _say(f"[yellow]note[/yellow] {escape(note)}")
+
+
+def _say(text: str) -> None:
+    out.print(text, soft_wrap=True)
+
+
+def _joins(given: list[str]) -> dict[str, str]:
+    """Return the tables and keys of `--join`."""
+    joins = {}
+    for one in given:
+        table, colon, key = one.rpartition(":")
+        if not (colon and table and key):
+            raise DataError("--join", f"{one!r} names no key", "write it as 'more.csv:column'")
+        joins[table] = key
+    return joins
+
+
+def _import_settings(given: dict[str, Any]) -> ImportSettings | None:
+    from pydantic import ValidationError
+
+    from ajgdata.types import describe
+
+    try:
+        return ImportSettings(**given) if given else None
+    except ValidationError as error:
+        raise describe(error, "ajgdata import") from None
