@@ -24,7 +24,7 @@ _NO_CLASS = {"nan", "n/a", "#n/a", "<na>", "null"}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
 #: Zeros stand apart if the next number is farther away than so many usual steps.
-_APART = 3
+_APART = 2
 _NAMED = 5
 
 
@@ -112,7 +112,7 @@ def with_decimal_points(scanned: Scan, columns: Collection[str]) -> tuple[Scan, 
 def zeros_apart(cells: Sequence[str]) -> list[str]:
     """Return the texts of zeros that stand several times, apart from all other numbers.
 
-    Apart: the nearest number is farther away than three usual steps between neighbours.
+    Apart: the nearest number is farther away than two usual steps between neighbours.
     """
     values = {cell: value for cell in cells if (value := _number(cell)) is not None}
     zeros = [cell for cell, value in values.items() if value == 0]
