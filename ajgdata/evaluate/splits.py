@@ -44,8 +44,10 @@ def grouped_folds(
     if len(y) != len(group):
         raise ValueError(f"{len(y)} targets but {len(group)} groups")
     count = int(group.max(initial=-1)) + 1
-    if count < 2:
-        raise NotPossibleError("all recordings are of one group: folds need at least two")
+    if min(count, folds) < 2:
+        raise NotPossibleError(
+            "all recordings, or those of a class, are of one group: two are needed"
+        )
     if count < folds:
         raise NotPossibleError(
             f"{count} groups cannot make {folds} folds: lower folds, or record more"

@@ -249,8 +249,8 @@ class Experiment:
     for nothing), `training_cost` is what training the model of a label costs. `measure(inputs,
     settings, model)` raises NotPossibleError for a task that lacks what it needs. `test_on` of the
     settings model, if it has one, names further data sets; its `models`, if `by_model`, are
-    measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings that the
-    task cannot have.
+    measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings
+    that the task cannot have.
 
     `highlights` are what the first screen says of it, beyond what the paper has. An experiment with
     its `own_page` does not stand on that of its task.

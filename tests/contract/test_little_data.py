@@ -56,6 +56,7 @@ SETTINGS: dict[str, dict] = {
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
     "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear"],
                    "slow": [], "responses": 2},
+    "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear"]},
     "conformal_intervals": {"models": ["linear"], "inner_folds": 2},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
@@ -128,6 +129,12 @@ def played(names, sounds, quiet=False) -> Iterator[list[np.ndarray]]:
         yield [sound + noise[: len(sound)] for sound in sounds]
 
 
+def grasped(wanted) -> Iterator[np.ndarray]:
+    """New grasps, all of the same noise."""
+    for _ in wanted:
+        yield np.random.default_rng(0).normal(0, 0.1, 2_000)
+
+
 def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     """Run every job of `little`; returns why each was skipped ("" if it was not), by task and
     kind."""
@@ -152,7 +159,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
                 root=paths.root, manifests=[paths.audio_manifest("little", "s1")],
                 encoders=encoders if one.of_latents else [], seed=0, tables=tables,
-                render=played if one.experiment.renders else None,
+                render=played if one.experiment.renders else None, new_grasps=grasped,
                 cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
             told[one.task, kind] = read_json(tables).get("skipped", "")

@@ -22,7 +22,7 @@ from ajgdata.experiments.live_sorting.shown import (
     paper_comparison,
     tables,
 )
-from ajgdata.types import ModelName, Strict
+from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     from ajgdata.experiments.live_sorting.trained import trained
 
     if inputs.new_grasps is None:
-        raise ValueError("it needs a virtual data set: its objects are grasped anew")
+        raise NotPossibleError("it needs a virtual data set: its objects are grasped anew")
     data, clock = inputs.data(), _Clock()
     if settings.objects:
         data = data.where(np.isin(data.value, settings.objects))

@@ -12,6 +12,7 @@ from ajgdata.evaluate.calibration import TINIEST, temperature, with_temperature
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import make_model
+from ajgdata.types import NotPossibleError
 
 
 class Trained(NamedTuple):
@@ -39,8 +40,8 @@ def trained(
     """Return `model` trained on `grasps` grasps of each class, drawn with `seed`, or on all.
 
     The temperature is that of the probabilities of all its recordings, each by a model that was
-    trained without their grasp. Raises ValueError for a model without probabilities, and for a
-    class that has fewer than two grasps, or than are wanted.
+    trained without their grasp. Raises NotPossibleError for a model without probabilities, and for
+    a class that has fewer than two grasps, or than are wanted.
     """
     rows = _drawn(data, grasps, seed)
     x, y, group = data.feature[rows], data.value[rows], data.group[rows]
@@ -58,7 +59,7 @@ def trained(
 def _fitted(model: str, seed: int, x: np.ndarray, y: np.ndarray) -> Any:
     made = make_model(model, "classification", seed)
     if not hasattr(made, "predict_proba"):
-        raise ValueError(f"model {model!r} has no probabilities: choose another")
+        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
     return made.fit(x, y)
 
 
@@ -72,6 +73,6 @@ def _drawn(data: TaskData, grasps: int | None, seed: int) -> np.ndarray:
     for one in np.unique(data.value):
         members = np.unique(data.group[data.value == one])
         if len(members) < grasps:
-            raise ValueError(f"{one} has {len(members)} grasps, not {grasps}: lower grasps")
+            raise NotPossibleError(f"{one} has {len(members)} grasps, not {grasps}: lower grasps")
         chosen.append(generator.permutation(members)[:grasps])
     return np.flatnonzero(np.isin(data.group, np.concatenate(chosen)))
