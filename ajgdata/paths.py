@@ -87,6 +87,10 @@ class Paths:
         """One raw session."""
         return self.sessions(dataset) / session
 
+    def events(self, dataset: str, session: str) -> Path:
+        """Return the log of the live run that recorded a session."""
+        return self.data / dataset / "live" / session / "events.jsonl"
+
     def scenes(self, dataset: str, session: str) -> Path:
         """Return the file of what a virtual session shall hold: the input of its acquisition."""
         return self.results / "manifest" / dataset / f"{session}.scenes.json"

@@ -84,20 +84,13 @@ def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, c
 
     `number` counts placements from 1; what `vary` draws is drawn for each, from a seed of the
     session "new", which no recipe makes. `look` counts the grasps of one placement, from 1: each
-    has nuisances and noise of its own. Raises ValueError for an object that the recipe lacks, and
-    for a recipe of variants, whose scenes differ.
+    has nuisances and noise of its own. Raises ValueError as `new_setup` does.
     """
-    if recipe.variants:
-        raise ValueError("it needs a recipe without variants: new grasps are of one scene")
-    held = next((one for one in recipe.objects if one.name == name), None)
-    if held is None:
-        known = ", ".join(one.name for one in recipe.objects)
-        raise ValueError(f"the recipe has no object {name!r}: it has {known}")
     seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, NEW, name, number)
-    grasp = _grasp_settings(recipe.scene, recipe, held, seed)
-    if look > 1:
-        grasp["seed"] = derive_seed(seed, "look", look)
-    setup = {**recipe.scene, "object": held.shape, "grasp": grasp}
+    again = seed if look == 1 else derive_seed(seed, "look", look)
+    setup = new_setup(recipe, name, seed, again)
+    held = next(one for one in recipe.objects if one.name == name)
+    grasp = setup["grasp"]
     return Grasp(
         grasp_id=f"{NEW}_{name}_{number:02d}_look_{look}",
         object=name,
@@ -106,6 +99,23 @@ def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, c
         setup=setup,
         digest=_digest({"setup": setup, "signal": recipe.signal, "code": code}),
     )
+
+
+def new_setup(recipe: Recipe, name: str, pose_seed: int, seed: int) -> dict[str, Any]:
+    """Return the setup of a grasp of the object `name`, or of nothing (""), in the pose that
+    `pose_seed` draws, with the nuisances of `seed`.
+
+    Raises ValueError for an object that the recipe lacks, and for a recipe of variants, whose
+    scenes differ.
+    """
+    if recipe.variants:
+        raise ValueError("it needs a recipe without variants: new grasps are of one scene")
+    held = next((one for one in recipe.objects if one.name == name), None)
+    if name and held is None:
+        known = ", ".join(one.name for one in recipe.objects)
+        raise ValueError(f"the recipe has no object {name!r}: it has {known}")
+    grasp = {**_grasp_settings(recipe.scene, recipe, held, pose_seed), "seed": seed}
+    return {**recipe.scene, "object": held.shape if held else None, "grasp": grasp}
 
 
 def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:

@@ -12,13 +12,16 @@ from ajgdata.types import ROBOTS, DataError
 from ajgdata.types.protocol import Step
 from ajgdata.types.registry import resolve
 
+#: Object of a placement where something lies that nobody has named.
+UNNAMED = "object"
 #: Says something to the person and returns when that has been done.
 Confirm = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Placement:
-    """One grasp, as a robot needs to know it. `object` is "" when nothing shall be held."""
+    """One grasp, as a robot needs to know it. `object` is "" when nothing shall be held, UNNAMED
+    when nobody knows what lies there."""
 
     grasp_id: str
     object: str
@@ -64,6 +67,14 @@ class Robot(Protocol):
 
     def place(self, bin: str) -> None:
         """Carry what is held to a bin and let go."""
+        ...
+
+    def halt(self, held: str) -> None:
+        """Stop at once and stay safe. `held` is the object in the gripper, "" if it is empty.
+
+        Called once, as the last step, at any moment, also in the middle of another step, and when
+        that failed.
+        """
         ...
 
 
@@ -112,7 +123,8 @@ class ManualRobot:
         """Ask for the grasp; a person's force is not measured."""
         if placement.object:
             force = f"{placement.force_n:g} N"
-            what = f"loosen the gripper and press it on {placement.object} with {force}"
+            named = "the next object" if placement.object == UNNAMED else placement.object
+            what = f"loosen the gripper and press it on {named} with {force}"
         else:
             what = "loosen the gripper and let it hang free, touching nothing"
         self._confirm(what)
@@ -134,6 +146,10 @@ class ManualRobot:
     def place(self, bin: str) -> None:
         """Ask for it."""
         self._confirm(f"put it into bin {bin}")
+
+    def halt(self, held: str) -> None:
+        """Ask for what is still in the gripper."""
+        self._confirm(f"stopped; take {held} out of the gripper" if held else "stopped")
 
 
 @contextmanager

@@ -31,8 +31,9 @@ class CommandRobot:
     """Runs a program for each step (see acquire.robot.Robot).
 
     On standard input: {"step": "approach", "object": "cube", "grasp_id": "cube_01", "number": 1,
-    "force_n": 8.0}; `hold` comes with "seconds", `place` with "bin", the others with the step
-    alone. Exit code 0 says that the step was made; of `approach`, standard output may hold
+    "force_n": 8.0}; `hold` comes with "seconds", `place` with "bin", `halt` with "held" (what is in
+    the gripper, or ""), the others with the step alone. A step may be ended in the middle: `halt`
+    follows. Exit code 0 says that the step was made; of `approach`, standard output may hold
     {"force_n": 7.9}, the force that was reached. The last line of standard error says why not.
     """
 
@@ -76,6 +77,10 @@ class CommandRobot:
     def place(self, bin: str) -> None:
         """Run the step `place`."""
         self._run("place", bin=bin)
+
+    def halt(self, held: str) -> None:
+        """Run the step `halt`."""
+        self._run("halt", held=held)
 
     def _run(self, step: str, **about: Any) -> dict[str, Any]:
         limit_s = self._settings.timeout_s + about.get("seconds", 0.0)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.acquire.signals import ended_by_signals
 from ajgdata.pipeline.progress import bar
 from ajgdata.types import SOURCES, DataError
 
@@ -116,27 +114,6 @@ def _refuse_options_of(panel: str, context: typer.Context, fix: str) -> None:
             raise DataError(option.opts[0], f"is for a {panel}".removesuffix("s"), fix)
 
 
-@contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end the program as Ctrl-C does: the robot lets go, the session is
-    finished."""
-
-    def end(number: int, _frame: object) -> None:
-        for one in mine:
-            signal.signal(one, signal.SIG_IGN)  # once is enough: what is going on now is tidying up
-        raise SystemExit(128 + number)
-
-    known = [getattr(signal, name, None) for name in ("SIGTERM", "SIGHUP")]
-    mine = {n: signal.getsignal(n) for n in known if n and signal.getsignal(n) != signal.SIG_IGN}
-    for number in mine:
-        signal.signal(number, end)
-    try:
-        yield
-    finally:
-        for number, before in mine.items():
-            signal.signal(number, before)
-
-
 def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, noted: Any) -> None:
     from ajgdata.acquire.operator import Unattended
     from ajgdata.cli.terminal import TerminalOperator
@@ -147,7 +124,7 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
     operator = Unattended(terminal) if yes else terminal
     again = "the same command goes on there"
     try:
-        with _ended_by_signals():
+        with ended_by_signals():
             name, done = acquire_live(
                 find_project(), dataset, session,
                 device=device, operator=operator, noted=noted, warn=_warn,

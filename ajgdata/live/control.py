@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import signal
 import threading
 from enum import StrEnum
 
@@ -47,7 +48,7 @@ class Control:
             self._mode = Mode.STOPPED
             self._changed.notify_all()
             if self._in_run:
-                _thread.interrupt_main()
+                _interrupt_main()
 
     def checkpoint(self) -> None:
         """Wait while the run is not to go on. Raises KeyboardInterrupt if it is to stop."""
@@ -73,3 +74,13 @@ class Control:
             if self._mode is not Mode.STOPPED:
                 self._mode = mode
                 self._changed.notify_all()
+
+
+def _interrupt_main() -> None:
+    """Send SIGINT to the main thread: a signal also wakes what sleeps, reads, or waits for a
+    program; where threads get none, it is heard when that has ended."""
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, signal.SIGINT)
+    else:
+        _thread.interrupt_main()

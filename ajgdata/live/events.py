@@ -26,10 +26,11 @@ from ajgdata.types import DataError
 #:        draws it also source ("simulated", "recorded"), spectra (by class the mean of what was
 #:        trained on, as `shown_spectrum` has it), top_hz (the highest frequency of a spectrum)
 #: grasp: number object ("" if nobody knows what it is)
-#: step: step seconds                      (loosen approach wait jam lift place release)
+#: step: step seconds                      (loosen approach wait jam lift place release halt)
 #: take: recording look seconds peak_dbfs clipped xruns attempts spectrum (`shown_spectrum`)
 #: prediction: recording look seconds and the keys of `Prediction.plain`
-#: decision: action (place again ask reject stop) value bin probability (combined) looks reason
+#: decision: action (place again wait ask reject stop) value bin probability (by class, combined)
+#:        looks reason seconds
 #: placed: value bin object ("" if nobody knows) in_a_row
 #: truth: number object                    (a correction, by a person)
 #: reference: kind (empty silence) recording drift (ratio to the alarm's threshold, or null)
@@ -104,9 +105,10 @@ class EventLog:
         with self._lock:
             now = datetime.now(UTC).isoformat(timespec="milliseconds")
             said = {"n": self._count, "time": now, "event": event, **about}
-            self._file.write(json.dumps(said, allow_nan=False).encode() + b"\n")
+            line = json.dumps(said, allow_nan=False).encode() + b"\n"
+            self._count += 1  # first: no two events have one number, even if this is interrupted
+            self._file.write(line)
             self._file.flush()
-            self._count += 1
             for listener in self._listeners:
                 listener(said)
         return said

@@ -67,7 +67,7 @@ def acquire_live(
     if not NAME.fullmatch(session):
         raise DataError("--session", f"no session can have the name {session!r}", _NAMES)
     settings = card_settings(sample_rate_hz=spec.audio.sample_rate_hz, **device)
-    sound = _sound(paths.dataset(dataset), spec)
+    sound = excitation_of(paths.dataset(dataset), spec)
     setup = {
         # Settings of the robot may hold hosts and tokens, and a time limit may be raised.
         "protocol": protocol.model_dump(mode="json", exclude={"robot_settings"}),
@@ -108,7 +108,7 @@ def acquire_live(
         try:
             return session, acquisition.run()
         finally:
-            live.about(**_known(card))
+            live.about(**known_of(card))
 
 
 def _refuse_what_needs_a_person(path: Path, protocol: GraspProtocol, device: str) -> None:
@@ -121,7 +121,7 @@ def _refuse_what_needs_a_person(path: Path, protocol: GraspProtocol, device: str
         raise DataError(path, "protocol.robot: manual needs a person", fix)
 
 
-def _sound(path: Path, spec: DatasetSpec) -> NDArray[np.float64]:
+def excitation_of(path: Path, spec: DatasetSpec) -> NDArray[np.float64]:
     """Return the samples (n,) that a data set plays, at its rate."""
     try:
         return excitation_samples(spec.excitation, spec.audio.sample_rate_hz)
@@ -136,7 +136,7 @@ def open_card(settings: CardSettings) -> AbstractContextManager[Card]:
     return opened(settings)
 
 
-def _known(card: Card) -> dict[str, Any]:
+def known_of(card: Card) -> dict[str, Any]:
     """Return what the card says of itself, as keys of types.Acquisition."""
     said = dict(card.describe())
     settings = card.settings.model_dump(mode="json")

@@ -28,6 +28,7 @@ def calls_of(step, force_n=5.0, bin=""):
         "lift": [LIFT],
         "release": [lower, LET_GO, LIFT],  # nothing falls
         "place": [(f"/bins/{bin}", {}), LET_GO],  # std_srvs/srv/Trigger
+        "halt": [("/arm/stop", {})],  # std_srvs/srv/Trigger; the pump stays as it is: nothing falls
     }[step]
 
 
@@ -63,6 +64,10 @@ class Ros2Robot:
     def place(self, bin):
         """Carry what is held to a bin and let go there."""
         self._make("place", bin=bin)
+
+    def halt(self, held):
+        """Stop every motion. What is held stays in the jammed gripper: a person takes it out."""
+        self._make("halt")
 
 
 @contextmanager

@@ -115,5 +115,7 @@ def test_a_robot_grasps_and_lets_go(name):
         grasp_once(robot, place, PAPER_SEQUENCE, 0.0, forces.append)
         robot.place("left")
         robot.release()  # also when nothing is held
+        for held in ("cube", ""):
+            robot.halt(held)
     assert len(forces) == 1
     assert forces[0] is None or 0 <= forces[0] < 1000

@@ -104,7 +104,8 @@ def test_ros2_robot():
     ]  # fmt: skip
     calls.clear()
     assert robot.approach(nothing) == 7.6
-    assert calls == [up]
+    robot.halt("cube")  # the pump holds on
+    assert calls == [up, ("/arm/stop", {})]
     with pytest.raises(RobotError, match=r"approach: met nothing at 0.001 m; put the object there"):
         found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
 

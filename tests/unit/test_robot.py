@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ajgdata.acquire.robot import Placement, RobotError, grasp_once, open_robot
+from ajgdata.acquire.robot import UNNAMED, Placement, RobotError, grasp_once, open_robot
 from ajgdata.types import DataError
 from ajgdata.types.protocol import PAPER_SEQUENCE
 
@@ -76,15 +76,16 @@ def test_a_program_gets_every_step(tmp_path):
         forces = []
         grasp_once(robot, PLACE, PAPER_SEQUENCE, 1.5, forces.append)
         robot.place("A")
+        robot.halt("cube")
     assert forces == [7.75]
     asked = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
     assert [one["step"] for one in asked] == [
-        "loosen", "approach", "hold", "jam", "lift", "release", "place"
+        "loosen", "approach", "hold", "jam", "lift", "release", "place", "halt"
     ]  # fmt: skip
     assert asked[1] == {
         "step": "approach", "grasp_id": "cube_01", "object": "cube", "number": 1, "force_n": 8.0
     }  # fmt: skip
-    assert (asked[2]["seconds"], asked[-1]["bin"]) == (1.5, "A")
+    assert (asked[2]["seconds"], asked[-2]["bin"], asked[-1]["held"]) == (1.5, "A", "cube")
 
 
 @pytest.mark.parametrize(
@@ -203,8 +204,14 @@ def test_a_person_is_told_once_a_grasp():
     with open_robot("manual", {}, said.append) as robot:
         grasp_once(robot, PLACE, PAPER_SEQUENCE, 0, said.append)
         robot.approach(Placement("empty_01", "", 1, 8.0))
+        robot.approach(Placement("sort_0001_1", UNNAMED, 1, 8.0))
+        robot.halt("cube")
+        robot.halt("")
     assert said == [
         "loosen the gripper and press it on cube with 8 N",
         None,
         "loosen the gripper and let it hang free, touching nothing",
+        "loosen the gripper and press it on the next object with 8 N",
+        "stopped; take cube out of the gripper",
+        "stopped",
     ]

@@ -1,0 +1,259 @@
+"""What a live run looks like in a terminal: bars, one line a sort, and what a person types."""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.markup import escape
+
+from ajgdata.live.control import Control, Mode
+from ajgdata.live.decision import percent
+from ajgdata.live.events import Event
+from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.live.sort import EndedByPerson
+
+_EIGHTHS = " ▏▎▍▌▋▊▉"
+#: Widths of a bar, in characters; narrower terminals get none.
+_WIDEST, _NARROWEST = 40, 8
+_BESIDE = 22  # characters beside name and bar
+_VERDICTS = {
+    Verdict.KNOWN: ("green", "known"),
+    Verdict.NOTHING: ("yellow", "nothing held"),
+    Verdict.UNKNOWN: ("red", "unlike anything known"),
+}
+
+
+def bar(share: float, width: int, threshold: float | None = None) -> str:
+    """Return a bar of `width` characters for a share of 1; `│` stands at the threshold."""
+    eighths = round(max(0.0, min(share, 1.0)) * width * 8)
+    drawn = list(("█" * (eighths // 8) + _EIGHTHS[eighths % 8]).ljust(width)[:width])
+    if threshold is not None and 0 < threshold <= 1:
+        at = min(int(threshold * width), width - 1)
+        drawn[at] = "│" if drawn[at] == " " else "┃"
+    return "".join(drawn)
+
+
+def table_of(prediction: Prediction, width: int, threshold: float) -> list[str]:
+    """Return the lines (rich markup) that show one prediction in `width` columns."""
+    colour, said = _VERDICTS[prediction.verdict]
+    if prediction.interval:
+        low, high = prediction.interval
+        unit = f" {prediction.unit}" if prediction.unit else ""
+        value = f"{prediction.value:.4g}{unit}, between {low:.4g} and {high:.4g}"
+    else:
+        value = str(prediction.value)
+    name_width = max((cell_len(name) for name in prediction.probability), default=0)
+    room = min(width - name_width - 12, _WIDEST)
+    lines = []
+    ordered = sorted(prediction.probability.items(), key=lambda one: -one[1])
+    for name, share in ordered:
+        drawn = f"  {bar(share, room, threshold)}" if room >= _NARROWEST else ""
+        strong = share >= threshold and prediction.verdict is Verdict.KNOWN
+        style = f"[{colour}]" if strong else "[dim]" if share < 0.01 else "[default]"
+        lines.append(f"{style}{escape(name.ljust(name_width))}{drawn}  {percent(share):>7}[/]")
+    if prediction.verdict is Verdict.KNOWN and ordered and ordered[0][1] < threshold:
+        colour, said = "yellow", f"known, but below {percent(threshold)}"
+    far = f" (novelty {prediction.novelty:.2g}, limit 1)"
+    named = "" if prediction.verdict is Verdict.NOTHING else f": [b]{escape(value)}[/b]"
+    lines.append(f"[{colour}]{said}[/]{named}[dim]{far}[/dim]")
+    return [*lines, *(f"[yellow]warning[/yellow] {escape(one)}" for one in prediction.remarks)]
+
+
+class Typed:
+    """Lines that somebody types: answers while a question waits, else `command` gets them.
+
+    Read from the descriptor itself: a thread that waits in `sys.stdin` breaks the end of a program.
+    """
+
+    def __init__(self, command: Callable[[str], None], descriptor: int = 0) -> None:
+        self._command, self._descriptor = command, descriptor
+        self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._waiting = False
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def answer(self) -> str:
+        """Return the next line. Raises EndedByPerson when there is none any more."""
+        self._waiting = True
+        try:
+            line = self._answers.get()
+        finally:
+            self._waiting = False
+        if line is None:
+            self._answers.put(None)  # for whoever asks next
+            raise EndedByPerson
+        return line
+
+    def _read(self) -> None:
+        rest = b""
+        while content := self._chunk():
+            *lines, rest = (rest + content).split(b"\n")
+            for line in lines:
+                text = line.decode(errors="replace").strip()
+                if self._waiting:
+                    self._answers.put(text)
+                elif text:
+                    self._command(text)
+        self._answers.put(None)
+
+    def _chunk(self) -> bytes:
+        try:
+            return os.read(self._descriptor, 4096)
+        except OSError:  # a terminal that is gone
+            return b""
+
+
+class SortTerminal:
+    """Shows a run line by line, asks the person, and hears corrections."""
+
+    def __init__(self, console: Console, control: Control) -> None:
+        self._console, self._control = console, control
+        self._classes: Sequence[str] = ()
+        self._threshold = 0.0
+        self._number, self._looks = 0, 0
+        self._decided: Mapping[str, Any] = {}
+        self._seconds = 0.0
+        self._bins: Counter[str] = Counter()
+        self.correct: Callable[[str], bool] = lambda value: False
+        self._typed: Typed | None = None
+
+    def listen(self) -> None:
+        """Hear what is typed from now on."""
+        self._typed = Typed(self._hear)
+
+    def confirm(self, text: str) -> None:
+        """Say it and wait for Enter; another line corrects the last sort, q ends the run."""
+        if self._control.mode is Mode.STOPPED:  # nobody is waited for now
+            self._say(f"[b red]{escape(text)}[/]")
+            return
+        while True:
+            said = self._asked(f"  {text}; then Enter (q: end; a class: what the last one was) ")
+            if not said:
+                return
+            if said == "q":
+                raise EndedByPerson
+            self._hear(said)
+
+    def ask(self, reason: str, value: str) -> str | None:
+        """Ask for the class of what is held; None for `?`."""
+        self._say(f"  [yellow]{escape(reason)}[/]")
+        offered = f"Enter: {value}, " if value else ""
+        while True:
+            said = self._asked(f"  what is it ({offered}a class, ?: not known, q: end) ")
+            if said == "q":
+                raise EndedByPerson
+            if said == "?":
+                return None
+            if not said and value:
+                return value
+            if found := self._class(said):
+                return found
+
+    def tell(self, event: Event) -> None:
+        """Hear an event and show it."""
+        show = getattr(self, f"_{event['event']}", None)
+        if show:
+            show(event)
+
+    def summary(self) -> str:
+        """Return how many went into which bin."""
+        return ", ".join(f"{name} {count}" for name, count in sorted(self._bins.items()))
+
+    def _hear(self, said: str) -> None:
+        if (found := self._class(said)) and not self.correct(found):
+            self._say("  [yellow]nothing was placed yet[/yellow]")
+
+    def _class(self, said: str) -> str | None:
+        """Return the class that was meant, by its name or the beginning of it."""
+        if said in self._classes:
+            return said
+        meant = [one for one in self._classes if said and one.startswith(said)]
+        if len(meant) == 1:
+            return meant[0]
+        self._say(f"  [yellow]{escape(said)} is none of {escape(', '.join(self._classes))}[/]")
+        return None
+
+    def _asked(self, prompt: str) -> str:
+        if self._typed is None:
+            raise EndedByPerson
+        self._console.print(escape(prompt), end="", soft_wrap=True)
+        return self._typed.answer()
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, soft_wrap=True)
+
+    def _start(self, event: Event) -> None:
+        self._classes, self._threshold = event["classes"], event["threshold"]
+        kind = " [b](simulated)[/b]" if event.get("source") == "simulated" else ""
+        what = f"{event['dataset']}, {event['task']}, {event['model']}"
+        self._say(
+            f"sorting {escape(', '.join(self._classes))} by {escape(what)} on "
+            f"{escape(event['device'])}{kind}; at {percent(self._threshold)}; Ctrl-C stops"
+        )
+
+    def _grasp(self, event: Event) -> None:
+        self._number, self._looks, self._seconds = event["number"], 0, 0.0
+
+    def _step(self, event: Event) -> None:
+        self._seconds += event["seconds"]
+
+    def _take(self, event: Event) -> None:
+        self._looks += 1
+        self._seconds += event["seconds"]
+        if event["clipped"]:
+            self._say(f"  [yellow]{event['clipped']} samples clipped[/]: lower the gain")
+
+    def _prediction(self, event: Event) -> None:
+        self._seconds += event["seconds"]
+
+    def _decision(self, event: Event) -> None:
+        self._decided = event
+        if event["action"] in ("again", "wait"):
+            self._say(f"[dim]{self._number:4}  {escape(event['reason'])}: {event['action']}[/]")
+
+    def _placed(self, event: Event) -> None:
+        value, truth = event["value"] or "?", event["object"]
+        self._bins[event["bin"]] += 1
+        share = max(self._decided.get("probability", {}).values(), default=0.0)
+        name_width = max((cell_len(name) for name in self._classes), default=1)
+        room = min(self._console.width - name_width - _BESIDE - 22, 20)
+        drawn = f"{bar(share, room, self._threshold)} " if room >= _NARROWEST else ""
+        row = event["in_a_row"]
+        wrong = truth and truth != value
+        looks = f", {self._looks} looks" if self._looks > 1 else ""
+        said = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{row} in a row"
+        self._say(
+            f"{self._number:4}  {escape(value.ljust(name_width))} [cyan]{drawn}[/]"
+            f"{percent(share):>6}  → {escape(event['bin'])}  [dim]{self._seconds:.1f} s{looks}[/]"
+            f"  {said}"
+        )
+
+    def _truth(self, event: Event) -> None:
+        self._say(f"  [cyan]corrected[/] {event['number']} was {escape(event['object'])}")
+
+    def _reference(self, event: Event) -> None:
+        drift = event.get("drift")
+        told = "" if drift is None else f", changed by {drift:.2g} of the limit"
+        self._say(f"[dim]      reference: {event['kind']}{told}[/]")
+
+    def _drift(self, event: Event) -> None:
+        self._say(f"[b yellow]warning[/] {escape(event['text'])}")
+
+    def _problem(self, event: Event) -> None:
+        self._say(f"[yellow]warning[/] {escape(event['text'])}")
+
+    def _paused(self, event: Event) -> None:
+        self._say(f"[yellow]paused[/] {escape(event['reason'])}")
+
+    def _resumed(self, event: Event) -> None:
+        self._say("[yellow]goes on[/]")
+
+    def _stopped(self, event: Event) -> None:
+        held = f"; [b red]still held: {escape(event['held'])}[/]" if event["held"] else ""
+        self._say(f"[b]stopped[/b] {escape(event['reason'])}{held}")

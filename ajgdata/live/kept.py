@@ -1,0 +1,69 @@
+"""Recordings of a run: kept as a session, labelled by what is known, and by nothing else.
+
+What nobody has named is entered as `reject`: it is no recording of an empty gripper, and nothing is
+learnt from it, before somebody says what it was (`live.learning`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from ajgdata.acquire.card import Capture
+from ajgdata.acquire.live_session import REJECTED, LiveSession
+from ajgdata.acquire.protocol import PlannedGrasp
+from ajgdata.live.prediction import Prediction
+from ajgdata.types import Recording
+from ajgdata.types.plan import NOTHING
+from ajgdata.types.protocol import Reference
+
+#: Columns of recordings.csv beside those of acquisition.
+SORT, LOOK, PREDICTED, CONFIDENCE, VERDICT = "sort", "look", "predicted", "confidence", "verdict"
+#: Labels of an object by its name, as text.
+Labels = Callable[[str], Mapping[str, float | str]]
+
+
+class KeptRun:
+    """The session of one run. `labels` gives the targets of an object that is known."""
+
+    def __init__(self, session: LiveSession, labels: Labels) -> None:
+        self._session, self._labels = session, labels
+
+    def look(
+        self, number: int, look: int, thing: str, capture: Capture, force_n: float | None
+    ) -> PlannedGrasp:
+        """Keep a look at the object `thing` ("": nobody knows what it is)."""
+        held = "" if thing == NOTHING else thing
+        targets = self._labels(held) if held else {}
+        reference: Reference | None = "empty" if thing == NOTHING else None
+        grasp = PlannedGrasp(f"sort_{number:04d}_{look}", held, number, 1, targets, reference)
+        labels = {SORT: str(number), LOOK: str(look), PREDICTED: "", CONFIDENCE: "", VERDICT: ""}
+        labels["force_reached_n"] = "" if force_n is None else f"{force_n:g}"
+        self._record(grasp, capture, labels, known=bool(thing))
+        return grasp
+
+    def reference(self, kind: Reference, number: int, capture: Capture) -> PlannedGrasp:
+        """Keep a recording of nothing; silence has no spectrum to learn."""
+        grasp = PlannedGrasp(f"{kind}_{number:04d}", "", number, 1, {}, kind)
+        self._record(grasp, capture, {}, known=kind == "empty")
+        return grasp
+
+    def said(self, grasp: PlannedGrasp, prediction: Prediction) -> None:
+        """Enter what the model said of a look."""
+        confidence = max(prediction.probability.values(), default=None)
+        labels = {
+            PREDICTED: str(prediction.value),
+            CONFIDENCE: "" if confidence is None else f"{confidence:.4f}",
+            VERDICT: str(prediction.verdict),
+        }
+        self._session.label(grasp, labels)
+
+    def name(self, grasp: PlannedGrasp) -> str:
+        """Return the name of its recording in the feature store."""
+        return f"{self._session.folder.name}/{grasp.name}_1"
+
+    def _record(
+        self, grasp: PlannedGrasp, capture: Capture, labels: Mapping[str, str], known: bool
+    ) -> Recording:
+        quality = ("clipped" if capture.clipped else "ok") if known else REJECTED
+        every = {**capture.labels(), **labels}
+        return self._session.record(grasp, 1, 0, capture.samples, quality=quality, labels=every)

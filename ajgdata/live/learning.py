@@ -1,0 +1,115 @@
+"""Corrections become labels: what people say of a run's objects, entered into its session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ajgdata.acquire.live_session import REJECTED
+from ajgdata.acquire.session_setup import alone
+from ajgdata.live.events import Event
+from ajgdata.live.kept import LOOK, PREDICTED, SORT
+from ajgdata.store.sessions import read_recordings, read_session, write_session
+from ajgdata.types import DataError, DatasetSpec, Recording
+
+#: Asked what an object was: (number of the sort, what was predicted) -> class, "" if not known.
+Asked = Callable[[int, str], str]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """Recordings that were given a label, and those that are left without."""
+
+    labelled: int
+    unlabelled: int
+
+
+def truths(events: Iterable[Event]) -> dict[int, str]:
+    """Return the class of each object that somebody named, by its number; the last word counts."""
+    return {one["number"]: one["object"] for one in events if one["event"] == "truth"}
+
+
+def class_of(spec: DatasetSpec, target: str, name: str) -> str | None:
+    """Return the class of the object `name` by the recipe or the protocol; None if they do not
+    say."""
+    if target == "object":
+        return name
+    value = _declared(spec).get(name, {}).get(target)
+    return None if value is None else str(value)
+
+
+def labels_of(spec: DatasetSpec, target: str, value: str, name: str = "") -> dict[str, float | str]:
+    """Return the targets of an object of the class `value`: all of them if it, or its `name`, is
+    declared."""
+    declared = _declared(spec).get(name or value, {})
+    known = {**declared, target: value}
+    return {key: known[key] for key in sorted(known) if key != "object"}  # has its own column
+
+
+def learn(
+    folder: Path,
+    spec: DatasetSpec,
+    target: str,
+    known: Mapping[int, str],
+    ask: Asked = lambda number, predicted: "",
+) -> Learnt:
+    """Label the recordings of the session at `folder` by what is `known` of its sorts, by number.
+
+    Of others the cell of `target` counts, if somebody filled it in, else what `ask` returns (once
+    a sort). What has a label is no longer rejected. Raises DataError while the run goes on.
+    """
+    with alone(folder):
+        rows, findings = read_recordings(folder)
+        if findings:
+            raise DataError(folder, findings[0].problem, findings[0].fix)
+        said = dict(known)
+        changed = []
+        for row in sorted(rows, key=_order):
+            changed.append(_labelled(row, spec, target, said, ask))
+        session = read_session(folder)
+        if session.acquisition is not None:
+            finished = session.acquisition.model_copy(update={"finished": True})
+            session = session.model_copy(update={"acquisition": finished})
+        write_session(folder, session, sorted(changed, key=lambda row: row.recording_id))
+    before = {row.recording_id: row for row in rows}
+    new = sum(row != before[row.recording_id] for row in changed)
+    left = sum(row.quality == REJECTED and bool(row.labels.get(SORT)) for row in changed)
+    return Learnt(new, left)
+
+
+def _labelled(
+    row: Recording, spec: DatasetSpec, target: str, said: dict[int, str], ask: Asked
+) -> Recording:
+    number = row.labels.get(SORT, "")
+    if not number.isdecimal():
+        return row  # a reference
+    typed = row.object if target == "object" else row.labels.get(target, "")
+    if int(number) not in said and not typed and row.quality == REJECTED:
+        said[int(number)] = ask(int(number), row.labels.get(PREDICTED, ""))
+    value = said.get(int(number)) or typed
+    if not value or (value == typed and row.quality != REJECTED):
+        return row
+    name = row.object if class_of(spec, target, row.object) == value else value
+    labels = {key: str(one) for key, one in labels_of(spec, target, value, name).items()}
+    if row.object and name != row.object:  # what was known belongs to another object
+        labels = {key: "" for key in spec.targets if key in row.labels} | labels
+    clipped = row.labels.get("clipped", "0") not in ("", "0")
+    return row.model_copy(
+        update={
+            "object": name,
+            "quality": "clipped" if clipped else "ok",
+            "labels": {**row.labels, **labels},
+        }
+    )
+
+
+def _order(row: Recording) -> tuple[int, int]:
+    number, look = row.labels.get(SORT, ""), row.labels.get(LOOK, "")
+    return int(number) if number.isdecimal() else 0, int(look) if look.isdecimal() else 0
+
+
+def _declared(spec: DatasetSpec) -> dict[str, dict[str, float | str]]:
+    """Return the targets of every object that the recipe or the protocol lists."""
+    given = (one.objects for one in (spec.recipe, spec.protocol) if one)
+    return {made.name: dict(made.targets) for objects in given for made in objects}

@@ -1,0 +1,302 @@
+"""The sorting loop: approach, sense, decide, jam, lift, place; and a safe end from anywhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.acquire.card import Capture, Card, TakeError
+from ajgdata.acquire.robot import UNNAMED, Placement, Robot
+from ajgdata.live.control import Control
+from ajgdata.live.decision import Action, Decision, judge
+from ajgdata.live.events import Event, EventLog, shown_spectrum
+from ajgdata.live.kept import KeptRun
+from ajgdata.live.prediction import Prediction
+from ajgdata.live.steps import Steps
+from ajgdata.types.plan import NOTHING, SortPlan
+from ajgdata.types.protocol import Reference
+
+#: Takes in doubt, one after another, before the card is given up.
+PATIENCE = 2
+
+
+class Senses(Protocol):
+    """What a loop needs of a model in use (see live.predictor)."""
+
+    def predict(self, waveform: NDArray[np.floating], sample_rate_hz: int) -> Prediction:
+        """Return what the model says of a recording (n,) in [-1, 1]."""
+        ...
+
+    def feature(self, waveform: NDArray[np.floating], sample_rate_hz: int) -> NDArray[np.float32]:
+        """Return the feature (f,) of a recording."""
+        ...
+
+    def with_references(self, features: NDArray[np.float32]) -> Self:
+        """Return the same with features (r, f) of the empty gripper, too."""
+        ...
+
+
+class Watch(Protocol):
+    """Tells from features of the empty gripper if it has changed."""
+
+    def observe(self, feature: NDArray[np.float32]) -> float | None:
+        """Return how far (f,) is from what it was, in units of the alarm's threshold."""
+        ...
+
+
+class EndedByPerson(Exception):  # noqa: N818  # no error: somebody has had enough
+    """The person who was asked ended the run instead."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run that ended by itself. `finished`: nothing was left to sort, or the person ended it;
+    else an object was in doubt, as `reason` says. `mistakes` count where the truth is known."""
+
+    sorts: int
+    longest_row: int
+    mistakes: int
+    reason: str
+    finished: bool
+
+
+def arrivals(plan: SortPlan) -> Iterator[str]:
+    """Yield the name of each object that comes; "" for ever where a plan does not say."""
+    if plan.order == "random":
+        generator = np.random.default_rng(plan.seed)
+        while True:
+            yield plan.objects[generator.integers(len(plan.objects))]
+    yield from plan.objects
+    while not plan.objects:
+        yield ""
+
+
+@dataclass
+class Sorter:
+    """Sorts by a plan, for which everything is open.
+
+    `played` float32 (n,) is the excitation, `truth` gives the class of an object by its name, `ask`
+    a class for (reason, most probable class), None if the person does not know; both it and the
+    robot may raise EndedByPerson. Every event is entered in `log`; `control` pauses and stops.
+    """
+
+    plan: SortPlan
+    senses: Senses
+    card: Card
+    played: NDArray[np.float32]
+    robot: Robot
+    kept: KeptRun
+    log: EventLog
+    control: Control = field(default_factory=Control)
+    ask: Callable[[str, str], str | None] = lambda reason, value: None
+    truth: Callable[[str], str] = str
+    watch: Watch | None = None
+    _sorts: int = 0
+    _row: int = 0
+    _longest: int = 0
+    _placed: dict[int, str] = field(default_factory=dict)  #: values by number
+    _truths: dict[int, str] = field(default_factory=dict)
+    _changed: bool = False
+    _begun: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._steps = Steps(self.robot, self.plan, self.log, self.control)
+
+    def run(self, coming: Iterable[str]) -> Outcome:
+        """Sort what comes, in the main thread.
+
+        Whatever else ends it, the robot halts, `stopped` says why and what is held, and the error
+        goes on: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
+        """
+        self._begun = time.monotonic()
+        self.log.listen(self._hear)
+        self.control.begin()
+        try:
+            reason, finished = self._sort_all(coming)
+            self.control.end()
+            self._say_stopped(reason)
+        except BaseException as error:
+            why = _why(error)
+            self._steps.halt(lambda: self._say_stopped(why))
+            raise
+        return Outcome(self._sorts, self._longest, self._mistakes, reason, finished)
+
+    def correct(self, value: str) -> bool:
+        """Enter that the last object that was placed is a `value`; False if there is none.
+
+        May be called from any thread.
+        """
+        if self._placed:
+            self.log.say("truth", number=next(reversed(self._placed)), object=value)
+        return bool(self._placed)
+
+    def _hear(self, event: Event) -> None:
+        """Count what people correct, here or on the dashboard."""
+        if event["event"] == "truth" and event["number"] in self._placed:
+            number, value = event["number"], event["object"]
+            self._truths[number] = value
+            if number == next(reversed(self._placed)) and value != self._placed[number]:
+                self._row = 0
+
+    @property
+    def _mistakes(self) -> int:
+        placed = self._placed.items()
+        return sum(self._truths.get(number, value) != value for number, value in placed)
+
+    def _sort_all(self, coming: Iterable[str]) -> tuple[str, bool]:
+        every = self.plan.references.every if self.plan.references else 0
+        try:
+            for number, thing in enumerate(coming, start=1):
+                if every and (number - 1) % every == 0:
+                    self._refer(number)
+                if doubt := self._sort(number, thing):
+                    return doubt, False
+                if self._sorts == self.plan.sorts:
+                    return "all are sorted, as planned", True
+        except EndedByPerson:
+            self._steps.let_go()
+            return "ended by the person", True
+        return "nothing is left to sort", True
+
+    def _sort(self, number: int, thing: str) -> str:
+        """Sort one object; return why the run is to stop, "" if it goes on."""
+        known = "" if not thing else NOTHING if thing == NOTHING else self.truth(thing)
+        self.log.say("grasp", number=number, object=known)
+        looks: list[Prediction] = []
+        while True:
+            looks.append(self._look(number, len(looks) + 1, thing))
+            begin = time.perf_counter()
+            decision = judge(looks, self.plan)
+            self._say_decision(decision, time.perf_counter() - begin)
+            match decision.action:
+                case Action.AGAIN:
+                    self._steps.let_go()
+                case Action.WAIT:
+                    self._steps.let_go()
+                    self._steps.wait()
+                    return ""
+                case Action.STOP:
+                    self._steps.let_go()
+                    return decision.reason
+                case Action.ASK:
+                    value = self.ask(decision.reason, decision.value)
+                    if value is None:
+                        self._steps.let_go()
+                        return f"{decision.reason}, and nobody knows what it is"
+                    self.log.say("truth", number=number, object=value)
+                    self._place(number, value, self.plan.bins[value], value, in_row=False)
+                    return ""
+                case Action.PLACE:
+                    self._place(number, decision.value, decision.bin, known, in_row=True)
+                    return ""
+                case Action.REJECT:
+                    self._place(number, "", decision.bin, known, in_row=False)
+                    return ""
+
+    def _look(self, number: int, look: int, thing: str) -> Prediction:
+        """Grasp, record and predict; what is recorded is kept before anything else happens."""
+        empty = thing == NOTHING
+        name = "" if empty else thing or UNNAMED
+        place = Placement(f"sort_{number:04d}_{look}", name, number, self.plan.force_n)
+        force = self._steps.grasp(place)
+        begin = time.perf_counter()
+        capture = self._capture(silence=False)
+        seconds = time.perf_counter() - begin
+        grasp = self.kept.look(number, look, thing, capture, force)
+        where = {"recording": self.kept.name(grasp), "look": look}
+        rate = self.card.settings.sample_rate_hz
+        begin = time.perf_counter()
+        prediction = self.senses.predict(capture.samples, rate)
+        predicting = time.perf_counter() - begin
+        feature = self.senses.feature(capture.samples, rate)
+        self.log.say(
+            "take", **where, seconds=seconds, peak_dbfs=capture.peak_dbfs,
+            clipped=capture.clipped, xruns=capture.xruns, attempts=capture.attempts,
+            spectrum=shown_spectrum(feature),
+        )  # fmt: skip
+        self.log.say("prediction", **where, seconds=predicting, **prediction.plain())
+        self.kept.said(grasp, prediction)
+        return prediction
+
+    def _place(self, number: int, value: str, where: str, truth: str, *, in_row: bool) -> None:
+        """Make the steps after `sense`, and count it."""
+        self._steps.place(value, where)
+        self._sorts += 1
+        self._row = self._row + 1 if in_row and truth in ("", value) else 0
+        self._longest = max(self._longest, self._row)
+        if value:
+            self._placed[number] = value
+            self._truths[number] = truth or value
+        self.log.say("placed", value=value, bin=where, object=truth, in_a_row=self._row)
+
+    def _capture(self, *, silence: bool) -> Capture:
+        """Return one take; one that is in doubt throughout is repeated once, and said."""
+        for left in reversed(range(PATIENCE)):
+            try:
+                if silence:
+                    return self.card.listen(len(self.played))
+                return self.card.take(self.played)
+            except TakeError as error:
+                if not left:
+                    raise
+                self.log.say("problem", text=f"{error}; taken once more")
+        raise AssertionError("not reached")
+
+    def _refer(self, number: int) -> None:
+        """Record what an empty gripper sounds like now, and what the room does."""
+        kinds: Sequence[Reference] = self.plan.references.kinds if self.plan.references else ()
+        for kind in kinds:
+            if kind == "empty":
+                self._steps.grasp(Placement(f"empty_{number:04d}", "", number, self.plan.force_n))
+            capture = self._capture(silence=kind == "silence")
+            grasp = self.kept.reference(kind, number, capture)
+            ratio = None
+            if kind == "empty":
+                self._steps.let_go()
+                rate = self.card.settings.sample_rate_hz
+                ratio = self._observed(self.senses.feature(capture.samples, rate))
+            self.log.say("reference", kind=kind, recording=self.kept.name(grasp), drift=ratio)
+            if ratio is not None:
+                self._warn_of_drift(ratio)
+
+    def _observed(self, feature: NDArray[np.float32]) -> float | None:
+        """Learn how the empty gripper sounds; return how far that is from what it was."""
+        ratio = self.watch.observe(feature) if self.watch else None
+        self.senses = self.senses.with_references(feature[np.newaxis])
+        return ratio
+
+    def _warn_of_drift(self, ratio: float) -> None:
+        """Say once that the gripper has changed, until it is as it was."""
+        if ratio > 1 and not self._changed:
+            text = (
+                f"the gripper has changed: empty, it sounds {ratio:.2g} times as different as the "
+                "alarm allows; check filling, membrane and temperature"
+            )
+            self.log.say("drift", text=text, ratio=ratio)
+        self._changed = ratio > 1
+
+    def _say_decision(self, decision: Decision, seconds: float) -> None:
+        self.log.say(
+            "decision", action=str(decision.action), value=decision.value, bin=decision.bin,
+            probability=dict(decision.probability), looks=decision.looks, reason=decision.reason,
+            seconds=seconds,
+        )  # fmt: skip
+
+    def _say_stopped(self, reason: str) -> None:
+        seconds = time.monotonic() - self._begun
+        self.log.say(
+            "stopped", reason=reason, held=self._steps.held, sorts=self._sorts, seconds=seconds
+        )
+
+
+def _why(error: BaseException) -> str:
+    if isinstance(error, KeyboardInterrupt):
+        return "stopped by a person"
+    if isinstance(error, SystemExit):
+        return f"stopped by signal {int(error.code or 0) - 128}"
+    return str(error) or type(error).__name__

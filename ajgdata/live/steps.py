@@ -1,0 +1,107 @@
+"""The robot's part of a live run: steps, told one by one, what is held, and the halt."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ajgdata.acquire.robot import UNNAMED, Placement, Robot
+from ajgdata.acquire.signals import undisturbed
+from ajgdata.live.control import Control, Mode
+from ajgdata.live.events import EventLog
+from ajgdata.types.plan import SortPlan, SortStep
+
+
+@dataclass
+class Steps:
+    """Makes the steps of a plan's sequence, each when the run may go on.
+
+    `held` is what is in the gripper, or may be: from the moment in which it goes down until it has
+    let go. `pressing`: `release` is still to come.
+    """
+
+    robot: Robot
+    plan: SortPlan
+    log: EventLog
+    control: Control
+    held: str = ""
+    pressing: bool = False
+    _halted: bool = False
+
+    def grasp(self, place: Placement) -> float | None:
+        """Make the steps before `sense`; return the force (N) that was reached."""
+        force = None
+        for step in self.plan.sequence[: self.plan.sequence.index("sense")]:
+            reached = self._step(step, place)
+            force = reached if step == "approach" else force
+        return force
+
+    def place(self, value: str, where: str) -> None:
+        """Make the steps after `sense` with what is a `value` ("": not known)."""
+        self.held = value or UNNAMED
+        for step in self.plan.sequence[self.plan.sequence.index("sense") + 1 :]:
+            self._step(step, where)
+        self.let_go()  # where a sequence ends without
+
+    def let_go(self) -> None:
+        """Put down what the gripper presses on, unless it has been released."""
+        if self.pressing:
+            self._step("release")
+
+    def wait(self) -> None:
+        """Keep still as long as before sensing."""
+        self._step("wait")
+
+    def halt(self, then: Callable[[], object]) -> None:
+        """Let the robot halt, once, and call `then`. Nothing disturbs it, neither a failure nor a
+        second Ctrl-C."""
+        while not self._halted:
+            try:
+                with undisturbed():
+                    self._halt()
+                    then()
+            except KeyboardInterrupt:  # in the instant before it is ignored
+                continue
+
+    def _halt(self) -> None:
+        self._halted = True
+        self.control.end()
+        begin = time.perf_counter()
+        try:
+            self.robot.halt(self.held)
+        except Exception as failure:  # whatever it is, the rest must be ended, too
+            self.log.say("problem", text=f"the robot did not halt: {failure}; look at it first")
+        self.log.say("step", step="halt", seconds=time.perf_counter() - begin)
+
+    def _step(self, step: SortStep, about: Any = None) -> float | None:
+        """Make one step, when the run may go on; return the force of `approach`."""
+        self.checkpoint()
+        begin, force = time.perf_counter(), None
+        match step:
+            case "approach":
+                self.pressing, self.held = True, about.object
+                force = self.robot.approach(about)
+            case "wait":
+                self.robot.hold(self.plan.wait_s)
+            case "place":
+                self.robot.place(about)
+                self.held = ""
+            case "release":
+                self.robot.release()
+                self.pressing, self.held = False, ""
+            case _:
+                getattr(self.robot, step)()
+        self.log.say("step", step=step, seconds=time.perf_counter() - begin)
+        return force
+
+    def checkpoint(self) -> None:
+        """Wait while the run is paused. Raises KeyboardInterrupt if it is to stop."""
+        mode = self.control.mode
+        if mode in (Mode.PAUSED, Mode.WAITING):
+            self.log.say("paused", reason="asked to pause" if mode is Mode.PAUSED else "not begun")
+            self.control.checkpoint()
+            self.log.say("resumed", reason="asked to go on")
+        else:
+            self.control.checkpoint()

@@ -1,0 +1,66 @@
+"""Who moves the gripper and who listens, in live use: a sound card, or the virtual gripper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from pydantic import JsonValue
+
+from ajgdata.acquire.card import Card, card_settings
+from ajgdata.acquire.robot import Confirm, Robot, open_robot
+from ajgdata.acquire.virtual_line import VirtualHands, VirtualTable
+from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire_live import open_card
+from ajgdata.types import DataError, DatasetSpec
+
+VIRTUAL = "virtual"
+
+
+@contextmanager
+def open_hands(
+    paths: Paths,
+    spec: DatasetSpec,
+    *,
+    source: str,
+    card: Mapping[str, Any],
+    robot: str,
+    robot_settings: Mapping[str, JsonValue],
+    seed: int,
+    confirm: Confirm,
+) -> Iterator[tuple[Robot, Card, dict[str, str]]]:
+    """Yield robot and sound card, and `gripper` and `medium` as session.yaml has them.
+
+    `source` is `soundcard` (`card` has its settings, but the rate, which the data set declares) or
+    `virtual`: the virtual gripper over the objects of the data set's recipe, drawn by `seed`, which
+    no person needs to move. Raises DataError.
+    """
+    if source == VIRTUAL:
+        if spec.recipe is None:
+            fix = "name a data set that has one, or use a sound card"
+            raise DataError(paths.dataset(spec.name), "has no recipe to simulate", fix)
+        table = VirtualTable(spec.recipe, seed, paths.responses)
+        about = {"gripper": "virtual", "medium": "virtual"}
+        if robot == "manual":
+            yield VirtualHands(table), table.card(), about
+            return
+        with open_robot(robot, robot_settings, confirm) as mover:
+            yield VirtualHands(table, _that_halts(mover, robot)), table.card(), about
+        return
+    settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
+    protocol = spec.protocol
+    about = {
+        "gripper": protocol.gripper if protocol else "unknown",
+        "medium": protocol.medium if protocol else "unknown",
+    }
+    with open_robot(robot, robot_settings, confirm) as mover, open_card(settings) as opened:
+        yield _that_halts(mover, robot), opened, about
+
+
+def _that_halts(robot: Robot, name: str) -> Robot:
+    """Return the robot. DataError for one of before there was `halt`: it could not be stopped."""
+    if not callable(getattr(robot, "halt", None)):
+        fix = "add halt(held) to it, as acquire.robot.Robot has it"
+        raise DataError(f"robot {name}", "cannot halt", fix)
+    return robot

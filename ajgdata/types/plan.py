@@ -1,0 +1,120 @@
+"""Plans of sorting: what `ajgdata sort` does with what it hears. Read from a file of YAML."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, JsonValue, field_validator, model_validator
+
+from ajgdata.types.base import ModelName, Name, Strict
+from ajgdata.types.protocol import References, RobotName, Step
+
+SortStep = Step | Literal["place"]
+#: The paper's: sensed at ambient pressure; what comes after `sense` is done if a bin was decided.
+SORT_SEQUENCE: tuple[SortStep, ...] = (
+    "loosen", "approach", "wait", "sense", "jam", "lift", "place", "release",
+)  # fmt: skip
+#: Stands among the objects of a plan where nothing lies there.
+NOTHING = "empty"
+Doubtful = Literal["stop", "ask", "reject"]
+Bin = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+class Keep(Strict):
+    """Where the recordings of a run are kept."""
+
+    dataset: Name | None = Field(
+        None, description="data set that gets the session; null: the one of the model"
+    )
+    session: Name | None = Field(
+        None, description="name of the new session; null: the next `sort-NN`"
+    )
+
+
+class SortPlan(Strict):
+    """A plan by which objects are sorted."""
+
+    dataset: Name = Field(description="data set of the model")
+    task: Name = Field(description="its task, of classes")
+    model: ModelName = Field("cnn", description="a model with probabilities")
+    threshold: float = Field(
+        0.6, ge=0, le=1, description="least probability of a class that is sorted (paper: 0.6)"
+    )
+    bins: Annotated[dict[str, Bin], Field(min_length=1)] = Field(
+        description="bin of each class; a class without one is refused before anything moves"
+    )
+    reject_bin: Bin | None = Field(None, description="bin of what is rejected")
+    looks: int = Field(
+        1,
+        ge=1,
+        le=20,
+        description="grasps of one object at most: below the threshold it is grasped again, and "
+        "the probabilities are multiplied (paper: 1)",
+    )
+    below: Doubtful = Field(
+        "stop",
+        description="when no class reaches the threshold after all looks (paper: stop); ask: the "
+        "person names it; reject: into `reject_bin`",
+    )
+    nothing: Literal["stop", "again", "wait"] = Field(
+        "stop",
+        description="when nothing is held; again: as often as `looks`; wait: until something is",
+    )
+    unknown: Doubtful = Field(
+        "stop", description="when, after all looks, it is unlike anything that the model learnt"
+    )
+    sorts: int | None = Field(None, ge=1, description="end after so many; null: until it stops")
+    objects: tuple[Name, ...] = Field(
+        (),
+        description="what lies there, for tests and demonstrations: the truth is then known "
+        "(`empty`: nothing). None: nobody knows",
+    )
+    order: Literal["given", "random"] = Field(
+        "given", description="of `objects`; random: any of them comes next, again and again"
+    )
+    seed: int = Field(0, ge=0, description="of the random order, and of poses that are simulated")
+    force_n: float = Field(8.0, gt=0, description="that the object is pressed with (paper: 8 N)")
+    wait_s: float = Field(
+        2.0, ge=0, description="between pressing and sensing, for grains to settle (paper: 2 s)"
+    )
+    sequence: tuple[SortStep, ...] = Field(SORT_SEQUENCE, description="steps of one sort")
+    references: References | None = Field(
+        References(kinds=("empty",)),
+        description="recordings of the empty gripper, by which `nothing held` and a gripper that "
+        "has changed are told; null: none",
+    )
+    source: Literal["soundcard", "virtual"] = Field(
+        "soundcard", description="virtual: the virtual gripper, in this process"
+    )
+    card: dict[str, JsonValue] = Field(
+        {},
+        description="of a sound card: device, input_channel, output_channel, loopback_channel, "
+        "attempts; as the options of `ajgdata acquire`",
+    )
+    robot: RobotName = Field("manual", description="who moves; manual: a person")
+    robot_settings: dict[str, JsonValue] = Field({}, description="settings of the robot, its own")
+    keep: Keep = Field(Keep(), description="where the recordings are kept")
+
+    @field_validator("sequence")
+    @classmethod
+    def _senses_then_places(cls, sequence: tuple[SortStep, ...]) -> tuple[SortStep, ...]:
+        at = {step: sequence.index(step) for step in ("approach", "sense", "place")
+              if sequence.count(step) == 1}  # fmt: skip
+        if list(at) != sorted(at, key=at.__getitem__) or len(at) < 3:
+            raise ValueError("a sequence needs `approach`, `sense`, `place` once each, in order")
+        if "release" in sequence[: at["place"]] or {"jam", "lift"} & {*sequence[: at["sense"]]}:
+            raise ValueError("`jam` and `lift` come after `sense`, `release` after `place`")
+        return sequence
+
+    @model_validator(mode="after")
+    def _has_what_it_needs(self) -> SortPlan:
+        rejecting = [key for key in ("below", "unknown") if getattr(self, key) == "reject"]
+        if rejecting and self.reject_bin is None:
+            raise ValueError(f"{rejecting[0]} is reject: name the reject_bin")
+        if self.order == "random" and not self.objects:
+            raise ValueError("a random order needs objects")
+        if self.source == "virtual" and not self.objects:
+            raise ValueError("the virtual gripper needs objects: name some of the data set's")
+        if self.source == "soundcard" and not self.card.get("device"):
+            raise ValueError("card.device is missing: see `ajgdata device list`")
+        return self

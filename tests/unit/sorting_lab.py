@@ -1,0 +1,130 @@
+"""A sorting cell in this process: a fake card, a robot that writes down its steps, a model whose
+predictions are known beforehand."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from fake_card import RATE_HZ, FakeLine, fake_card
+
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.live_session import live_session
+from ajgdata.acquire.robot import RobotError
+from ajgdata.live.control import Control
+from ajgdata.live.events import EventLog, read_events
+from ajgdata.live.kept import KeptRun
+from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.live.sort import Sorter, arrivals
+from ajgdata.types import LogSweep
+from ajgdata.types.plan import SortPlan
+
+CLASSES = ("ball", "cube", "rod")
+BINS = {"ball": "A", "cube": "B", "rod": "C"}
+PLAN = {
+    "dataset": "d", "task": "t", "bins": BINS, "wait_s": 0, "references": None,
+    "card": {"device": "fake"},
+}  # fmt: skip
+SWEEP = LogSweep(length_s=0.1)
+
+
+def plan(**changes) -> SortPlan:
+    return SortPlan.model_validate(PLAN | changes)
+
+
+def seen(*shares, verdict="known", novelty=0.5) -> Prediction:
+    """A prediction with probabilities of CLASSES."""
+    probability = dict(zip(CLASSES, shares, strict=True))
+    best = max(probability, key=probability.__getitem__)
+    return Prediction("classification", best, "", Verdict(verdict), novelty, probability)
+
+
+BALL, CUBE, ROD = seen(0.9, 0.05, 0.05), seen(0.1, 0.8, 0.1), seen(0.02, 0.03, 0.95)
+UNSURE = seen(0.5, 0.3, 0.2)
+EMPTY = seen(0.9, 0.05, 0.05, verdict="nothing")
+STRANGE = seen(0.9, 0.05, 0.05, verdict="unknown", novelty=2.5)
+
+
+class Scripted:
+    """Predictions one after another; the last one for ever."""
+
+    def __init__(self, *predictions: Prediction) -> None:
+        self.predictions, self.references, self.heard = list(predictions), [], []
+
+    def predict(self, waveform, sample_rate_hz):
+        assert sample_rate_hz == RATE_HZ
+        self.heard.append(waveform)
+        return self.predictions.pop(0) if len(self.predictions) > 1 else self.predictions[0]
+
+    def feature(self, waveform, sample_rate_hz):
+        return np.abs(np.fft.rfft(waveform[:256])).astype(np.float32)
+
+    def with_references(self, features):
+        self.references.append(features)
+        return self
+
+
+class Robot:
+    """Writes down each step; `at` maps the number of a step (from 0) to what then happens."""
+
+    def __init__(self, at=None) -> None:
+        self.steps, self.at = [], dict(at or {})
+
+    def __getattr__(self, step):
+        def made(*about):
+            number = len(self.steps)
+            self.steps.append((step, *about))
+            if number in self.at:
+                self.at[number]()
+            return 7.5 if step == "approach" else None
+
+        return made
+
+    @property
+    def names(self) -> list[str]:
+        return [step for step, *_ in self.steps]
+
+
+def fails() -> None:
+    raise RobotError("robot", "stuck", "look at it")
+
+
+def interrupts() -> None:
+    raise KeyboardInterrupt
+
+
+class Cell:
+    """Runs a sorter in a folder; everything it used can be looked at afterwards."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.log_file = folder / "s1", folder / "events.jsonl"
+        self.control, self.robot, self.line = Control(), Robot(), FakeLine(noise=1e-4)
+        self.sorter: Sorter | None = None
+
+    @contextmanager
+    def open(self, made: SortPlan, *predictions: Prediction, **about):
+        sound = excitation_samples(SWEEP, RATE_HZ)
+        with (
+            live_session(
+                self.folder, setup={"sort": {"target": "label"}}, excitation=sound, played=SWEEP,
+                sample_rate_hz=RATE_HZ, about={"device": "fake"},
+            ) as session,
+            EventLog(self.log_file) as log,
+        ):  # fmt: skip
+            self.sorter = Sorter(
+                plan=made, senses=Scripted(*predictions), card=fake_card(self.line),
+                played=sound.astype(np.float32), robot=self.robot,
+                kept=KeptRun(session, lambda name: {"label": name}), log=log,
+                control=self.control, **about,
+            )  # fmt: skip
+            yield self.sorter
+
+    def run(self, made: SortPlan, *predictions: Prediction, **about):
+        with self.open(made, *predictions, **about) as sorter:
+            return sorter.run(arrivals(made))
+
+    def events(self, *kinds: str) -> list:
+        """Events of the log, without what differs from run to run."""
+        found = read_events(self.log_file)
+        return [one for one in found if not kinds or one["event"] in kinds]

@@ -1,0 +1,111 @@
+"""Corrections become labels, and nothing else does."""
+
+import pytest
+from sorting_lab import BALL, CUBE, UNSURE, Cell, plan
+
+from ajgdata.acquire.session_setup import alone
+from ajgdata.live.events import read_events
+from ajgdata.live.learning import Learnt, labels_of, learn, truths
+from ajgdata.store.sessions import read_recordings, read_session, write_recordings
+from ajgdata.types import DataError, DatasetSpec
+
+SPEC = DatasetSpec.model_validate(
+    {
+        "name": "d",
+        "targets": {"label": {"kind": "classification"}, "mass_g": {"kind": "regression"}},
+        "protocol": {
+            "objects": [{"name": "cube", "targets": {"label": "cube", "mass_g": 12.5}}],
+        },
+    }
+)
+
+
+@pytest.fixture
+def cell(tmp_path):
+    """Three objects, the second after two looks; nobody said what they are, but the last."""
+    made = Cell(tmp_path)
+    with made.open(plan(looks=2, sorts=3), BALL, UNSURE, UNSURE, CUBE) as sorter:
+        sorter.run([""] * 3)
+        sorter.correct("rod")
+    return made
+
+
+def rows(cell):
+    return {row.recording_id: row for row in read_recordings(cell.folder)[0]}
+
+
+def test_what_was_corrected_is_labelled_and_the_rest_is_as_it_was(cell):
+    before, sounds = rows(cell), files(cell)
+    known = truths(read_events(cell.log_file))
+    assert known == {3: "rod"}
+    assert learn(cell.folder, SPEC, "label", known) == Learnt(labelled=1, unlabelled=3)
+    after = rows(cell)
+    changed = {name for name in after if after[name].quality != before[name].quality}
+    assert changed == {"sort_0003_1_1"}
+    row = after["sort_0003_1_1"]
+    assert (row.object, row.quality, row.labels["label"]) == ("rod", "ok", "rod")
+    assert (row.labels["predicted"], row.sha256) == ("cube", before["sort_0003_1_1"].sha256)
+    assert files(cell) == sounds
+
+
+def files(cell):
+    return {path.name: path.read_bytes() for path in (cell.folder / "audio").iterdir()}
+
+
+def test_asked_once_a_sort_and_an_object_that_is_declared_brings_its_other_targets(cell):
+    asked = []
+
+    def ask(number, predicted):
+        asked.append((number, predicted))
+        return {1: "", 2: "cube"}[number]
+
+    found = learn(cell.folder, SPEC, "label", {3: "rod"}, ask)
+    assert asked == [(1, "ball"), (2, "ball")]
+    assert found == Learnt(labelled=3, unlabelled=1)
+    for name in ("sort_0002_1_1", "sort_0002_2_1"):
+        row = rows(cell)[name]
+        assert (row.object, row.labels["label"], row.labels["mass_g"]) == ("cube", "cube", "12.5")
+    assert rows(cell)["sort_0003_1_1"].labels["mass_g"] == ""
+
+
+def test_again_it_changes_nothing_and_another_correction_does(cell):
+    learn(cell.folder, SPEC, "label", {3: "rod"})
+    table = (cell.folder / "recordings.csv").read_bytes()
+    assert learn(cell.folder, SPEC, "label", {3: "rod"}) == Learnt(0, 3)
+    assert (cell.folder / "recordings.csv").read_bytes() == table
+    assert learn(cell.folder, SPEC, "label", {3: "cube"}) == Learnt(1, 3)
+    row = rows(cell)["sort_0003_1_1"]
+    assert (row.object, row.labels["label"], row.labels["mass_g"]) == ("cube", "cube", "12.5")
+    learn(cell.folder, SPEC, "label", {3: "ball"})  # whose mass nobody knows
+    assert rows(cell)["sort_0003_1_1"].labels["mass_g"] == ""
+
+
+def test_a_cell_that_was_filled_in_counts(cell):
+    typed = [
+        row.model_copy(update={"labels": {**row.labels, "label": "ball"}})
+        if row.recording_id.startswith("sort_0001")
+        else row
+        for row in rows(cell).values()
+    ]
+    write_recordings(cell.folder, typed)
+    assert learn(cell.folder, SPEC, "label", {}) == Learnt(labelled=1, unlabelled=3)
+    assert (rows(cell)["sort_0001_1_1"].object, rows(cell)["sort_0001_1_1"].quality) == (
+        "ball", "ok",
+    )  # fmt: skip
+
+
+def test_a_target_that_is_the_object_itself_needs_no_column():
+    spec = SPEC.model_copy(update={"targets": {"object": SPEC.targets["label"]}})
+    assert labels_of(spec, "object", "ball") == {}
+
+
+def test_not_while_the_run_goes_on(cell):
+    with alone(cell.folder), pytest.raises(DataError, match="another process"):
+        learn(cell.folder, SPEC, "label", {3: "rod"})
+
+
+def test_the_session_of_a_killed_run_is_finished_by_it(cell):
+    text = (cell.folder / "session.yaml").read_text()
+    (cell.folder / "session.yaml").write_text(text.replace("finished: true", "finished: false"))
+    learn(cell.folder, SPEC, "label", {})
+    assert read_session(cell.folder).acquisition.finished

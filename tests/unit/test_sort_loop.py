@@ -1,0 +1,329 @@
+"""The sorting loop: its steps, what it keeps, and a safe end from every step of it."""
+
+import itertools
+import signal
+import threading
+import time
+
+import pytest
+from fake_card import FakeLine, Fault
+from sorting_lab import (
+    BALL,
+    CUBE,
+    EMPTY,
+    ROD,
+    STRANGE,
+    UNSURE,
+    Cell,
+    Robot,
+    fails,
+    interrupts,
+    plan,
+)
+
+from ajgdata.acquire.card import CardError, TakeError
+from ajgdata.acquire.robot import Placement, RobotError
+from ajgdata.live.control import Control, Mode
+from ajgdata.live.latencies import TOTAL, latencies
+from ajgdata.live.sort import EndedByPerson, arrivals
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types.plan import SORT_SEQUENCE
+
+
+@pytest.fixture
+def cell(tmp_path):
+    return Cell(tmp_path)
+
+
+GIVEN = {"objects": ["ball", "cube", "rod"]}
+ONE_SORT = ["loosen", "approach", "hold", "jam", "lift", "place", "release"]
+
+
+def test_the_paper_s_sequence_object_by_object(cell):
+    done = cell.run(plan(**GIVEN), BALL, CUBE, ROD)
+    assert (done.sorts, done.longest_row, done.mistakes, done.finished) == (3, 3, 0, True)
+    assert cell.robot.names == ONE_SORT * 3
+    assert [step[1] for step in cell.robot.steps if step[0] == "place"] == ["A", "B", "C"]
+    assert cell.robot.steps[1] == ("approach", Placement("sort_0001_1", "ball", 1, 8.0))
+    kinds = [event["event"] for event in cell.events()]
+    once = ["grasp", *["step"] * 3, "take", "prediction", "decision", *["step"] * 4, "placed"]
+    assert kinds == [*once * 3, "stopped"]
+    assert [event["n"] for event in cell.events()] == list(range(len(kinds)))
+    last = cell.events("stopped")[0]
+    assert (last["reason"], last["held"], last["sorts"]) == ("nothing is left to sort", "", 3)
+
+
+def test_an_object_in_doubt_stops_the_run_as_in_the_paper(cell):
+    done = cell.run(plan(**GIVEN), BALL, UNSURE)
+    assert (done.sorts, done.finished, done.reason) == (1, False, "ball has 50 %, needs 60 %")
+    assert cell.robot.names == [*ONE_SORT, "loosen", "approach", "hold", "release"]
+    assert cell.events("stopped")[0]["held"] == ""
+
+
+def test_another_grasp_lets_go_first_and_is_another_grasp_in_the_table(cell):
+    done = cell.run(plan(looks=3, objects=["ball"]), UNSURE, UNSURE)
+    assert done.sorts == 1
+    assert cell.robot.names == ["loosen", "approach", "hold", "release", *ONE_SORT]
+    rows = read_recordings(cell.folder)[0]
+    assert [row.grasp_id for row in rows] == ["sort_0001_1", "sort_0001_2"]
+    assert [one["action"] for one in cell.events("decision")] == ["again", "place"]
+    assert cell.events("decision")[1]["looks"] == 2
+
+
+def test_the_person_is_asked_and_what_they_say_is_the_truth(cell):
+    asked = []
+
+    def ask(reason, value):
+        asked.append((reason, value))
+        return "rod"
+
+    done = cell.run(plan(below="ask", sorts=1), UNSURE, ask=ask)
+    assert asked == [("ball has 50 %, needs 60 %", "ball")]
+    assert (done.sorts, done.longest_row) == (1, 0)  # no sort of its own
+    assert ("place", "C") in cell.robot.steps
+    assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(1, "rod")]
+
+
+def test_who_does_not_know_stops_it(cell):
+    done = cell.run(plan(below="ask"), UNSURE, ask=lambda reason, value: None)
+    assert not done.finished and "nobody knows" in done.reason
+    assert cell.robot.names[-1] == "release"
+
+
+def test_strange_things_go_into_the_reject_bin_and_end_the_row(cell):
+    made = plan(unknown="reject", reject_bin="R", sorts=4)
+    done = cell.run(made, BALL, CUBE, STRANGE, ROD)
+    assert (done.sorts, done.longest_row) == (4, 2)
+    assert [one["in_a_row"] for one in cell.events("placed")] == [1, 2, 0, 1]
+    assert [one["bin"] for one in cell.events("placed")] == ["A", "B", "R", "C"]
+
+
+def test_nothing_held_waits_for_something(cell):
+    made = plan(nothing="wait", wait_s=0.25, objects=["empty", "ball"])
+    done = cell.run(made, EMPTY, BALL)
+    assert done.sorts == 1
+    waited = ["loosen", "approach", "hold", "release", "hold"]
+    assert cell.robot.names == [*waited, *ONE_SORT]
+    rows = read_recordings(cell.folder)[0]
+    assert [(r.object, r.labels["reference"], r.quality) for r in rows] == [
+        ("", "empty", "ok"), ("ball", "", "ok")
+    ]  # fmt: skip
+
+
+def test_what_nobody_named_is_neither_a_reference_nor_trained_on(cell):
+    cell.run(plan(sorts=1), BALL)
+    (row,) = read_recordings(cell.folder)[0]
+    assert (row.object, row.quality, "label" in row.labels) == ("", "reject", False)
+    kept = {key: row.labels[key] for key in ("sort", "look", "predicted", "confidence", "verdict")}
+    assert list(kept.values()) == ["1", "1", "ball", "0.9000", "known"]
+    assert cell.robot.steps[1][1].object == "object"
+    assert cell.events("grasp")[0]["object"] == ""
+
+
+def test_a_known_object_is_labelled_and_its_mistakes_count(cell):
+    done = cell.run(plan(**GIVEN), BALL, ROD, ROD)
+    assert (done.sorts, done.mistakes, done.longest_row) == (3, 1, 1)
+    rows = read_recordings(cell.folder)[0]
+    assert [(r.object, r.labels["label"], r.labels["predicted"]) for r in rows] == [
+        ("ball", "ball", "ball"), ("cube", "cube", "rod"), ("rod", "rod", "rod")
+    ]  # fmt: skip
+
+
+def test_a_correction_is_an_event_and_ends_the_row(cell):
+    with cell.open(plan(sorts=3), BALL) as sorter:
+        assert sorter.correct("rod") is False  # nothing was placed yet
+        cell.robot.at[2 * len(ONE_SORT)] = lambda: sorter.correct("cube")
+        done = sorter.run(arrivals(sorter.plan))
+    assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(2, "cube")]
+    assert (done.mistakes, done.longest_row) == (1, 2)
+    assert [one["in_a_row"] for one in cell.events("placed")] == [1, 2, 1]
+
+
+def test_references_come_first_and_every_few_grasps(cell):
+    class Watch:
+        ratios = iter([0.5, 1.5, 2.0, 0.9, 1.2])
+
+        def observe(self, feature):
+            return next(self.ratios)
+
+    made = plan(references={"every": 2, "kinds": ["silence", "empty"]}, sorts=9)
+    with cell.open(made, BALL, watch=Watch()) as sorter:
+        sorter.run(arrivals(made))
+        assert [f.shape for f in sorter.senses.references] == [(1, 129)] * 5
+    found = cell.events("reference")
+    assert [(e["kind"], e["drift"]) for e in found if e["kind"] == "empty"] == [
+        ("empty", ratio) for ratio in (0.5, 1.5, 2.0, 0.9, 1.2)
+    ]  # fmt: skip
+    assert sum(e["kind"] == "silence" for e in found) == 5
+    # Said once until it is over, then once more.
+    assert [e["ratio"] for e in cell.events("drift")] == [1.5, 1.2]
+    rows = {r.recording_id: r for r in read_recordings(cell.folder)[0]}
+    assert (rows["empty_0003_1"].quality, rows["silence_0003_1"].quality) == ("ok", "reject")
+    assert rows["empty_0003_1"].labels["reference"] == "empty"
+
+
+def test_arrivals_given_random_and_unknown():
+    assert list(arrivals(plan(**GIVEN))) == ["ball", "cube", "rod"]
+    first = list(itertools.islice(arrivals(plan(**GIVEN, order="random", seed=1)), 300))
+    again = list(itertools.islice(arrivals(plan(**GIVEN, order="random", seed=1)), 300))
+    other = list(itertools.islice(arrivals(plan(**GIVEN, order="random", seed=2)), 300))
+    assert first == again != other
+    # 100 of each expected, of standard deviation 8.2: five of them.
+    assert all(abs(first.count(name) - 100) < 41 for name in ("ball", "cube", "rod"))
+    assert list(itertools.islice(arrivals(plan()), 3)) == ["", "", ""]
+
+
+HELD = {  # by step of the second sort, when it is interrupted in the middle
+    "loosen": "", "approach": "cube", "hold": "cube", "jam": "cube", "lift": "cube",
+    "place": "cube", "release": "",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("ends", [interrupts, fails])
+@pytest.mark.parametrize("step", HELD)
+def test_every_step_can_be_the_last_and_the_robot_halts(cell, step, ends):
+    """The second sort is ended in the middle of a step: the gripper halts with what it holds."""
+    at = len(ONE_SORT) + ONE_SORT.index(step)
+    cell.robot = Robot({at: ends})
+    with pytest.raises(KeyboardInterrupt if ends is interrupts else RobotError):
+        cell.run(plan(**GIVEN), BALL, CUBE)
+    assert cell.robot.steps[at:] == [cell.robot.steps[at], ("halt", HELD[step])]
+    assert_ended(cell, HELD[step], sorts=1)
+    said = cell.events("stopped")[0]["reason"]
+    assert said == ("stopped by a person" if ends is interrupts else "robot: stuck; look at it")
+
+
+def assert_ended(cell, held, sorts):
+    """One `stopped`, the last event; the session is whole and finished."""
+    (stopped,) = cell.events("stopped")
+    assert stopped == cell.events()[-1]
+    assert (stopped["held"], stopped["sorts"]) == (held, sorts)
+    assert cell.robot.names.count("halt") == 1
+    assert cell.control.mode is Mode.STOPPED
+    if cell.folder.exists():
+        assert read_session(cell.folder).acquisition.finished
+        rows, findings = read_recordings(cell.folder)
+        assert findings == [] and len(rows) == len(list((cell.folder / "audio").glob("*.wav")))
+
+
+def test_a_card_that_goes_away_halts_the_robot(cell):
+    cell.line = FakeLine(noise=1e-4, faults=[Fault(), Fault(unplugged=True)])
+    with pytest.raises(CardError, match="went away"):
+        cell.run(plan(**GIVEN), BALL, CUBE)
+    assert cell.robot.names == [*ONE_SORT, "loosen", "approach", "hold", "halt"]
+    assert_ended(cell, "cube", sorts=1)
+    assert "went away" in cell.events("stopped")[0]["reason"]
+    assert len(read_recordings(cell.folder)[0]) == 1
+
+
+def test_a_take_in_doubt_is_taken_once_more_then_given_up(cell):
+    flagged = [Fault(flags=("input overflow",))] * 3
+    cell.line = FakeLine(noise=1e-4, faults=flagged)
+    assert cell.run(plan(objects=["ball"]), BALL).sorts == 1
+    assert "taken once more" in cell.events("problem")[0]["text"]
+
+
+def test_takes_that_stay_in_doubt_halt_the_robot(cell):
+    cell.line = FakeLine(noise=1e-4, faults=[Fault(flags=("input overflow",))] * 6)
+    with pytest.raises(TakeError):
+        cell.run(plan(objects=["ball"]), BALL)
+    assert_ended(cell, "ball", sorts=0)
+
+
+def test_a_model_that_fails_halts_the_robot_and_the_recording_stays(cell):
+    with cell.open(plan(**GIVEN), BALL) as sorter:
+        sorter.senses.predict = lambda *_: 1 / 0
+        with pytest.raises(ZeroDivisionError):
+            sorter.run(arrivals(sorter.plan))
+    assert_ended(cell, "ball", sorts=0)
+    assert len(read_recordings(cell.folder)[0]) == 1
+
+
+def test_a_robot_that_cannot_even_halt_is_said(cell):
+    cell.robot = Robot({2: fails, 3: fails})
+    with pytest.raises(RobotError):
+        cell.run(plan(**GIVEN), BALL)
+    assert cell.robot.names == ["loosen", "approach", "hold", "halt"]
+    assert "did not halt: robot: stuck" in cell.events("problem")[0]["text"]
+    assert_ended(cell, "ball", sorts=0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_while_it_halts_break_nothing(cell, number):
+    """Both come in the middle of `halt`, where nobody handles the second one."""
+
+    def again():
+        signal.raise_signal(number)
+        cell.robot.steps.append(("halted",))
+
+    cell.robot = Robot({2: fails, 3: again})
+    with pytest.raises(RobotError):
+        cell.run(plan(**GIVEN), BALL)
+    assert cell.robot.names == ["loosen", "approach", "hold", "halt", "halted"]
+    assert_ended(cell, "ball", sorts=0)
+
+
+def test_stop_interrupts_the_middle_of_a_step(cell):
+    """A step that sleeps is woken by the dashboard's thread: far sooner than it would wake."""
+
+    def sleeps():
+        threading.Timer(0.05, cell.control.stop).start()
+        time.sleep(20)
+
+    cell.robot, begin = Robot({4: sleeps}), time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        cell.run(plan(**GIVEN), BALL)
+    assert time.monotonic() - begin < 10
+    assert cell.robot.names[-1] == "halt"
+    assert_ended(cell, "ball", sorts=0)
+
+
+def test_stop_before_the_first_step_moves_nothing(cell):
+    cell.control = Control(Mode.WAITING)
+    threading.Timer(0.05, cell.control.stop).start()
+    with pytest.raises(KeyboardInterrupt):
+        cell.run(plan(**GIVEN), BALL)
+    assert cell.robot.names == ["halt"]
+
+
+def test_pause_waits_between_two_steps_and_is_told(cell):
+    def pauses():
+        cell.control.pause()
+        threading.Timer(0.05, cell.control.start).start()
+
+    cell.robot = Robot({1: pauses})
+    assert cell.run(plan(objects=["ball"]), BALL).sorts == 1
+    kinds = [event["event"] for event in cell.events()]
+    at = kinds.index("paused")
+    assert kinds[at - 1 : at + 3] == ["step", "paused", "resumed", "step"]
+
+
+def test_the_person_may_end_it_and_that_is_no_emergency(cell):
+    def ends():
+        raise EndedByPerson
+
+    cell.robot = Robot({8: ends})
+    done = cell.run(plan(**GIVEN), BALL)
+    assert (done.finished, done.reason, done.sorts) == (True, "ended by the person", 1)
+    assert cell.robot.names == [*ONE_SORT, "loosen", "approach", "release"]
+
+
+def test_latencies_by_stage_add_up(cell):
+    cell.run(plan(**GIVEN), BALL)
+    found = latencies(cell.events())
+    parts = ("sense", "feature and prediction", "decision")
+    assert {name: found[name].count for name in (*parts, TOTAL, "place")} == dict.fromkeys(
+        (*parts, TOTAL, "place"), 3
+    )
+    steps = {"hold": "wait"}
+    assert {steps.get(name, name) for name in ONE_SORT} == {*SORT_SEQUENCE} - {"sense"}
+    assert all(found[steps.get(name, name)].count == 3 for name in ONE_SORT)
+    assert max(found[name].median_s for name in parts) <= found[TOTAL].median_s
+    events = [
+        {"event": "take", "seconds": 1.0}, {"event": "prediction", "seconds": 0.25},
+        {"event": "decision", "seconds": 0.5}, {"event": "take", "seconds": 2.0},
+        {"event": "prediction", "seconds": 0.25}, {"event": "decision", "seconds": 0.75},
+    ]  # fmt: skip
+    total = latencies(events)[TOTAL]
+    assert (total.median_s, total.count) == (2.375, 2)
+    assert total.p99_s == pytest.approx(1.75 + 0.99 * 1.25)

@@ -1,0 +1,41 @@
+"""Plans of sorting: what is refused before anything moves."""
+
+import pytest
+from pydantic import ValidationError
+from sorting_lab import PLAN, plan
+
+from ajgdata.types.plan import SORT_SEQUENCE, SortPlan
+
+
+def test_the_defaults_are_the_paper_s():
+    made = SortPlan.model_validate({k: v for k, v in PLAN.items() if k not in ("references",)})
+    assert (made.threshold, made.looks, made.below, made.force_n) == (0.6, 1, "stop", 8.0)
+    assert made.sequence == SORT_SEQUENCE
+    assert (made.references.every, made.references.kinds) == (10, ("empty",))
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"treshold": 0.5}, "Extra inputs"),
+        ({"threshold": 60}, "less than or equal to 1"),
+        ({"bins": {}}, "at least 1 item"),
+        ({"below": "reject"}, "below is reject: name the reject_bin"),
+        ({"unknown": "reject"}, "unknown is reject: name the reject_bin"),
+        ({"order": "random"}, "needs objects"),
+        ({"source": "virtual"}, "needs objects"),
+        ({"card": {}}, "card.device is missing"),
+        ({"sequence": ["approach", "sense"]}, "once each, in order"),
+        ({"sequence": ["approach", "place", "sense"]}, "once each, in order"),
+        ({"sequence": ["approach", "sense", "sense", "place"]}, "once each, in order"),
+        ({"sequence": ["approach", "jam", "sense", "place"]}, "come after `sense`"),
+        ({"sequence": ["approach", "sense", "release", "place"]}, "`release` after `place`"),
+    ],
+)
+def test_a_plan_that_cannot_be_followed_says_why(changes, said):
+    with pytest.raises(ValidationError, match=said):
+        plan(**changes)
+
+
+def test_a_shorter_sequence_will_do():
+    assert plan(sequence=["approach", "sense", "place"]).sequence == ("approach", "sense", "place")
