@@ -31,6 +31,8 @@ EXPERIMENT_PAGES = "experiments"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
+#: Beside each model that was exported for NumPy: what runs it.
+EXPORT_PROGRAM = "ajgdata_numpy.py"
 
 
 def simulated_card_socket(server: str) -> Path:
@@ -150,6 +152,11 @@ class Paths:
     def model(self, dataset: str, task: str, model: str) -> Path:
         """Folder of a model trained on all recordings."""
         return self.results / "models" / dataset / task / model
+
+    @property
+    def exported(self) -> Path:
+        """Folder of models as files for other computers, unless another one is named."""
+        return self.results / "exported"
 
     def results_of(self, dataset: str) -> tuple[Path, ...]:
         """Files and folders of `results` that hold nothing but one data set."""

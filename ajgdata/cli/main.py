@@ -13,6 +13,7 @@ from ajgdata.cli.acquire import acquiring
 from ajgdata.cli.compare import comparing
 from ajgdata.cli.dashboard import watching
 from ajgdata.cli.device import device
+from ajgdata.cli.export import exporting
 from ajgdata.cli.findings import print_findings
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import importing
@@ -33,6 +34,7 @@ app.add_typer(device, name="device")
 app.add_typer(importing)
 app.add_typer(acquiring)
 app.add_typer(publishing)
+app.add_typer(exporting)
 app.add_typer(looking)
 app.add_typer(comparing)
 app.add_typer(watching)

@@ -18,6 +18,7 @@ RANKS = {
     "acquire": 7,
     "report": 7,
     "live": 8,
+    "export": 8,
     "ablations": 9,
     "experiments": 9,
     "loading": 9,
@@ -26,7 +27,17 @@ RANKS = {
 }
 #: Packages that use nothing of ours but what is named.
 ALLOWED_ONLY = {"gripper": set(), "types": set(), "paths": set(), "models": {"types"}}
-HEAVY = {"torch", "umap", "matplotlib", "sounddevice", "sklearn", "numba", "xarray", "pandas"}
+HEAVY = {
+    "torch",
+    "umap",
+    "matplotlib",
+    "sounddevice",
+    "sklearn",
+    "numba",
+    "xarray",
+    "pandas",
+    "onnx",
+}
 
 
 def imports(path: Path) -> set[str]:

@@ -12,6 +12,9 @@ from small_project import EDGES_MM, make
 import ajgdata
 from ajgdata.acquire.robot import Placement, RobotError, grasp_once
 from ajgdata.paths import Paths
+from ajgdata.pipeline.export_model import export_model
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.sessions import read_dataset
 from ajgdata.types.protocol import PAPER_SEQUENCE
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "examples"
@@ -108,6 +111,22 @@ def test_ros2_robot():
     assert calls == [up, ("/arm/stop", {})]
     with pytest.raises(RobotError, match=r"approach: met nothing at 0.001 m; put the object there"):
         found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})
+
+
+def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
+    pytest.importorskip("onnxruntime")
+    folder = example_project.model("size", "size", "ridge")
+    asked = read_dataset(example_project, "size").training("size")
+    train_model(example_project.features("size"), **asked, model="ridge", seed=0, folder=folder)
+    out = example_project.exported
+    (file,) = export_model(example_project, "size", "size", "ridge", to="onnx", folder=out)
+    first = ajgdata.load_recordings("size").file.values[0]
+    monkeypatch.setattr("sys.argv", ["onnx_predict.py", str(file), str(first)])
+    run("onnx_predict")
+    with ajgdata.load_features("size") as features:
+        feature = features.feature.values[:1]
+    (edge_mm,) = ajgdata.load_model("size", "size", "ridge").predict(feature)
+    assert f"{edge_mm:.4g} mm, " in capsys.readouterr().out
 
 
 def test_what_the_page_on_python_shows(in_project):
