@@ -89,9 +89,9 @@ class AblationData:
 
     def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         spec = read_dataset(self.paths, dataset)
-        target = spec.tasks[task].target
+        target, classes = spec.tasks[task].target, spec.tasks[task].classes
         store = read_store(self.paths.merged(elsewhere or dataset))
-        rows = task_data(store, target, spec.targets[target].kind, "grasp_id")
+        rows = task_data(store, target, spec.targets[target].kind, "grasp_id", classes)
         return rows.where(np.argsort(rows.name))
 
     def changed(

@@ -24,7 +24,7 @@ from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison, mark_of
 from ajgdata.report.format import Caption, Score, number, sentence, with_unit
 from ajgdata.report.panel import Highlight
-from ajgdata.types import ModelName, NotPossibleError, Strict
+from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
@@ -41,20 +41,16 @@ PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a tempe
 class Settings(Strict):
     """Sorting by sound, offline: objects in random order until none is probable enough."""
 
-    objects: tuple[str, ...] = Field(min_length=2, description="values of the target")
     threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
     models: tuple[ModelName, ...] = Field(("cnn",), min_length=1, description="models that sort")
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
-    """Return the calibration of `model`, trained on the objects only, and runs of sorting them."""
+    """Return the calibration of `model`, and runs of sorting what the task is about."""
     from ajgdata.evaluate.calibration import calibrated, calibration_error, reliability
     from ajgdata.evaluate.sorting import accepted, decisions, sort_stream
 
-    every = inputs.data()
-    if missing := sorted(set(settings.objects) - set(every.value.tolist())):
-        raise NotPossibleError(f"sorting: there is no {inputs.target} {missing[0]!r}")
-    data = every.where(np.isin(every.value, settings.objects))
+    data = inputs.data()
     found = calibrated(
         data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed
     )
@@ -91,7 +87,11 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             ),
             table_of("runs", "Simulated runs", runs, **columns),
         ),
-        about={"temperatures": list(found.temperatures), "recordings": len(label)},
+        about={
+            "temperatures": list(found.temperatures),
+            "recordings": len(label),
+            "objects": found.classes.tolist(),
+        },
     )
 
 
@@ -174,7 +174,7 @@ def figure(results: TaskResults, result: Result) -> Figure:
     drawn = new_figure(
         (WIDTH_IN, 3.5),
         finding(results, result),
-        f"{results.title}: {len(settings.objects)} objects; a run stops where no class has "
+        f"{results.title}: {len(result.about['objects'])} objects; a run stops where no class has "
         f"{100 * settings.threshold:g} %",
         [results.source],
     )
@@ -221,7 +221,7 @@ def caption(results: TaskResults, result: Result) -> Caption:
     paper = f" The paper, live: {results.paper.text}." if results.paper else ""
     ended = [int(np.sum(part.sorts >= LONGEST_RUN)) for part in parts]
     return Caption(
-        f"{result.label} trained on {', '.join(settings.objects)} alone "
+        f"{result.label} trained on {', '.join(result.about['objects'])} alone "
         f"({results.source}). Left: are predictions right as often as they are sure? The "
         f"temperature is found on grasps held out of each fold's training part. Right: "
         f"{len(parts[0].sorts)} simulated runs in which held-out grasps come in random order until "
@@ -249,7 +249,7 @@ def tables(results: TaskResults) -> list[ShownTable]:
     for result in results.results:
         parts = parts_of(result)
         told = (
-            f"{result.label} on {', '.join(results.settings.objects)}: accuracy "
+            f"{result.label} on {', '.join(result.about['objects'])}: accuracy "
             f"{number(100 * parts[0].accuracy)} % of {result.about['recordings']} held-out "
             "recordings; median of runs, 5th to 95th percentile."
         )

@@ -200,7 +200,8 @@ def _decision(
     from ajgdata.report.opening import Decision
 
     model, seed = about["model"], about["seed"]
-    data = task_data(shard, about["target"], about["kind"], about["groups"])
+    columns = about["target"], about["kind"], about["groups"], about["classes"]
+    data = task_data(shard, *columns)
     row = np.flatnonzero(data.name == recording)[0]
     count = min(about["folds"], len(np.unique(data.group)))
     parts = grouped_folds(data.value, data.group, about["kind"], count, seed)

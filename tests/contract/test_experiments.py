@@ -173,13 +173,13 @@ def check_groups(name: str, task: str, lines: list[dict[str, str]]) -> None:
     value = {row["recording"]: row[settings.target] for row in table(name)}
     fold_of: dict[object, str] = {}
     seen = [line["recording"] for line in lines if line["split"] == "grouped"]
-    withheld = set(settings.withhold)
-    assert sorted(seen) == sorted(r for r in value if value[r] not in withheld)
+    wanted = settings.classes or set(value.values()) - set(settings.withhold)
+    assert sorted(seen) == sorted(r for r in value if value[r] in wanted)
     for line in lines:
         if line["split"] == "grouped":
             assert fold_of.setdefault(group[line["recording"]], line["fold"]) == line["fold"]
         if line["split"] == "withheld":
-            assert value[line["recording"]] in withheld
+            assert value[line["recording"]] in settings.withhold
     for other in settings.test_on:
         theirs = {row["recording"]: row["grasp_id"] for row in table(other)}
         for line in lines:

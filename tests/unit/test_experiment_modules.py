@@ -16,7 +16,7 @@ from ajgdata.experiments.conformal_intervals import cv_plus
 from ajgdata.experiments.sorting import LONGEST_RUN, RUNS, parts_of, spread
 from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DatasetSpec, NotPossibleError
 from ajgdata.types.table import table_of
 
 PAPER = PaperFigure(id="x", metric="m", value=80, unit="%", text="coffee loses & loses", where="w")
@@ -139,8 +139,9 @@ def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutatio
 
 
 def test_sorting_is_calibrated_and_run_many_times():
-    ask = {"objects": ["ball", "rod"], "threshold": 0.6}
-    outcome = measured("sorting", small_inputs(), "linear", **ask)
+    ask, inputs = {"threshold": 0.6}, small_inputs(classes=["ball", "rod"])
+    outcome = measured("sorting", inputs, "linear", **ask)
+    assert outcome.about["objects"] == ["ball", "rod"]
     assert outcome.about["recordings"] == 40
     assert len(outcome.about["temperatures"]) == 5
     results = task_results("sorting", {"linear": outcome}, settings=ask)
@@ -151,10 +152,10 @@ def test_sorting_is_calibrated_and_run_many_times():
         assert (part.before_mistake <= part.sorts).all()
     plain, scaled = parts_of(results.results[0])
     assert plain.accuracy == scaled.accuracy
-    with pytest.raises(ValueError, match="there is no object 'x'"):
-        measured("sorting", small_inputs(), "linear", **ask | {"objects": ["x", "rod"]})
-    with pytest.raises(ValueError, match="no probabilities"):
-        measured("sorting", small_inputs(), "svm", **ask)
+    with pytest.raises(NotPossibleError, match="classes: no recording has the object 'x'"):
+        measured("sorting", small_inputs(classes=["x", "rod"]), "linear", **ask)
+    with pytest.raises(NotPossibleError, match="no probabilities"):
+        measured("sorting", inputs, "svm", **ask)
 
 
 SCALED_SORTS = np.arange(101) // 4
@@ -177,10 +178,10 @@ def sorting_results(scaled_sorts=SCALED_SORTS, temperatures=(2.0,), paper=None):
             table_of("reliability", "r", bins, part="p", confidence="c", accuracy="a"),
             table_of("runs", "r", runs, part="p", sorts="s", before_mistake="b"),
         ),
-        about={"temperatures": list(temperatures), "recordings": 80},
+        about={"temperatures": list(temperatures), "recordings": 80, "objects": ["lock", "screw"]},
     )
     return task_results(
-        "sorting", {"cnn": outcome}, settings={"objects": ["lock", "screw"]},
+        "sorting", {"cnn": outcome},
         papers={"sorting": PAPER.model_copy(update={"value": paper, "unit": "sorts"})},
     )  # fmt: skip
 
@@ -436,7 +437,7 @@ def test_what_cannot_be_measured_is_refused_with_task_and_reason(experiments, sa
 
 
 def test_what_is_for_classes_is_refused_for_numbers():
-    number = spec(target="y", experiments={"sorting": {"objects": ["a", "b"]}})
+    number = spec(target="y", experiments={"sorting": {}})
     with pytest.raises(ValueError, match=r"experiments\.sorting is for classification, not reg"):
         asked_of(number, "t")
 

@@ -175,7 +175,7 @@ def project(tmp_path, monkeypatch):
     write_bytes(paths.audio_manifest("d", "s"), json_bytes(manifest))
     split = {
         "target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
-        "folds": 5, "withhold": [], "period_deg": None,
+        "classes": [], "folds": 5, "withhold": [], "period_deg": None,
     }  # fmt: skip
     run_experiment(
         paths.merged("d"), kind="cross_validation-linear", dataset="d", task="t", settings={},

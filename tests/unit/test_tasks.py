@@ -22,6 +22,18 @@ def test_what_is_for_numbers_is_refused_for_classes(key):
         spec("classification", **key)
 
 
+def test_a_task_may_be_about_some_of_the_classes():
+    task = spec("classification", classes=["a", "b"])
+    assert task.task_settings("t")["classes"] == task.training("t")["classes"] == ["a", "b"]
+    assert spec("classification").training("t")["classes"] == []
+    with pytest.raises(ValidationError, match="task t: classes are those of a class"):
+        spec("regression", classes=["a", "b"])
+    with pytest.raises(ValidationError, match="name at least two, or none for all"):
+        spec("classification", classes=["a"])
+    with pytest.raises(ValidationError, match="classes lists one twice"):
+        spec("classification", classes=["a", "b", "a"])
+
+
 def test_a_final_model_knows_the_period_and_not_what_was_withheld():
     training = spec("regression", withhold=[1], period_deg=180).training("t")
     assert training["period_deg"] == 180

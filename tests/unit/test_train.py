@@ -117,3 +117,28 @@ def test_without_a_run_there_is_no_model(tmp_path):
     Paths(tmp_path).datasets.mkdir()
     with pytest.raises(DataError, match="no such file"):
         ajgdata.load_model("d", "t", project=tmp_path)
+
+
+def test_a_model_of_some_classes_knows_no_others(store):
+    shard = read_store(store)
+    kinds = np.repeat(["a", "b", "c", "c"], 6)
+    columns = {**shard.columns, "kind": text_column(kinds)}
+    write_store(store, Shard(shard.feature, shard.frequency_hz, columns, shard.attrs), {})
+    about = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
+    for name, classes in (("all", []), ("two", ["c", "a"])):
+        train_model(store, **about, classes=classes, model="linear", seed=0,
+                    folder=store.parent / name)  # fmt: skip
+    every, told = read_model(store.parent / "all")
+    assert (every.classes_.tolist(), told["recordings"]) == (["a", "b", "c"], 24)
+    two, told = read_model(store.parent / "two")
+    assert two.classes_.tolist() == told["classes"] == ["a", "c"]
+    assert told["recordings"] == 18
+    fitted = make_model("linear", "classification").fit(shard.feature[kinds != "b"],
+                                                        kinds[kinds != "b"])  # fmt: skip
+    np.testing.assert_array_equal(
+        two.predict_proba(shard.feature), fitted.predict_proba(shard.feature)
+    )
+    train_model(store, **about, classes=["a", "d"], model="linear", seed=0,
+                folder=store.parent / "none")  # fmt: skip
+    with pytest.raises(DataError, match="classes: no recording has the kind 'd'"):
+        read_model(store.parent / "none")

@@ -19,7 +19,7 @@ TASK = {
         "permutation_test": {"permutations": 5},
         "cross_gripper": {"test_on": ["copy"], "grasps": [0, 1], "models": ["knn"]},
         "stft_settings": {"settings": [{"hop": 2048}, {"window": 512}], "models": ["knn"]},
-        "sorting": {"objects": ["high", "low"], "models": ["linear"]},
+        "sorting": {"models": ["linear"]},
         "excitation": {},  # skipped: these recordings were not simulated
     },
 }
