@@ -181,7 +181,7 @@ def _decision(state: RunState, event: Event) -> dict[str, Any]:
     about: dict[str, Any] = {"action": told["action"], "bin": told.get("bin") or ""}
     if sure is not None:
         about["probability"] = sure
-    if told.get("value") is not None:
+    if told.get("value"):
         about["value"] = told["value"]
     if told["action"] == "ask":
         about["asked"] = True
@@ -213,7 +213,11 @@ def _truth(state: RunState, event: Event) -> dict[str, Any]:
         dataclasses.replace(one, truth=truth) if one.number == number else one
         for one in state.grasps
     )
-    return _counted_again(state, corrected)
+    counted = _counted_again(state, corrected)
+    placed = [one for one in corrected if one.placed]
+    if placed and placed[-1].number == number and placed[-1].value != truth:
+        counted["in_a_row"] = 0
+    return counted
 
 
 def _reference(state: RunState, event: Event) -> dict[str, Any]:

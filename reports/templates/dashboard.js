@@ -77,7 +77,7 @@
     if (needed !== null && p < needed)
       return ["unsure", "?", "not sure",
         `best: ${words(best)} ${percent(p)}, needed ${percent(needed)}${then}`];
-    return ["sure", "✓", words(decision?.value ?? best), `${percent(p)} sure${then}`];
+    return ["sure", "✓", words(decision?.value || best), `${percent(p)} sure${then}`];
   }
   const ACTIONS = {
     again: "grasps it again", ask: "asks you", reject: "not sorted", stop: "stops",
@@ -94,7 +94,7 @@
   function showVerdict(state) {
     const [look, mark, said, more] = judged(state);
     byId("verdict").className = `verdict ${look}`;
-    byId("said").parentElement.classList.toggle("long", said.length > 11);
+    byId("said").parentElement.classList.toggle("long", said.length > 8);
     write("mark", mark);
     write("said", said);
     write("more", more);
@@ -113,6 +113,7 @@
     const rows = filled(list, names.length, () => element("li", "", element("span", "name"),
       element("span", "track", element("i")), element("span", "percent")));
     list.classList.toggle("crowded", names.length > 8);
+    document.body.classList.toggle("many", names.length > 8);
     list.style.setProperty("--at", needed === null ? "-9rem" : `${100 * needed}%`);
     rows.forEach((row, i) => {
       const p = given[names[i]] ?? 0, first = p === best && p > 0;
@@ -123,7 +124,7 @@
       row.children[0].textContent = words(names[i]);
       row.children[0].title = words(names[i]);
       row.children[1].firstChild.style.width = `${100 * p}%`;
-      row.children[2].textContent = `${enough ? "✓ " : ""}${percent(p)}`;
+      row.children[2].textContent = state.prediction ? `${enough ? "✓ " : ""}${percent(p)}` : "—";
     });
     list.dataset.threshold = needed ?? "";
     write("needed", needed === null || !names.length ? "" : `dashed line: ${percent(needed)} is enough`);
@@ -150,6 +151,7 @@
     write("sound-said", said);
     write("mean-key", `mean of ${words(named ?? "")}, ${state.spectra_of === "training" ? "training" : "this run"}`);
     byId("mean-key").hidden = !mean;
+    byId("take-key").hidden = !take;
     picture.setAttribute("aria-label", `Spectrum of the last take and of the classes: ${said}`);
     picture.replaceChildren();
     if (!take && !classes.size) return;
@@ -197,7 +199,9 @@
       `${ratio.toFixed(2)} of the alarm${ratio > 1 ? " ⚠" : ""}`);
   }
 
-  function fate(grasp) {
+  function fate(grasp, last) {
+    if (grasp.action === "wait") return ["open", "∅", "nothing held"];
+    if (!grasp.outcome && !last) return ["open", "–", "not sorted"];
     if (!grasp.outcome) return ["open", "…", grasp.action === "again" ? "grasped again" : "in the gripper"];
     if (grasp.outcome === "unsure") return ["open", "?", "not sorted by itself"];
     if (!grasp.truth) return ["", "●", "sorted, truth unknown"];
@@ -208,7 +212,7 @@
     const items = filled(byId("grasps"), state.grasps.length, made);
     items.forEach((item, i) => {
       const grasp = state.grasps[i], button = item.firstChild;
-      const [look, mark, told] = fate(grasp);
+      const [look, mark, told] = fate(grasp, i === state.grasps.length - 1 && !state.stopped);
       const what = grasp.value === null ? "" : value(grasp.value, state.plan.unit);
       const sure = grasp.probability === null ? "" : percent(grasp.probability);
       button.type = "button";

@@ -80,6 +80,14 @@ def test_a_correction_moves_a_sort_from_one_cell_to_another():
     assert folded(back.events).confusion == before.confusion
 
 
+def test_a_row_ends_when_its_last_sort_was_wrong():
+    story = Story().start().sort(1, "marker").sort(2, "screw")
+    assert folded(story.say("truth", number=1, object="padlock").events).in_a_row == 2
+    assert folded(story.say("truth", number=2, object="screw").events).in_a_row == 2
+    state = folded(story.say("truth", number=2, object="padlock").events)
+    assert (state.in_a_row, state.longest) == (0, 2)
+
+
 def test_an_object_that_is_no_class_is_among_the_others():
     state = folded(Story().start().sort(1, "marker", "banana").events)
     assert state.confusion == {OTHERS: {"marker": 1}}

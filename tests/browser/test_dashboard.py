@@ -1,0 +1,380 @@
+"""The page of a run as a browser shows it: what it says, its buttons and keys, at four widths."""
+
+import time
+from pathlib import Path
+
+import pytest
+from live_events import CLASSES, Story, run
+from test_pages import AXE, BEYOND, RULES, WIDTHS, assert_none
+
+from ajgdata.live.control import Control, Mode
+from ajgdata.live.dashboard import dashboard
+from ajgdata.live.run_state import UNSURE
+
+pytestmark = pytest.mark.browser
+
+ROOT = Path(__file__).resolve().parents[2]
+LOG = ROOT / "docs/examples/sorting.jsonl"
+#: Set it to write docs/images.
+WRITE = "AJGDATA_SCREENSHOTS"
+TEXTS = """
+return Object.fromEntries([...document.querySelectorAll('[id]')]
+  .filter(e => e.checkVisibility()).map(e => [e.id, e.textContent.replace(/\\s+/g, ' ').trim()]))
+"""
+BARS = """
+return [...document.querySelectorAll('#bars li')].map(row => {
+  const track = row.querySelector('.track').getBoundingClientRect();
+  const fill = row.querySelector('i').getBoundingClientRect();
+  return {name: row.dataset.class, told: row.querySelector('.percent').textContent,
+          share: fill.width / track.width, best: row.classList.contains('best'),
+          enough: row.classList.contains('enough')}})
+"""
+THRESHOLD = """
+const track = document.querySelector('#bars .track');
+const line = getComputedStyle(track, '::after');
+return parseFloat(line.left) / track.clientWidth
+"""
+DRAWN = "return document.querySelector('main').innerText"
+PATHS = """
+return ['take', 'mean', 'other'].map(c => document.querySelectorAll(`#spectrum path.${c}`).length)
+"""
+
+
+class Shown:
+    """A run on a page: `tell` waits until it is shown."""
+
+    def __init__(self, browser, served, control):
+        self.browser, self.served, self.control = browser, served, control
+        self.n = -1
+
+    def open(self, *, watching=False):
+        self.browser.open(self.served.watching if watching else self.served.address)
+        self.wait("return document.body.dataset.mode !== ''")
+        return self
+
+    def tell(self, events):
+        for event in events:
+            self.served.feed.tell(event)
+            self.n = event["n"]
+        self.wait(f"return Number(document.body.dataset.n) === {self.n}")
+        return self
+
+    def wait(self, script, seconds=10.0):
+        end = time.monotonic() + seconds
+        while not (found := self.browser.run(script)):
+            assert time.monotonic() < end, f"never came true: {script}"
+            time.sleep(0.01)
+        return found
+
+    def texts(self):
+        return self.browser.run(TEXTS)
+
+    def key(self, key):
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        ActionChains(self.browser.driver).send_keys(key).perform()
+
+    def focused(self):
+        return self.browser.run(
+            "return document.activeElement.id || document.activeElement.tagName"
+        )
+
+
+@pytest.fixture
+def control():
+    return Control()
+
+
+@pytest.fixture
+def corrections():
+    return []
+
+
+@pytest.fixture
+def shown(browser, control, corrections):
+    browser.scripts(on=True)
+    browser.medium()
+    browser.window(1300)
+    browser.complaints()
+    browser.traffic()
+
+    def correct(number, truth):
+        corrections.append((number, truth))
+
+    with dashboard(control, correct=correct) as served:
+        yield Shown(browser, served, control).open()
+        browser.driver.get("about:blank")
+
+
+def one(probability, verdict="known", **decision):
+    story = Story().start().say("grasp", number=1, object="").hear(probability, verdict=verdict)
+    if decision:
+        story.say("decision", probability=probability, looks=1, reason="", **decision)
+    return story.events
+
+
+SURE = {"marker": 0.1, "padlock": 0.05, "screw": 0.75, "strawberry": 0.1}
+DOUBT = {"marker": 0.45, "padlock": 0.3, "screw": 0.15, "strawberry": 0.1}
+
+
+def test_probabilities_and_threshold_stand_on_the_page(shown):
+    shown.tell(one(SURE, action="place", value="screw", bin="B"))
+    bars = shown.browser.run(BARS)
+    assert [bar["name"] for bar in bars] == CLASSES
+    assert [bar["told"] for bar in bars] == ["10 %", "5 %", "✓ 75 %", "10 %"]
+    # Half a pixel of a track of some 500.
+    assert [bar["share"] for bar in bars] == pytest.approx(list(SURE.values()), abs=2e-3)
+    assert shown.browser.run(THRESHOLD) == pytest.approx(0.6, abs=2e-3)
+    assert [(bar["best"], bar["enough"]) for bar in bars] == [
+        (False, False), (False, False), (True, True), (False, False),
+    ]  # fmt: skip
+    texts = shown.texts()
+    assert (texts["said"], texts["more"]) == ("screw", "75 % sure → bin B")
+    assert texts["title"] == "ycb/sorting" and texts["source"] == "simulated"
+
+
+@pytest.mark.parametrize(
+    ("events", "mark", "said", "more"),
+    [
+        (one(DOUBT, action="again", value="marker", bin=""), "?", "not sure",
+         "best: marker 45 %, needed 60 % · grasps it again"),
+        (one(DOUBT, verdict="nothing"), "∅", "nothing held", "empty gripper"),
+        (one(SURE, verdict="unknown", action="reject", value="", bin="R"), "!",
+         "unlike anything learnt", "not sorted → bin R"),
+        (Story().start().say("paused", reason="a person").events, "❚❚", "paused", "a person"),
+        (Story().start().say("stopped", reason="no class is sure", held="screw", sorts=0,
+                             seconds=1.0).events, "■", "stopped", "It still holds: screw."),
+    ],
+)  # fmt: skip
+def test_a_verdict_is_a_mark_and_words_and_is_spoken(shown, events, mark, said, more):
+    shown.tell(events)
+    texts = shown.texts()
+    assert (texts["mark"], texts["said"]) == (mark, said) and more in texts["more"]
+    live = "return document.getElementById('said').closest('[aria-live]').ariaLive"
+    assert shown.browser.run(live) == "polite"
+    assert not any(bar["enough"] for bar in shown.browser.run(BARS))
+
+
+def test_grasps_bins_and_truth_are_counted(shown):
+    events = run()
+    shown.tell(events)
+    state = shown.served.feed.state
+    tiles = "return [...document.querySelectorAll('#grasps button')].map(b => b.ariaLabel)"
+    labels = shown.browser.run(tiles)
+    assert len(labels) == 12
+    assert labels[0] == "Grasp 1: padlock 90 %, right"
+    assert labels[2] == "Grasp 3: strawberry 90 %, sorted, truth unknown"
+    assert labels[4] == "Grasp 5: screw 90 %, wrong, it was padlock"
+    assert labels[11] == "Grasp 12: marker 90 %, in the gripper"
+    bins = """return [...document.querySelectorAll('#bins li')].map(
+      row => [row.dataset.bin, row.lastChild.innerText])"""
+    assert dict(shown.browser.run(bins)) == {k: str(v) for k, v in state.bins.items()}
+    cells = """return [...document.querySelectorAll('#truths tr')].map(
+      row => [...row.cells].map(cell => cell.innerText))"""
+    heads = [name for name in CLASSES if name in state.confusion]
+    expected = [
+        [truth, *(str(state.confusion[truth].get(name, "·")) for name in heads)]
+        for truth in sorted(state.confusion)
+    ]
+    assert shown.browser.run(cells) == expected
+    texts = shown.texts()
+    known = [v for row in state.confusion.values() for v in row.values()]
+    right = sum(row.get(truth, 0) for truth, row in state.confusion.items())
+    assert texts["right"] == f"{right} of {sum(known)}"
+    assert (texts["row"], texts["sorts"]) == ("11", "11")
+    assert shown.browser.run(PATHS) == [1, 1, len(state.spectra) - 1]
+    assert UNSURE not in texts["decided"]
+
+
+def test_a_page_opened_in_mid_run_shows_the_same(shown):
+    events = run()
+    shown.tell(events[:30])
+    before = shown.browser.run(DRAWN)
+    shown.open()
+    shown.wait("return document.body.dataset.n !== undefined")
+    assert shown.browser.run(DRAWN) == before
+    shown.tell(events[30:])
+    assert shown.browser.run(DRAWN) != before
+
+
+def test_buttons_pause_go_on_and_stop(shown, control):
+    from selenium.webdriver.common.by import By
+
+    shown.tell(run())
+    go, stop = (shown.browser.driver.find_element(By.ID, name) for name in ("go", "halt"))
+    for mode, label in ((Mode.PAUSED, "▶ Go on"), (Mode.RUNNING, "❚❚ Pause")):
+        go.click()
+        shown.wait(f"return document.body.dataset.mode === '{mode}'")
+        assert control.mode is mode
+        assert shown.texts()["go-label"] == label
+    stop.click()
+    shown.wait("return document.body.dataset.mode === 'stopped'")
+    assert control.mode is Mode.STOPPED
+    assert not go.is_enabled() and not stop.is_enabled()
+
+
+def test_keys_do_what_the_buttons_say(shown, control):
+    from selenium.webdriver.common.keys import Keys
+
+    shown.tell(run())
+    texts = shown.texts()
+    assert "Space" in texts["go"] and "Esc" in texts["halt"]
+    shown.key(" ")
+    shown.wait("return document.body.dataset.mode === 'paused'")
+    shown.key(" ")
+    shown.wait("return document.body.dataset.mode === 'running'")
+    reached = []
+    for _ in range(4):
+        shown.key(Keys.TAB)
+        reached.append(shown.focused())
+    assert reached[:2] == ["go", "halt"] and "BUTTON" in reached  # a grasp
+    outline = "return getComputedStyle(document.activeElement).outlineStyle"
+    assert shown.browser.run(outline) == "solid"
+    shown.key(" ")  # presses the grasp that has the focus, and nothing else
+    assert control.mode is Mode.RUNNING
+    shown.key(Keys.ESCAPE)
+    shown.wait("return document.body.dataset.mode === 'stopped'")
+    assert control.mode is Mode.STOPPED
+
+
+def test_a_sort_is_corrected(shown, corrections):
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.ui import Select
+
+    shown.tell(run())
+    find = shown.browser.driver.find_element
+    assert shown.texts()["correct-label"] == "Grasp 11, strawberry, was"
+    find(By.CSS_SELECTOR, "[data-number='5']").click()
+    assert shown.texts()["correct-label"] == "Grasp 5, screw, was"
+    Select(find(By.ID, "truth")).select_by_visible_text("marker")
+    find(By.CSS_SELECTOR, "#correction button").click()
+    shown.wait("return document.getElementById('corrected').textContent !== ''")
+    assert corrections == [(5, "marker")]
+
+
+def test_without_the_token_one_watches(shown, control):
+    shown.open(watching=True)
+    shown.tell(run())
+    texts = shown.texts()
+    assert texts["notice"].startswith("Watching only")
+    assert "correction" not in texts
+    enabled = "return [...document.querySelectorAll('.controls button')].filter(b => !b.disabled)"
+    assert shown.browser.run(enabled) == []
+    from selenium.webdriver.common.keys import Keys
+
+    shown.key(Keys.ESCAPE)
+    shown.key(" ")
+    shown.tell([{**run()[-1], "n": 1000, "event": "step", "step": "lift"}])
+    assert control.mode is Mode.RUNNING
+
+
+def test_a_stop_that_does_not_arrive_is_said(shown, control):
+    from selenium.webdriver.common.keys import Keys
+
+    shown.tell(run())
+    shown.browser.open(shown.served.watching + "#another-run")
+    shown.wait("return document.body.dataset.n !== undefined")
+    shown.key(Keys.ESCAPE)
+    notice = shown.wait("return !notice.hidden && notice.textContent")
+    assert "stop was not done" in notice and "Ctrl-C" in notice
+    assert control.mode is Mode.RUNNING
+    assert [line for line in shown.browser.complaints() if "403" not in line] == []
+
+
+def test_a_lost_connection_is_said_and_comes_back(browser, control):
+    browser.window(1300)
+    with dashboard(control) as served:
+        port = int(served.watching.rsplit(":", 1)[1].strip("/"))
+        page = Shown(browser, served, control).open().tell(run())
+    page.wait("return document.body.dataset.connection === 'lost'")
+    texts = page.texts()
+    assert texts["connection"] == "connection lost" and "Ctrl-C" in texts["notice"]
+    with dashboard(control, port=port) as again:
+        page.served = again
+        for event in run():
+            again.feed.tell(event)
+        page.wait("return document.body.dataset.connection === 'live'", seconds=20)
+        assert "notice" not in page.texts()
+        again.feed.tell({**run()[-1], "event": "stopped", "reason": "done", "held": ""})
+    page.wait("return document.body.dataset.connection === 'ended'")
+    assert page.texts()["connection"] == "the run has ended"
+    browser.driver.get("about:blank")
+    browser.complaints()
+
+
+def test_names_are_text_wherever_they_stand(shown):
+    evil = "<img src=x onerror=document.title='evil'>"
+    classes = [evil, "screw"]
+    story = Story().start(dataset=evil, classes=classes, bins={evil: evil, "screw": "B"})
+    story.say("grasp", number=1, object=evil)
+    probability = {evil: 0.9, "screw": 0.1}
+    story.hear(probability)
+    about = {"action": "place", "value": evil, "bin": evil, "looks": 1, "reason": evil}
+    story.say("decision", probability=probability, **about)
+    story.say("placed", value=evil, bin=evil, object=evil, in_a_row=1).say("problem", text=evil)
+    story.say("drift", text=evil, ratio=2.0)
+    story.say("stopped", reason=evil, held=evil, sorts=1, seconds=1.0)
+    shown.tell(story.events)
+    assert shown.browser.run("return document.images.length") == 0
+    assert shown.browser.run("return document.title") != "evil"
+    assert evil in shown.browser.run(DRAWN)
+
+
+def test_nothing_is_asked_of_elsewhere_and_the_console_is_silent(shown):
+    shown.tell(run())
+    shown.open()
+    asked, failed = shown.browser.traffic()
+    assert any(address.endswith("/events") for address in asked)
+    foreign = [a for a in asked if not a.startswith((shown.served.watching, "about:"))]
+    assert (foreign, failed, shown.browser.complaints()) == ([], [], [])
+    blocked = """
+    const done = arguments[0];
+    fetch('http://127.0.0.1:9/').then(() => done('sent'), () => done('refused'))
+    """
+    assert shown.browser.driver.execute_async_script(blocked) == "refused"
+    told = " ".join(shown.browser.complaints())
+    assert "Content Security Policy" in told and "connect-src" in told
+
+
+@pytest.mark.parametrize("many", [False, True], ids=["four", "forty"])
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_page_is_never_wider_than_the_window(shown, width, many):
+    events = run()
+    if many:
+        classes = [f"class_number_{i:02d}_with_a_long_name" for i in range(40)]
+        story = Story().start(classes=classes, bins=dict.fromkeys(classes, "A" * 60))
+        for number, name in enumerate(classes, start=1):
+            story.say("grasp", number=number, object=name).hear(dict.fromkeys(classes, 0.025))
+            story.say("placed", value=name, bin="A" * 60, object=classes[-number], in_a_row=1)
+        events = story.say("problem", text="x" * 300).events
+    shown.browser.window(width)
+    shown.tell(events)
+    wide = shown.browser.run("return document.documentElement.scrollWidth")
+    assert (wide, shown.browser.run(BEYOND)) == (width, [])
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [360, 1300])
+def test_axe_finds_nothing(shown, axe, width, dark):
+    shown.browser.window(width)
+    shown.browser.medium(dark=dark)
+    wrong = {}
+    stopped = Story().start().say("problem", text="a cable").say("drift", text="colder", ratio=2.0)
+    stopped.say("stopped", reason="done", held="screw", sorts=0, seconds=1.0)
+    states = {"running": run(), "in doubt": one(DOUBT), "unknown": one(SURE, verdict="unknown"),
+              "stopped": stopped.events}  # fmt: skip
+    for name, events in states.items():
+        shown.tell(events)
+        shown.browser.run(axe)
+        wrong[name] = shown.browser.driver.execute_async_script(AXE, RULES)
+    assert_none(wrong)
+
+
+def test_marks_tell_right_from_wrong_without_colour(shown):
+    """What is right, wrong and open differs in its mark, and the shape of its edge."""
+    shown.tell(run())
+    looks = """return [...document.querySelectorAll('#grasps button')].map(
+      b => [b.querySelector('b').innerText, getComputedStyle(b).borderTopStyle])"""
+    assert {tuple(look) for look in shown.browser.run(looks)} == {
+        ("✓", "solid"), ("✗", "dashed"), ("●", "solid"), ("…", "dotted"),
+    }  # fmt: skip
