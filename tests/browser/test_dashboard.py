@@ -14,7 +14,6 @@ from ajgdata.live.run_state import UNSURE
 pytestmark = pytest.mark.browser
 
 ROOT = Path(__file__).resolve().parents[2]
-LOG = ROOT / "docs/examples/sorting.jsonl"
 #: Set it to write docs/images.
 WRITE = "AJGDATA_SCREENSHOTS"
 TEXTS = """
