@@ -11,7 +11,13 @@ import numpy as np
 
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.scene import derive_seed
-from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, Recipe, RecipeObject
+from ajgdata.types import (
+    DEFAULT_EXCITATION,
+    ExcitationSpec,
+    NotPossibleError,
+    Recipe,
+    RecipeObject,
+)
 from ajgdata.types.recipe import EMPTY
 
 #: Stands for the session of grasps that belong to none.
@@ -84,7 +90,7 @@ def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, c
 
     `number` counts placements from 1; what `vary` draws is drawn for each, from a seed of the
     session "new", which no recipe makes. `look` counts the grasps of one placement, from 1: each
-    has nuisances and noise of its own. Raises ValueError as `new_setup` does.
+    has nuisances and noise of its own. Raises NotPossibleError as `new_setup` does.
     """
     seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, NEW, name, number)
     again = seed if look == 1 else derive_seed(seed, "look", look)
@@ -105,15 +111,15 @@ def new_setup(recipe: Recipe, name: str, pose_seed: int, seed: int) -> dict[str,
     """Return the setup of a grasp of the object `name`, or of nothing (""), in the pose that
     `pose_seed` draws, with the nuisances of `seed`.
 
-    Raises ValueError for an object that the recipe lacks, and for a recipe of variants, whose
+    Raises NotPossibleError for an object that the recipe lacks, and for a recipe of variants, whose
     scenes differ.
     """
     if recipe.variants:
-        raise ValueError("it needs a recipe without variants: new grasps are of one scene")
+        raise NotPossibleError("it needs a recipe without variants: new grasps are of one scene")
     held = next((one for one in recipe.objects if one.name == name), None)
     if name and held is None:
         known = ", ".join(one.name for one in recipe.objects)
-        raise ValueError(f"the recipe has no object {name!r}: it has {known}")
+        raise NotPossibleError(f"the recipe has no object {name!r}: it has {known}")
     grasp = {**_grasp_settings(recipe.scene, recipe, held, pose_seed), "seed": seed}
     return {**recipe.scene, "object": held.shape if held else None, "grasp": grasp}
 

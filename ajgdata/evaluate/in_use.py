@@ -114,20 +114,43 @@ def calibration(
 def _temperature(
     features: np.ndarray, y: np.ndarray, groups: np.ndarray, model: str, folds: int, seed: int
 ) -> float:
-    """Return the temperature of out-of-fold probabilities, those of all folds together.
+    held_out = held_out_probability(features, y, groups, model=model, folds=folds, seed=seed)
+    return temperature_in_use(held_out, np.unique(y, return_inverse=True)[1], groups)
+
+
+def held_out_probability(
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    *,
+    model: str,
+    folds: int,
+    seed: int,
+) -> np.ndarray:
+    """Return probabilities (n, n_classes) of classes `y` (n,), each by a `model` that was trained
+    on the other folds of `groups` (n,).
+
+    Raises ValueError for folds that cannot be made, NotPossibleError for a model without
+    probabilities.
+    """
+    if not hasattr(make_model(model, "classification", seed), "predict_proba"):
+        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
+    probability = np.empty((len(y), len(np.unique(y))))
+    for train, test in grouped_folds(y, groups, "classification", folds, seed):
+        fitted: Any = make_model(model, "classification", seed).fit(features[train], y[train])
+        probability[test] = fitted.predict_proba(features[test])
+    return probability
+
+
+def temperature_in_use(held_out: np.ndarray, label: np.ndarray, groups: np.ndarray) -> float:
+    """Return the temperature of held-out probabilities (n, n_classes) of class numbers `label`
+    (n,), those of all folds together.
 
     One more group, of which nothing is known, counts as any class: without it, where all held-out
     grasps are told apart, the sharper the better, without end (after Platt 1999).
     """
-    classes, label = np.unique(y, return_inverse=True)
-    if not hasattr(make_model(model, "classification", seed), "predict_proba"):
-        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
-    log_p = np.empty((len(y), len(classes)))
-    for train, test in grouped_folds(y, groups, "classification", folds, seed):
-        fitted: Any = make_model(model, "classification", seed).fit(features[train], y[train])
-        log_p[test] = np.log(np.maximum(fitted.predict_proba(features[test]), TINIEST))
-    doubt = 1 / (len(np.unique(groups)) + 1)
-    return temperature(log_softmax(log_p, axis=1), label, doubt)
+    log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
+    return temperature(log_p, label, doubt=1 / (len(np.unique(groups)) + 1))
 
 
 def _half_width(

@@ -59,7 +59,7 @@ class NewGrasps(Protocol):
 
         Each is wanted by the name of the object, the number of the placement, and that of the look
         at it, both from 1: looks at one placement differ as grasps of one pose do. Raises
-        ValueError for a data set that was not simulated, and an object that its recipe lacks.
+        NotPossibleError for a data set that was not simulated, and an object that its recipe lacks.
         """
         ...
 

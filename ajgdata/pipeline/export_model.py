@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -9,11 +10,10 @@ from typing import Any, Literal
 from ajgdata.export.description import Exported, describe
 from ajgdata.export.layers import CannotExportError
 from ajgdata.export.numpy_file import numpy_bytes, program_bytes
-from ajgdata.loading import read_predictor
+from ajgdata.loading import read_model
 from ajgdata.paths import EXPORT_PROGRAM, Paths
 from ajgdata.store.files import write_bytes
-from ajgdata.store.models import read_about
-from ajgdata.types import DataError
+from ajgdata.types import AudioSettings, DataError, FeatureSettings
 
 Format = Literal["onnx", "numpy"]
 
@@ -42,34 +42,30 @@ def exported_model(paths: Paths, dataset: str, task: str, model: str) -> Exporte
     place = paths.model(dataset, task, model)
     if not place.is_dir():
         raise DataError(place, "there is no such trained model", "correct the name or `snakemake`")
-    about, predictor = read_about(place), read_predictor(place, dataset, task)
-    guard = predictor.guard
+    estimator, about = read_model(place)
+    audio, features = settings_of(about)
     try:
         return describe(
-            predictor.estimator,
+            estimator,
             names=(dataset, task, model),
-            kind=predictor.kind,
-            unit=predictor.unit,
+            kind=about["kind"],
+            unit=about["unit"],
             period=about["period"],
-            audio=predictor.audio,
-            features=predictor.features,
-            calibration=predictor.calibration.plain(),
-            guard={
-                "grasps": guard.grasps,
-                "references": guard.points(guard.references),
-                "mean": guard.mean,
-                "std": guard.std,
-                "scale": guard.scale,
-            },
-            provenance=provenance(about),
+            audio=audio,
+            features=features,
+            calibration=about.get("calibration") or {},
+            guard=None,
+            provenance=about["provenance"] | {"seed": about["seed"], "target": about["target"]},
         )
     except CannotExportError as error:
         raise DataError(place, str(error), "choose another model, or other features") from None
 
 
-def provenance(about: Mapping[str, Any]) -> dict[str, Any]:
-    """Return where a trained model comes from: data, code, seed."""
-    return about["provenance"] | {key: about[key] for key in ("seed", "target", "recordings")}
+def settings_of(about: Mapping[str, Any]) -> tuple[AudioSettings, FeatureSettings]:
+    """Return how a model's recordings were read and made into features."""
+    said = json.loads(about["provenance"]["settings"])
+    audio = AudioSettings.model_validate(said["audio"])
+    return audio, FeatureSettings.model_validate(said["features"])
 
 
 def _onnx_bytes(exported: Exported) -> bytes:

@@ -63,7 +63,7 @@ def new_grasps_of(paths: Paths, dataset: str) -> NewGrasps:
 
     def sensed(wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
         if recipe is None or recipe.source != "virtual":
-            raise ValueError(f"it needs a virtual data set: {dataset} was not simulated")
+            raise NotPossibleError(f"it needs a virtual data set: {dataset} was not simulated")
         code, source = code_digest("ajgdata.gripper"), None
         for one in wanted:
             grasp = new_grasp(recipe, dataset, *one, code)
@@ -71,6 +71,6 @@ def new_grasps_of(paths: Paths, dataset: str) -> NewGrasps:
             try:
                 yield source.take(grasp, 0).samples
             except GraspError as error:
-                raise ValueError(f"a new grasp cannot be made: {error}") from None
+                raise NotPossibleError(f"a new grasp cannot be made: {error}") from None
 
     return sensed

@@ -247,7 +247,7 @@ def test_objects_that_are_grasped_anew_are_of_the_recipe():
     (asked,) = (one for one in RENDERS if one.experiment.name == "live_sorting")
     spec = SPECS[asked.dataset]
     assert spec.tasks[asked.task].target == "object" and not spec.recipe.variants
-    assert set(asked.settings.objects) <= {one.name for one in spec.recipe.objects}
+    assert set(spec.tasks[asked.task].classes) <= {one.name for one in spec.recipe.objects}
 
 
 def test_every_experiment_is_looked_at_here():

@@ -17,7 +17,7 @@ from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.features import Shard, text_column
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import AudioSettings, FeatureSettings, Recipe
+from ajgdata.types import AudioSettings, FeatureSettings, NotPossibleError, Recipe
 
 AUDIO, RATE = AudioSettings(), 44_100
 OBJECTS = ("cube_12", "cube_28")
@@ -50,10 +50,10 @@ def test_new_grasps_are_new_and_looks_share_a_pose():
         assert all(low <= pose["angle_deg"] <= 10 for pose in poses) and high <= 10
     assert Scene.model_validate(first.setup).object.edge_mm == 12
     assert new_grasp(recipe, "d", "cube_12", 1, 1, "code") == first
-    with pytest.raises(ValueError, match=r"has no object 'ball': it has cube_12, cube_28"):
+    with pytest.raises(NotPossibleError, match=r"has no object 'ball': it has cube_12, cube_28"):
         new_grasp(recipe, "d", "ball", 1, 1, "code")
     variants = Recipe.model_validate(RECIPE | {"variants": {"coffee": {}}})
-    with pytest.raises(ValueError, match="without variants"):
+    with pytest.raises(NotPossibleError, match="without variants"):
         new_grasp(variants, "d", "cube_12", 1, 1, "code")
 
 
@@ -90,9 +90,9 @@ def test_looks_differ_as_grasps_do_and_are_made_alike_again(project, solved):
 
 
 def test_new_grasps_need_a_simulated_data_set(project):
-    with pytest.raises(ValueError, match="needs a virtual data set: d was not simulated"):
+    with pytest.raises(NotPossibleError, match="needs a virtual data set: d was not simulated"):
         list(new_grasps_of(project.paths, "d")([("box", 1, 1)]))
-    with pytest.raises(ValueError, match="needs a virtual data set"):
+    with pytest.raises(NotPossibleError, match="needs a virtual data set"):
         measured("live_sorting", small_inputs(), "linear")
 
 
@@ -191,13 +191,13 @@ def check_shown(results, expected: list[int]) -> None:
 
 def test_training_on_fewer_grasps_holds_what_still_fewer_are_trained_on():
     data = small_inputs().data()
-    every, some = (trained(data, "linear", 5, 0, size) for size in (None, 4))
+    every, some = (trained(data, "linear", 0, size) for size in (None, 4))
     assert (every.grasps, some.grasps) == (10, 4)
     assert len(every.label) == 60 and len(some.label) == 24
     np.testing.assert_allclose(some.held_out.sum(axis=1), 1)
     plain, scaled = some.probabilities(data.feature[:5])
     np.testing.assert_array_equal(plain.argmax(axis=1), scaled.argmax(axis=1))
-    with pytest.raises(ValueError, match="ball has 10 grasps, not 11: lower grasps"):
-        trained(data, "linear", 5, 0, 11)
-    with pytest.raises(ValueError, match="model 'ridge' has no probabilities"):
-        trained(data, "ridge", 5, 0)
+    with pytest.raises(NotPossibleError, match="ball has 10 grasps, not 11: lower grasps"):
+        trained(data, "linear", 0, 11)
+    with pytest.raises(NotPossibleError, match="model 'ridge' has no probabilities"):
+        trained(data, "ridge", 0)

@@ -37,7 +37,6 @@ STATISTICS = {"median": 50, "p99": 99}
 class Settings(Strict):
     """Sorting new grasps of the objects of a simulated data set, with several looks at each."""
 
-    objects: tuple[str, ...] = Field((), description="values of the target; none: all of them")
     threshold: float = Field(0.6, gt=0, le=1, description="probability that is enough (paper)")
     placements: int = Field(40, ge=1, description="new placements of each object")
     looks: int = Field(3, ge=1, description="grasps of one placement, at most")
@@ -65,10 +64,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     if inputs.new_grasps is None:
         raise NotPossibleError("it needs a virtual data set: its objects are grasped anew")
     data, clock = inputs.data(), _Clock()
-    if settings.objects:
-        data = data.where(np.isin(data.value, settings.objects))
     sizes = (None, *sorted(settings.grasps, reverse=True))
-    made = [trained(data, model, inputs.folds, inputs.seed, size) for size in sizes]
+    made = [trained(data, model, inputs.seed, size) for size in sizes]
     wanted = wanted_grasps(made[0].classes.tolist(), settings.placements, settings.looks)
     feature, label = _sensed(inputs, settings, inputs.new_grasps(wanted), clock)
     for row in feature[:, 0]:  # one at a time, as they come to a robot

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import log_softmax
 from threadpoolctl import threadpool_limits
 
-from ajgdata.evaluate.calibration import TINIEST, temperature, with_temperature
-from ajgdata.evaluate.splits import grouped_folds
+from ajgdata.evaluate.calibration import with_temperature
+from ajgdata.evaluate.in_use import FOLDS, held_out_probability, temperature_in_use
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.models import make_model
 from ajgdata.types import NotPossibleError
@@ -34,33 +33,25 @@ class Trained(NamedTuple):
         return plain, with_temperature(plain, self.temperature)
 
 
-def trained(
-    data: TaskData, model: str, folds: int, seed: int, grasps: int | None = None
-) -> Trained:
+def trained(data: TaskData, model: str, seed: int, grasps: int | None = None) -> Trained:
     """Return `model` trained on `grasps` grasps of each class, drawn with `seed`, or on all.
 
-    The temperature is that of the probabilities of all its recordings, each by a model that was
-    trained without their grasp. Raises NotPossibleError for a model without probabilities, and for
-    a class that has fewer than two grasps, or than are wanted.
+    Model and temperature are what training for use gives (pipeline.train). Raises NotPossibleError
+    for a model without probabilities, and for a class that has fewer than two grasps, or than are
+    wanted.
     """
     rows = _drawn(data, grasps, seed)
     x, y, group = data.feature[rows], data.value[rows], data.group[rows]
     classes, label = np.unique(y, return_inverse=True)
     fewest = min(len(np.unique(group[y == one])) for one in classes)
-    held_out = np.empty((len(y), len(classes)))
+    if fewest < 2:
+        raise NotPossibleError("a class has a single grasp, which nothing is held out of")
+    folds = min(FOLDS, len(np.unique(group)))
     with threadpool_limits(limits=1):
-        for train, test in grouped_folds(y, group, "classification", min(folds, fewest), seed):
-            held_out[test] = _fitted(model, seed, x[train], y[train]).predict_proba(x[test])
-        fitted = _fitted(model, seed, x, y)
-    log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
-    return Trained(fewest, classes, fitted, temperature(log_p, label), held_out, label)
-
-
-def _fitted(model: str, seed: int, x: np.ndarray, y: np.ndarray) -> Any:
-    made = make_model(model, "classification", seed)
-    if not hasattr(made, "predict_proba"):
-        raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
-    return made.fit(x, y)
+        held_out = held_out_probability(x, y, group, model=model, folds=folds, seed=seed)
+        fitted: Any = make_model(model, "classification", seed).fit(x, y)
+    found = temperature_in_use(held_out, label, group)
+    return Trained(fewest, classes, fitted, found, held_out, label)
 
 
 def _drawn(data: TaskData, grasps: int | None, seed: int) -> np.ndarray:
