@@ -17,6 +17,7 @@ from ajgdata.cli.export import exporting
 from ajgdata.cli.findings import print_findings
 from ajgdata.cli.gripper import gripper
 from ajgdata.cli.importing import importing
+from ajgdata.cli.live import live
 from ajgdata.cli.project import looking
 from ajgdata.cli.publish import publishing
 from ajgdata.pipeline.progress import bar, when_slow
@@ -33,6 +34,7 @@ app.add_typer(gripper, name="gripper")
 app.add_typer(device, name="device")
 app.add_typer(importing)
 app.add_typer(acquiring)
+app.add_typer(live)
 app.add_typer(publishing)
 app.add_typer(exporting)
 app.add_typer(looking)

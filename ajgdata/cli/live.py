@@ -1,0 +1,275 @@
+"""`ajgdata sense` and `ajgdata sort`: a trained model at work."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    from ajgdata.live.control import Control
+    from ajgdata.live.events import EventLog
+
+live = typer.Typer()
+out = Console(emoji=False, highlight=False)
+err = Console(stderr=True, emoji=False, highlight=False)
+
+_CARD = "sound card"
+_VIRTUAL = "virtual gripper"
+_DASHBOARD = "dashboard"
+#: Exit code of a run that ended because an object was in doubt, as in the paper.
+DOUBT = 3
+#: Stages that take less are not worth a word.
+SHORT_S = 1e-3
+
+
+@live.command()
+def sense(
+    dataset: Annotated[str, typer.Argument(help="data set of the model")],
+    task: Annotated[str, typer.Argument(help="its task")],
+    model: Annotated[str, typer.Argument(help="cnn, linear, ...")] = "cnn",
+    source: Annotated[
+        str, typer.Option(help="soundcard; virtual: the virtual gripper, needs no hardware")
+    ] = "soundcard",
+    watch: Annotated[bool, typer.Option("--watch", help="again and again, until Ctrl-C")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON object a take")] = False,
+    threshold: Annotated[
+        float, typer.Option(min=0, max=1, help="line that is drawn (paper: 0.6)")
+    ] = 0.6,
+    prompt: Annotated[
+        bool, typer.Option("--prompt", help="wait for Enter before each take")
+    ] = False,
+    device: Annotated[
+        str,
+        typer.Option(help="exact name, as `ajgdata device list` has it", rich_help_panel=_CARD),
+    ] = "",
+    input_channel: Annotated[int, typer.Option(min=1, rich_help_panel=_CARD)] = 1,
+    output_channel: Annotated[int, typer.Option(min=1, rich_help_panel=_CARD)] = 1,
+    loopback_channel: Annotated[int | None, typer.Option(min=1, rich_help_panel=_CARD)] = None,
+    thing: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--object",
+            help="what it holds, or `empty`; several: one of them; default: all of the recipe",
+            rich_help_panel=_VIRTUAL,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="of poses; default: another each time", rich_help_panel=_VIRTUAL),
+    ] = None,
+) -> None:
+    """Say what the gripper holds now: probabilities, and how far they may be believed."""
+    from ajgdata.acquire.signals import ended_by_signals
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.sense import open_sensing
+
+    if source not in ("soundcard", "virtual"):
+        raise DataError("--source", f"there is no {source!r}", "soundcard or virtual")
+    if source == "soundcard" and not device:
+        fix = 'add --device "…" (see `ajgdata device list`), or --source virtual'
+        raise DataError("ajgdata sense", "needs a device", fix)
+    card = {
+        "device": device, "input_channel": input_channel, "output_channel": output_channel,
+        "loopback_channel": loopback_channel,
+    }  # fmt: skip
+    with (
+        _stopped_by_hand(),
+        ended_by_signals(),
+        open_sensing(
+            find_project(), dataset, task, model, source=source, card=card,
+            things=tuple(thing or ()), confirm=lambda text: None,
+            seed=secrets.randbelow(2**31) if seed is None else seed,
+        ) as sensing,
+    ):  # fmt: skip
+        while True:
+            if prompt:
+                out.input("grasp the object, then Enter ")
+            _show(sensing.sense(), threshold, as_json)
+            if not watch:
+                break
+
+
+def _show(sensed: Any, threshold: float, as_json: bool) -> None:
+    """Print one take."""
+    from ajgdata.cli.live_lines import table_of
+    from ajgdata.cli.terminal import meter
+
+    if as_json:
+        sys.stdout.write(json.dumps(sensed.plain(), allow_nan=False) + "\n")
+        sys.stdout.flush()
+        return
+    simulated = f", holds {sensed.object} (simulated)" if sensed.object else ""
+    peak = f"{meter(sensed.peak_dbfs)} {sensed.peak_dbfs:.1f} dBFS"
+    head = f"[b]{sensed.number}[/b]  {peak}  {sensed.seconds:.2f} s{escape(simulated)}"
+    for line in (head, *table_of(sensed.prediction, out.width, threshold)):
+        out.print(line, soft_wrap=True)
+
+
+@live.command()
+def sort(
+    plan: Annotated[Path | None, typer.Argument(help="what to sort, how, into which bins")] = None,
+    learn: Annotated[
+        str,
+        typer.Option(
+            metavar="RUN",
+            help="sort nothing: label the recordings of a run by what was corrected, and by what "
+            "you answer. Its log, the folder of its session, or DATASET/SESSION",
+        ),
+    ] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="events as JSON, one a line")] = False,
+    dashboard: Annotated[
+        bool,
+        typer.Option("--dashboard", help="show it in a browser, too", rich_help_panel=_DASHBOARD),
+    ] = False,
+    port: Annotated[
+        int,
+        typer.Option(min=0, max=65_535, help="0: any that is free", rich_help_panel=_DASHBOARD),
+    ] = 0,
+    host: Annotated[
+        str,
+        typer.Option(help="others than this computer's own see it", rich_help_panel=_DASHBOARD),
+    ] = "127.0.0.1",
+    wait: Annotated[
+        bool,
+        typer.Option(
+            "--wait", help="begin when somebody presses start there", rich_help_panel=_DASHBOARD
+        ),
+    ] = False,
+) -> None:
+    """Sort objects by their sound: grasp, hear, decide, place. Stops when in doubt.
+
+    Exit code 0: sorted as planned; 3: stopped since an object was in doubt; 130: stopped by hand;
+    else an error. Whatever ends it early, the robot halts and says what it holds.
+    """
+    if bool(plan) == bool(learn):
+        fix = "ajgdata sort PLAN.yaml, or ajgdata sort --learn RUN"
+        raise DataError("ajgdata sort", "needs a plan, or --learn", fix)
+    if plan is None:
+        _learn(learn)
+        return
+    if wait and not dashboard:
+        raise DataError("--wait", "nobody could press start", "add --dashboard")
+    raise typer.Exit(_sort(plan, as_json, (host, port) if dashboard else None, wait))
+
+
+def _sort(file: Path, as_json: bool, page: tuple[str, int] | None, wait: bool) -> int:
+    """Run a plan, shown at host and port of `page`; return the exit code."""
+    from ajgdata.acquire.signals import ended_by_signals
+    from ajgdata.cli.live_lines import SortTerminal
+    from ajgdata.live.control import Control, Mode
+    from ajgdata.live.events import read_events
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.sort import open_run, read_plan
+
+    control = Control(Mode.WAITING if wait else Mode.RUNNING)
+    # Questions go where people read, events where programs do.
+    terminal = SortTerminal(err if as_json else out, control)
+    told = _print_event if as_json else terminal.tell
+    with (
+        _stopped_by_hand(),
+        ended_by_signals(("SIGINT", "SIGTERM", "SIGHUP")),
+        open_run(
+            find_project(), read_plan(file), confirm=terminal.confirm, ask=terminal.ask,
+            control=control, listen=told,
+        ) as run,
+        _shown(run.log, control, page),
+    ):  # fmt: skip
+        terminal.correct = run.sorter.correct
+        terminal.listen()
+        try:
+            done = run.run()
+        finally:
+            err.print(
+                f"recordings: {escape(run.name)}, log: {escape(str(run.log_file))}", soft_wrap=True
+            )
+    if not as_json:
+        _summarise(done, terminal.summary(), read_events(run.log_file))
+    return 0 if done.finished else DOUBT
+
+
+@contextmanager
+def _shown(log: EventLog, control: Control, page: tuple[str, int] | None) -> Iterator[None]:
+    """Serve the dashboard meanwhile, if it was asked for."""
+    if page is None:
+        yield
+        return
+    from ajgdata.live.dashboard import serve_dashboard
+
+    with serve_dashboard(log, control, host=page[0], port=page[1]) as served:
+        if served.warning:
+            err.print(f"[yellow]warning[/yellow] {escape(served.warning)}", soft_wrap=True)
+        err.print(f"dashboard: {escape(served.address)}", soft_wrap=True)
+        yield
+
+
+def _summarise(done: Any, bins: str, events: Any) -> None:
+    """Print how the run went, and what its stages took."""
+    from ajgdata.live.latencies import latencies
+
+    wrong = f", {done.mistakes} of them wrong" if done.mistakes else ""
+    out.print(
+        f"[b]{done.sorts} sorted[/b], {done.longest_row} in a row at most{wrong}; {escape(bins)}",
+        soft_wrap=True,
+    )
+    stages = [
+        f"{stage} {_seconds(one.median_s)} ({_seconds(one.p99_s)})"
+        for stage, one in latencies(events).items()
+        if one.median_s > SHORT_S
+    ]
+    out.print(f"[dim]median (99 %): {', '.join(stages)}[/dim]", soft_wrap=True)
+
+
+def _seconds(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds >= 1 else f"{1000 * seconds:.3g} ms"
+
+
+def _print_event(event: Any) -> None:
+    sys.stdout.write(json.dumps(event) + "\n")
+    sys.stdout.flush()
+
+
+def _learn(run: str) -> None:
+    """Label a run's recordings; ask at a terminal."""
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.learn import learn_from
+
+    def ask(number: int, predicted: str) -> str:
+        if not sys.stdin.isatty() or ended:
+            return ""
+        said = f"Enter: {predicted}, " if predicted else ""
+        try:
+            typed = out.input(escape(f"{number}: what was it ({said}a class, ?: not known) "))
+        except EOFError:
+            ended.append(True)
+            return ""
+        return {"": predicted, "?": ""}.get(typed.strip(), typed.strip())
+
+    ended: list[bool] = []
+    dataset, session, learnt = learn_from(find_project(), run, ask)
+    left = f", {learnt.unlabelled} without a label stay out (`reject`)" * bool(learnt.unlabelled)
+    out.print(
+        f"{escape(dataset)}/{escape(session)}: {learnt.labelled} recordings labelled{left}",
+        soft_wrap=True,
+    )
+    if learnt.labelled:
+        out.print("train on them: snakemake", soft_wrap=True)
+
+
+@contextmanager
+def _stopped_by_hand() -> Iterator[None]:
+    """Turn Ctrl-C, and the dashboard's stop, into exit code 130 without a trace."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise typer.Exit(130) from None

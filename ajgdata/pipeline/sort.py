@@ -1,0 +1,244 @@
+"""Plan of sorting -> a run with everything opened: model, sound card, robot, session, log."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+
+from ajgdata.acquire.card import Card
+from ajgdata.acquire.live_session import LiveSession, live_session
+from ajgdata.acquire.robot import Confirm
+from ajgdata.acquire.simulated_card import DEVICE
+from ajgdata.live.control import Control
+from ajgdata.live.events import EventLog, Listener, shown_spectrum
+from ajgdata.live.kept import KeptRun
+from ajgdata.live.learning import class_of, labels_of
+from ajgdata.live.reference_watch import ReferenceWatch
+from ajgdata.live.sort import Outcome, Sorter, arrivals
+from ajgdata.paths import EXCITATION_FILE, Paths
+from ajgdata.pipeline.acquire_live import excitation_of, known_of
+from ajgdata.pipeline.live_source import VIRTUAL, open_hands
+from ajgdata.store.audio import read_audio
+from ajgdata.store.features import read_store
+from ajgdata.store.files import line_of, read_yaml, sha256_of
+from ajgdata.store.riff import encode_pcm24
+from ajgdata.store.sessions import list_sessions, read_dataset, read_session
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, describe
+from ajgdata.types.plan import NOTHING, SortPlan
+
+if TYPE_CHECKING:
+    from ajgdata.live.predictor import Predictor
+
+_NAME = re.compile(r"sort-(\d+)")
+
+
+def read_plan(path: Path) -> SortPlan:
+    """Return a plan; DataError names file, line, key, value and fix."""
+    content = read_yaml(path)
+    try:
+        return SortPlan.model_validate(content)
+    except ValidationError as error:
+        line = line_of(path, error.errors()[0]["loc"])
+        raise describe(error, f"{path}:{line}") from None
+
+
+@dataclass(frozen=True)
+class OpenRun:
+    """A run that is ready: its loop, its log, and what the event `start` has."""
+
+    sorter: Sorter
+    name: str  #: DATASET/SESSION that keeps the recordings
+    log: EventLog
+    log_file: Path
+    about: Mapping[str, Any]
+
+    def run(self) -> Outcome:
+        """Sort until it ends (see live.sort.Sorter.run), in the main thread."""
+        self.log.say("start", **self.about)
+        return self.sorter.run(arrivals(self.sorter.plan))
+
+
+@contextmanager
+def open_run(
+    paths: Paths,
+    plan: SortPlan,
+    *,
+    confirm: Confirm,
+    ask: Callable[[str, str], str | None],
+    control: Control,
+    listen: Listener,
+) -> Iterator[OpenRun]:
+    """Open all that a plan needs, and close it at the end, whatever ends it.
+
+    `confirm` and `ask` reach the person (see live.sort), `listen` hears every event. Raises
+    DataError for whatever cannot be sorted, before anything moves.
+    """
+    spec = read_dataset(paths, plan.dataset)
+    predictor = sorting_model(paths, spec, plan)
+    kept_in = _keeping(paths, spec, plan)
+    session = plan.keep.session or _next_name(paths, kept_in.name)
+    folder = paths.session(kept_in.name, session)
+    if folder.exists() or paths.events(kept_in.name, session).exists():
+        raise DataError(folder, "is there already", "leave keep.session out, or name another")
+    target = spec.tasks[plan.task].target
+    with (
+        open_hands(
+            paths, spec, source=plan.source, card=plan.card, robot=plan.robot,
+            robot_settings=plan.robot_settings, seed=plan.seed, confirm=confirm,
+        ) as (robot, card, gripper),
+        _session(folder, spec, plan, card, gripper) as live,
+        EventLog(paths.events(kept_in.name, session)) as log,
+    ):  # fmt: skip
+        log.listen(listen)
+        audio = AudioSettings(sample_rate_hz=card.settings.sample_rate_hz)
+        sorter = Sorter(
+            plan=plan,
+            senses=predictor,
+            card=card,
+            played=read_audio(folder / EXCITATION_FILE, audio).samples,  # as it is stored
+            robot=robot,
+            kept=KeptRun(live, lambda name: _labels(kept_in, target, name)),
+            log=log,
+            control=control,
+            ask=ask,
+            truth=lambda name: class_of(spec, target, name) or name,
+            watch=ReferenceWatch(predictor.guard.references),
+        )
+        about = _about(paths, spec, plan, predictor, card)
+        name, file = f"{kept_in.name}/{session}", paths.events(kept_in.name, session)
+        run = OpenRun(sorter, name, log, file, {**about, "session": session})
+        try:
+            yield run
+        finally:
+            live.about(**known_of(card))
+
+
+def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
+    """Return the model of a plan. DataError for one that cannot sort, and for bins that are not
+    those of its classes."""
+    from ajgdata.loading import load_predictor
+
+    where = f"plan for {spec.name}"
+    if plan.task not in spec.tasks:
+        known = ", ".join(spec.tasks) or "none"
+        raise DataError(paths.dataset(spec.name), f"no task {plan.task!r}", f"declared: {known}")
+    predictor = load_predictor(spec.name, plan.task, plan.model, paths.root)
+    if predictor.kind != "classification" or not predictor.has_probabilities:
+        fix = "sort by a task of classes, with a model such as cnn or linear"
+        raise DataError(where, f"{plan.task}, {plan.model} gives no probabilities", fix)
+    classes = list(predictor.classes)
+    if missing := [one for one in classes if one not in plan.bins]:
+        raise DataError(where, f"bins: no bin for {missing[0]}", "name one for each class")
+    if more := [one for one in plan.bins if one not in classes]:
+        problem = f"bins: the model knows no {more[0]}"
+        raise DataError(where, problem, f"its classes are {', '.join(classes)}")
+    target = spec.tasks[plan.task].target
+    for name in plan.objects:
+        if name != NOTHING and class_of(spec, target, name) is None:
+            fix = f"name objects of {paths.dataset(spec.name)}"
+            raise DataError(where, f"objects: nobody knows the {target} of {name}", fix)
+    return predictor
+
+
+def _keeping(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> DatasetSpec:
+    """Return the data set that keeps the recordings. DataError if its are others."""
+    kept_in = read_dataset(paths, plan.keep.dataset or spec.name)
+    simulated = plan.source == VIRTUAL or plan.card.get("device") == DEVICE
+    made = kept_in.recipe is not None and kept_in.recipe.source == VIRTUAL
+    others = {VIRTUAL} if made else _sources(paths, kept_in.name)
+    if others and others != {VIRTUAL if simulated else "recorded"}:
+        what = ("recorded", "simulated") if simulated else ("simulated", "recorded")
+        problem = "{}: its sessions are {}, this one would be {}".format(kept_in.name, *what)
+        raise DataError("keep.dataset", problem, "name a data set of its own")
+    if kept_in.name == spec.name:
+        return spec
+    target = spec.tasks[plan.task].target
+    where = paths.dataset(kept_in.name)
+    if kept_in.targets.get(target) != spec.targets[target]:
+        fix = f"declare the target as {spec.name} does, or keep them elsewhere"
+        raise DataError(where, f"keep.dataset: its {target} is another target", fix)
+    for what in ("audio", "excitation"):
+        if getattr(kept_in, what) != getattr(spec, what):
+            fix = f"declare the same {what}, or keep them elsewhere"
+            raise DataError(where, f"keep.dataset: its {what} differs from {spec.name}'s", fix)
+    return kept_in
+
+
+def _sources(paths: Paths, dataset: str) -> set[str]:
+    """Return `virtual` and `recorded`, whichever sessions there are."""
+    found = (read_session(paths.session(dataset, one)) for one in list_sessions(paths, dataset))
+    return {VIRTUAL if one.source == VIRTUAL else "recorded" for one in found}
+
+
+def _next_name(paths: Paths, dataset: str) -> str:
+    live = paths.events(dataset, "x").parent.parent
+    names = [*list_sessions(paths, dataset), *(p.name for p in live.glob("*"))]
+    numbers = [int(found[1]) for name in names if (found := _NAME.fullmatch(name))]
+    return f"sort-{max(numbers, default=0) + 1:02d}"
+
+
+def _session(
+    folder: Path, spec: DatasetSpec, plan: SortPlan, card: Card, gripper: Mapping[str, str]
+) -> AbstractContextManager[LiveSession]:
+    """Open the session of a run; what it was made with is in its setup."""
+    rate = card.settings.sample_rate_hz
+    sound = excitation_of(Path(spec.name), spec)
+    # Settings of the robot may hold hosts and tokens.
+    told = plan.model_dump(mode="json", exclude={"robot_settings", "keep", "card"})
+    setup = {
+        "sort": {**told, "target": spec.tasks[plan.task].target},
+        "device": card.settings.model_dump(mode="json", exclude={"attempts"}),
+        "excitation": spec.excitation.model_dump(mode="json"),
+        "excitation_sha256": sha256_of(encode_pcm24(sound, rate)),
+    }
+    return live_session(
+        folder, setup=setup, excitation=sound, played=spec.excitation, sample_rate_hz=rate,
+        about={**gripper, "device": card.settings.device},
+    )  # fmt: skip
+
+
+def _labels(kept_in: DatasetSpec, target: str, name: str) -> dict[str, float | str]:
+    """Return the targets of an object whose name is known."""
+    value = class_of(kept_in, target, name)
+    return {} if value is None else labels_of(kept_in, target, value, name)
+
+
+def _about(
+    paths: Paths, spec: DatasetSpec, plan: SortPlan, predictor: Predictor, card: Card
+) -> dict[str, Any]:
+    """Return what the event `start` has."""
+    return {
+        "dataset": plan.dataset,
+        "task": plan.task,
+        "model": plan.model,
+        "unit": "",
+        "classes": list(predictor.classes),
+        "threshold": plan.threshold,
+        "bins": {**plan.bins, **({"rejected": plan.reject_bin} if plan.reject_bin else {})},
+        "looks": plan.looks,
+        "device": card.settings.device,
+        "robot": plan.robot,
+        "source": "simulated" if card.settings.device == DEVICE else "recorded",
+        **_means(paths.features(spec.name), spec.tasks[plan.task].target, predictor.classes),
+    }
+
+
+def _means(store: Path, target: str, classes: Sequence[str]) -> dict[str, Any]:
+    """Return the mean spectrum of each class as trained on, for whoever draws it; {} without the
+    feature store, which sorting does not need."""
+    if not store.is_file():
+        return {}
+    shard = read_store(store)
+    value = shard.columns[target].values.astype(str)
+    spectra = {
+        one: shown_spectrum(shard.feature[value == one].mean(axis=0))
+        for one in classes
+        if (value == one).any()
+    }
+    return {"spectra": spectra, "top_hz": float(shard.frequency_hz[-1])}

@@ -1,0 +1,324 @@
+"""`ajgdata sense` and `ajgdata sort` as they are typed, over the virtual gripper."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import ajgdata
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.acquire.virtual_line import VirtualTable
+from ajgdata.cli.live import sense as sense_command
+from ajgdata.cli.live_lines import bar
+from ajgdata.cli.main import app
+from ajgdata.features.spectrum import frequencies_hz, spectrum
+from ajgdata.live.events import read_events
+from ajgdata.paths import Paths
+from ajgdata.pipeline.sort import read_plan
+from ajgdata.pipeline.train import train_model
+from ajgdata.store.features import Shard, text_column, write_store
+from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.types import DataError
+
+CLASSES = ("box", "rod")
+DECLARATION = {
+    "name": "d",
+    "targets": {"label": {"kind": "classification"}, "mass_g": {"kind": "regression", "unit": "g"}},
+    "tasks": {"what": {"target": "label", "models": ["linear"]}},
+    "excitation": {"kind": "log_sweep", "length_s": 0.1},
+    "recipe": {
+        "grasps_per_object": 8,
+        "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.004}},
+        "vary": {"angle_deg": [-5, 5]},
+        "objects": [
+            {"name": "cube", "shape": {"kind": "cube", "edge_mm": 34},
+             "targets": {"label": "box", "mass_g": 30.5}},
+            {"name": "screw", "shape": "screw", "targets": {"label": "rod"}},
+        ],
+    },
+}  # fmt: skip
+PLAN = {
+    "dataset": "d", "task": "what", "model": "linear", "bins": {"box": "A", "rod": "B"},
+    "source": "virtual", "objects": ["cube", "screw"], "wait_s": 0,
+    "references": {"every": 10, "kinds": ["empty"]},
+}  # fmt: skip
+RUNNER = CliRunner()
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A project with a model that knows 5 grasps of each of two objects, and 3 of nothing."""
+    paths = Paths(tmp_path_factory.mktemp("trained"))
+    paths.dataset("d").parent.mkdir(parents=True)
+    paths.dataset("d").write_text(yaml.safe_dump(DECLARATION))
+    spec = ajgdata.load_dataset("d", paths.root).spec
+    table = VirtualTable(spec.recipe, 99, paths.responses)
+    card = table.card()
+    played = excitation_samples(spec.excitation, 44_100).astype(np.float32)
+    rows = [(name, n) for name in ("cube", "screw") for n in range(5)] + [("", n) for n in range(3)]
+    features = []
+    for name, n in rows:
+        table.place(name, n, f"train {n}")
+        features.append(spectrum(card.take(played).samples, 44_100, spec.features))
+    named = [f"virtual-01/{name or 'empty'}_{n}" for name, n in rows]
+    labels = {"cube": "box", "screw": "rod", "": ""}
+    columns = {
+        "recording": text_column(named),
+        "grasp_id": text_column(named),
+        "object": text_column([name for name, _ in rows]),
+        "label": text_column([labels[name] for name, _ in rows], role="target"),
+    }
+    settings = {key: getattr(spec, key).model_dump(mode="json") for key in ("audio", "features")}
+    attrs = {"settings": json.dumps(settings)}
+    frequency_hz = frequencies_hz(44_100, spec.features)
+    shard = Shard(np.array(features, np.float32), frequency_hz, columns, attrs)
+    write_store(paths.features("d"), shard, {"units": "1"})
+    train_model(
+        paths.features("d"), **spec.training("what"), model="linear", seed=0, task="what",
+        folder=paths.model("d", "what", "linear"),
+    )  # fmt: skip
+    return paths
+
+
+@pytest.fixture
+def run(trained, tmp_path, monkeypatch):
+    """Run the command in a copy of the project; return its result."""
+    root = tmp_path / "p"
+    for name in ("datasets", "results", ".ajgdata"):
+        (root / name).parent.mkdir(exist_ok=True)
+        (root / name).symlink_to(trained.root / name)
+    monkeypatch.chdir(root)
+    monkeypatch.setenv("AJGDATA_ROOT", str(root))
+    return lambda *arguments: RUNNER.invoke(app, [str(one) for one in arguments])
+
+
+def plan(**changes):
+    Path("plan.yaml").write_text(yaml.safe_dump(PLAN | changes))
+    return "plan.yaml"
+
+
+SENSE = ("sense", "d", "what", "linear", "--source", "virtual", "--seed", "1")
+
+
+@pytest.mark.parametrize("name, label", [("cube", "box"), ("screw", "rod")])
+def test_sense_says_what_it_holds(run, name, label):
+    done = run(*SENSE, "--object", name, "--json")
+    assert done.exit_code == 0, done.output
+    (said,) = [json.loads(line) for line in done.stdout.splitlines()]
+    assert (said["value"], said["object"], said["number"]) == (label, name, 1)
+    assert sum(said["probability"].values()) == pytest.approx(1)
+    assert said["probability"][label] > 0.9
+    assert -60 < said["peak_dbfs"] < 0 < said["seconds"]
+    assert not Path("data").exists()  # looking keeps nothing
+
+
+def test_sense_knows_an_empty_gripper(run):
+    said = json.loads(run(*SENSE, "--object", "empty", "--json").stdout)
+    assert (said["verdict"], said["object"]) == ("nothing", "empty")
+
+
+@pytest.mark.parametrize("columns", [20, 80, 200])
+def test_sense_fits_any_terminal(run, monkeypatch, columns):
+    monkeypatch.setattr("ajgdata.cli.live.out.width", columns)
+    monkeypatch.setenv("NO_COLOR", "1")
+    done = run(*SENSE, "--object", "cube")
+    rows = [line for line in done.stdout.splitlines() if line.startswith(CLASSES)]
+    assert [row.split()[0] for row in rows] == ["box", "rod"]  # the most probable first
+    assert all(len(row) <= columns for row in rows)
+    assert ("█" in rows[0], "│" in rows[1]) == (columns > 20, columns > 20)
+    assert "known: box" in done.stdout and "\x1b" not in done.stdout
+
+
+def test_sense_watches_until_ctrl_c_and_each_grasp_is_another(run, monkeypatch):
+    from ajgdata.pipeline.sense import Sensing
+
+    sensed, seen = Sensing.sense, []
+
+    def third_is_ctrl_c(self):
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+        seen.append(sensed(self))
+        return seen[-1]
+
+    monkeypatch.setattr(Sensing, "sense", third_is_ctrl_c)
+    done = run(*SENSE, "--watch", "--json")
+    assert done.exit_code == 130
+    first, second = (json.loads(line) for line in done.stdout.splitlines())
+    assert (first["number"], second["number"]) == (1, 2)
+    assert first["probability"] != second["probability"]
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (("sense", "d", "what"), "needs a device"),
+        (("sense", "d", "who", "--source", "virtual"), "no task 'who'; declared are: what"),
+        ((*SENSE, "--object", "rock"), "the recipe has no object 'rock'"),
+        (("sense", "d", "what", "--device", "x", "--object", "cube"), "is for the virtual gripper"),
+        (("sense", "d", "what", "--source", "tape"), "there is no 'tape'"),
+    ],
+)
+def test_sense_refuses_what_it_cannot_do(run, monkeypatch, arguments, said):
+    monkeypatch.setattr("ajgdata.pipeline.sense.load_predictor", lambda *_: None)
+    with pytest.raises(DataError, match=said):
+        raise run(*arguments).exception
+    assert sense_command.__doc__
+
+
+def test_a_run_from_plan_to_labels(run):
+    done = run("sort", plan())
+    assert done.exit_code == 0, done.output
+    assert "2 sorted, 2 in a row at most; A 1, B 1" in done.stdout
+    assert "(simulated)" in done.stdout
+    folder = Paths().session("d", "sort-01")
+    session = read_session(folder)
+    assert (session.source, session.acquisition.finished) == ("virtual", True)
+    rows, findings = read_recordings(folder)
+    assert findings == []
+    kept = [(r.recording_id, r.object, r.labels["label"], r.labels["mass_g"]) for r in rows]
+    assert kept == [
+        ("empty_0001_1", "", "", ""),
+        ("sort_0001_1_1", "cube", "box", "30.5"),
+        ("sort_0002_1_1", "screw", "rod", ""),
+    ]
+    events = read_events(Paths().events("d", "sort-01"))
+    start = events[0]
+    assert (start["event"], start["classes"], start["source"]) == (
+        "start",
+        ["box", "rod"],
+        "simulated",
+    )
+    assert set(start["spectra"]) == {"box", "rod"} and start["top_hz"] == 22_050
+    assert np.mean(start["spectra"]["box"]) == pytest.approx(1, abs=1e-3)
+    # The next run is another session, of the same grasps: seed and numbers are the same.
+    assert run("sort", plan()).exit_code == 0
+    again = read_events(Paths().events("d", "sort-02"))
+    shares = [
+        [e["probability"]["box"] for e in log if e["event"] == "prediction"]
+        for log in (events, again)
+    ]
+    np.testing.assert_array_equal(*shares)
+
+
+def test_json_is_the_log_and_nothing_else(run):
+    done = run("sort", plan(objects=["screw"], references=None), "--json")
+    assert [json.loads(line) for line in done.stdout.splitlines()] == read_events(
+        Paths().events("d", "sort-01")
+    )
+
+
+def test_doubt_stops_it_with_an_exit_code_of_its_own(run):
+    done = run("sort", plan(threshold=1.0))
+    assert done.exit_code == 3
+    assert "needs 100 %" in done.stdout and "0 sorted" in done.stdout
+
+
+def test_an_empty_gripper_is_no_object(run):
+    done = run("sort", plan(objects=["empty", "cube"], nothing="wait"))
+    assert (done.exit_code, "nothing is held: wait" in done.stdout) == (0, True)
+    assert "1 sorted" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"bins": {"box": "A"}}, "bins: no bin for rod; name one for each class"),
+        ({"bins": {"box": "A", "rod": "B", "cup": "C"}}, "the model knows no cup"),
+        ({"objects": ["rock"]}, "objects: nobody knows the label of rock"),
+        ({"task": "who"}, "no task 'who'"),
+        ({"thresh": 0.5}, r"plan.yaml:\d+: unknown key thresh"),
+        ({"threshold": 7}, r"plan.yaml:\d+: threshold = 7"),
+        ({"model": "knn"}, "has not been trained|no such model|there is no such file"),
+        ({"source": "soundcard", "card": {"device": "x"}, "objects": []}, "name a data set of its"),
+        ({"source": "soundcard", "card": {"device": "virtual gripper", "inputs": 1}}, "inputs"),
+    ],
+)
+def test_what_cannot_be_sorted_is_refused_before_anything_moves(run, changes, said):
+    with pytest.raises(DataError, match=said):
+        raise run("sort", plan(**changes)).exception
+    assert not Path("data/d/sessions/sort-01").exists()
+
+
+def test_a_session_is_never_recorded_over(run):
+    made = plan(objects=["cube"], references=None, keep={"session": "mine"})
+    assert run("sort", made).exit_code == 0
+    with pytest.raises(DataError, match="is there already"):
+        raise run("sort", made).exception
+
+
+def test_corrections_of_a_run_become_labels(run):
+    assert run("sort", plan(references=None)).exit_code == 0
+    log = Paths().events("d", "sort-01")
+    with log.open("a") as file:
+        truth = {"n": 99, "time": "2026-01-01T00:00:00", "event": "truth", "number": 2}
+        file.write(json.dumps({**truth, "object": "box"}) + "\n")
+    done = run("sort", "--learn", log)
+    assert "d/sort-01: 1 recordings labelled" in done.stdout
+    rows = {row.recording_id: row for row in read_recordings(Paths().session("d", "sort-01"))[0]}
+    assert rows["sort_0002_1_1"].labels["label"] == "box"
+    for other in ("d/sort-01", Paths().session("d", "sort-01")):
+        assert "0 recordings labelled" in run("sort", "--learn", other).stdout
+    for wrong in ("d/sort-09", "nowhere"):
+        with pytest.raises(DataError, match="there is no such run"):
+            raise run("sort", "--learn", wrong).exception
+
+
+def test_a_plan_or_learn_but_not_both(run):
+    for arguments in ((), (plan(), "--learn", "d/sort-01")):
+        with pytest.raises(DataError, match="needs a plan"):
+            raise run("sort", *arguments).exception
+    with pytest.raises(DataError, match="add --dashboard"):
+        raise run("sort", plan(), "--wait").exception
+
+
+ROBOT = """
+read asked; echo "$asked" >> robot.log
+case "$asked" in *'"jam"'*) sleep 30;; esac
+"""
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_in_the_middle_of_a_step_halts_the_robot(run, number, code):
+    """The robot's program sleeps while it jams: it is ended, and `halt` is its next step."""
+    settings = {"command": ["sh", "-c", ROBOT]}
+    made = plan(objects=["screw"], robot="command", robot_settings=settings, references=None)
+    log = Path("robot.log")
+    log.touch()
+    program = [sys.executable, "-c", "from ajgdata.cli import main; main()", "sort", made]
+    process = subprocess.Popen(
+        program, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        end = time.monotonic() + 60
+        while '"jam"' not in log.read_text():
+            assert time.monotonic() < end and process.poll() is None, process.communicate()
+            time.sleep(0.02)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=25)  # sooner than the step would have ended
+    finally:
+        process.kill()
+    assert process.returncode == code, err
+    steps = [json.loads(line) for line in log.read_text().splitlines()]
+    assert steps[-1] == {"step": "halt", "held": "rod"}
+    assert "still held: rod" in out and "Traceback" not in err
+    stopped = read_events(Paths().events("d", "sort-01"))[-1]
+    assert (stopped["event"], stopped["held"]) == ("stopped", "rod")
+    assert read_session(Paths().session("d", "sort-01")).acquisition.finished
+
+
+def test_the_plan_of_the_docs_is_one():
+    made = read_plan(Path(__file__).parents[2] / "docs/examples/sort_plan.yaml")
+    assert (made.dataset, made.source, made.threshold) == ("ycb", "virtual", 0.6)
+
+
+def test_bars():
+    assert bar(1.0, 8) == "████████" and bar(0.0, 8) == " " * 8
+    assert bar(0.5, 8, 0.75) == "████  │ " and bar(1.0, 8, 0.75) == "██████┃█"
+    assert bar(1 / 64, 8) == "▏       " and len(bar(0.999, 8, 1.0)) == 8
