@@ -69,10 +69,12 @@ def _check(file: Path, folder: Path | None) -> None:
         verdict = "beyond what rounding explains" if one.is_beyond else "as rounding explains"
         apart = f"{one.largest:.2g} apart at most, allowed {one.allowed:.2g}"
         _say(f"{one.quantity:12} {apart}: {verdict}")
+    if checked.end_to_end is not None:
+        _say(f"{'answer':12} {checked.end_to_end:.2g} apart at most, from recording to answer")
     if checked.turned or checked.turned_by_rounding:
         _say(
-            f"{checked.turned} classes differ on the same feature, "
-            f"{checked.turned_by_rounding} from recording to class"
+            f"{checked.turned} classes or verdicts differ on the same feature, "
+            f"{checked.turned_by_rounding} from recording to answer"
         )
     for reason, count in checked.refused.items():
         _say(f"{count} refused: {reason}")

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ajgdata.export.description import feature_tolerance
+from ajgdata.export.numpy_runtime import largest_difference
 
-#: Scores (n, n_outputs) of features (n, n_bins).
-Scores = Callable[[np.ndarray], np.ndarray]
+#: What is said, (n, k), of features (n, n_bins).
+Says = Callable[[np.ndarray], np.ndarray]
 _EPSILON = float(np.finfo(np.float32).eps)
 #: Each of the five layers of a float32 network rounds about as much as its input being off by one
 #: rounding; scikit-learn's models count in float64 and stay far below.
@@ -42,20 +43,16 @@ def feature_difference(ours: np.ndarray, theirs: np.ndarray, window: int) -> Dif
     return Difference("feature", float(error.max(initial=0)), feature_tolerance(window))
 
 
-def score_difference(
-    scores: Scores, features: np.ndarray, theirs: np.ndarray, period: float | None
+def difference(
+    quantity: str, says: Says, features: np.ndarray, theirs: np.ndarray, period: float | None = None
 ) -> Difference:
-    """Return the difference of scores (n, n_outputs) of the same features (n, n_bins)."""
-    ours = scores(features)
+    """Return the difference of what is said, (n, k), of the same features (n, n_bins).
+
+    `says` is the package's. With a `period`, differences are the shortest way round.
+    """
+    ours = says(features)
     signs = np.random.default_rng(0).choice([-1.0, 1.0], features.shape)
     rounded = (features * (1 + _EPSILON * signs)).astype(np.float32)
-    amplified = _largest(scores(rounded), ours, period)
+    amplified = largest_difference(says(rounded), ours, period)
     allowed = _ROUNDINGS * amplified + 4 * _EPSILON * float(np.abs(ours).max(initial=0))
-    return Difference("score", _largest(theirs, ours, period), allowed)
-
-
-def _largest(one: np.ndarray, other: np.ndarray, period: float | None) -> float:
-    error = np.abs(one - other)
-    if period:
-        error = np.minimum(error, np.abs(period - error))
-    return float(error.max(initial=0))
+    return Difference(quantity, largest_difference(theirs, ours, period), allowed)

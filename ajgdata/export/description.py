@@ -14,9 +14,9 @@ from ajgdata.export.layers import CannotExportError, Layer, layers_of
 from ajgdata.features.spectrum import frequencies_hz
 from ajgdata.types import AudioSettings, FeatureSettings
 
-#: What is stored with a trained model to use it, and what stands for a part that is missing.
+#: What of a model's calibration (`evaluate.in_use`) a file holds; None is what could not be found.
 CALIBRATION: Mapping[str, Any] = {
-    "temperature": 1.0,
+    "temperature": None,
     "coverage": None,
     "half_width": None,
     "novelty_threshold": None,
@@ -79,12 +79,10 @@ def describe(
     if kind == "classification":
         classes = np.asarray(estimator.classes_).tolist()
         about |= {"classes": classes, "outputs": len(classes)}
-        about["probabilities"] = hasattr(estimator, "predict_proba")
+        about["probabilities"] = calibration.get("temperature") is not None
     about |= {"sample_rate_hz": rate, "channel": audio.channel}
     about |= {"features": features.model_dump(mode="json"), "bins": [first, first + len(band)]}
     about["calibration"] = {key: calibration.get(key, CALIBRATION[key]) for key in CALIBRATION}
-    if about["calibration"]["temperature"] is None:
-        about["calibration"]["temperature"] = CALIBRATION["temperature"]
     about |= {"provenance": dict(provenance), "verdicts": list(numpy_runtime.VERDICTS)}
     window = get_window(features.window_shape, features.window, fftbins=True).astype(np.float32)
     exported = Exported(about, layers, window, guard)
@@ -145,7 +143,7 @@ def self_test(exported: Exported) -> dict[str, Any]:
     tolerance = {"feature": allowed}
     for name, value in expected.items():
         largest = max(
-            float(numpy_runtime.largest_difference(one[name], value, period, name)) for one in said
+            numpy_runtime.largest_difference(one[name], value, period, name) for one in said
         )
         scale = float(np.abs(value).max(initial=0))
         tolerance[name] = 4 * (largest + _EPSILON * scale)

@@ -226,7 +226,7 @@ def check_said(about, said):
     test = about["self_test"]
     for name, expected in test["expected"].items():
         got = list(said[name].values()) if name == "probability" else said[name]
-        error = float(largest_difference(got, expected, about["period"], name))
+        error = largest_difference(got, expected, about["period"], name)
         if not error <= test["tolerance"][name]:
             raise ValueError(f"its self-test fails: {name} differs by {error:.2g}")
 
@@ -236,7 +236,7 @@ def largest_difference(one, other, period=None, name="score"):
     error = np.abs(np.subtract(one, other))
     if period and name == "score":
         error = np.minimum(error, np.abs(period - error))
-    return error.max(initial=0)
+    return float(error.max(initial=0))
 
 
 GUARD = ("grasps", "references", "mean", "std", "scale")

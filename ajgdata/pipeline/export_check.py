@@ -10,15 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.export.comparison import Difference, feature_difference, score_difference
+from ajgdata.export.comparison import Difference, Says, difference, feature_difference
+from ajgdata.export.description import CALIBRATION
+from ajgdata.export.numpy_runtime import largest_difference
 from ajgdata.export.running import OnnxModel, Said, numpy_about, numpy_answers
 from ajgdata.features.spectrum import spectrum
-from ajgdata.loading import load_recordings, read_model
+from ajgdata.live.prediction import Prediction
+from ajgdata.live.predictor import Predictor
+from ajgdata.loading import load_recordings, read_predictor
 from ajgdata.paths import EXPORT_PROGRAM, Paths
-from ajgdata.pipeline.export_model import settings_of
+from ajgdata.pipeline.export_model import provenance
 from ajgdata.pipeline.recordings import examine
+from ajgdata.store.models import read_about
 from ajgdata.store.scan import AUDIO_SUFFIXES
-from ajgdata.types import AudioSettings, DataError, FeatureSettings
+from ajgdata.types import DataError
 
 Started = Callable[[int], Callable[[], object]]
 
@@ -27,16 +32,18 @@ Started = Callable[[int], Callable[[], object]]
 class Checked:
     """An exported file beside the package, over recordings.
 
-    `turned` are recordings of which the file names another class than the package does of the same
-    feature; `turned_by_rounding` those where it is the feature's rounding that turns it. `left_out`
-    are recordings that the package itself cannot use; `refused` counts, by reason, those that only
-    the file cannot.
+    `turned` are recordings of which the file gives another class or verdict than the package does
+    of the same feature; `turned_by_rounding` those where it is the feature's rounding that turns
+    it. `end_to_end` is the largest difference of a probability, or number, from recording to
+    answer. `left_out` are recordings that the package itself cannot use; `refused` counts, by
+    reason, those that only the file cannot.
     """
 
     recordings: int
     differences: list[Difference]
     turned: int = 0
     turned_by_rounding: int = 0
+    end_to_end: float | None = None
     left_out: int = 0
     refused: Counter[str] = field(default_factory=Counter)
 
@@ -55,9 +62,10 @@ def check_export(paths: Paths, file: Path, folder: Path | None, started: Started
     """
     onnx = OnnxModel(file) if file.suffix == ".onnx" else None
     about = onnx.about if onnx else numpy_about(file)
-    estimator, known = read_model(paths.model(about["data_set"], about["task"], about["model"]))
-    audio, settings = settings_of(known)
-    _same(file, about, estimator, known, audio, settings)
+    place = paths.model(about["data_set"], about["task"], about["model"])
+    predictor = read_predictor(place, about["data_set"], about["task"])
+    _same(file, about, predictor, provenance(read_about(place)))
+    audio, settings = predictor.audio, predictor.features
     files, features, answers = _files(paths, about["data_set"], folder), [], []
     advance, names = started(len(files)), []
     for path in files:
@@ -70,59 +78,82 @@ def check_export(paths: Paths, file: Path, folder: Path | None, started: Started
         advance()
     if onnx is None:
         answers = list(numpy_answers(file.with_name(EXPORT_PROGRAM), file, names))
-    refused = Counter(str(said["error"]) for said in answers if "error" in said)
     used = [n for n, said in enumerate(answers) if "error" not in said]
     said = [answers[n] for n in used]
-    checked = _compared(estimator, about, np.array([features[n] for n in used]), said)
-    checked.left_out, checked.refused = len(files) - len(names), refused
+    checked = _compared(predictor, about, np.array([features[n] for n in used]), said)
+    checked.left_out = len(files) - len(names)
+    checked.refused = Counter(str(one["error"]) for one in answers if "error" in one)
     return checked
 
 
 def _compared(
-    estimator: Any, about: Mapping[str, Any], features: np.ndarray, said: Sequence[Said]
+    predictor: Predictor, about: Mapping[str, Any], ours: np.ndarray, said: Sequence[Said]
 ) -> Checked:
-    """Return the comparison of what was said of recordings with features (n, n_bins)."""
+    """Return the comparison of what was said of recordings with features `ours` (n, n_bins)."""
     if not said:
         return Checked(0, [])
     theirs = np.array([one["feature"] for one in said], np.float32)
-    checked = Checked(
-        len(said), [feature_difference(features, theirs, about["features"]["window"])]
-    )
-    score = np.array([one["score"] for one in said], np.float64)
-    if not about["classes"] or about["probabilities"]:
-        scores = _scores(estimator, about)
-        checked.differences.append(score_difference(scores, theirs, score, about["period"]))
-    if about["classes"]:
-        named = np.array([one["value"] for one in said])
-        checked.turned = int(np.count_nonzero(estimator.predict(theirs) != named))
-        checked.turned_by_rounding = int(np.count_nonzero(estimator.predict(features) != named))
+    checked = Checked(len(said), [feature_difference(ours, theirs, predictor.features.window)])
+    for quantity, (says, values) in _quantities(predictor, said).items():
+        period = about["period"] if quantity in ("score", "interval") else None
+        checked.differences.append(difference(quantity, says, theirs, values, period))
+    answers = [(one["value"], one["verdict"]) for one in said]
+    numbers = not predictor.classes
+    checked.turned = _turned(predictor.of_features(theirs), answers, numbers)
+    from_recordings = predictor.of_features(ours)
+    checked.turned_by_rounding = _turned(from_recordings, answers, numbers)
+    if numbers or predictor.has_probabilities:
+        whole = [[one.value] if numbers else [*one.probability.values()] for one in from_recordings]
+        got = [[one["value"]] if numbers else [*one["probability"].values()] for one in said]
+        checked.end_to_end = largest_difference(got, whole, about["period"])
     return checked
 
 
-def _scores(estimator: Any, about: Mapping[str, Any]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what gives the scores (n, n_outputs) of features."""
-    if about["classes"]:
-        return estimator.predict_proba
-    return lambda features: estimator.predict(features).reshape(len(features), -1)
+def _turned(ours: Sequence[Prediction], theirs: Sequence[tuple], numbers: bool) -> int:
+    """Return how many verdicts, or classes, are not the same."""
+    return sum(
+        str(one.verdict) != verdict or (not numbers and one.value != value)
+        for one, (value, verdict) in zip(ours, theirs, strict=True)
+    )
+
+
+def _quantities(predictor: Predictor, said: Sequence[Said]) -> dict[str, tuple[Says, np.ndarray]]:
+    """Return, by name, what gives a quantity (n, k) of features, and what the file says of it."""
+    estimator: Any = predictor.estimator
+
+    def of(take: Callable[[Prediction], Any]) -> Says:
+        return lambda features: np.array([take(one) for one in predictor.of_features(features)])
+
+    def theirs(take: Callable[[Said], Any]) -> np.ndarray:
+        return np.array([take(one) for one in said], np.float64)
+
+    found = {"novelty": (of(lambda one: [one.novelty]), theirs(lambda one: [one["novelty"]]))}
+    if not predictor.classes:
+        says = of(lambda one: [one.value])
+        found["score"] = (says, theirs(lambda one: one["score"]))
+        if predictor.calibration.half_width is not None:
+            says = of(lambda one: one.interval)
+            found["interval"] = (says, theirs(lambda one: one["interval"]))
+    elif predictor.has_probabilities:
+        found["score"] = (estimator.predict_proba, theirs(lambda one: one["score"]))
+        says = of(lambda one: [*one.probability.values()])
+        found["probability"] = (says, theirs(lambda one: [*one["probability"].values()]))
+    return found
 
 
 def _same(
-    file: Path,
-    about: Mapping[str, Any],
-    estimator: Any,
-    known: Mapping[str, Any],
-    audio: AudioSettings,
-    settings: FeatureSettings,
+    file: Path, about: Mapping[str, Any], predictor: Predictor, origin: Mapping[str, Any]
 ) -> None:
     """Raise DataError if a file was made of another training of the model, or tampered with."""
-    classes = [] if known["kind"] == "regression" else estimator.classes_.tolist()
+    calibration = predictor.calibration.plain()
     pairs = {
-        "classes": (about["classes"], classes),
-        "sample rate": (about["sample_rate_hz"], audio.sample_rate_hz),
-        "channel": (about["channel"], audio.channel),
-        "features": (about["features"], settings.model_dump(mode="json")),
-        "unit": (about["unit"], known["unit"]),
-        "provenance": (about["provenance"].items() >= known["provenance"].items(), True),
+        "provenance": (about["provenance"], origin),
+        "classes": (about["classes"], list(predictor.classes)),
+        "unit": (about["unit"], predictor.unit),
+        "sample rate": (about["sample_rate_hz"], predictor.sample_rate_hz),
+        "channel": (about["channel"], predictor.audio.channel),
+        "features": (about["features"], predictor.features.model_dump(mode="json")),
+        "calibration": (about["calibration"], {key: calibration[key] for key in CALIBRATION}),
     }
     for what, (theirs, ours) in pairs.items():
         if theirs != ours:

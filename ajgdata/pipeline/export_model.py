@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -10,10 +9,11 @@ from typing import Any, Literal
 from ajgdata.export.description import Exported, describe
 from ajgdata.export.layers import CannotExportError
 from ajgdata.export.numpy_file import numpy_bytes, program_bytes
-from ajgdata.loading import read_model
+from ajgdata.loading import read_predictor
 from ajgdata.paths import EXPORT_PROGRAM, Paths
 from ajgdata.store.files import write_bytes
-from ajgdata.types import AudioSettings, DataError, FeatureSettings
+from ajgdata.store.models import read_about
+from ajgdata.types import DataError
 
 Format = Literal["onnx", "numpy"]
 
@@ -42,30 +42,34 @@ def exported_model(paths: Paths, dataset: str, task: str, model: str) -> Exporte
     place = paths.model(dataset, task, model)
     if not place.is_dir():
         raise DataError(place, "there is no such trained model", "correct the name or `snakemake`")
-    estimator, about = read_model(place)
-    audio, features = settings_of(about)
+    about, predictor = read_about(place), read_predictor(place, dataset, task)
+    guard = predictor.guard
     try:
         return describe(
-            estimator,
+            predictor.estimator,
             names=(dataset, task, model),
-            kind=about["kind"],
-            unit=about["unit"],
+            kind=predictor.kind,
+            unit=predictor.unit,
             period=about["period"],
-            audio=audio,
-            features=features,
-            calibration=about.get("calibration") or {},
-            guard=None,
-            provenance=about["provenance"] | {"seed": about["seed"], "target": about["target"]},
+            audio=predictor.audio,
+            features=predictor.features,
+            calibration=predictor.calibration.plain(),
+            guard={
+                "grasps": guard.grasps,
+                "references": guard.points(guard.references),
+                "mean": guard.mean,
+                "std": guard.std,
+                "scale": guard.scale,
+            },
+            provenance=provenance(about),
         )
     except CannotExportError as error:
         raise DataError(place, str(error), "choose another model, or other features") from None
 
 
-def settings_of(about: Mapping[str, Any]) -> tuple[AudioSettings, FeatureSettings]:
-    """Return how a model's recordings were read and made into features."""
-    said = json.loads(about["provenance"]["settings"])
-    audio = AudioSettings.model_validate(said["audio"])
-    return audio, FeatureSettings.model_validate(said["features"])
+def provenance(about: Mapping[str, Any]) -> dict[str, Any]:
+    """Return where a trained model comes from: data, code, seed."""
+    return about["provenance"] | {key: about[key] for key in ("seed", "target", "recordings")}
 
 
 def _onnx_bytes(exported: Exported) -> bytes:

@@ -65,7 +65,10 @@ def exported(
         "unit": "mm" if number else "",
         "period": PERIOD if question == "angle" else None,
         "audio": AUDIO,
-        "calibration": {"temperature": 1.5, "half_width": 0.25},
+        "calibration": {
+            "temperature": 1.5 if hasattr(estimator, "predict_proba") else None,
+            "half_width": 0.25,
+        },
         "guard": None,
         "provenance": {"git_commit": "0"},
     }

@@ -19,7 +19,7 @@ from sklearn.preprocessing import MinMaxScaler
 
 from ajgdata.evaluate import calibration
 from ajgdata.export import numpy_runtime
-from ajgdata.export.comparison import feature_difference, score_difference
+from ajgdata.export.comparison import difference, feature_difference
 from ajgdata.export.description import feature_tolerance, in_numpy
 from ajgdata.export.layers import CannotExportError
 from ajgdata.export.numpy_file import numpy_bytes
@@ -59,10 +59,10 @@ def test_every_model_and_kind_is_what_it_was_in_python(model, question, tmp_path
         assert not feature_difference(X, theirs, FEATURES.window).is_beyond
         score = np.array([one["score"] for one in said])
         if not made.about["classes"]:
-            found = score_difference(lambda x: fitted.predict(x)[:, None], theirs, score, period)
+            found = difference("score", lambda x: fitted.predict(x)[:, None], theirs, score, period)
             assert not found.is_beyond, found
         elif made.about["probabilities"]:
-            found = score_difference(fitted.predict_proba, theirs, score, None)
+            found = difference("score", fitted.predict_proba, theirs, score)
             assert not found.is_beyond, found
             scaled = calibration.with_temperature(fitted.predict_proba(theirs), 1.5)
             probability = [list(one["probability"].values()) for one in said]

@@ -28,17 +28,20 @@ TASKS = {"size": {"target": "pitch"}, "what": {"target": "object"}}
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    """One session of 24 tones; two models of two tasks trained on it."""
+    """24 tones, and 2 of noise in which nothing is held; two models trained on them."""
     project = Project(Paths(tmp_path_factory.mktemp("export") / "project"))
     targets = {name: target.model_dump(mode="json") for name, target in TARGETS.items()}
     project.declare(targets=targets, tasks=TASKS)
     rows = []
-    for number, sound in enumerate(tones(24)):
+    noise = 0.1 * np.random.default_rng(1).standard_normal((2, 400))
+    for number, sound in enumerate([*tones(24), *noise]):
         path = project.folder() / "audio" / f"r{number:02}.wav"
         write_pcm24(path, sound, RATE_HZ)
         row = {"recording_id": path.stem, "file": f"audio/{path.name}", "sha256": file_sha256(path)}
-        row |= {"grasp_id": f"g{number // 2}", "object": "abcd"[number % 4]}
-        rows.append(Recording(**row, labels={"pitch": str(600 + 800 * (number % 4))}))
+        held = number < 24
+        row |= {"grasp_id": f"g{number // 2}", "object": "abcd"[number % 4] if held else ""}
+        labels = {"pitch": str(600 + 800 * (number % 4)) if held else ""}
+        rows.append(Recording(**row, labels=labels))
     project.write(rows)
     project.shard()
     project.merge("s1", targets=TARGETS)
@@ -86,9 +89,15 @@ def test_exported_and_checked(run, tmp_path, to, task, model):
     assert f"ajgdata export --check {path}" in said
     code, said = run("--check", path)
     assert code == 0, said
-    assert "says what the package says; 24 recordings" in said
-    assert "feature" in said
-    assert "score" in said
+    assert "says what the package says; 26 recordings" in said
+    for quantity in (
+        "feature",
+        "score",
+        "novelty",
+        "probability" if task == "what" else "interval",
+    ):
+        assert f"\n{quantity:12} " in f"\n{said}"
+    assert "classes or verdicts" not in said
 
 
 def test_a_file_of_other_weights_is_found(run, trained, tmp_path):
@@ -199,14 +208,17 @@ def test_the_example_with_onnx_runtime(run, trained, tmp_path):
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         return done.stdout + done.stderr
 
-    lines = example("d-what-linear.onnx", sound).splitlines()
+    verdict, *lines = example("d-what-linear.onnx", sound).splitlines()
+    assert verdict.startswith("known (novelty 0.")
     assert lines[0].endswith("% b")
     shares = [float(line.split("%")[0]) for line in lines]
     assert shares == sorted(shares, reverse=True)
     with ajgdata.load_features("d", trained.root) as features:
         feature = features.feature.sel(recording="s1/r01").values
     (pitch,) = ajgdata.load_model("d", "size", "ridge", trained.root).predict(feature[np.newaxis])
-    assert example("d-size-ridge.onnx", sound).startswith(f"{pitch:.4g} Hz, ")
+    said = example("d-size-ridge.onnx", sound)
+    assert f"\n{pitch:.4g} Hz, " in said
+    assert example("d-size-ridge.onnx", trained.folder() / "audio/r25.wav").startswith("nothing ")
     said = example("d-size-ridge.onnx", tmp_path / "fast.wav")
     assert "sampled at 16000 Hz, the model needs 8000 Hz" in said
 
