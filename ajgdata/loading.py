@@ -307,7 +307,7 @@ class Dataset:
 
     def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
         """Return the recordings that have the target of a task, and the target's classes."""
-        from ajgdata.evaluate.task_data import task_data
+        from ajgdata.evaluate.task_data import frequent_classes, task_data
         from ajgdata.store.features import read_store
 
         if task not in self.spec.tasks:
@@ -317,12 +317,15 @@ class Dataset:
         kind = self.spec.targets[declared.target].kind
         store = self.paths.features(self.spec.name)
         try:
-            columns = declared.target, kind, declared.groups, declared.classes
-            rows = task_data(read_store(store), *columns)
+            shard, classes = read_store(store), declared.classes
+            if rarest := declared.min_groups:
+                named = declared.target, declared.groups, classes
+                classes = tuple(frequent_classes(shard, *named, rarest)[0])
+            rows = task_data(shard, declared.target, kind, declared.groups, classes)
         except ValueError as error:
             raise self._wrong(f"task {task}: {error}", "see its quarantine") from None
-        classes = sorted(set(rows.value.tolist())) if kind == "classification" else []
-        return rows, tuple(classes)
+        present = sorted(set(rows.value.tolist())) if kind == "classification" else []
+        return rows, tuple(present)
 
     def _apart(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
         from ajgdata.evaluate.task_data import split_withheld

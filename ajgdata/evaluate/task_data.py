@@ -61,6 +61,30 @@ def task_data(
     return TaskData(shard.feature, values, group, names).where(present)
 
 
+def frequent_classes(
+    shard: Shard, target: str, groups: str, classes: Sequence[str], min_groups: int
+) -> tuple[list[str], dict[str, int]]:
+    """Return the classes of `target` with at least `min_groups` groups, and how many each of the
+    others has.
+
+    Of `classes` alone, if there are any; nothing of a store that lacks a column. Raises
+    NotPossibleError where fewer than two classes are left.
+    """
+    if not {target, groups} <= set(shard.columns) or not len(shard.feature):
+        return list(classes), {}
+    value, group = (shard.columns[name].values.astype(str) for name in (target, groups))
+    counts = {
+        str(one): len(np.unique(group[value == one]))
+        for one in np.unique(value[value != ""])
+        if not classes or one in classes
+    }
+    rare = {one: count for one, count in counts.items() if count < min_groups}
+    kept = [one for one in classes or counts if one not in rare]
+    if rare and len(kept) < 2:
+        raise NotPossibleError(f"min_groups {min_groups} leaves fewer than two classes: lower it")
+    return kept, rare
+
+
 def split_withheld(data: TaskData, withhold: Sequence[float]) -> tuple[TaskData, TaskData]:
     """Return the recordings to train on, and those whose value is withheld.
 

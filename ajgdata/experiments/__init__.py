@@ -52,6 +52,12 @@ class Asked:
             return (self.settings.base,) if self.settings.base else ()
         return tuple(getattr(self.settings, "test_on", ()))
 
+    def optional_in(self, spec: DatasetSpec) -> bool:
+        """Return whether its data set declares that it may be skipped."""
+        if self.task in spec.embeddings:
+            return spec.embeddings[self.task].optional
+        return spec.tasks[self.task].optional
+
     @property
     def of_latents(self) -> bool:
         """Return whether it needs the latents of the embedding's encoders."""
@@ -68,7 +74,7 @@ class Asked:
 
         So one more model redoes none of the others.
         """
-        settings = self.settings.model_dump(mode="json")
+        settings = self.settings.model_dump(mode="json", exclude={"optional"})
         own = {"models": [kind.partition("-")[2]]} if self.experiment.by_model else {}
         return settings | own
 

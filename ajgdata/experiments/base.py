@@ -14,7 +14,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
+from ajgdata.evaluate.task_data import (
+    TaskData,
+    frequent_classes,
+    split_withheld,
+    task_data,
+)
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Source
@@ -90,6 +95,7 @@ class Inputs:
     period_deg: float | None = None
     withhold: Sequence[float] = ()
     classes: Sequence[str] = ()
+    min_groups: int = 0
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
@@ -106,7 +112,17 @@ class Inputs:
         Raises ValueError where there is none; see `task_data`.
         """
         shard = self.others[other] if other else self.store
-        return task_data(shard, self.target, self.kind, self.groups, self.classes)
+        classes = self.classes_of_task[0]
+        return task_data(shard, self.target, self.kind, self.groups, classes)
+
+    @property
+    def classes_of_task(self) -> tuple[Sequence[str], Mapping[str, int]]:
+        """Return the classes that the task is about (none: all), and the groups of each that has
+        fewer than `min_groups` of the store. Raises NotPossibleError where too few are left."""
+        if not self.min_groups:
+            return self.classes, {}
+        named = self.target, self.groups, self.classes
+        return frequent_classes(self.store, *named, self.min_groups)
 
     def data(self, other: str = "") -> TaskData:
         """Return the recordings of `all_data` whose value is not withheld from training."""
@@ -169,6 +185,7 @@ class TaskResults:
     others: Mapping[str, Other] = field(default_factory=dict)
     level: Level | None = None
     period_deg: float | None = None
+    left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
     page: str = ""  #: of the report, by name
 
     @property

@@ -5,24 +5,34 @@ Called while Snakemake parses, too: light imports only.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
+from ajgdata.features.axes import differing_axes
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.manifest import read_manifest
 from ajgdata.store.tables import read_tables, write_tables
-from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Kind, NotPossibleError
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    FeatureSettings,
+    Kind,
+    NotPossibleError,
+)
 
 if TYPE_CHECKING:
     import numpy as np
 
     from ajgdata.report.paper import PaperFigure
+    from ajgdata.store.features import Shard
 
 TaskKey = tuple[str, str]  #: data set, and task or embedding
 EMBEDDING = "embedding"  #: report on all embeddings
@@ -118,7 +128,7 @@ def run_experiment(
         **split,
         seed=seed,
         store=shard,
-        others={other: read_store(path) for other, path in others.items()},
+        others={other: _comparable(store, shard, path) for other, path in others.items()},
         audio=audio,
         features=features,
         **_encoded(*encoders),
@@ -127,6 +137,7 @@ def run_experiment(
         new_grasps=new_grasps,
     )
     try:
+        about["left_out"] = dict(inputs.classes_of_task[1])
         outcome = one.measure(inputs, one.settings.model_validate(settings), model)
     except NotPossibleError as error:
         write_tables(cost, [])
@@ -134,6 +145,19 @@ def run_experiment(
         return
     write_tables(cost, outcome.cost)
     write_tables(tables, outcome.tables, **(about | dict(outcome.about)))
+
+
+def _comparable(store: Path, shard: Shard, path: Path) -> Shard:
+    """Return another store, whose spectra have the axes of `shard`. Raises DataError for others."""
+    other = read_store(path)
+    own, its = (json.loads(str(one.attrs.get("settings", "{}"))) for one in (shard, other))
+    for name, here, there in differing_axes(own, its):
+        problem = f"its {name} is {there}, that of {store} is {here}: they do not compare"
+        raise DataError(path, problem, "give both data sets the same, and run again")
+    if shard.frequency_hz.tolist() != other.frequency_hz.tolist():
+        problem = f"its frequencies are not those of {store}: they do not compare"
+        raise DataError(path, problem, "delete both, and run again")
+    return other
 
 
 def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:
@@ -210,6 +234,7 @@ def read_results(
         others={n: Other(specs[n].title or n, specs[n].level) for n in asked.others if n in specs},
         level=spec.level,
         period_deg=split.get("period_deg"),
+        left_out=results[0].about.get("left_out", {}) if results else {},
     ), skipped
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
+from ajgdata.pipeline.declaration import check_declaration
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper
 from ajgdata.store.files import json_bytes
@@ -48,16 +49,19 @@ def plan(
 
     With `check` every scene of a recipe is planned. Data sets that a task is tested on, or an
     embedding is based on, come with it. Raises DataError for a declaration that cannot be used
-    (with `check`: also for a scene that the gripper does not know) and if there is nothing to run.
+    (with `check`: also for a scene that the gripper does not know, and for what only other files
+    tell, see `declaration`) and if there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
     for name in names:  # which grows
         spec = read_dataset(paths, name)
-        names += _tested_on(paths, spec, names)
+        virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
+        if check:
+            check_declaration(paths, spec, virtual)
+        names += sorted(_others(spec) - set(names))
         _check_paper(paths, spec)
         list(all_asked(spec, paths.dataset(name)))
-        virtual = tuple(session_names(spec.recipe)) if spec.recipe else ()
         scenes = scenes_of(paths, spec, virtual) if check and virtual else {}
         held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
@@ -115,21 +119,6 @@ def _others(spec: DatasetSpec) -> set[str]:
     """Return the data sets that those of `spec` are tested on, or transferred from."""
     tested = {other for task in spec.tasks.values() for other in task.others}
     return tested | {one.base for one in spec.embeddings.values() if one.base}
-
-
-def _tested_on(paths: Paths, spec: DatasetSpec, known: Sequence[str]) -> list[str]:
-    """Return further data sets that the tasks of `spec` need.
-
-    Raises DataError if one of them lacks the target.
-    """
-    for name, task in spec.tasks.items():
-        for other in task.others:
-            targets = read_dataset(paths, other).targets
-            if other == spec.name or targets.get(task.target) != spec.targets[task.target]:
-                lacks = f"which has no target {task.target!r} like this"
-                problem = f"task {name}: tested on {other!r}, {lacks}"
-                raise DataError(paths.dataset(spec.name), problem, "declare it there, or drop it")
-    return sorted(_others(spec) - set(known))
 
 
 def _check_paper(paths: Paths, spec: DatasetSpec) -> None:

@@ -246,12 +246,20 @@ def _part(paths: Paths, results: TaskResults) -> Part:
         name=results.named(),
         page=results.page,
         title=one.title,
-        summary=one.summary(results),
+        summary=" ".join(filter(None, (one.summary(results), _left_out(results)))),
         text=read_experiment_text(paths, one.name),
         rows=tuple(one.rows(results)),
         figures=tuple(one.figures(results)),
         tables=tuple(one.tables(results)),
     )
+
+
+def _left_out(results: TaskResults) -> str:
+    """Return which classes the task leaves out as too rare, in a sentence."""
+    if not results.left_out:
+        return ""
+    named = ", ".join(f"{one} ({count})" for one, count in results.left_out.items())
+    return f"Classes left out as too rare (min_groups), with their groups: {named}."
 
 
 def _comparisons(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.evaluate.task_data import TaskData, task_data
+from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.models import ABOUT_FILE, write_estimator, write_guard, write_network
@@ -29,6 +29,7 @@ def train_model(
     seed: int,
     folder: Path,
     classes: Sequence[str] = (),
+    min_groups: int = 0,
     period_deg: float | None = None,
     task: str = "",
 ) -> None:
@@ -48,6 +49,8 @@ def train_model(
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
     try:
+        if min_groups:
+            classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
         data = task_data(shard, target, kind, groups, classes)
         with threadpool_limits(limits=1):
             estimator = make_model(model, kind, seed, period_deg).fit(data.feature, data.value)

@@ -7,8 +7,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
-from ajgdata.paths import Paths
+from ajgdata.paths import DATASET_FILE, Paths
+from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.declare import common_audio
 from ajgdata.pipeline.label_kinds import label_findings
 from ajgdata.pipeline.progress import Started
@@ -25,7 +27,7 @@ from ajgdata.store.labels import bad_label, copies, label_problem
 from ajgdata.store.manifest import HashCache, survey
 from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset
-from ajgdata.types import AudioSettings, FeatureSettings, Finding
+from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Finding
 
 
 def validate_datasets(
@@ -62,7 +64,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     cache = HashCache(paths.hash_cache)
     surveys = [survey(paths, dataset, name, cache) for name in list_sessions(paths, dataset)]
     advance = started(sum(len(manifest["recordings"]) for manifest, _ in surveys))
-    told: list[Finding] = []
+    told = _check_declaration(paths, spec)
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for manifest, labels in surveys:
         table = {row["recording_id"]: row for row in labels}
@@ -83,6 +85,14 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     if rows:
         told += copies(*zip(*rows, strict=True)).values()
     return sum(len(labels) for _, labels in surveys), sorted(told)
+
+
+def _check_declaration(paths: Paths, spec: DatasetSpec) -> list[Finding]:
+    virtual = session_names(spec.recipe) if spec.recipe else ()
+    return [
+        Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
+        for problem, fix in declaration_problems(paths, spec, virtual)
+    ]
 
 
 def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]:

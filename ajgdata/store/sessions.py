@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -229,6 +230,22 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     ]  # fmt: skip
     kept = [r for r in recordings if counts[r.recording_id] == 1]
     return sorted(kept, key=lambda r: r.recording_id), findings
+
+
+def table_columns(paths: Paths, dataset: str, sessions: Iterable[str]) -> set[str]:
+    """Return the columns that the tables of some sessions have between them.
+
+    Only their headers are read; a table that cannot be is reported by whoever reads all of it.
+    """
+    found: set[str] = set()
+    for session in sessions:
+        path = paths.session(dataset, session) / RECORDINGS_FILE
+        try:
+            with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+                found |= {cell.strip() for cell in next(csv.reader(stream), [])}
+        except (OSError, csv.Error):
+            continue
+    return found
 
 
 def write_recordings(folder: Path, recordings: Sequence[Recording]) -> None:

@@ -42,7 +42,7 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = ("target", "classes", "kind", "unit", "groups", "period_deg")
+TRAINING = ("target", "classes", "min_groups", "kind", "unit", "groups", "period_deg")
 
 
 class DatasetSpec(Strict):
@@ -124,6 +124,8 @@ class DatasetSpec(Strict):
                         raise ValueError(f"task {name}: {key} is for a number, not for classes")
             elif task.classes:
                 raise ValueError(f"task {name}: classes are those of a class, not of a number")
+            elif task.min_groups:
+                raise ValueError(f"task {name}: min_groups is for classes, not for a number")
         return self
 
     @model_validator(mode="after")
@@ -149,6 +151,7 @@ class DatasetSpec(Strict):
         return {
             "target": settings.target,
             "classes": list(settings.classes),
+            "min_groups": settings.min_groups,
             "kind": target.kind,
             "unit": target.unit,
             "groups": settings.groups,

@@ -56,6 +56,9 @@ class Embedding(Strict):
     retrieval_folds: int = Field(
         0, ge=0, description="folds of leave-objects-out, for retrieval and probes of unseen things"
     )
+    optional: bool = Field(
+        False, description="what the data lack for it is told, and the run succeeds all the same"
+    )
     base: Name | None = Field(
         None,
         description="data set of the same things on one gripper, trained on as well; where the"

@@ -44,6 +44,12 @@ class Task(Strict):
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="what else is measured of it, by name of the experiment, with its settings"
     )
+    min_groups: int = Field(
+        0, ge=0, description="classes with fewer groups are left out, and named in the report"
+    )
+    optional: bool = Field(
+        False, description="what the data lack for it is told, and the run succeeds all the same"
+    )
     reports: tuple[Name, ...] = Field(
         (), description="`snakemake report_NAME` reports on the tasks of NAME; default: data set"
     )

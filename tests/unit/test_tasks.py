@@ -1,9 +1,12 @@
 """What a task may declare."""
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from ajgdata.types import DatasetSpec, Task
+from ajgdata.evaluate.task_data import frequent_classes
+from ajgdata.store.features import Shard, text_column
+from ajgdata.types import DatasetSpec, NotPossibleError, Task
 
 
 def spec(kind: str, **task: object) -> DatasetSpec:
@@ -51,3 +54,19 @@ def test_the_papers_figures_by_part():
         Task(target="x", paper=parts)
     with pytest.raises(ValidationError, match="withhold lists a value twice"):
         Task(target="x", withhold=(1.0, 2.0, 1.0))
+
+
+def test_rare_classes_may_be_left_out_and_are_told():
+    with pytest.raises(ValidationError, match="task t: min_groups is for classes"):
+        spec("regression", min_groups=2)
+    assert spec("classification", min_groups=2).training("t")["min_groups"] == 2
+    label = ["a"] * 4 + ["b"] * 4 + ["c"] * 2 + [""]
+    group = [f"g{n // 2}" for n in range(10)] + ["g9"]  # two grasps each of a and b, one of c
+    columns = {"label": text_column(label), "grasp_id": text_column(group)}
+    shard = Shard(np.ones((11, 2), np.float32), np.arange(2.0), columns, {})
+    named = shard, "label", "grasp_id"
+    assert frequent_classes(*named, (), 2) == (["a", "b"], {"c": 1})
+    assert frequent_classes(*named, (), 1) == (["a", "b", "c"], {})
+    assert frequent_classes(*named, ("b", "a"), 2) == (["b", "a"], {})
+    with pytest.raises(NotPossibleError, match="min_groups 3 leaves fewer than two classes"):
+        frequent_classes(*named, (), 3)

@@ -85,7 +85,8 @@ def opening_sessions(path):
 def embedding_settings(wildcards):
     """The embedding of a job as plain values, defaults included."""
     declared = SPECS[wildcards.dataset].embeddings
-    return declared[wildcards.embedding].model_dump(mode="json")
+    one = declared[wildcards.embedding]
+    return one.model_dump(mode="json", exclude={"optional"})
 
 
 def of_latents(path):
