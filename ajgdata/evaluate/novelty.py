@@ -25,8 +25,8 @@ EQUAL = 1e-6
 class Guard:
     """Grasps that a model knows, and how far from them is too far.
 
-    `grasps` (g, f) are points z (see above), `references` (r, f) features x of recordings in which
-    nothing is held; `mean` and `std` (f,), `scale` a number; all float32, as they are stored.
+    `grasps` (g, f) and `references` (r, f), recordings in which nothing is held, are points z (see
+    above); `mean` and `std` (f,), `scale` a number; all float32, as they are stored.
     `threshold` is a distance between points, None where none could be found.
     """
 
@@ -81,17 +81,18 @@ class Guard:
         """Return whether features (m, f) are nearer to a reference than to any grasp: (m,)."""
         if not len(self.references):
             return np.zeros(len(features), bool)
-        nearest = cdist(self.points(features), self.points(self.references)).min(axis=1)
+        nearest = cdist(self.points(features), self.references).min(axis=1)
         return nearest < self.distance(features)
 
     def with_references(self, features: np.ndarray) -> Self:
-        """Return the same with further recordings (r, f) in which nothing is held."""
+        """Return the same with features (r, f) of further recordings in which nothing is held."""
         more = np.asarray(features, np.float32)
         if more.ndim != 2 or more.shape[1] != len(self.mean):
             raise ValueError(f"references need shape (r, {len(self.mean)}), not {more.shape}")
         if not np.isfinite(more).all():
             raise ValueError("references hold NaN or infinity: leave those out")
-        return replace(self, references=np.concatenate([self.references, more]))
+        points = self.points(more).astype(np.float32)
+        return replace(self, references=np.concatenate([self.references, points]))
 
 
 @dataclass(frozen=True)
