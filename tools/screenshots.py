@@ -21,7 +21,7 @@ COLOURS, OPENING_COLOURS = 32, 128
 #: Pixels: the opening picture is as wide as a column of text, on a fine screen.
 OPENING_WIDTH = 1300
 #: All of docs/images: they travel with each clone.
-MAX_BYTES = 300_000
+MAX_BYTES = 400_000
 
 
 class Shot(NamedTuple):

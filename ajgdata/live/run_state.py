@@ -13,6 +13,7 @@ from datetime import datetime
 from typing import Any
 
 from ajgdata.live.events import Event
+from ajgdata.types.plan import NOTHING
 
 #: Grasps that are told one by one.
 GRASPS = 24
@@ -56,6 +57,8 @@ class Grasp:
     @property
     def outcome(self) -> str:
         """Return the class that the run decided by itself, UNSURE, or "" while it is open."""
+        if self.truth == NOTHING and not self.placed:
+            return ""  # right, and none of the classes
         if self.action == "stop" or (self.placed and (self.asked or self.action == "reject")):
             return UNSURE
         return str(self.value) if self.placed else ""

@@ -1,10 +1,11 @@
 "use strict";
 (() => {
   const NS = "http://www.w3.org/2000/svg";
+  const OTHERS = "others", UNSURE = "unsure";  // as live/run_state.py has them
   const SILENT_MS = 6000;  // three heartbeats
   const byId = (id) => document.getElementById(id);
   const token = location.hash.slice(1);
-  const percent = (p) => `${(100 * p).toFixed(0)} %`;
+  const percent = (p) => p < 1 && p >= 0.995 ? "> 99 %" : `${(100 * p).toFixed(0)} %`;
   const words = (name) => String(name).replaceAll("_", " ");
   let state = null, chosen = null, heard = 0, source = null;
 
@@ -101,7 +102,7 @@
     const last = state.grasps.at(-1);
     const look_ = state.prediction?.look ?? state.take?.look ?? 1;
     write("which", last ? `grasp ${last.number}${look_ > 1 ? `, look ${look_}` : ""}` : "");
-    write("step", state.step && !state.stopped ? `now: ${state.step}` : "");
+    write("step", state.step && !state.stopped ? `last step: ${state.step}` : "");
   }
 
   function showBars(state) {
@@ -113,6 +114,7 @@
     const rows = filled(list, names.length, () => element("li", "", element("span", "name"),
       element("span", "track", element("i")), element("span", "percent")));
     list.classList.toggle("crowded", names.length > 8);
+    list.classList.toggle("few", names.length <= 5);
     document.body.classList.toggle("many", names.length > 8);
     list.style.setProperty("--at", needed === null ? "-9rem" : `${100 * needed}%`);
     rows.forEach((row, i) => {
@@ -203,7 +205,7 @@
     if (grasp.action === "wait") return ["open", "∅", "nothing held"];
     if (!grasp.outcome && !last) return ["open", "–", "not sorted"];
     if (!grasp.outcome) return ["open", "…", grasp.action === "again" ? "grasped again" : "in the gripper"];
-    if (grasp.outcome === "unsure") return ["open", "?", "not sorted by itself"];
+    if (grasp.outcome === UNSURE) return ["open", "?", "not sorted by itself"];
     if (!grasp.truth) return ["", "●", "sorted, truth unknown"];
     return grasp.truth === grasp.outcome ? ["right", "✓", "right"] : ["wrong", "✗", `wrong, it was ${words(grasp.truth)}`];
   }
@@ -244,10 +246,10 @@
   }
 
   function showConfusion(state) {
-    const truths = Object.keys(state.confusion).sort();
+    const truths = Object.keys(state.confusion).sort((a, b) => (a === OTHERS) - (b === OTHERS) || (a < b ? -1 : 1));
     const found = new Set(truths.flatMap((truth) => Object.keys(state.confusion[truth])));
     const columns = [...(state.plan.classes ?? []).filter((name) => found.has(name) || truths.includes(name)),
-      ...["others", "unsure"].filter((name) => found.has(name))];
+      ...[OTHERS, UNSURE].filter((name) => found.has(name))];
     byId("no-truth").hidden = truths.length > 0;
     byId("confusion-head").parentElement.querySelector(".scroll").hidden = !truths.length;
     const head = columns.map((name) => { const cell = element("th", "", words(name)); cell.scope = "col"; return cell; });
@@ -257,7 +259,7 @@
       label.scope = "row";
       return element("tr", "", label, ...columns.map((name) => {
         const count = state.confusion[truth][name] ?? 0;
-        return element("td", !count || name === "unsure" ? "" : name === truth ? "right" : "wrong", count ? String(count) : "·");
+        return element("td", !count || name === UNSURE ? "" : name === truth ? "right" : "wrong", count ? String(count) : "·");
       }));
     }));
   }
@@ -278,7 +280,7 @@
       write("correct-label", `Grasp ${grasp.number}, ${value(grasp.value)}, was`);
       if (choice.dataset.number !== String(grasp.number)) {
         choice.dataset.number = grasp.number;
-        choice.value = grasp.truth || grasp.value;
+        choice.value = names.includes(grasp.truth) ? grasp.truth : grasp.value;
       }
     }
     byId("problems").hidden = byId("problems-head").hidden = !state.problems.length;

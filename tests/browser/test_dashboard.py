@@ -1,21 +1,32 @@
 """The page of a run as a browser shows it: what it says, its buttons and keys, at four widths."""
 
+import io
+import os
 import time
 from pathlib import Path
 
 import pytest
 from live_events import CLASSES, Story, run
+from PIL import Image
 from test_pages import AXE, BEYOND, RULES, WIDTHS, assert_none
 
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.dashboard import dashboard
+from ajgdata.live.events import read_events
 from ajgdata.live.run_state import UNSURE
+from ajgdata.store.files import write_if_changed
+from tools.screenshots import IMAGES, small
 
 pytestmark = pytest.mark.browser
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Set it to write docs/images.
+#: A run of `ajgdata sort` with the virtual gripper.
+LOG = ROOT / "docs/examples/sorting.jsonl"
+#: Set it to write the pictures of it into docs/images.
 WRITE = "AJGDATA_SCREENSHOTS"
+#: Width and height in CSS pixels, and how many of the picture's one of them takes.
+SHOTS = {"dashboard": (1300, 990, 1.0), "dashboard-phone": (360, 760, 1.0)}
+MOST_BYTES, COLOURS = 120_000, 64
 TEXTS = """
 return Object.fromEntries([...document.querySelectorAll('[id]')]
   .filter(e => e.checkVisibility()).map(e => [e.id, e.textContent.replace(/\\s+/g, ' ').trim()]))
@@ -377,3 +388,25 @@ def test_marks_tell_right_from_wrong_without_colour(shown):
     assert {tuple(look) for look in shown.browser.run(looks)} == {
         ("✓", "solid"), ("✗", "dashed"), ("●", "solid"), ("…", "dotted"),
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SHOTS)
+def test_pictures_of_a_run_for_the_docs(shown, name):
+    """Of a sort near its end, when it is decided: the same bytes each time."""
+    events = read_events(LOG)
+    decided = [n for n, event in enumerate(events) if event["event"] == "decision"]
+    width, height, scale = SHOTS[name]
+    shown.browser.window(width, height, scale=scale)
+    shown.open()
+    shown.tell(events[: decided[-5] + 1])
+    shown.browser.driver.execute_async_script(
+        "requestAnimationFrame(() => setTimeout(arguments[0]))"
+    )
+    picture = small(shown.browser.picture(), COLOURS)
+    assert len(picture) <= MOST_BYTES
+    with Image.open(io.BytesIO(picture)) as image:
+        assert image.size == (round(width * scale), round(height * scale))
+    texts = shown.texts()
+    assert texts["source"] == "simulated" and texts["mark"] == "✓"
+    if WRITE in os.environ:
+        write_if_changed(IMAGES / f"{name}.png", picture)

@@ -48,6 +48,15 @@ def test_what_the_run_did_not_decide_itself_is_unsure(action):
     assert folded(story.events).confusion == {"screw": {UNSURE: 1}}
 
 
+def test_nothing_held_that_is_not_sorted_is_no_mistake():
+    story = Story().start().say("grasp", number=1, object="empty")
+    story.hear(dict.fromkeys(CLASSES, 0.25), verdict="nothing")
+    about = {"value": "", "bin": "", "looks": 1, "reason": "nothing is held", "probability": {}}
+    assert folded(story.say("decision", action="stop", **about).events).confusion == {}
+    placed = folded(Story().start().sort(1, "marker", "empty").events)
+    assert placed.confusion == {OTHERS: {"marker": 1}}
+
+
 def test_combined_probabilities_take_the_place_of_single_ones():
     story = Story().start().say("grasp", number=1, object="")
     one = {"marker": 0.5, "padlock": 0.4, "screw": 0.1, "strawberry": 0.0}
