@@ -273,8 +273,7 @@ def _describe(
     facts = _provenance(spec, told, store, sessions, version)
     text = card.render_card(about, told, table, counts, sizes, facts, front, paths)
     _write(tree, tree.README, text.encode())
-    left_out = sum(finding.leaves_out for finding in told.findings)
-    return left_out, unsealed, about.is_unlicensed
+    return told.n_left_out, unsealed, about.is_unlicensed
 
 
 def _provenance(

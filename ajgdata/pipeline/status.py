@@ -17,7 +17,7 @@ from ajgdata.pipeline.recipes import recipe_sessions
 from ajgdata.store.findings import read_findings
 from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_recordings
-from ajgdata.types import DataError
+from ajgdata.types import DataError, left_out
 
 #: Snakemake's words for a file that is old only because something before it is.
 FOLLOWS = ("ok", "no update")
@@ -81,8 +81,7 @@ def data_status(paths: Paths) -> list[str]:
             )
         lines += [line for one in ready for line in _session(paths.session(name, one), name)]
         if paths.quarantine(name).is_file():
-            out = [f for f in read_findings(paths.quarantine(name)) if f.leaves_out]
-            if out:
+            if out := left_out(read_findings(paths.quarantine(name))):
                 lines.append(f"{name}: {len(out)} recordings left out; {paths.quarantine(name)}")
     return lines
 

@@ -104,8 +104,6 @@ def answers(
         f"{name}: {target.description or words(name)}{f' ({target.unit})' if target.unit else ''}"
         for name, target in spec.targets.items()
     )
-    out = sum(finding.leaves_out for finding in summary.findings)
-    flagged = len(summary.findings) - out
     return {
         "motivation": "To tell from the sound inside a jamming gripper what it holds."
         if has_gripper(sessions)
@@ -116,8 +114,8 @@ def answers(
         "labels": f"{labels or 'No targets are declared'}. "
         + ("They are the settings of the simulation." if summary.source == "simulated" else
            "They were given by whoever recorded, and are not checked."),
-        "missing": f"{out} recordings were left out, {flagged} are in and flagged"
-        f"{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
+        "missing": f"{summary.n_left_out} recordings were left out, {summary.n_flagged} are in and "
+        f"flagged{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
         "A label that was not measured is an empty cell.",
         "collection": _collection(summary, sessions),
         "collection_type": "Simulation" if summary.source == "simulated" else "Experiment",

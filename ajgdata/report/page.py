@@ -16,8 +16,8 @@ from ajgdata.report.panel import SIGNS, Panel, highlight_panel, panels
 from ajgdata.report.render import Picture, all_shown, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Report
 
-#: A page is read by people: further findings are in the file that it points to.
-MAX_FINDINGS = 50
+#: A page is to open quickly: further findings are in the file that it points to.
+MAX_FINDINGS = 2000
 STAGES = "time-of-stages"
 
 

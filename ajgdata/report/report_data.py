@@ -18,7 +18,7 @@ from ajgdata.report.job_times import Stages
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.sounds import SoundPairs
-from ajgdata.types import FeatureSettings, Finding
+from ajgdata.types import FeatureSettings, Finding, flagged, left_out
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +65,16 @@ class DatasetSummary:
     findings: tuple[Finding, ...] = ()
     spectra: Spectra | None = None
     facts: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def n_left_out(self) -> int:
+        """Return the number of recordings that were left out."""
+        return len(left_out(self.findings))
+
+    @property
+    def n_flagged(self) -> int:
+        """Return the number of recordings that are used, and not without remark."""
+        return len(flagged(self.findings))
 
 
 @dataclass(frozen=True)
@@ -212,13 +222,13 @@ class Report:
 
     @property
     def left_out(self) -> int:
-        """Return the number of findings that leave a recording out."""
-        return sum(one.leaves_out for d in self.datasets for one in d.findings)
+        """Return the number of recordings that were left out."""
+        return sum(one.n_left_out for one in self.datasets)
 
     @property
     def flagged(self) -> int:
-        """Return the number of findings on recordings that are used all the same."""
-        return sum(not one.leaves_out for d in self.datasets for one in d.findings)
+        """Return the number of recordings that are used, and not without remark."""
+        return sum(one.n_flagged for one in self.datasets)
 
     def on(self, page: str) -> list[TaskSection]:
         """Return the sections of a page: those of its parts that stand on it."""

@@ -12,14 +12,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, Paths
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.decoding import decoded
 from ajgdata.store.files import remove_empty_folders, replacing, sha256_of, write_bytes
 from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
 from ajgdata.store.imported_session import ImportedSession, open_sessions
 from ajgdata.store.scan import Scan, ScannedFile
-from ajgdata.store.sessions import audio_path, inside, read_recordings, read_session, write_session
 from ajgdata.types import DataError, Excitation, Recording, describe
 
 LONGEST_ID = 200
@@ -267,28 +266,6 @@ class _Import:
         for session in self.sessions.values():
             if not session.held and (session.is_emptied or not session.is_old):
                 session.remove()
-
-
-def seal(paths: Paths, dataset: str, session: str) -> int:
-    """Accept the bytes that are there: write the present sha256 of every recording and of the
-    played sound.
-
-    Returns how many recordings changed. Missing files keep their row.
-    """
-    folder = paths.session(dataset, session)
-    declared = read_session(folder)
-    recordings, findings = read_recordings(folder)
-    if findings:
-        raise DataError(folder / RECORDINGS_FILE, findings[0].problem, findings[0].fix)
-    sealed = []
-    for recording in recordings:
-        path = audio_path(folder, declared, recording)
-        digest = file_sha256(path) if path.is_file() else recording.sha256
-        sealed.append(recording.model_copy(update={"sha256": digest}))
-    if (played := declared.excitation) and (path := inside(folder, played.file)).is_file():
-        played = played.model_copy(update={"sha256": file_sha256(path)})
-    write_session(folder, declared.model_copy(update={"excitation": played}), sealed)
-    return sum(new != old for new, old in zip(sealed, recordings, strict=True))
 
 
 def _holds(path: Path, digest: str) -> bool:

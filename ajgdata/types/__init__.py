@@ -14,6 +14,8 @@ from ajgdata.types.base import (
     SourceName,
     Strict,
     describe,
+    flagged,
+    left_out,
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings
 from ajgdata.types.embedding import Embedding
@@ -97,5 +99,7 @@ __all__ = [
     "Target",
     "Task",
     "describe",
+    "flagged",
     "is_reserved",
+    "left_out",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 import reprlib
+from collections.abc import Collection, Iterable
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -59,6 +60,16 @@ class Finding:
     def leaves_out(self) -> bool:
         """True if the recording is not in the feature store."""
         return self.level == "error" or self.code in ("copy", "rejected")
+
+
+def left_out(findings: Iterable[Finding]) -> set[tuple[str, str]]:
+    """Return session_id and recording_id of what is not in the feature store, each once."""
+    return {(one.session_id, one.recording_id) for one in findings if one.leaves_out}
+
+
+def flagged(findings: Collection[Finding]) -> set[tuple[str, str]]:
+    """Return session_id and recording_id of what is used and not without remark, each once."""
+    return {(one.session_id, one.recording_id) for one in findings} - left_out(findings)
 
 
 class Strict(BaseModel):

@@ -11,8 +11,8 @@ from worlds import write_tone
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.store.importing import seal
 from ajgdata.store.manifest import read_manifest, refresh
+from ajgdata.store.sealing import seal
 from ajgdata.store.sessions import (
     list_sessions,
     read_dataset,

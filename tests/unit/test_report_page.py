@@ -253,7 +253,24 @@ def test_a_long_quarantine_is_cut_and_says_so():
         "datasets.html"
     ]
     assert f"s1 / r{MAX_FINDINGS - 1}<" in html and f"s1 / r{MAX_FINDINGS}<" not in html
-    assert f"its first {MAX_FINDINGS} rows are here" in html
+    assert f"the first {MAX_FINDINGS} of a kind are here" in html
+    assert f"{MAX_FINDINGS + 1} left out, 0 flagged but used" in html
+
+
+def test_errors_come_first_and_notes_apart():
+    """One recording with two errors is one that was left out."""
+    rows = [Finding("s1", f"r{i}", "f.wav", "note", "resampled", "x", "y") for i in range(80)]
+    rows += [Finding("s1", "r9", "f.wav", "warning", "clipped", "clips", "y")]
+    rows += [Finding("s1", "z", "f.wav", "warning", "copy", "twice there", "y")]
+    rows += [Finding("s1", "z1", "f.wav", "error", code, code, "y") for code in ("silent", "other")]
+    report = Report("t", "1", "c", (dataset("size", "simulated", findings=tuple(rows)),))
+    html = render(report)["datasets.html"]
+    assert "2 left out, 80 flagged but used" in html
+    places = [
+        html.index(text) for text in ("s1 / z1", "s1 / z<", "s1 / r9<", "80 × <code>resampled")
+    ]
+    assert places == sorted(places)
+    assert "s1 / r7<" not in html
 
 
 def test_headings_tables_and_images_are_accessible(pages):
