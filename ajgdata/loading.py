@@ -64,14 +64,16 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     ((44100,), array([0., 1.]))
     """
     from ajgdata.acquire.recipe import session_names
-    from ajgdata.store.sessions import read_dataset, whole_sessions
+    from ajgdata.store.sessions import check_one_kind, read_dataset, whole_sessions
     from ajgdata.store.waveforms import takes_of, waveforms
     from ajgdata.types import DataError
 
     paths = _paths(project)
     spec = read_dataset(paths, name)
     virtual = session_names(spec.recipe) if spec.recipe else ()
-    folders = [paths.session(name, session) for session in whole_sessions(paths, name, virtual)]
+    sessions = whole_sessions(paths, name, virtual)
+    check_one_kind(paths, spec, sessions)
+    folders = [paths.session(name, session) for session in sessions]
     takes, columns, left_out = takes_of(folders, spec)
     if not takes:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata acquire`"

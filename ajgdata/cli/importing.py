@@ -138,6 +138,7 @@ def _show(result: Imported, found: Scan, dataset: str, *, everything: bool) -> N
     corrected = "was changed here and stays; --replace-labels takes the folder's"
     told: dict[str, list[tuple[str, str]]] = {
         "[red]failed[/red]": [*found.missing, *result.failed],
+        "[yellow]unreadable[/yellow]": result.unreadable,
         "[yellow]kept[/yellow]": [(name, other_bytes) for name in result.conflicts],
         "[yellow]label[/yellow]": [(name, corrected) for name in result.corrected],
         "[yellow]moved[/yellow]": [

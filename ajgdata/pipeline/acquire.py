@@ -13,7 +13,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
 from ajgdata.store import manifest
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import SOURCES, DataError
 from ajgdata.types.registry import resolve
 
@@ -41,6 +41,8 @@ def acquire_all(
     DataError, before anything is recorded, for what a recipe gets wrong.
     """
     specs = {dataset: read_dataset(paths, dataset) for dataset in {name for name, _ in wanted}}
+    for name, spec in specs.items():
+        check_one_kind(paths, spec, list_sessions(paths, name))
     plans = []
     for dataset, session in wanted:
         recipe = recipe_of(paths.dataset(dataset), specs[dataset])

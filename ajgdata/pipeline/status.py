@@ -80,9 +80,9 @@ def data_status(paths: Paths) -> list[str]:
                 f"{name}: declared, no recordings; `ajgdata import FOLDER --dataset {name}`"
             )
         lines += [line for one in ready for line in _session(paths.session(name, one), name)]
-        if paths.quarantine(name).is_file():
-            if out := left_out(read_findings(paths.quarantine(name))):
-                lines.append(f"{name}: {len(out)} recordings left out; {paths.quarantine(name)}")
+        quarantine = paths.quarantine(name)
+        if out := left_out(read_findings(quarantine) if quarantine.is_file() else ()):
+            lines.append(f"{name}: {len(out)} recordings left out; {quarantine}")
     return lines
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
-from ajgdata.paths import DATASET_FILE, Paths
+from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
 from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.declare import common_audio
 from ajgdata.pipeline.label_kinds import label_findings
@@ -24,10 +24,10 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.labels import bad_label, copies, label_problem
-from ajgdata.store.manifest import HashCache, survey
+from ajgdata.store.manifest import WHOLE_SESSION, HashCache, survey
 from ajgdata.store.scan import audio_files
-from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset
-from ajgdata.types import AudioSettings, DatasetSpec, FeatureSettings, Finding
+from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
 
 
 def validate_datasets(
@@ -62,9 +62,10 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     spec = read_dataset(paths, dataset)
     list(all_asked(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
     cache = HashCache(paths.hash_cache)
-    surveys = [survey(paths, dataset, name, cache) for name in list_sessions(paths, dataset)]
+    sessions = list_sessions(paths, dataset)
+    surveys = [survey(paths, dataset, name, cache) for name in sessions]
     advance = started(sum(len(manifest["recordings"]) for manifest, _ in surveys))
-    told = _check_declaration(paths, spec)
+    told = [*_check_declaration(paths, spec), *_mixed(paths, spec, sessions)]
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for manifest, labels in surveys:
         table = {row["recording_id"]: row for row in labels}
@@ -75,7 +76,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
             if problem := label_problem(row, spec.targets):
                 found.append(bad_label(session, name, problem))
         found = without_rejected(found, list(rejected(session, table).values()))
-        told += found
+        told += [*found, *_without_row(paths.root, paths.session(dataset, session), manifest)]
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
         for entry in manifest["recordings"]:
             if (name := entry["recording_id"]) not in unusable:
@@ -92,6 +93,32 @@ def _check_declaration(paths: Paths, spec: DatasetSpec) -> list[Finding]:
     return [
         Finding(DATASET_FILE, "*", "", "error", "declaration", problem, fix)
         for problem, fix in declaration_problems(paths, spec, virtual)
+    ]
+
+
+def _mixed(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> list[Finding]:
+    """Return an error if simulated and recorded sessions meet."""
+    try:
+        check_one_kind(paths, spec, sessions)
+    except DataError as error:
+        return [Finding("*", "*", "", "error", "mixed", error.problem, error.fix)]
+    return []
+
+
+def _without_row(root: Path, folder: Path, manifest: dict[str, Any]) -> list[Finding]:
+    """Return a note for each audio file of a session that stands in no row of its table.
+
+    Of a session whose table cannot be read nothing is known.
+    """
+    if any(told["recording_id"] == WHOLE_SESSION for told in manifest["findings"]):
+        return []
+    known = {(root / entry["path"]).absolute() for entry in manifest["recordings"]}
+    known |= {(folder / told["file"]).absolute() for told in manifest["findings"]}
+    fix = "import its folder again, or remove the file"
+    return [
+        Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
+        for path in audio_files(folder / AUDIO_FOLDER)
+        if (folder / AUDIO_FOLDER / path).absolute() not in known
     ]
 
 

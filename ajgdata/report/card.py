@@ -114,8 +114,9 @@ def answers(
         "labels": f"{labels or 'No targets are declared'}. "
         + ("They are the settings of the simulation." if summary.source == "simulated" else
            "They were given by whoever recorded, and are not checked."),
-        "missing": f"{summary.n_left_out} recordings were left out, {summary.n_flagged} are in and "
-        f"flagged{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
+        "missing": f"{summary.n_left_out} recordings were left out, {summary.n_flagged} are in "
+        "and flagged"
+        f"{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
         "A label that was not measured is an empty cell.",
         "collection": _collection(summary, sessions),
         "collection_type": "Simulation" if summary.source == "simulated" else "Experiment",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,8 @@ class Imported:
     `conflicts` are recordings whose bytes differ from those held; `corrected` labels that were
     changed here and are kept; `moved` files that have another path in the folder now; `gone`
     recordings whose file is no longer there, `pruned` such that were removed; `failed` files that
-    could not be read or written, with the reason.
+    could not be read or written, `unreadable` such that were imported though they are no audio that
+    can be used, with the reason.
     """
 
     sessions: int = 0
@@ -47,6 +48,7 @@ class Imported:
     gone: list[str] = field(default_factory=list)
     pruned: list[str] = field(default_factory=list)
     failed: list[tuple[str, str]] = field(default_factory=list)
+    unreadable: list[tuple[str, str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,8 @@ def import_scan(
     """
     names = {entry.session for entry in scanned.files}
     sessions = open_sessions(paths, dataset, folder, names, copy=how.copy)
+    if how.copy:
+        _check_space(paths, folder, scanned, sessions)
     one = _Import(folder, how, sessions, Imported(sessions=len(names)))
     try:
         for name in sorted(names):
@@ -241,7 +245,7 @@ class _Import:
         base = session.folder if self.how.copy else self.folder
         held = session.held.items()
         files = [base / one.file for name, one in held if session.source(name) in sources]
-        rates = {before} - {None} | set(_rates(files))
+        rates = {before} - {None} | self._rates(files)
         changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
         try:
             if excitation := _excitation(self.folder, played, session.folder):
@@ -250,6 +254,16 @@ class _Import:
             reason = f"the played sound cannot be read or written ({error.strerror})"
             self._fail(played or Path(), reason)
         session.declared = session.declared.model_copy(update=changed)
+
+    def _rates(self, files: Iterable[Path]) -> set[int]:
+        """Return the rates of recordings; what cannot be read is imported as it is, and said."""
+        rates = set()
+        for file in files:
+            try:
+                rates.add(inspect_audio(file).sample_rate_hz)
+            except DataError as error:
+                self.result.unreadable.append((file.name, error.problem))
+        return rates
 
     def write(self) -> None:
         """Write every session that holds something, then remove the copies of moved recordings."""
@@ -266,6 +280,19 @@ class _Import:
         for session in self.sessions.values():
             if not session.held and (session.is_emptied or not session.is_old):
                 session.remove()
+
+
+def _check_space(
+    paths: Paths, folder: Path, scanned: Scan, sessions: Mapping[str, ImportedSession]
+) -> None:
+    """Raise DataError if the disk cannot take what is to be copied."""
+    held = {(name, one.source(key)) for name, one in sessions.items() for key in one.held}
+    new = [e.path for e in scanned.files if (e.session, e.path.as_posix()) not in held]
+    needed = sum((folder / path).stat().st_size for path in new if (folder / path).is_file())
+    free = shutil.disk_usage(paths.root).free
+    if needed > free:
+        problem = f"{needed / 1e6:.1f} MB are to be copied, {free / 1e6:.1f} MB are free"
+        raise DataError(paths.data, problem, "make room, or import with --reference")
 
 
 def _holds(path: Path, digest: str) -> bool:
@@ -317,12 +344,3 @@ def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation |
     return Excitation(
         file=EXCITATION_FILE, sha256=file_sha256(played), description=f"imported {source.name}"
     )
-
-
-def _rates(files: Iterable[Path]) -> Iterator[int]:
-    """Yield rates of the readable recordings."""
-    for file in files:
-        try:
-            yield inspect_audio(file).sample_rate_hz
-        except DataError:
-            continue  # an unreadable recording is imported as it is, and named by `validate`

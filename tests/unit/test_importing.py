@@ -5,6 +5,7 @@ import hashlib
 import os
 import shutil
 import struct
+from types import SimpleNamespace
 
 import pytest
 from worlds import write_tone
@@ -441,3 +442,26 @@ def test_a_header_that_lies_about_its_rate_is_not_what_is_declared(paths, kit):
     spec, _, _ = import_folder(paths, "d", kit, settings=None)
     assert spec.audio.sample_rate_hz == 8000
     assert read_session(paths.session("d", KIT)).sample_rate_hz == 8000
+
+
+def test_what_the_disk_cannot_take_is_refused_before_anything_is_written(
+    paths, kit, snapshot, monkeypatch
+):
+    free = SimpleNamespace(free=10_000)
+    monkeypatch.setattr("ajgdata.store.importing.shutil.disk_usage", lambda path: free)
+    before = snapshot(paths.root)
+    # three recordings of 44 + 3 * 2000 bytes
+    with pytest.raises(DataError, match=r"data: 0.0 MB are to be copied, 0.0 MB are free; make"):
+        run(paths, kit)
+    assert snapshot(paths.root) == before
+    free.free = 3 * 6044
+    assert run(paths, kit).added == 3
+    free.free = 0
+    assert run(paths, kit).unchanged == 3
+
+
+def test_what_is_imported_and_cannot_be_read_is_said(paths, kit):
+    (kit / "4_far.wav").write_text("version https://git-lfs.github.com/spec/v1\n")
+    result = run(paths, kit)
+    assert result.added == 4
+    assert result.unreadable == [("4_far.wav", "a Git LFS pointer, not the audio itself")]

@@ -10,7 +10,7 @@ from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.pipeline.validate import validate_dataset, validate_datasets, validate_folder
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.sessions import read_recordings
+from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import DataError
 
 
@@ -172,6 +172,23 @@ def test_what_only_looks_like_a_file_is_named_and_never_opened(project, tmp_path
     (project.folder() / rows[0].file).unlink()
     os.mkfifo(project.folder() / rows[0].file)
     assert codes(check(project)[1]) == [("s1", "a", "error", "missing")]
+
+
+def test_simulated_and_recorded_sessions_do_not_meet(project):
+    project.session("s1")
+    project.session("s2", {"x": 900.0})
+    folder = project.folder("s2")
+    session = read_session(folder).model_copy(update={"source": "virtual"})
+    write_session(folder, session, read_recordings(folder)[0])
+    checked, (found,) = check(project)
+    assert (checked, found.level, found.code) == (4, "error", "mixed")
+    assert found.problem.startswith("session s2 is simulated, session s1 is recorded")
+
+
+def test_a_file_without_a_row_is_noted(project):
+    project.session("s1")
+    write_tone(project.folder() / "audio" / "deep" / "z.wav", 777)
+    assert codes(check(project)[1]) == [("s1", "deep/z.wav", "note", "no_row")]
 
 
 def test_names_are_data_sets_or_folders(project, tmp_path, monkeypatch):

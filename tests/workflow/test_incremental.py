@@ -13,7 +13,7 @@ from conftest import DECLARATION, rules_of, write_tone
 from ajgdata.paths import RECORDINGS_FILE
 from ajgdata.pipeline.studies import STUDIES
 from ajgdata.store.features import read_store
-from ajgdata.store.importing import seal
+from ajgdata.store.sealing import seal
 from ajgdata.store.tables import read_tables
 
 #: What follows from a changed store.
