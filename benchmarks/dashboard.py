@@ -1,6 +1,6 @@
 """The dashboard: time from an event to the page that shows it, and memory over many events.
 
-`python benchmarks/dashboard.py` needs Debian's chromium and chromium-driver (`make test-browser`
+`python -m benchmarks.dashboard` needs Debian's chromium and chromium-driver (`make test-browser`
 says what else). Events come `--pace` milliseconds apart, so that none is skipped; the page notes
 when its content has changed. Then 10,000 events come at once, with fifty streams that read and one
 that never does.

@@ -22,6 +22,8 @@ from ajgdata.live.feed import Feed
 TOKEN_HEADER = "X-Ajgdata-Token"
 #: Bytes of a request's body; pages that watch at once.
 MAX_BODY, MAX_READERS = 4096, 64
+#: Threads of this process beyond which a connection is closed unheard.
+MAX_THREADS = 4 * MAX_READERS
 #: Seconds between signs of life, by which a page notices that nobody answers.
 HEARTBEAT_S = 2.0
 #: A quarter of a megabyte waits in the kernel for one reader, no more.
@@ -65,6 +67,10 @@ class Server(ThreadingMixIn, TCPServer):
         self.readers = 0
         self._fewer = threading.Condition()
         super().__init__(address, _Handler)
+
+    def verify_request(self, request: object, client_address: object) -> bool:
+        """Return False for a connection too many: a flood of them takes no thread each."""
+        return threading.active_count() < MAX_THREADS
 
     def admit(self) -> bool:
         """Count one more reader; return False if there are too many."""

@@ -66,7 +66,7 @@
     if (prediction.verdict === "nothing")
       return ["unsure", "∅", "nothing held", `it sounds like the empty gripper${then}`];
     if (prediction.verdict === "unknown")
-      return ["alarm", "!", "unlike anything learnt",
+      return ["alarm", "!", "unlike anything known",
         `${prediction.novelty.toFixed(1)} times as far as a new grasp may be${then}`];
     if (prediction.kind === "regression") {
       const [low, high] = prediction.interval ?? [];

@@ -150,7 +150,7 @@ def test_probabilities_and_threshold_stand_on_the_page(shown):
          "best: marker 45 %, needed 60 % · grasps it again"),
         (one(DOUBT, verdict="nothing"), "∅", "nothing held", "empty gripper"),
         (one(SURE, verdict="unknown", action="reject", value="", bin="R"), "!",
-         "unlike anything learnt", "not sorted → bin R"),
+         "unlike anything known", "not sorted → bin R"),
         (Story().start().say("paused", reason="a person").events, "❚❚", "paused", "a person"),
         (Story().start().say("stopped", reason="no class is sure", held="screw", sorts=0,
                              seconds=1.0).events, "■", "stopped", "It still holds: screw."),
@@ -163,6 +163,18 @@ def test_a_verdict_is_a_mark_and_words_and_is_spoken(shown, events, mark, said, 
     live = "return document.getElementById('said').closest('[aria-live]').ariaLive"
     assert shown.browser.run(live) == "polite"
     assert not any(bar["enough"] for bar in shown.browser.run(BARS))
+
+
+def test_a_number_is_told_with_its_unit_and_interval(shown):
+    story = Story().start(classes=[], bins={}, unit="mm", threshold=None)
+    story.say("grasp", number=1, object="").say(
+        "prediction", look=1, kind="regression", value=21.34, unit="mm", verdict="known",
+        novelty=0.4, probability={}, interval=[19.8, 22.9],
+    )  # fmt: skip
+    shown.tell(story.events)
+    texts = shown.texts()
+    assert (texts["said"], texts["more"]) == ("21.3 mm", "between 19.8 and 22.9 mm")
+    assert shown.browser.run(BARS) == [] and shown.browser.complaints() == []
 
 
 def test_grasps_bins_and_truth_are_counted(shown):

@@ -7,6 +7,7 @@ import http.client
 import json
 import re
 import socket
+import threading
 import time
 import tracemalloc
 from contextlib import ExitStack, contextmanager
@@ -14,12 +15,14 @@ from contextlib import ExitStack, contextmanager
 import pytest
 from html_page import Page
 from live_events import Story, run
+from sorting_lab import BALL, BINS, CLASSES, CUBE, ROD, Cell, plan
 
 from ajgdata.live import dashboard_server
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.dashboard import dashboard, rendered, serve_dashboard
 from ajgdata.live.dashboard_server import MAX_BODY, MAX_READERS, TOKEN_HEADER
 from ajgdata.live.events import EventLog, read_events
+from ajgdata.live.sort import arrivals
 from ajgdata.types import DataError
 
 LATER = "2026-01-02T04:00:00.000+00:00"
@@ -293,6 +296,21 @@ def test_too_many_pages_are_refused_and_room_is_made_again(client):
         assert client.post("/pause") == 204  # buttons work all the same
 
 
+def test_a_flood_of_connections_takes_no_thread_each(client, monkeypatch):
+    before = threading.active_count()
+    monkeypatch.setattr(dashboard_server, "MAX_THREADS", before + 5)
+    with ExitStack() as stack:
+        for _ in range(20):
+            stack.enter_context(socket.create_connection(("127.0.0.1", client.port)))
+        with pytest.raises((http.client.RemoteDisconnected, ConnectionResetError)):
+            client.ask("GET", "/state")
+        assert threading.active_count() <= before + 5
+    give_up = time.monotonic() + 10
+    while threading.active_count() > before and time.monotonic() < give_up:
+        time.sleep(0.01)
+    assert client.ask("GET", "/state")[0] == 200
+
+
 def test_who_never_reads_is_dropped_and_holds_up_nobody(control, monkeypatch):
     servers = []
 
@@ -392,3 +410,58 @@ def test_the_page_is_made_of_the_projects_own_template_if_it_has_one(tmp_path):
     folder.mkdir(parents=True)
     (folder / "dashboard.css").write_text("body { color: rebeccapurple; }")
     assert b"rebeccapurple" in rendered(Paths(tmp_path)).html
+
+
+@pytest.fixture
+def sorting(tmp_path):
+    """A sorter of three objects, its cell, and a client of its dashboard."""
+    cell = Cell(tmp_path)
+    with (
+        cell.open(plan(objects=list(CLASSES)), BALL, CUBE, ROD) as sorter,
+        serve_dashboard(sorter.log, cell.control) as shown,
+    ):
+        sorter.log.say("start", classes=list(CLASSES), threshold=0.6, bins=BINS)
+        yield cell, sorter, Client(shown)
+
+
+def test_the_button_stops_a_run_in_the_middle_of_a_step(sorting):
+    """As an object hangs in the air: the robot halts and the page says what it holds."""
+    cell, sorter, client = sorting
+    lift = 7 + 4  # of the second object: loosen, approach, hold, jam, lift
+
+    def press():
+        assert client.post("/stop") == 204
+        time.sleep(20)  # the step goes on, until it is interrupted
+
+    cell.robot.at[lift] = press
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        sorter.run(arrivals(sorter.plan))
+    assert time.monotonic() - began < 15
+    assert cell.robot.names[lift:] == ["lift", "halt"]
+    state = client.state()
+    assert (state["mode"], state["stopped"]["held"], state["sorts"]) == ("stopped", "cube", 1)
+    assert state["stopped"]["reason"] == "stopped by a person"
+
+
+def test_the_page_pauses_a_run_and_corrects_it(sorting):
+    cell, sorter, client = sorting
+    paused = []
+
+    def go_on():
+        while client.state()["paused"] is None:
+            time.sleep(0.01)
+        paused.append(client.state()["mode"])
+        client.post("/start")
+
+    def press():
+        client.post("/truth", b'{"number": 1, "object": "rod"}')
+        client.post("/pause")
+        threading.Thread(target=go_on).start()
+
+    cell.robot.at[7] = press  # the first step of the second object
+    done = sorter.run(arrivals(sorter.plan))
+    assert (done.sorts, done.mistakes, paused) == (3, 1, ["paused"])
+    state = client.state()
+    assert state["confusion"] == {"rod": {"ball": 1, "rod": 1}, "cube": {"cube": 1}}
+    assert (state["paused"], state["in_a_row"], state["stopped"]["held"]) == (None, 2, "")
