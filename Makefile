@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce test test-browser lint format bench demo-live docs findings lock clean
+.PHONY: reproduce test test-browser lint format bench demo-live sort-live docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -36,6 +36,10 @@ bench: $(VENV)/.bench
 # A session through a simulated sound card; Debian: sudo apt-get install jackd2 libportaudio2.
 demo-live: $(VENV)/.live
 	$(BIN)/python tools/demo_live.py
+
+# The sorting row, 20 runs through the same card, after `make reproduce`; writes results/live/sorting.json.
+sort-live: $(VENV)/.live
+	$(BIN)/python tools/sort_live.py
 
 # The site, results/docs/index.html; it needs no network, to build or to read.
 docs: $(VENV)/.docs

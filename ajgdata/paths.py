@@ -211,6 +211,11 @@ class Paths:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
 
+    @property
+    def sort_live(self) -> Path:
+        """Return the file of what `make sort-live` found: sorting through a simulated card."""
+        return self.results / "live" / "sorting.json"
+
     def ablation(self, name: str) -> Path:
         """Tables of one ablation: why simulation and paper differ."""
         return self.results / "ablations" / f"{name}.json"
