@@ -19,6 +19,8 @@ from ajgdata.types import NotPossibleError
 
 #: Points nearer than this are the same: they are of order one, and float32 when they are stored.
 EQUAL = 1e-6
+#: That are held out to find a threshold: nothing is trained, so that many cost little.
+FOLDS = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ def alarm(
     groups: np.ndarray,
     *,
     false_alarm: float = 0.01,
-    folds: int = 10,
+    folds: int = FOLDS,
     seed: int = 0,
 ) -> Alarm:
     """Return the distance that new grasps exceed in a share `false_alarm` of cases at most.

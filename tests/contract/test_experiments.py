@@ -97,6 +97,7 @@ SMALLER = {
     "permutation_test": lambda s: {"permutations": 5},
     "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
     "conformal_intervals": lambda s: {"inner_folds": 2},
+    "novelty": lambda s: {"models": []},
 }
 MODELS = {"sorting": "linear"}  #: which needs probabilities
 

@@ -50,6 +50,7 @@ SETTINGS: dict[str, dict] = {
     "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
     "permutation_test": {"permutations": 3},
     "sorting": {"models": ["linear"]},
+    "novelty": {"models": ["linear"], "inner_folds": 2},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
     "reflected_energy": {"reference": "a", "band_hz": [100, 3000]},
     "stft_settings": {"settings": [{"window": 128, "hop": 64}], "models": ["knn"]},
