@@ -22,6 +22,7 @@ from ajgdata.types import (
     Recording,
     Session,
 )
+from ajgdata.types.plan import SortPlan
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "configuration.md"
@@ -31,6 +32,7 @@ FILES: dict[str, Model] = {
     "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
     "session.yaml": Session,
     "recordings.csv": Recording,
+    "PLAN.yaml of `ajgdata sort`": SortPlan,
 }
 #: Settings of a task's `experiments`, by their names.
 MEASURED: dict[str, Model] = {
@@ -122,7 +124,8 @@ def default_of(field: FieldInfo) -> str:
     if default is PydanticUndefined:
         return "required"
     if isinstance(default, BaseModel):
-        return "its defaults"
+        default = default.model_dump(mode="json", exclude_defaults=True)
+        return f"`{json.dumps(default)}`" if default else "its defaults"
     return f"`{json.dumps(default, ensure_ascii=False)}`" if default not in ("", (), {}) else "none"
 
 

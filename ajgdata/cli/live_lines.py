@@ -75,16 +75,16 @@ class Typed:
     def __init__(self, command: Callable[[str], None], descriptor: int = 0) -> None:
         self._command, self._descriptor = command, descriptor
         self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._waiting = False
+        self.waiting = False  #: a question is open
         threading.Thread(target=self._read, daemon=True).start()
 
     def answer(self) -> str:
         """Return the next line. Raises EndedByPerson when there is none any more."""
-        self._waiting = True
+        self.waiting = True
         try:
             line = self._answers.get()
         finally:
-            self._waiting = False
+            self.waiting = False
         if line is None:
             self._answers.put(None)  # for whoever asks next
             raise EndedByPerson
@@ -96,7 +96,7 @@ class Typed:
             *lines, rest = (rest + content).split(b"\n")
             for line in lines:
                 text = line.decode(errors="replace").strip()
-                if self._waiting:
+                if self.waiting:
                     self._answers.put(text)
                 elif text:
                     self._command(text)
@@ -123,9 +123,9 @@ class SortTerminal:
         self.correct: Callable[[str], bool] = lambda value: False
         self._typed: Typed | None = None
 
-    def listen(self) -> None:
+    def listen(self, descriptor: int = 0) -> None:
         """Hear what is typed from now on."""
-        self._typed = Typed(self._hear)
+        self._typed = Typed(self._hear, descriptor)
 
     def confirm(self, text: str) -> None:
         """Say it and wait for Enter; another line corrects the last sort, q ends the run."""

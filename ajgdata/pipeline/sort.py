@@ -153,8 +153,8 @@ def _keeping(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> DatasetSpec:
     made = kept_in.recipe is not None and kept_in.recipe.source == VIRTUAL
     others = {VIRTUAL} if made else _sources(paths, kept_in.name)
     if others and others != {VIRTUAL if simulated else "recorded"}:
-        what = ("recorded", "simulated") if simulated else ("simulated", "recorded")
-        problem = "{}: its sessions are {}, this one would be {}".format(kept_in.name, *what)
+        kinds = ("recorded", "simulated") if simulated else ("simulated", "recorded")
+        problem = "{}: its sessions are {}, this one would be {}".format(kept_in.name, *kinds)
         raise DataError("keep.dataset", problem, "name a data set of its own")
     if kept_in.name == spec.name:
         return spec

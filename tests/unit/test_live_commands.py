@@ -253,6 +253,32 @@ def test_a_session_is_never_recorded_over(run):
         raise run("sort", made).exception
 
 
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"targets": {"label": {"kind": "regression"}}}, "its label is another target"),
+        ({"audio": {"sample_rate_hz": 48_000}}, "its audio differs from d's"),
+        ({"recipe": None}, ""),
+    ],
+)
+def test_recordings_may_be_kept_by_another_data_set_of_the_same_kind(run, tmp_path, changes, said):
+    declared = {k: v for k, v in DECLARATION.items() if k in ("targets", "excitation")}
+    file = Paths().dataset("mine")
+    file.parent.mkdir()
+    try:
+        file.write_text(yaml.safe_dump({"name": "mine", **declared, **changes}))
+        made = plan(keep={"dataset": "mine"}, references=None)
+        if said:
+            with pytest.raises(DataError, match=said):
+                raise run("sort", made).exception
+        else:
+            assert "mine/sort-01" in run("sort", made).stderr
+            assert len(read_recordings(Paths().session("mine", "sort-01"))[0]) == 2
+    finally:
+        file.unlink()
+        file.parent.rmdir()
+
+
 def test_corrections_of_a_run_become_labels(run):
     assert run("sort", plan(references=None)).exit_code == 0
     log = Paths().events("d", "sort-01")
