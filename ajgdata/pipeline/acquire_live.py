@@ -24,7 +24,13 @@ from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.store.audio import read_audio
 from ajgdata.store.files import sha256_of
 from ajgdata.store.riff import encode_pcm24
-from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings, read_session
+from ajgdata.store.sessions import (
+    check_one_kind,
+    list_sessions,
+    read_dataset,
+    read_recordings,
+    read_session,
+)
 from ajgdata.types import NAME, AudioSettings, DataError, DatasetSpec, GraspProtocol
 
 _NAME = re.compile(r"soundcard-(\d+)")
@@ -57,12 +63,11 @@ def acquire_live(
     DataError for whatever cannot be recorded.
     """
     spec = read_dataset(paths, dataset)
-    if spec.recipe:
-        fix = "record into a data set of its own"
-        raise DataError(paths.dataset(dataset), "has a recipe: its sessions are simulated", fix)
     protocol = protocol_of(paths, spec)
     if not operator.attended:
         _refuse_what_needs_a_person(paths.dataset(dataset), protocol, device["device"])
+    simulated = device["device"] == DEVICE
+    check_one_kind(paths, spec, list_sessions(paths, dataset), adding=simulated)
     session = session or session_name(paths, dataset, protocol)
     if not NAME.fullmatch(session):
         raise DataError("--session", f"no session can have the name {session!r}", _NAMES)

@@ -7,15 +7,15 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio, declare
-from ajgdata.pipeline.label_kinds import odd_labels, with_decimal_points
+from ajgdata.pipeline.label_kinds import no_numbers, odd_labels, with_decimal_points
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.importing import How, Imported, import_scan
 from ajgdata.store.scan import Scan, scan, slug, target_column
 from ajgdata.store.sessions import (
+    check_one_kind,
     list_sessions,
     read_dataset,
     read_recordings,
-    read_session,
     write_dataset,
 )
 from ajgdata.types import DataError, DatasetSpec, ImportSettings
@@ -47,20 +47,15 @@ def import_folder(
     if convert and not copy:
         raise DataError("--convert", "makes new files", "import without --reference")
     if declared:
-        _check_recorded(paths, declared)
+        check_one_kind(paths, declared, list_sessions(paths, dataset), adding=False)
     chosen = _chosen(settings, declared)
-    if declared and (extra := set(map(target_column, targets)) - set(declared.targets)):
-        raise DataError(
-            "--target",
-            f"{dataset} is declared already, without {sorted(extra)[0]!r}",
-            f"add it to {paths.dataset(dataset)}",
-        )
     found = scan(folder, chosen, name=slug(folder.resolve().name), convert=convert)
-    spec, told = (declared, []) if declared else declare(dataset, folder, found, chosen, targets)
-    numbers = [name for name, target in spec.targets.items() if target.kind == "regression"]
-    found, more = with_decimal_points(found, numbers)
-    cells = {name: [file.cell(name) for file in found.files] for name in spec.targets}
-    found.notes += [*told, *more, *odd_labels(cells, spec.targets)]
+    if declared:
+        _check_declared(paths, declared, targets)
+        spec, told = declared, list[str]()
+    else:
+        spec, told = declare(dataset, folder, found, chosen, targets)
+    found = _understood(found, spec, told)
     how = How(copy=copy, replace=replace, replace_labels=replace_labels, prune=prune)
     advance = started(len(found.files))
     try:
@@ -72,18 +67,21 @@ def import_folder(
     return spec, found, result
 
 
-def _check_recorded(paths: Paths, spec: DatasetSpec) -> None:
-    """Raise DataError for a data set that is simulated: a mixture would be neither."""
-    problem = "has a recipe" if spec.recipe else ""
-    for name in list_sessions(paths, spec.name) if not problem else ():
-        try:
-            if read_session(paths.session(spec.name, name)).source == "virtual":
-                problem = f"holds the simulated session {name}"
-        except DataError:
-            continue  # named by `validate`
-    if problem:
-        fix = "recordings go into one of their own: choose another --dataset"
-        raise DataError(paths.dataset(spec.name), f"{problem}: it is simulated", fix)
+def _check_declared(paths: Paths, spec: DatasetSpec, targets: Sequence[str]) -> None:
+    """Raise DataError for a target that a declared data set does not have."""
+    if extra := sorted(set(map(target_column, targets)) - set(spec.targets)):
+        problem = f"{spec.name} is declared already, without {extra[0]!r}"
+        raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
+
+
+def _understood(scanned: Scan, spec: DatasetSpec, told: Sequence[str]) -> Scan:
+    """Return what was scanned with cells as the targets want them, and notes on what is odd."""
+    numbers = [name for name, target in spec.targets.items() if target.kind == "regression"]
+    found, points = with_decimal_points(scanned, numbers)
+    cells = {name: [file.cell(name) for file in found.files] for name in spec.targets}
+    odd = [] if told else no_numbers(cells, spec.targets)
+    found.notes += [*told, *points, *odd, *odd_labels(cells, spec.targets)]
+    return found
 
 
 def _with_audio(paths: Paths, spec: DatasetSpec) -> DatasetSpec:

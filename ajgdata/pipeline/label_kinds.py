@@ -154,6 +154,20 @@ def odd_labels(cells: Mapping[str, Sequence[str]], targets: Mapping[str, Target]
     return told
 
 
+def no_numbers(cells: Mapping[str, Sequence[str]], targets: Mapping[str, Target]) -> list[str]:
+    """Return in words which cells of declared numbers are none."""
+    told = []
+    for name, target in targets.items():
+        if target.kind == "regression":
+            known = {"", *target.missing}
+            against = {cell for cell in cells[name] if cell not in known and _number(cell) is None}
+            if against:
+                told.append(
+                    f"{name}: no number: {_named(against)}; correct it, or add it to `missing`"
+                )
+    return told
+
+
 def label_findings(
     tables: Sequence[Sequence[Mapping[str, str]]], targets: Mapping[str, Target]
 ) -> list[Finding]:

@@ -145,11 +145,14 @@ def dropped_sessions(paths: Paths, dataset: str, virtual: Collection[str]) -> se
     return dropped
 
 
-def check_one_kind(paths: Paths, spec: DatasetSpec, sessions: Collection[str]) -> None:
+def check_one_kind(
+    paths: Paths, spec: DatasetSpec, sessions: Collection[str], adding: bool | None = None
+) -> None:
     """Raise DataError if some sessions of a data set are simulated and others recorded.
 
     A mixture would be neither, and no figure of it could say which. Sessions that a recipe has yet
-    to simulate count; those that cannot be read are reported elsewhere.
+    to simulate count, and one that is to be added (`adding`: whether it is simulated); those that
+    cannot be read are reported elsewhere.
     """
     made = {True: "its recipe"} if spec.recipe and spec.recipe.source == "virtual" else {}
     for name in sorted(sessions):
@@ -158,9 +161,12 @@ def check_one_kind(paths: Paths, spec: DatasetSpec, sessions: Collection[str]) -
         except DataError:
             continue
         made.setdefault(source == "virtual", f"session {name}")
+    if adding is not None:
+        made.setdefault(adding, "what is to be added")
     if len(made) > 1:
         problem = f"{made[True]} is simulated, {made[False]} is recorded: both in one data set"
         fix = f"move {made[False].removeprefix('session ')} below a data set of its own"
+        fix = fix if adding is None else "choose another data set for it"
         raise DataError(paths.sessions(spec.name), problem, fix)
 
 

@@ -245,7 +245,7 @@ def test_a_session_of_another_source_is_left_alone(paths, kit):
     folder = paths.session("d", KIT)
     session = read_session(folder).model_copy(update={"source": "virtual"})
     write_session(folder, session, read_recordings(folder)[0])
-    with pytest.raises(DataError, match=f"holds the simulated session {KIT}: it is simulated"):
+    with pytest.raises(DataError, match=f"session {KIT} is simulated, what is to"):
         run(paths, kit)
     write_session(
         folder, session.model_copy(update={"source": "soundcard"}), read_recordings(folder)[0]
@@ -377,8 +377,9 @@ def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot, re
         made = Recording(recording_id="1", file="audio/1.wav", grasp_id="1")
         write_session(paths.session("d", "s1"), Session(session_id="s1", source="virtual"), [made])
     before = snapshot(paths.root)
-    said = "has a recipe" if recipe else "holds the simulated session s1"
-    with pytest.raises(DataError, match=f"{said}: it is simulated; .* choose another --dataset"):
+    said = "its recipe" if recipe else "session s1"
+    said += " is simulated, what is to be added is recorded: .*; choose another data set"
+    with pytest.raises(DataError, match=said):
         run(paths, kit)
     assert snapshot(paths.root) == before
 

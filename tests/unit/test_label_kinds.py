@@ -6,6 +6,7 @@ from ajgdata.pipeline.label_kinds import (
     decimal_points,
     label_findings,
     near_labels,
+    no_numbers,
     odd_labels,
     verdict,
     zeros_apart,
@@ -72,6 +73,14 @@ def test_oddities_are_notes():
     assert [(f.level, f.problem) for f in found] == [
         ("note", "label: 'A' (1), 'a' (2) look like one class"),
         ("note", "label: 1 recordings have no label"),
+    ]
+
+
+def test_cells_of_declared_numbers_that_are_none():
+    targets = {"mass": Target(kind="regression", missing=("?",)), "label": CLASS}
+    cells = {"mass": ["1", "", "?", "inf", "1O2"], "label": ["x"]}
+    assert no_numbers(cells, targets) == [
+        "mass: no number: '1O2', 'inf'; correct it, or add it to `missing`"
     ]
 
 
