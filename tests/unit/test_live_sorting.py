@@ -8,16 +8,19 @@ from experiment_samples import measured, small_inputs, task_results
 from ajgdata.acquire.recipe import new_grasp, plan_session
 from ajgdata.evaluate.looks import orders
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.experiments.base import Inputs
+from ajgdata.experiments.base import Inputs, Outcome
+from ajgdata.experiments.live_sorting.shown import PARTS
 from ajgdata.experiments.live_sorting.trained import trained
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import Scene
 from ajgdata.pipeline.rendering import new_grasps_of
 from ajgdata.report.canvas import draw
+from ajgdata.report.panel import panels
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.features import Shard, text_column
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings, FeatureSettings, NotPossibleError, Recipe
+from ajgdata.types.table import table_of
 
 AUDIO, RATE = AudioSettings(), 44_100
 OBJECTS = ("cube_12", "cube_28")
@@ -187,6 +190,25 @@ def check_shown(results, expected: list[int]) -> None:
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == middle
     assert row.marks[0].low <= middle <= row.marks[0].high
+
+
+def test_a_row_to_the_end_is_told_as_what_it_is_at_least():
+    runs = [
+        {"grasps": 20, "part": p, "policy": "as needed", "looks": 1, "run": n, "sorts": 160,
+         "mistakes": 0, "before_mistake": 160, "sort_s": 81.5, "held": None}
+        for p in PARTS for n in range(3)
+    ]  # fmt: skip
+    shares = {"accepted": 1.0, "wrong": 0.0, "accuracy": 1.0, "added_s": 0.0}
+    conditions = [runs[0] | shares, runs[3] | shares]
+    tables = [("conditions", conditions), ("runs", runs)]
+    made = [table_of(n, n, rows, **dict.fromkeys(rows[0], "x")) for n, rows in tables]
+    outcome = Outcome(tuple(made), about={"placements": 160})
+    results = task_results("live_sorting", {"cnn": outcome}, papers={"live_sorting": PAPER})
+    (row,) = EXPERIMENTS["live_sorting"].paper_comparison(results, lambda *_: None)
+    assert (row.result, row.agrees) == ("all 160", "no: higher")
+    (panel,) = panels([row], [PAPER])
+    assert panel.rows[0].ours == "> 160 sorts"
+    assert np.isfinite([one.at for one in panel.placed(panel.rows[0])]).all()
 
 
 def test_training_on_fewer_grasps_holds_what_still_fewer_are_trained_on():

@@ -298,7 +298,7 @@ def _measured(cost: Table) -> str:
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield sorts in a row of new grasps with one look, by the model of all grasps.
+    """Yield sorts in a row of new grasps with one look, by the first model, of all grasps.
 
     With probabilities as they are, as the paper's; see that of `sorting`, which is of recordings
     held out.
@@ -306,14 +306,15 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     paper = results.paper
     if paper is None or paper.value is None:
         return
-    for result in results.results:
-        sizes = needed_of(result, PARTS[0])
+    for result in results.results[:1]:
+        sizes, longest = needed_of(result, PARTS[0]), float(result.about["placements"])
         sorts = sizes[max(sizes)][0].sorts
-        low, middle, high = np.percentile(sorts, PERCENTILES)
+        low, middle, high = map(float, np.percentile(sorts, PERCENTILES))
         agrees = LOWER if high < paper.value else HIGHER if low > paper.value else YES
         text = with_unit(spread(sorts), paper.unit)
-        if sorts.max() >= result.about["placements"]:
-            text += f"; runs end at {result.about['placements']}"
+        mark = Mark("ours", result.label, middle, low, high)
+        if middle >= longest:  # nothing was left to sort: how far it would get is not known
+            text, mark = f"all {number(longest)}", mark._replace(value=np.inf, low=longest)
         yield PaperComparison(
             paper,
             results.dataset,
@@ -322,6 +323,6 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
             text,
             result.label,
             agrees,
-            marks=(Mark("ours", result.label, float(middle), float(low), float(high)),),
+            marks=(mark,),
             label="new grasps",
         )
