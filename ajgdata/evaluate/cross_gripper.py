@@ -59,7 +59,7 @@ def cross_gripper(
         for fold, (rest, test) in enumerate(splits):
             tested = np.isin(own.groups, other.groups[test])
             generator = np.random.default_rng([seed, fold])
-            orders = _orders(class_of[rest], other.groups[rest], max(sizes), generator)
+            orders = calibration_groups(class_of[rest], other.groups[rest], max(sizes), generator)
             for size in sizes:
                 chosen = np.concatenate([order[:size] for order in orders])
                 added = rest[np.isin(other.groups[rest], chosen)]
@@ -87,7 +87,7 @@ def _score(
     return metrics.score(tests.target[rows], fitted.predict(tests.features[rows]), kind, period)
 
 
-def _orders(
+def calibration_groups(
     class_of: np.ndarray, group: np.ndarray, most: int, generator: np.random.Generator
 ) -> list[np.ndarray]:
     """Return the groups of each class, in random order."""

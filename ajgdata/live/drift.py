@@ -22,6 +22,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ajgdata.types import NotPossibleError
+
 Float64 = NDArray[np.float64]
 #: More in a row would be a late alarm.
 MOST_IN_A_ROW = 3
@@ -37,7 +39,7 @@ class DriftWatch:
     `references` (r, f) are features of day 1, from the hours and days that the training is from.
     `false_alarm` is the probability, at most, that references of an unchanged gripper raise the
     alarm at a given moment; `in_a_row` of them must agree to (default: as few as `references`
-    allow, at most 3). Raises ValueError for too few references, and says how many are missing.
+    allow, at most 3). Raises NotPossibleError for too few references, with how many are missing.
 
     >>> watch = DriftWatch(np.random.default_rng(0).uniform(1, 2, (20, 50)))
     >>> watch.in_a_row, round(watch.false_alarm, 4)
@@ -63,7 +65,7 @@ class DriftWatch:
         if in_a_row is None:
             in_a_row = _fewest(len(known), false_alarm)
         if (missing := references_needed(false_alarm, in_a_row) - len(known)) > 0:
-            raise ValueError(
+            raise NotPossibleError(
                 f"{len(known)} references of day 1 are too few for a false-alarm rate of "
                 f"{false_alarm:g}: record {missing} more of the empty gripper, or allow more"
             )

@@ -63,6 +63,19 @@ def table(name: str) -> list[dict[str, object]]:
     return rows
 
 
+def nothing(name: str) -> list[dict[str, object]]:
+    """One row a reference of a recipe: nothing is held, no class is told."""
+    sessions = recipe_sessions(PATHS, name) if SPECS[name].recipe.references else []
+    planned = planned_grasps(PATHS.dataset(name), SPECS[name], sessions)
+    return [
+        {"recording": f"{session}/{grasp.grasp_id}_0", "grasp_id": f"{session}/{grasp.grasp_id}"}
+        | {"object": "", **dict.fromkeys(SPECS[name].targets, "")}
+        for session, grasps in zip(sessions, planned, strict=True)
+        for grasp in grasps
+        if not grasp.object
+    ]
+
+
 @pytest.fixture(scope="session")
 def stores(tmp_path_factory) -> dict[str, Path]:
     """A store of every data set that has a recipe."""
@@ -71,7 +84,7 @@ def stores(tmp_path_factory) -> dict[str, Path]:
 
 
 def write(path: Path, name: str) -> Path:
-    rows, targets = table(name), SPECS[name].targets
+    rows, targets = [*table(name), *nothing(name)], SPECS[name].targets
     columns = {key: text_column([str(r[key]) for r in rows]) for key in ("recording", "grasp_id")}
     columns["object"] = text_column([str(r["object"]) for r in rows])
     level = np.zeros((len(rows), len(HZ)))
@@ -98,8 +111,9 @@ SMALLER = {
     "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
     "conformal_intervals": lambda s: {"inner_folds": 2},
     "novelty": lambda s: {"models": []},
+    "drift": lambda s: {"references": [1, 6], "grasps": [1], "draws": 1},
 }
-MODELS = {"sorting": "linear"}  #: which needs probabilities
+MODELS = {"sorting": "linear", "drift": "linear"}  #: which need probabilities
 
 
 def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict[str, Table]]:
@@ -218,7 +232,20 @@ def check_energy(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
     assert (means.numbers("value") > 0).all()
 
 
+def check_drift(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    later = {name for one in asked.settings.changes for name in one.sessions}
+    assert set(tables["said"].column("session")) == later | set(asked.settings.day_1)
+    assert set(tables["mended"].column("session")) == later
+    recorded = SPECS[asked.dataset].recipe
+    assert set(recipe_sessions(PATHS, asked.dataset)) == later | set(asked.settings.day_1)
+    assert len(tables["alarms"].rows) == recorded.references * (
+        len(later) + len(asked.settings.day_1)
+    )
+    assert about["chance"] == 1 / len(recorded.objects)
+
+
 CHECKS = {
+    "drift": check_drift,
     "cross_validation": check_cross_validation,
     "learning_curve": check_curve,
     "permutation_test": check_permutations,

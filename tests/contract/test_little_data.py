@@ -59,6 +59,8 @@ SETTINGS: dict[str, dict] = {
                    "slow": [], "responses": 2},
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear"]},
     "conformal_intervals": {"models": ["linear"], "inner_folds": 2},
+    "drift": {"day_1": ["s1", "s2"], "models": ["linear"],
+              "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
 EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2, "probes": {"label": {}}}
