@@ -3,6 +3,8 @@
 import csv
 import json
 import re
+import warnings
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from ajgdata.report.study_page import holds
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.tables import read_tables
+from ajgdata.types import DataError
 from ajgdata.types.table import Table
 
 pytestmark = pytest.mark.artefact
@@ -30,6 +33,13 @@ TREES = [PATHS.published(name) for name in RUNS["published"]]
 OWN = sorted(PATHS.report.parent.glob("experiments/*.html"))
 FIXED = [PATHS.report.with_name(f"{name}.html") for name in ("paper", "results", "datasets", "run")]
 PAGES = [PATHS.report, *FIXED, *OWN, *(PATHS.page(name) for name in RUNS["pages"])]
+#: Every model of the first task of two data sets.
+IN_USE = [
+    run
+    for name in list(dict.fromkeys(d for d, _, _ in RUNS["runs"]))[:2]
+    for run in RUNS["runs"]
+    if run[:2] == next(r for r in RUNS["runs"] if r[0] == name)[:2]
+]
 STUDIES = [PATHS.study(name) for name in RUNS["pages"] if name in STUDY_NAMES]
 
 
@@ -224,3 +234,42 @@ def test_the_page_says_what_each_stage_took():
     # three significant digits each
     assert total == pytest.approx(sum(seconds.values()), rel=0.005)
     assert {"features", "report"} <= set(seconds)
+
+
+@pytest.mark.parametrize("run", IN_USE, ids="-".join)
+def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features(run):
+    """From samples to a prediction, one by one and together, beside the stored model on stored
+    features."""
+    dataset, task, model = run
+    try:
+        predictor = ajgdata.load_predictor(dataset, task, model, PATHS.root)
+    except DataError as error:
+        assert "was not trained" in str(error) or "needs the played sound" in str(error)
+        return
+    store, waveform = read_store(PATHS.features(dataset)), samples_of(dataset)
+    expected = ajgdata.load_model(dataset, task, model, PATHS.root).predict(store.feature)
+    together = predictor.of_features(store.feature)
+    for row, name in enumerate(store.columns["recording"].values.tolist()):
+        samples, rate_hz = waveform[name], predictor.sample_rate_hz
+        np.testing.assert_array_equal(predictor.feature(samples, rate_hz), store.feature[row])
+        one = predictor.predict(samples, rate_hz)
+        assert one.verdict == together[row].verdict
+        if predictor.kind == "classification":
+            assert one.value == together[row].value == expected[row]
+        else:  # float32 in the CNN: 24 bits of a sum of some hundred terms
+            np.testing.assert_allclose([one.value, together[row].value], expected[row], rtol=1e-5)
+        pairs = [(one.probability[c], together[row].probability[c]) for c in one.probability]
+        assert all(abs(a - b) < 1e-4 for a, b in pairs)  # the same, times 1 / temperature
+
+
+@cache
+def samples_of(dataset: str) -> dict[str, np.ndarray]:
+    """Samples (n,) of every recording that can be used, by name."""
+    with warnings.catch_warnings():  # which say what cannot be used
+        warnings.simplefilter("ignore", UserWarning)
+        loaded = ajgdata.load_recordings(dataset, PATHS.root)
+    names, frames = loaded.recording.values.tolist(), loaded.frames.values.tolist()
+    return {
+        name: samples[:n]
+        for name, n, samples in zip(names, frames, loaded.waveform.values, strict=True)
+    }
