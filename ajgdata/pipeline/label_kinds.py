@@ -67,11 +67,12 @@ def verdict(cells: Sequence[str]) -> Verdict:
 
 def _numbers(cells: Sequence[str], words: Collection[str], against: Collection[str]) -> Verdict:
     """Return the verdict on a column of numbers, its decimal commas being points."""
-    values = [value for cell in cells if (value := _number(cell)) is not None]
+    zeros = set(zeros_apart(cells))
+    measured = [cell for cell in cells if cell not in zeros]
+    values = [value for cell in measured if (value := _number(cell)) is not None]
     said = f"{len(set(values))} distinct numbers, {min(values):g} to {max(values):g}"
     if words:
         said += f"; declared missing: {_named(words)}"
-    zeros = set(zeros_apart(cells))
     if zeros:
         count = sum(cell in zeros for cell in cells)
         said += f"; {count} cells {_named(zeros)} stand apart and are declared missing: remove "

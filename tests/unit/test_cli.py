@@ -99,6 +99,12 @@ def test_names_are_shown_as_they_are(ajgdata, tmp_path):
         (["import", "audio", "--dataset", "d", "--table", "t.csv"], "table needs file"),
         (["import", "audio", "--dataset", "d", "--table", "t", "--file", "{x}"], "no such file"),
         (["import", "audio", "--dataset", "d", "--grasp", "{x}"], "--grasp: names 'x'"),
+        (
+            ["import", "audio", "--dataset", "d", "--join", "more.csv"],
+            "--join: 'more.csv' names no",
+        ),
+        (["import", "audio", "--dataset", "d", "--join", "a.csv:b"], "join adds to a table: give"),
+        (["import", "audio", "--dataset", "d", "--convert", "--reference"], "makes new files"),
         (["import", "audio", "--dataset", "my data"], "data set 'my data': name = 'my data'"),
         (["import", "audio", "--dataset", "../up"], "Names are letters, digits, _ and -"),
     ],
@@ -163,6 +169,34 @@ def test_import_says_what_it_did(ajgdata, project):
     assert ajgdata("validate", "e")[0] == 0
 
 
+def test_findings_of_one_kind_are_shown_five_at_a_time(ajgdata, tmp_path):
+    folder = tmp_path / "x"
+    folder.mkdir()
+    for number in range(30):
+        (folder / f"1_{number:02}.m4a").write_bytes(b"....ftypM4A ")
+    (folder / "1_z.wav").write_bytes(b"")
+    code, out, _ = ajgdata("validate", folder)
+    assert code == 1
+    assert [line.split()[0] for line in out.splitlines()[1:-3]] == [
+        *(f"x/1_0{number}.m4a" for number in range(5)), "and", "x/1_z.wav"
+    ]  # fmt: skip
+    assert "and 25 more" in out and "unsupported_format 30, empty 1" in out
+    assert ajgdata("validate", folder, "--all")[1].count("unsupported_format") == 31
+    code, out, _ = ajgdata("import", folder, "--dataset", "e", "--all")
+    assert out.count("M4A audio is not read as it is") == 30  # as validate calls it
+    code, out, _ = ajgdata("import", folder, "--dataset", "e")
+    assert "skipped and 25 more (M4A audio is not read as it is" in out
+
+
+def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, project):
+    write_tone(project.root / "audio" / "1_a.wav", 500)
+    (project.root / "audio" / "2_b.wav").symlink_to(".git/annex/objects/2.wav")
+    code, out, _ = ajgdata("import", "audio", "--dataset", "e")
+    assert code == 1
+    assert "1 added" in out
+    assert "failed 2_b.wav: a link to .git/annex/objects/2.wav, where nothing is; run `git" in out
+
+
 def test_table_and_options(ajgdata, project):
     folder = project.root / "stones"
     lines = ["name,form"]
@@ -190,8 +224,8 @@ def test_seal(ajgdata, project):
 
 OPTIONS = {
     "import": ["--dataset", "--pattern", "--table", "--file", "--grasp", "--session", "--target",
-               "--reference", "--replace"],
-    "validate": ["--notes"],
+               "--reference", "--replace", "--join", "--object", "--convert", "--prune", "--all"],
+    "validate": ["--notes", "--all"],
     "seal": [],
     "acquire": ["--source", "--recipe", "--session", "--cores", "--device", "--yes", "--check"],
     "info": [],

@@ -49,7 +49,9 @@ def test_decimal_commas_are_told_from_thousands():
 def test_zeros_that_were_not_measured_stand_apart():
     masses = [str(m) for m in (854, 902, 1033, 1210, 1388, 1405, 1776, 1990, 2345, 2702, 3458)]
     assert zeros_apart([*masses, "0.00", "0.00"]) == ["0.00"]
-    assert verdict([*masses, "0.00", "0.00"]).target.missing == ("0.00",)
+    judged = verdict([*masses, "0.00", "0.00"])
+    assert judged.target.missing == ("0.00",)
+    assert judged.why.startswith("a number (11 distinct numbers, 854 to 3458; 2 cells '0.00' stand")
     assert zeros_apart([*masses, "0.00"]) == []  # one alone may be true
     angles = [str(a) for a in range(0, 360, 15)] * 2
     assert zeros_apart(angles) == []
