@@ -72,7 +72,12 @@ def test_a_card_that_goes_away_ends_in_the_robot_s_halt(paths, rig):
         cwd=paths.root, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )  # fmt: skip
+    import jack  # not before there is a server
+
     try:
+        assert "virtual gripper (simulated)" in process.stdout.readline()  # the card is open
+        clock = jack.Client("ajgdata-test", no_start_server=True)
+        clock.set_freewheel(True)  # time runs as fast as all can follow, be it slowly
         placed = 0
         while placed < 2:
             line = process.stdout.readline()
@@ -98,4 +103,5 @@ def test_a_card_that_goes_away_ends_in_the_robot_s_halt(paths, rig):
     assert findings == [] and files == {one.name for one in (folder / "audio").glob("[!.]*")}
     assert {row.quality for row in rows} == {"reject"} and len(rows) >= 2
     _, found = validate_dataset(paths, "d", lambda total: lambda: None)
-    assert {one.code for one in found if one.level == "error"} == set()
+    # Nobody has labelled anything yet, and that is all.
+    assert {one.code for one in found if one.level == "error"} <= {"declaration"}
