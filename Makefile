@@ -11,7 +11,7 @@ reproduce: $(VENV)/.test
 test: $(VENV)/.test
 	$(BIN)/pytest
 
-# Pages in a real browser: a small report, and results/report if it is there. Needs Debian's chromium and chromium-driver.
+# Pages in a real browser: a small report, results/report if it is there, the dashboard; AJGDATA_SCREENSHOTS=1 writes the dashboard's pictures. Needs Debian's chromium and chromium-driver.
 test-browser: $(VENV)/.test $(VENV)/.browser
 	AJGDATA_REQUIRE_BROWSER=1 $(BIN)/pytest -n 0 -m browser tests/browser
 

@@ -265,11 +265,12 @@ def _some(event: Event, names: Iterable[str]) -> dict[str, Any]:
 
 
 def _between(began: str, ended: str) -> float:
-    """Return the seconds between two times in ISO 8601; 0 if one of them is not known."""
+    """Return the seconds between two times in ISO 8601; 0 if one of them is not known, or if the
+    clock was set back."""
     if not (began and ended):
         return 0.0
     span = datetime.fromisoformat(ended) - datetime.fromisoformat(began)
-    return round(span.total_seconds(), 3)
+    return max(0.0, round(span.total_seconds(), 3))
 
 
 def _last(state: RunState, **about: Any) -> tuple[Grasp, ...]:

@@ -56,7 +56,7 @@
     if (state.stopped) {
       const held = state.stopped.held ? `It still holds: ${words(state.stopped.held)}.` :
         "Nothing is held.";
-      return ["alarm", "■", "stopped", `${state.stopped.reason} · ${held}`];
+      return [state.stopped.held ? "alarm" : "", "■", "stopped", `${state.stopped.reason} · ${held}`];
     }
     if (state.mode === "waiting") return ["", "▷", "waiting", "Press Start."];
     if (state.paused !== null || state.mode === "paused")
@@ -310,7 +310,7 @@
     const connection = document.body.dataset.connection;
     const said = undelivered ||
       (connection === "lost" ? "Connection lost: what stands here is old, and the run may go on. Stop it at the terminal with Ctrl-C." : "") ||
-      (state?.drift?.text ? `The gripper has changed: ${state.drift.text}` : "") ||
+      (state?.drift?.text ? `Drift: ${state.drift.text}` : "") ||
       (state?.unshown ? `${state.unshown} events could not be shown here; the log has them.` : "") ||
       (state && !token && state.mode !== "stopped" ? "Watching only. To control the run, open the whole address that the terminal shows." : "");
     byId("notice").hidden = !said;

@@ -148,6 +148,11 @@ def test_pause_and_stop_are_told_with_reason_and_what_is_held():
     }  # fmt: skip
 
 
+def test_a_clock_that_is_set_back_gives_no_negative_time():
+    story = Story().start().say("grasp", after=-3600.0, number=1, object="")
+    assert folded(story.events).seconds == 0.0
+
+
 def test_a_log_that_goes_on_with_another_run_begins_anew():
     two = [*run(), *Story().start().sort(1, "marker").events]
     assert folded(two) == folded(Story().start().sort(1, "marker").events)
