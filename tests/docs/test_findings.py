@@ -106,6 +106,38 @@ def test_results_stand_beside_the_papers_with_the_run_that_they_are_of(project):
     assert re.fullmatch(r"Run of commit c0ffee1234, results [0-9a-f]{10}\.", lines[-2])
 
 
+def rows_of(name: str, *rows: dict) -> Table:
+    return Table(name, name, "", tuple(Column(key, key) for key in rows[0]), rows)
+
+
+def test_the_sorting_row_is_told_of_the_experiment_and_of_the_card(project):
+    of = {"grasps": 20, "part": "plain"}
+    which = of | {"policy": "as needed", "looks": 1}
+    shares = {"accepted": 0.9, "wrong": 0.0125, "added_s": 0.0}
+    runs = [which | {"run": n, "sorts": sorts} for n, sorts in enumerate((10, 20, 30))]
+    tables = [
+        rows_of("conditions", which | shares, which | shares | {"policy": "always", "looks": 2}),
+        rows_of("runs", *runs),
+        rows_of("offline", of | {"low": 0, "middle": 13, "high": 58}),
+    ]
+    for model in ("cnn", "linear"):
+        path = project.experiment("ycb", "sorting", f"live_sorting-{model}")
+        write_tables(path, tables, provenance={"git_commit": "c0ffee1234567"})
+    lines = blocks.block("live-sorting", Results(project.results)).splitlines()
+    said = "| 20 grasps each | 1 | 20 (11 to 29) | 13 (0 to 58) | 10 % | 1.25 % | 0 s |"
+    assert [line for line in lines if line.endswith(said)] == [
+        f"| {label} {said}" for label in ("CNN", "logistic regression")
+    ]
+    live = [{"looks": 1, "sorts": n, "mistakes": 2, "finished": n > 9} for n in (10, 9)]
+    stages = rows_of("stages", {"stage": "sense", "median_ms": 80.0, "p99_ms": 160.0, "count": 19})
+    compared = {"looks": 20, "largest": 0.0125, "other_decisions": 1}
+    about = {"model": "cnn", "placements": 160, "compared": {"1": compared}, **MADE}
+    write_tables(project.sort_live, [rows_of("runs", *live), stages], **about)
+    lines = blocks.block("sort-live", Results(project.results)).splitlines()
+    assert "CNN, 160 placements." in lines and "| sense | 80 | 160 | 19 |" in lines
+    assert "| 1 | 2 | 9.5 (9.05 to 9.95) | 4 | 1 | 20 | 0.0125 | 1 |" in lines
+
+
 def test_a_line_for_each_verdict_and_each_row(project):
     lines = blocks.block("ablation-mirror", Results(project.results)).splitlines()
     verdict = (

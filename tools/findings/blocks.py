@@ -8,7 +8,7 @@ from ajgdata.ablations import ABLATIONS
 from ajgdata.pipeline.stages import busy_s
 from ajgdata.report.format import number
 
-from . import evaluations, simulation
+from . import evaluations, simulation, sorting
 from .documents import blocks_of
 from .markdown import markdown_table
 from .results import Results
@@ -34,6 +34,8 @@ BLOCKS: dict[str, Callable[[Results], str]] = {
     "run-cost": run_cost,
     "after-the-choice": evaluations.after_the_choice,
     "media": evaluations.media,
+    "live-sorting": sorting.live_sorting,
+    "sort-live": sorting.sort_live,
     "default-grid": simulation.default_grid,
     "grid-sweep": simulation.grid_sweep,
     "grid-settings": simulation.grid_settings,

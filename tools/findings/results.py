@@ -5,7 +5,7 @@ import hashlib
 import io
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ajgdata.paths import Paths
 from ajgdata.store.benchmarks import Job, read_benchmarks
@@ -41,6 +41,19 @@ class Results:
     def ablation(self, name: str) -> list[Table]:
         """Return the tables of an ablation."""
         return list(self._tables(self._paths.ablation(name)).values())
+
+    def experiment(self, dataset: str, task: str, kind: str) -> dict[str, Table]:
+        """Return the tables of an experiment on a task, by name."""
+        path = self._paths.experiment(dataset, task, kind)
+        self._bytes(path)
+        about, tables = read_tables(self._place(path))
+        self._commits.add(about["provenance"]["git_commit"])
+        return {table.name: table for table in tables}
+
+    def sort_live(self) -> tuple[dict[str, Any], dict[str, Table]]:
+        """Return what sorting through a simulated card found, and its tables by name."""
+        tables = self._tables(self._paths.sort_live)
+        return read_tables(self._place(self._paths.sort_live))[0], tables
 
     def metric(self, *key: str) -> float | None:
         """Return a value of metrics.csv by the parts of a `Key`; None if the run has none."""
