@@ -10,6 +10,8 @@ from ajgdata.acquire.live_session import REJECTED
 from ajgdata.acquire.session_setup import alone
 from ajgdata.live.events import Event
 from ajgdata.live.kept import LOOK, PREDICTED, SORT
+from ajgdata.paths import AUDIO_FOLDER
+from ajgdata.store.audio import file_sha256
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording
 
@@ -56,17 +58,18 @@ def learn(
 ) -> Learnt:
     """Label the recordings of the session at `folder` by what is `known` of its sorts, by number.
 
-    Of others the cell of `target` counts, if somebody filled it in, else what `ask` returns (once
-    a sort). What has a label is no longer rejected. Raises DataError while the run goes on.
+    What a killed run wrote and did not enter is entered now. Of sorts that are not `known` the cell
+    of `target` counts, if somebody filled it in, else what `ask` returns (once a sort). What has a
+    label is no longer rejected. Raises DataError while the run goes on.
     """
     with alone(folder):
         rows, findings = read_recordings(folder)
         if findings:
             raise DataError(folder, findings[0].problem, findings[0].fix)
+        rows += _lost(folder, rows)
         said = dict(known)
-        changed = []
-        for row in sorted(rows, key=_order):
-            changed.append(_labelled(row, spec, target, said, ask))
+        in_order = sorted(rows, key=_order)
+        changed = [_labelled(row, spec, target, said, ask) for row in in_order]
         session = read_session(folder)
         if session.acquisition is not None:
             finished = session.acquisition.model_copy(update={"finished": True})
@@ -102,6 +105,23 @@ def _labelled(
             "labels": {**row.labels, **labels},
         }
     )
+
+
+def _lost(folder: Path, rows: Iterable[Recording]) -> list[Recording]:
+    """Return a row for each look that a killed run wrote and did not enter."""
+    entered = {row.file for row in rows}
+    found = []
+    for path in sorted((folder / AUDIO_FOLDER).glob("sort_*_*_1.wav")):
+        if (file := f"{AUDIO_FOLDER}/{path.name}") not in entered:
+            grasp = path.stem.removesuffix("_1")
+            _, number, look = grasp.split("_")
+            labels = {SORT: str(int(number)), LOOK: look}
+            row = Recording(
+                recording_id=path.stem, file=file, sha256=file_sha256(path), grasp_id=grasp,
+                quality=REJECTED, labels=labels,
+            )  # fmt: skip
+            found.append(row)
+    return found
 
 
 def _order(row: Recording) -> tuple[int, int]:

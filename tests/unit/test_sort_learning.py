@@ -109,3 +109,14 @@ def test_the_session_of_a_killed_run_is_finished_by_it(cell):
     (cell.folder / "session.yaml").write_text(text.replace("finished: true", "finished: false"))
     learn(cell.folder, SPEC, "label", {})
     assert read_session(cell.folder).acquisition.finished
+
+
+def test_what_a_killed_run_did_not_enter_is_entered(cell):
+    """Its WAV is written before its row."""
+    before = rows(cell)
+    lost = before.pop("sort_0003_1_1")
+    write_recordings(cell.folder, list(before.values()))
+    assert learn(cell.folder, SPEC, "label", {3: "cube"}) == Learnt(labelled=1, unlabelled=3)
+    row = rows(cell)["sort_0003_1_1"]
+    assert (row.sha256, row.object, row.labels["mass_g"]) == (lost.sha256, "cube", "12.5")
+    assert (row.grasp_id, row.file, row.quality) == (lost.grasp_id, lost.file, "ok")
