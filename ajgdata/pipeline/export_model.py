@@ -56,7 +56,7 @@ def exported_model(paths: Paths, dataset: str, task: str, model: str) -> Exporte
             calibration=predictor.calibration.plain(),
             guard={
                 "grasps": guard.grasps,
-                "references": guard.points(guard.references),
+                "references": guard.references,
                 "mean": guard.mean,
                 "std": guard.std,
                 "scale": guard.scale,
