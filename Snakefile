@@ -1,4 +1,5 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from ajgdata.pipeline.experiments import (
 from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
+from ajgdata.pipeline.run_summary import lines, summarise
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
     GALLERY,
@@ -104,14 +106,28 @@ wildcard_constraints:
 include: "workflow/rules/common.smk"
 
 
+EVERYTHING = [
+    PATHS.report,
+    PATHS.all_metrics,
+    *(PATHS.model(*one) for one in models_of(SPECS, TASKS)),
+    PATHS.results / "verify" / "summary.txt",
+    *(PATHS.receipt(name) for name in PUBLISHED),
+]
+
+
 rule all:
     default_target: True
     input:
-        PATHS.report,
-        PATHS.all_metrics,
-        [PATHS.model(*one) for one in models_of(SPECS, TASKS)],
-        PATHS.results / "verify" / "summary.txt",
-        [PATHS.receipt(name) for name in PUBLISHED],
+        EVERYTHING,
+        PATHS.complete,
+
+
+onsuccess:
+    tell_run()
+
+
+onerror:
+    tell_run()
 
 
 include: "workflow/rules/acquire.smk"

@@ -199,6 +199,11 @@ class Paths:
         return self.report.with_name(RUNS_FILE)
 
     @property
+    def complete(self) -> Path:
+        """Return the summary of a run that made all that it was asked for."""
+        return self.results / "complete.txt"
+
+    @property
     def report(self) -> Path:
         """The report."""
         return self.results / "report" / INDEX

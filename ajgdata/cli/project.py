@@ -1,4 +1,4 @@
-"""The commands that look and change nothing: `ajgdata info`, `doctor` and `status`."""
+"""Commands on a project: `ajgdata info`, `doctor` and `status`, which change nothing, and `run`."""
 
 from __future__ import annotations
 
@@ -48,16 +48,24 @@ def doctor() -> None:
 def status(
     more: Annotated[
         list[str] | None,
-        typer.Argument(metavar="...", help="handed on to Snakemake, e.g. --config 'pages=[]'"),
+        typer.Argument(
+            metavar="[NAME]... ...",
+            help="data sets, as of `ajgdata run`; the rest is handed on to Snakemake, e.g. "
+            "--config 'pages=[]'",
+        ),
     ] = None,
 ) -> None:
     """Say which results are current, which are not and why, and what no run would mend."""
     from ajgdata.paths import find_project
+    from ajgdata.pipeline.run import datasets_asked, only, parted
     from ajgdata.pipeline.status import data_status, workflow_status
+    from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
-    current, groups = workflow_status(paths, more or ())
-    for line in data_status(paths):
+    names, rest = parted(more or (), list_datasets(paths))
+    asked = [*only(names), *rest]
+    current, groups = workflow_status(paths, asked)
+    for line in data_status(paths, datasets_asked(asked)):
         out.print(escape(line), soft_wrap=True)
     for group in groups:
         first, others = group.files[0], len(group.files) - 1
@@ -66,6 +74,33 @@ def status(
         out.print(said, soft_wrap=True)
     stale = sum(len(group.files) for group in groups)
     out.print(f"{current} results are current, {stale} are not" + ("; `snakemake`" * bool(stale)))
+
+
+@looking.command(context_settings={"ignore_unknown_options": True})
+def run(
+    arguments: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="NAME... ...",
+            help="data sets; the rest is handed on to Snakemake, e.g. --dry-run or --cores 2",
+        ),
+    ],
+) -> None:
+    """Make everything of some data sets alone: features, models, tests and the report.
+
+    Prints the `snakemake` command that does the same first, and at the end what was made, skipped
+    and left out. The exit code is 0 only if nothing was skipped that is not declared optional.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.run import parted
+    from ajgdata.pipeline.run import run as run_workflow
+    from ajgdata.store.sessions import list_datasets, read_dataset
+
+    paths = find_project()
+    names, rest = parted(arguments, list_datasets(paths))
+    if not names:
+        read_dataset(paths, arguments[0])  # raises DataError, and says which there are
+    raise typer.Exit(run_workflow(paths, names, rest))
 
 
 def _print(facts: Mapping[str, str]) -> None:

@@ -21,6 +21,7 @@ from ajgdata.paths import (
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.run_summary import verdicts
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
 from ajgdata.pipeline.stages import Stopwatch, stages_of
@@ -102,6 +103,7 @@ def build_report(
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
     content["published"] = list(published)
+    content["agreements"] = verdicts([row.agrees for row in report.comparisons])
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
 
 

@@ -65,10 +65,11 @@ def summarised(table: str) -> tuple[int, list[Group]]:
     return current, groups[::-1]  # Snakemake begins at the end
 
 
-def data_status(paths: Paths) -> list[str]:
-    """Return a line for each thing that no run of the workflow mends."""
+def data_status(paths: Paths, only: Sequence[str] | None = None) -> list[str]:
+    """Return a line for each thing that no run of the workflow mends, of all data sets or of
+    `only` those."""
     lines = []
-    for name in list_datasets(paths):
+    for name in list_datasets(paths) if only is None else only:
         spec = read_dataset(paths, name)
         ready = recorded_sessions(paths, spec)
         if spec.recipe:

@@ -3,6 +3,8 @@
 import csv
 import os
 import re
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -188,8 +190,10 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
     ask = ("--config", "pages=[gallery]")
     made = {"features": 1, "merge": 1, **TASKS, "page": 1, "train": 1, "collect": 1, "verify": 1}
-    assert project.planned(*ask) == {**made, "all": 1}
-    project.snakemake(*ask)
+    assert project.planned(*ask) == {**made, "complete": 1, "all": 1}
+    said = project.snakemake(*ask)
+    assert "1 data set: 7 recordings used, 1 left out\n" in said
+    assert "1 measurement: 1 made, 0 skipped, 0 not made\n" in said
     assert project.planned(*ask) == {}
     quarantine = project.paths.quarantine("tones").read_text()
     assert "bad_session" in quarantine and "not valid YAML" in quarantine
@@ -218,4 +222,23 @@ def test_each_study_is_a_job_of_its_own(project):
 
 
 def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project):
-    assert project.planned() == {"all": 1, "train": 1, "collect": 1, "verify": 1}
+    rules = ("all", "train", "collect", "verify", "complete")
+    assert project.planned() == dict.fromkeys(rules, 1)
+
+
+def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
+    tasks = {"pitch": DECLARATION["tasks"]["pitch"] | {"folds": 99, "groups": "pitch"}}
+    redeclare(project, tasks=tasks)
+    command = [sys.executable, "-m", "snakemake", *project.arguments()]
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "tones/pitch was skipped: " in done.stderr
+    assert "1 measurement: 0 made, 1 skipped, 0 not made\n" in done.stderr
+    assert "skipped   tones/pitch, cross_validation (knn)" in done.stderr
+    assert "report: results/report/index.html\n" in done.stderr
+    assert "Not evaluated" in project.paths.report.with_name("run.html").read_text()
+    tasks["pitch"]["optional"] = True
+    redeclare(project, tasks=tasks)
+    assert not project.planned().keys() & {"features", "merge", "experiment", "train"}
+    assert "optional  tones/pitch" in project.snakemake()
+    assert project.planned() == {}

@@ -132,3 +132,18 @@ def encoders_of(wildcards):
         return []
     key = wildcards.dataset, wildcards.task
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
+
+
+def tell_run():
+    """Print what the run did, of all that was asked for, on the console."""
+    outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
+    keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
+    specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
+    failed = [
+        f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
+        for job in workflow.scheduler.failed
+        if job.rule.name != "complete"  # which fails for what is told as skipped
+    ]
+    if specs:
+        run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
+        print("", *lines(PATHS, run, failed), "", sep="\n", file=sys.stderr, flush=True)

@@ -1,3 +1,7 @@
+# The solver is checked where it made recordings.
+WITHOUT_SOLVER = config["quick"] or not VIRTUAL
+
+
 rule verify:
     input:
         runs=PATHS.runs,
@@ -9,9 +13,38 @@ rule verify:
     conda:
         "../../environment.yml"
     params:
-        quick=config["quick"],
-        code=code_of("ajgdata.pipeline.verify:verify", "ajgdata.gripper"),
+        quick=WITHOUT_SOLVER,
+        code=code_of(
+            "ajgdata.pipeline.verify:verify",
+            *([] if WITHOUT_SOLVER else ["ajgdata.gripper"]),
+        ),
     message:
-        "Checking the results, and the solver on runs too long for the test suite"
+        "Checking the results"
+        + (
+            ""
+            if WITHOUT_SOLVER
+            else ", and the solver on runs too long for the test suite"
+        )
     script:
         "../scripts/verify.py"
+
+
+# Last of all: fails, when everything else is there, if something that was asked for was skipped.
+rule complete:
+    input:
+        EVERYTHING,
+    output:
+        summary=PATHS.complete,
+    log:
+        "results/logs/complete.log",
+    conda:
+        "../../environment.yml"
+    params:
+        datasets=list(PLANS),
+        documents=documents_of(MEASURED),
+        optional=[key for key in ASKED if ASKED[key].optional_in(SPECS[key[0]])],
+        code=code_of("ajgdata.pipeline.run_summary:complete"),
+    message:
+        "Was everything made that was asked for?"
+    script:
+        "../scripts/complete.py"

@@ -1,0 +1,130 @@
+"""What a run tells at its end, and when its exit code says that something is wanting."""
+
+import subprocess
+
+import pytest
+from experiment_samples import small_store
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline import run as running
+from ajgdata.pipeline.run import command, datasets_asked, only, parted, run
+from ajgdata.pipeline.run_summary import complete, lines, summarise, verdicts
+from ajgdata.store.features import write_store
+from ajgdata.store.files import json_bytes, write_bytes
+from ajgdata.store.findings import write_findings
+from ajgdata.store.tables import write_tables
+from ajgdata.types import DataError, DatasetSpec, Finding
+
+KINDS = ("cross_validation-cnn", "cross_validation-knn", "permutation_test")
+KEYS = [("d", task, kind) for task in ("t", "u") for kind in KINDS]
+
+
+def spec(**keys) -> DatasetSpec:
+    task = {"target": "object", "models": ["cnn", "knn"], **keys}
+    return DatasetSpec.model_validate(
+        {
+            "name": "d",
+            "targets": {"object": {"kind": "classification"}},
+            "tasks": {"t": task, "u": {**task, "optional": False}},
+        }
+    )
+
+
+@pytest.fixture
+def paths(tmp_path) -> Paths:
+    """A data set of 60 recordings, two of which are left out for three findings, and results of
+    two tasks: of `t` one of three is there."""
+    made = Paths(tmp_path)
+    write_store(made.merged("d"), small_store(), {})
+    finding = Finding("s", "1", "", "error", "silent", "p", "f")
+    found = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
+    found += [Finding("s", "2", "", "warning", "copy", "p", "f")]
+    found += [Finding("s", "3", "", "warning", "quiet", "p", "f")]  # used all the same
+    write_findings(made.quarantine("d"), found)
+    for key in KEYS:
+        lacks = key[1] == "t" and key[2] != "permutation_test"
+        told = {"skipped": "one class only"} if lacks else {"left_out": {"rare": 1}}
+        write_tables(made.experiment(*key), [], **told)
+    about = made.model("d", "t", "cnn") / "model.json"
+    write_bytes(about, json_bytes({"skipped": "one class only"}))
+    return made
+
+
+def test_everything_that_a_person_needs_to_know(paths):
+    write_bytes(paths.runs, json_bytes({"agreements": {"agree": 3, "do not": 2}}))
+    found = summarise(paths, {"d": spec()}, KEYS, report=True)
+    assert lines(paths, found) == [
+        "1 data set: 60 recordings used, 2 left out",
+        f"left out  2 of d: {paths.quarantine('d')} says why",
+        "left out  of d/t, classes of fewer groups than min_groups: rare (1)",
+        "left out  of d/u, classes of fewer groups than min_groups: rare (1)",
+        "6 measurements: 4 made, 2 skipped, 0 not made",
+        "skipped   d/t, cross_validation (cnn, knn), training (cnn): one class only",
+        "beside the paper: 3 agree, 2 do not",
+        f"report: {paths.report}",
+    ]
+
+
+def test_a_run_that_failed_tells_what_is_not_there_and_shows_no_old_report(paths):
+    write_bytes(paths.runs, json_bytes({"agreements": {"agree": 3}}))
+    paths.experiment(*KEYS[-1]).unlink()
+    found = summarise(paths, {"d": spec()}, KEYS, report=False)
+    told = lines(paths, found, ["experiment d u permutation_test: results/logs/x.log"])
+    assert "6 measurements: 3 made, 2 skipped, 1 not made" in told
+    assert "failed    experiment d u permutation_test: results/logs/x.log" in told
+    assert not [line for line in told if line.startswith(("report", "beside"))]
+    assert "not made  d/u: permutation_test" in lines(paths, found)
+
+
+def test_many_lines_are_counted(paths):
+    told = lines(paths, summarise(paths, {"d": spec()}, KEYS, report=False), ["job"] * 25)
+    assert told.count("failed    job") == 20 and "          and 5 more" in told
+
+
+def test_a_run_is_complete_unless_something_is_wanting(paths):
+    with pytest.raises(DataError, match=r"d/t was skipped: one class only; .*optional: true"):
+        complete(paths, {"d": spec()}, KEYS, paths.complete)
+    assert not paths.complete.exists()
+    complete(paths, {"d": spec(optional=True)}, KEYS, paths.complete)
+    told = paths.complete.read_text().splitlines()
+    assert "optional  d/t, cross_validation (cnn, knn), training (cnn): one class only" in told
+    assert "6 measurements: 4 made, 2 skipped, 0 not made" in told
+
+
+def test_verdicts_are_counted_in_words():
+    said = ["yes", "no: lower", "yes", "no: higher", "no: it works", "cannot be told: within"]
+    assert verdicts(said) == {"do not": 3, "agree": 2, "cannot be told": 1}
+
+
+def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):
+    paths = Paths(tmp_path)
+    (tmp_path / "Snakefile").touch()
+    assert parted(["a", "b", "--cores", "2"], ["a", "b", "c"]) == (["a", "b"], ["--cores", "2"])
+    assert parted(["--config", "a"], ["a"]) == ([], ["--config", "a"])
+    asked = ["--config", "datasets=[a,b]", "pages=[]", "publish=[]"]
+    assert only(["a", "b"]) == asked
+    assert command(paths, ["a", "b"], ["-n"]) == ["snakemake", *asked, "-n"]
+    assert datasets_asked(asked) == ["a", "b"]
+    assert datasets_asked(["--config", "datasets=[a, b-2]"]) == ["a", "b-2"]
+    assert datasets_asked(["--config", "datasets=null"]) is datasets_asked([]) is None
+    (tmp_path / "Snakefile").unlink()
+    assert command(paths, ["a"])[1] == "--snakefile"  # that of the package
+
+
+@pytest.mark.parametrize("code", [0, 1])
+def test_the_exit_code_is_that_of_the_workflow(tmp_path, monkeypatch, capsys, code):
+    paths = Paths(tmp_path)
+    write_bytes(paths.complete, b"1 data set: told before\n")
+    called = []
+
+    def done(line, **keys):
+        called.append((line, keys["cwd"]))
+        return subprocess.CompletedProcess(line, code)
+
+    monkeypatch.setattr(running.subprocess, "run", done)
+    assert run(paths, ["a"]) == code
+    ((line, where),) = called
+    first, *rest = capsys.readouterr().out.splitlines()
+    assert first.startswith("snakemake ") and "'datasets=[a]'" in first
+    assert line[2:] == command(paths, ["a"]) and where == tmp_path
+    assert rest == (["1 data set: told before"] if code == 0 else [])  # nothing had to be done
