@@ -256,4 +256,4 @@ class SortTerminal:
 
     def _stopped(self, event: Event) -> None:
         held = f"; [b red]still held: {escape(event['held'])}[/]" if event["held"] else ""
-        self._say(f"[b]stopped[/b] {escape(event['reason'])}{held}")
+        self._say(f"[b]ended:[/b] {escape(event['reason'])}{held}")

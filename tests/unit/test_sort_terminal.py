@@ -148,6 +148,6 @@ def test_one_line_a_sort_and_what_matters_beside(columns):
     assert lines[1].startswith("   1  ball") and "80 %  → A  3.0 s  wrong: cube" in lines[1]
     assert ("█" in lines[1]) == (columns > 24)
     assert lines[2] == "warning the gripper has changed"
-    assert lines[3] == "stopped usb: went away; plug it in; still held: ball"
+    assert lines[3] == "ended: usb: went away; plug it in; still held: ball"
     assert len(lines) == 4
     assert person.terminal.summary() == "A 1"
