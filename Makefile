@@ -3,10 +3,16 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce test test-browser lint format bench demo-live sort-live docs findings lock clean
+.PHONY: reproduce real test test-browser lint format bench demo-live sort-live docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
+
+# Public recordings by other labs, from the web, and a report on them alone; NAMES="esc10 ..." chooses.
+NAMES ?= $(shell grep -l '^status: run' datasets/*/source.yaml | xargs -n 1 dirname | xargs -n 1 basename)
+real: $(VENV)/.test
+	for name in $(NAMES); do $(BIN)/ajgdata fetch $$name || exit 1; done
+	$(BIN)/ajgdata run $(NAMES)
 
 test: $(VENV)/.test
 	$(BIN)/pytest

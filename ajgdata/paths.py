@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 DATASET_FILE = "dataset.yaml"
+SOURCE_FILE = "source.yaml"
 SESSION_FILE = "session.yaml"
 RECORDINGS_FILE = "recordings.csv"
 AUDIO_FOLDER = "audio"
@@ -80,6 +81,10 @@ class Paths:
     def dataset(self, dataset: str) -> Path:
         """Declaration of one data set."""
         return self.datasets / dataset / DATASET_FILE
+
+    def source(self, dataset: str) -> Path:
+        """Return the file that says where a public data set is brought from."""
+        return self.datasets / dataset / SOURCE_FILE
 
     def sessions(self, dataset: str) -> Path:
         """Raw sessions of one data set."""
@@ -281,6 +286,14 @@ class Paths:
     def hash_cache(self) -> Path:
         """Known hashes by size, times and inode."""
         return self.cache / "hashes.json"
+
+
+def brought(name: str) -> Path:
+    """Return the folder of the recordings of a public data set: outside of every project, since
+    several may use them. AJGDATA_CACHE names another place than the system's for such files."""
+    import pooch  # whoever asks fetches: nothing else needs it
+
+    return Path(os.environ.get("AJGDATA_CACHE") or pooch.os_cache("ajgdata")) / "sources" / name
 
 
 @dataclass(frozen=True)

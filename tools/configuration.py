@@ -21,6 +21,7 @@ from ajgdata.types import (
     DatasetSpec,
     Recording,
     Session,
+    Source,
 )
 from ajgdata.types.plan import SortPlan
 
@@ -30,6 +31,7 @@ Model = type[BaseModel]
 #: What people write, and where.
 FILES: dict[str, Model] = {
     "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
+    "datasets/&lt;name&gt;/source.yaml": Source,
     "session.yaml": Session,
     "recordings.csv": Recording,
     "PLAN.yaml of `ajgdata sort`": SortPlan,

@@ -114,7 +114,7 @@ def import_command(
             convert=convert,
             started=started,
         )
-    _show(result, found, dataset, everything=everything)
+    show_import(result, found, dataset, everything=everything)
     audio = spec.audio
     _say(
         f"declared in {escape(str(paths.dataset(dataset)))}: {audio.sample_rate_hz} Hz, channel "
@@ -124,7 +124,7 @@ def import_command(
     raise typer.Exit(bool(result.conflicts or result.failed or found.missing))
 
 
-def _show(result: Imported, found: Scan, dataset: str, *, everything: bool) -> None:
+def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool) -> None:
     """Print what came of an import, the worst first."""
     counts = {"added": result.added, "changed": result.relabelled, "unchanged": result.unchanged}
     extra = {"decoded": result.decoded, "removed": len(result.pruned)}

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 
-from ajgdata.pipeline.progress import when_slow
+from ajgdata.pipeline.progress import bar, when_slow
+
+if TYPE_CHECKING:
+    from ajgdata.paths import Paths
 
 publishing = typer.Typer()
 out = Console(emoji=False, highlight=False)
@@ -74,24 +77,81 @@ def publish(
 @publishing.command()
 def fetch(
     source: Annotated[
-        str, typer.Argument(metavar="URL_OR_FOLDER", help="a published data set: folder or address")
+        str,
+        typer.Argument(
+            metavar="NAME|URL|FOLDER",
+            help="public recordings by name, or a published data set: its address or folder",
+        ),
     ],
-    name: Annotated[str, typer.Option(help="name it gets here; default: its own")] = "",
+    name: Annotated[str, typer.Option(help="published: name it gets here; default: its own")] = "",
     sha256: Annotated[
-        str, typer.Option("--sha256", help="hash of its SHA256SUMS, if you were told it")
+        str, typer.Option("--sha256", help="published: hash of its SHA256SUMS, if you were told it")
     ] = "",
+    mirror: Annotated[
+        str,
+        typer.Option(
+            envvar="AJGDATA_MIRROR",
+            help="by name: address that stands for https://HOST of the source, such as "
+            "https://git.example.org or file:///srv/mirror",
+        ),
+    ] = "",
+    copy: Annotated[
+        bool,
+        typer.Option("--copy", help="by name: copy the audio into data/, too"),
+    ] = False,
 ) -> None:
-    """Bring a published data set in and make it a data set of this project.
+    """Bring public recordings or a published data set in, as a data set of this project.
 
-    Every file is checked against SHA256SUMS. Interrupted, it goes on: complete files are kept by
-    their hash, a half one is continued where the server can. Nothing of what is fetched is run.
+    NAME is one with a datasets/NAME/source.yaml; its recordings come from their makers' public
+    address into a cache outside the project. Every byte is checked by its hash. Interrupted, it
+    goes on: what is complete is kept. Nothing of what is fetched is run.
     """
     from ajgdata.paths import find_project
+
+    paths = find_project()
+    if paths.source(source).is_file():
+        _fetch_by_name(paths, source, mirror, copy=copy)
+    else:
+        _fetch_published(paths, source, name, sha256)
+
+
+def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> None:
+    from ajgdata.cli.importing import show_import
+    from ajgdata.pipeline.fetch_source import fetch_source
+    from ajgdata.store.sessions import read_dataset
+    from ajgdata.store.sources import address_of, read_source
+
+    spec, declared = read_dataset(paths, dataset), read_source(paths, dataset)
+    lines = [
+        f"licence: {spec.licence}" + ("" if declared.republish else "; do not hand them on"),
+        f"cite: {spec.citation or spec.url}",
+        f"about {declared.size_mb:g} MB from {address_of(declared, mirror)}",
+    ]
+    for line in lines:
+        out.print(escape(line), soft_wrap=True)
+    if declared.status == "not yet run":
+        out.print(
+            "[yellow]not yet run[/yellow]: declared from the list of its files alone",
+            soft_wrap=True,
+        )
+    with bar("importing") as started:
+        found, result = fetch_source(
+            paths,
+            dataset,
+            mirror=mirror,
+            copy=copy,
+            each=lambda files: when_slow(files, "fetching"),
+            started=started,
+        )
+    show_import(result, found, dataset, everything=False)
+    out.print(f"next: ajgdata run {dataset}", soft_wrap=True)
+    raise typer.Exit(bool(result.conflicts or result.failed or found.missing))
+
+
+def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
     from ajgdata.pipeline.fetch import fetch as bring
 
-    done = bring(
-        find_project(), source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching")
-    )
+    done = bring(paths, source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching"))
     out.print(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
         f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: snakemake",

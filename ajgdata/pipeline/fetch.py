@@ -37,6 +37,7 @@ from ajgdata.store.sessions import (
     write_dataset,
     write_session,
 )
+from ajgdata.store.sources import list_sources
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
 #: What the licence asks to be passed on, kept beside the recordings.
@@ -123,7 +124,9 @@ def _brought(
         tree, cache = Tree(Path(source)), None
         if not (tree / tree.SUMS).is_file():
             problem = f"has no {tree.SUMS}: not a published data set"
-            raise DataError(source, problem, "name the folder or the web address of one")
+            known = ", ".join(list_sources(paths)) or "none"
+            fix = f"name the folder or the web address of one, or public recordings ({known})"
+            raise DataError(source, problem, fix)
         _check_text(tree, tree.SUMS)
         if sha256 and file_sha256(tree / tree.SUMS) != sha256:
             raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)

@@ -52,6 +52,7 @@ from ajgdata.types.session import (
     is_reserved,
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
+from ajgdata.types.source import FilesOrigin, GitOrigin, GitPart, Source
 from ajgdata.types.tasks import CROSS_VALIDATION, Task
 
 __all__ = [
@@ -74,7 +75,10 @@ __all__ = [
     "ExcitationKind",
     "ExcitationSpec",
     "FeatureSettings",
+    "FilesOrigin",
     "Finding",
+    "GitOrigin",
+    "GitPart",
     "GraspProtocol",
     "ImportSettings",
     "Kind",
@@ -93,6 +97,7 @@ __all__ = [
     "Registry",
     "RobotMaker",
     "Session",
+    "Source",
     "SourceMaker",
     "SourceName",
     "Strict",

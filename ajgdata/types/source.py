@@ -1,0 +1,72 @@
+"""source.yaml: where the recordings of a public data set are brought from."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from ajgdata.types.base import Strict
+
+
+def _inside(path: str) -> str:
+    steps = path.split("/") if path else []
+    if path.strip() != path or "\\" in path or ":" in path or {"", ".", "..", ".git"} & {*steps}:
+        raise ValueError("is no path inside a folder, such as 'data/day1'")
+    return path
+
+
+Inside = Annotated[str, AfterValidator(_inside)]
+Address = Annotated[str, Field(pattern=r"^https://[A-Za-z0-9.-]+/[^\s?#]+$")]
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class GitPart(Strict):
+    """One folder of a repository at one commit."""
+
+    commit: str = Field(
+        pattern=r"^[0-9a-f]{40}$", description="the full hash, which holds every byte below it"
+    )
+    folder: Inside = Field("", description="inside the repository; default: all of it")
+    into: Inside = Field("", description="folder that gets it; default: that which is imported")
+
+
+class GitOrigin(Strict):
+    """Folders of a git repository: for recordings whose hashes nobody here knows."""
+
+    kind: Literal["git"]
+    repository: Address = Field(description="its public address")
+    parts: tuple[GitPart, ...] = Field(min_length=1, description="what is brought of it")
+
+    @model_validator(mode="after")
+    def _apart(self) -> GitOrigin:
+        places = [part.into for part in self.parts]
+        if len({*places}) < len(places):
+            raise ValueError("two parts are brought into one folder: give them other names by into")
+        return self
+
+
+class FilesOrigin(Strict):
+    """Files below one web address: where each file's hash is known."""
+
+    kind: Literal["files"]
+    address: Address = Field(description="what stands before each file's name")
+    files: dict[Inside, Sha256] = Field(
+        min_length=1, description="SHA-256 of each file, by its path, which it keeps"
+    )
+
+
+class Source(Strict):
+    """source.yaml: where the recordings of a data set are, beside its dataset.yaml, which says what
+    they are, their licence, and how they are read."""
+
+    status: Literal["run in part", "not yet run"] = Field(
+        description="what was done with these recordings when this was written"
+    )
+    size_mb: float = Field(gt=0, description="about how much is brought")
+    republish: bool = Field(
+        False, description="whether the licence lets others hand the recordings on"
+    )
+    origin: Annotated[GitOrigin | FilesOrigin, Field(discriminator="kind")] = Field(
+        description="where they are brought from"
+    )

@@ -1,0 +1,298 @@
+"""Public recordings by name: every byte right and imported, or one line and nothing imported."""
+
+import http.server
+import stat
+import threading
+from functools import partial
+from pathlib import Path
+
+import pytest
+import yaml
+from git_mirror import Mirror, sound
+from test_fetch import Handler
+from typer.testing import CliRunner
+
+from ajgdata.cli import app
+from ajgdata.paths import Paths, brought
+from ajgdata.pipeline.fetch_source import fetch_source
+from ajgdata.pipeline.plan import plan
+from ajgdata.store import git_folders, sources
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.sessions import list_sessions, read_recordings
+from ajgdata.types import DataError, Source
+
+ADDRESS = "https://example.org/lab/hits"
+NAMES = [f"hits/{n}_{label}.wav" for n, label in enumerate(("metal", "desk") * 3, start=1)]
+
+
+@pytest.fixture
+def paths(tmp_path, monkeypatch):
+    monkeypatch.setenv("AJGDATA_CACHE", str(tmp_path / "cache"))
+    made = Paths(tmp_path / "project")
+    made.dataset("hits").parent.mkdir(parents=True)
+    declared = {
+        "name": "hits", "licence": "none stated", "url": ADDRESS,
+        "audio": {"sample_rate_hz": 8000}, "targets": {"label": {"kind": "classification"}},
+        "tasks": {"label": {"target": "label"}}, "imports": {"pattern": "starter-kit"},
+    }  # fmt: skip
+    made.dataset("hits").write_text(yaml.safe_dump(declared))
+    return made
+
+
+@pytest.fixture
+def mirror(tmp_path):
+    return Mirror(tmp_path / "mirror", ADDRESS)
+
+
+@pytest.fixture
+def files(tmp_path):
+    return {name: sound(tmp_path, name, 8000) for name in NAMES}
+
+
+def declare(paths: Paths, origin: dict, **keys: object) -> None:
+    content = {"status": "not yet run", "size_mb": 0.1, "origin": origin, **keys}
+    paths.source("hits").write_text(yaml.safe_dump(content))
+
+
+def of_git(paths: Paths, *parts: dict) -> None:
+    declare(paths, {"kind": "git", "repository": ADDRESS, "parts": list(parts)})
+
+
+def held(paths: Paths) -> dict[str, bytes]:
+    """The bytes of what is brought, by name."""
+    root = brought("hits")
+    found = (path for path in root.rglob("*") if path.is_file() and path.name[0] != ".")
+    return {path.relative_to(root).as_posix(): path.read_bytes() for path in found}
+
+
+def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files):
+    first = mirror.commit({**files, "paper/large.pdf": b"%PDF" * 1000})
+    again = mirror.commit({"hits/1_metal.wav": files["hits/2_desk.wav"]})
+    of_git(
+        paths,
+        {"commit": first, "folder": "hits", "into": "day1"},
+        {"commit": again, "folder": "hits", "into": "day2/x"},
+    )
+    _, result = fetch_source(paths, "hits", mirror=mirror.url)
+    assert (result.sessions, result.added) == (2, 12)
+    day1 = {name.replace("hits/", "day1/"): content for name, content in files.items()}
+    day2 = {name.replace("hits/", "day2/x/"): content for name, content in files.items()}
+    assert held(paths) == day1 | day2 | {"day2/x/1_metal.wav": files["hits/2_desk.wav"]}
+    rows, _ = read_recordings(paths.session("hits", "day1"))
+    assert {row.labels["label"] for row in rows} == {"metal", "desk"}
+    assert not list(paths.data.rglob("*.wav"))  # they are referred to, where they were brought
+    known = brought("hits").with_name("hits.git")
+    assert sum(path.stat().st_size for path in known.rglob("*.pack")) < 6 * 2000
+
+
+def test_copies_on_request(paths, mirror, files):
+    of_git(paths, {"commit": mirror.commit(files)})
+    fetch_source(paths, "hits", mirror=mirror.url, copy=True)
+    assert len(list(paths.data.rglob("*.wav"))) == len(files)
+
+
+def test_an_interrupted_transfer_goes_on(paths, mirror, files, monkeypatch):
+    monkeypatch.setattr(git_folders, "BATCH", 2)
+    of_git(paths, {"commit": mirror.commit(files)})
+    asked = []
+
+    def cut(names):
+        for count, name in enumerate(names):
+            if count == 3:
+                raise KeyboardInterrupt
+            yield name
+
+    def noted(names):
+        asked.extend(names)
+        return iter(names)
+
+    with pytest.raises(KeyboardInterrupt):
+        fetch_source(paths, "hits", mirror=mirror.url, each=cut)
+    assert not paths.data.exists()
+    for left in ("shallow.lock", "all.index.lock"):  # of a git that was killed
+        (brought("hits").with_name("hits.git") / left).touch()
+    fetch_source(paths, "hits", mirror=mirror.url, each=noted)
+    assert len(asked) == len(files) - 2
+    assert held(paths) == files
+
+
+def test_a_second_time_needs_no_network_and_mends_what_was_changed(paths, mirror, files):
+    of_git(paths, {"commit": mirror.commit(files)})
+    fetch_source(paths, "hits", mirror=mirror.url)
+    (brought("hits") / NAMES[0]).write_bytes(b"changed")
+    (brought("hits") / NAMES[1]).unlink()
+    _, result = fetch_source(paths, "hits", mirror="file:///nowhere")
+    assert (result.unchanged, result.conflicts) == (len(files), [])
+    assert held(paths) == files
+
+
+def test_bytes_are_taken_as_they_are(paths, mirror, files, monkeypatch, tmp_path):
+    """Neither what the repository asks of git nor what its reader does changes a byte."""
+    (tmp_path / "config").write_text(
+        '[core]\n\tautocrlf = true\n[filter "lfs"]\n\tsmudge = tr a b\n\trequired = true\n'
+    )
+    monkeypatch.setenv("GIT_CONFIG_GLOBAL", str(tmp_path / "config"))
+    more = {"notes.csv": b"a,b\n1,2\n", "a.txt": b"aaa\n"}
+    rules = {".gitattributes": b"*.csv text eol=crlf\n*.txt filter=lfs\n"}
+    of_git(paths, {"commit": mirror.commit(files | more | rules)})
+    fetch_source(paths, "hits", mirror=mirror.url)
+    assert held(paths) == files | more
+
+
+def test_a_link_of_the_repository_leads_nowhere(paths, mirror, files, tmp_path):
+    (tmp_path / "secret.wav").write_bytes(b"secret")
+    mirror.commit(files)
+    (mirror.repository / "hits" / "7_desk.wav").symlink_to(tmp_path / "secret.wav")
+    of_git(paths, {"commit": mirror.commit({})})
+    _, result = fetch_source(paths, "hits", mirror=mirror.url)
+    assert [name for name, _ in result.unreadable] == ["7_desk.wav"]
+    assert not (brought("hits") / "hits" / "7_desk.wav").is_symlink()
+
+
+def refused(paths: Paths, mirror: str) -> str:
+    """The line that says why nothing was imported."""
+    with pytest.raises(DataError) as refusal:
+        fetch_source(paths, "hits", mirror=mirror)
+    assert not list_sessions(paths, "hits")
+    assert "\n" not in str(refusal.value)
+    return str(refusal.value)
+
+
+def test_what_is_not_there_is_said_in_a_line(paths, mirror, files, monkeypatch):
+    commit = mirror.commit(files)
+    of_git(paths, {"commit": commit, "folder": "hots"})
+    assert f"commit {commit[:12]} has no folder 'hots'" in refused(paths, mirror.url)
+    of_git(paths, {"commit": "0123456789" * 4})
+    assert "the commit is not there" in refused(paths, mirror.url)
+    assert "no such public repository" in refused(paths, f"{mirror.url}/elsewhere")
+    assert "look at the network" in refused(paths, "http://127.0.0.1:1")
+    monkeypatch.setenv("PATH", "")
+    assert "install git" in refused(paths, mirror.url)
+
+
+def test_changed_bytes_are_not_imported(paths, mirror, files):
+    of_git(paths, {"commit": mirror.commit(files)})
+    objects = sorted(mirror.repository.glob(".git/objects/??/*"))
+    for path in objects:  # each holds one file, folder or commit
+        if path.stat().st_size > 500:
+            path.chmod(0o600)
+            content = bytearray(path.read_bytes())
+            content[-20] ^= 1
+            path.write_bytes(content)
+    refused(paths, mirror.url)
+    assert not held(paths)
+
+
+def test_a_full_disk_is_said_with_a_way_out(paths, mirror, files, monkeypatch, tmp_path):
+    """A stand-in for git says what git says then."""
+    of_git(paths, {"commit": mirror.commit(files)})
+    program = tmp_path / "bin" / "git"
+    program.parent.mkdir()
+    said = "fatal: write error: No space left on device"
+    program.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 128\n")
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", str(program.parent))
+    assert "the disk is full" in (line := refused(paths, mirror.url))
+    assert "AJGDATA_CACHE" in line
+
+
+@pytest.fixture
+def server(tmp_path, files):
+    """A host of single files, in the layout of `ADDRESS`."""
+    root = tmp_path / "host"
+    for name, content in files.items():
+        path = root / "lab/hits" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    handler = partial(Handler, directory=str(root))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
+        made.asked, made.cut, made.ranges, made.root = [], {}, True, root / "lab/hits"
+        made.url = f"http://127.0.0.1:{made.server_address[1]}"
+        thread = threading.Thread(target=made.serve_forever, args=(0.02,))
+        thread.start()
+        yield made
+        made.shutdown()
+        thread.join()
+
+
+def of_files(paths: Paths, server) -> None:
+    hashes = {name: file_sha256(server.root / name) for name in NAMES}
+    declare(paths, {"kind": "files", "address": ADDRESS, "files": hashes})
+
+
+def test_single_files_by_their_hashes(paths, server, files, monkeypatch):
+    of_files(paths, server)
+    server.cut[f"lab/hits/{NAMES[2]}"] = 700
+    monkeypatch.setattr(sources, "Download", partial(sources.Download, retries=0))
+    assert "what is complete is kept" in refused(paths, server.url)
+    server.asked.clear()
+    _, result = fetch_source(paths, "hits", mirror=server.url)
+    assert (result.added, held(paths)) == (len(files), files)
+    assert (f"lab/hits/{NAMES[2]}", "bytes=700-") in server.asked
+    assert len(server.asked) < len(files)
+
+
+@pytest.mark.parametrize("what", ["changed", "missing"])
+def test_a_single_file_that_is_wrong_is_named(paths, server, what):
+    of_files(paths, server)
+    if what == "changed":
+        (server.root / NAMES[1]).write_bytes(b"other")
+    else:
+        (server.root / NAMES[1]).unlink()
+    assert Path(NAMES[1]).name in refused(paths, server.url)
+
+
+def test_the_licence_comes_first_and_the_next_step_last(paths, mirror, files, monkeypatch):
+    of_git(paths, {"commit": mirror.commit(files)})
+    monkeypatch.setenv("AJGDATA_ROOT", str(paths.root))
+    monkeypatch.setenv("AJGDATA_MIRROR", mirror.url)
+    done = CliRunner().invoke(app, ["fetch", "hits"])
+    lines = done.output.splitlines()
+    assert done.exit_code == 0, done.output
+    assert lines[0] == "licence: none stated; do not hand them on"
+    assert "not yet run: declared from the list of its files alone" in lines
+    assert "6 added, 0 changed, 0 unchanged in 1 session(s) of hits" in lines
+    assert lines[-1] == "next: ajgdata run hits"
+
+
+def test_another_name_is_told_which_there_are(paths, monkeypatch):
+    of_git(paths, {"commit": "0" * 40})
+    monkeypatch.setenv("AJGDATA_ROOT", str(paths.root))
+    done = CliRunner().invoke(app, ["fetch", "hit"])
+    assert done.exit_code
+    assert "public recordings (hits)" in str(done.exception)
+
+
+def test_what_nobody_fetched_is_not_in_the_plan(paths, mirror, files):
+    of_git(paths, {"commit": mirror.commit(files)})
+    with pytest.raises(DataError, match="nothing"):
+        plan(paths)
+    fetch_source(paths, "hits", mirror=mirror.url)
+    assert list(plan(paths)) == ["hits"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"into": "../x"}, {"into": "/x"}, {"folder": "a//b"}, {"folder": ".git"}, {"into": "a\\b"},
+        {"commit": "abc"}, {"branch": "main"},
+    ],
+)  # fmt: skip
+def test_a_part_stays_inside_and_names_its_commit(wrong):
+    part = {"commit": "0" * 40, **wrong}
+    origin = {"kind": "git", "repository": ADDRESS, "parts": [part]}
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
+
+
+def test_two_parts_do_not_share_a_folder():
+    parts = [{"commit": "0" * 40, "folder": name} for name in "ab"]
+    origin = {"kind": "git", "repository": ADDRESS, "parts": parts}
+    with pytest.raises(ValueError, match="into one folder"):
+        Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
+
+
+def test_the_cache_is_outside_of_every_project(monkeypatch):
+    monkeypatch.delenv("AJGDATA_CACHE", raising=False)
+    assert brought("x").parts[-2:] == ("sources", "x")
+    assert brought("x").is_relative_to(Path.home())

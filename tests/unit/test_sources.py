@@ -1,0 +1,119 @@
+"""Every set that can be fetched by name, from a miniature in its own layout to an imported set."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+from git_mirror import Mirror, sound
+
+from ajgdata.paths import Paths
+from ajgdata.pipeline.fetch_source import fetch_source
+from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
+from ajgdata.store.sources import list_sources, read_source
+from ajgdata.types import GitOrigin
+
+PATHS = Paths(Path(__file__).resolve().parents[2])
+NAMES = list_sources(PATHS)
+KIT = "acoustic_sensing_starter_kit-master/lndw2022_sweep_1s"
+FINGER = "data/20251102_exploration_sweep_1s_finger"
+REGRESSION = "with_stand_sweep_regression_newmethod_finger"
+PLACES = f"data/20260119_{REGRESSION}_030"
+SCAN = "acoustic_sensing_starter_kit/data/collected_data_runs"
+
+#: Of each set: a few of its files as its makers name them (the first commit's, in brackets those of
+#: a second one), the sessions that come of it, and labels that they must give.
+LAYOUTS = {
+    "active_rp": (
+        [[f"{KIT}/{name}" for name in ("0_sweep.wav", "1_desk.wav", "2_metal.wav")],
+         [f"{KIT}/{name}" for name in ("0_sweep.wav", "1_desk.wav", "2_metal.wav")]],
+        {"session1": 2, "session2": 2}, "label", {"desk", "metal"},
+    ),
+    "esc10": (
+        [["001 - Dog bark/1-100032-A.ogg", "010 - Fire crackling/5-17808-B.ogg"]],
+        {"esc10": 2}, "label", {"Dog bark", "Fire crackling"},
+    ),
+    "knock_material": (
+        [["Data/processed/train/Wood/1.wav", "Data/processed/test/Marble/100.wav",
+          "Data/raw/Wood/1.wav"]],
+        {"knock_material": 2}, "material", {"Wood", "Marble"},
+    ),
+    "stone_impact": (
+        [["audio/0_raw_sound/S01_1_ini.wav", "audio/0_raw_sound/S25_2_ini.wav"]],
+        {"stone_impact": 2}, "form", {"pl", "pt"},
+    ),
+    "soft_finger_contact": (
+        [[f"{FINGER}_029/0_sweep.wav", f"{FINGER}_029/100_none.wav", f"{FINGER}_032/17_tip.wav"]],
+        {"finger_029_no_stand": 1, "finger_032_no_stand": 1}, "contact", {"none", "tip"},
+    ),
+    "soft_finger_position": (
+        [[f"{PLACES}/0_sweep.wav", f"{PLACES}/1_none.wav",
+          f"data/20260117_{REGRESSION}_037/17_7.5.wav"]],
+        {"finger_030": 1, "finger_037": 1}, "position", {"none", "7.5"},
+    ),
+    "franka_contact": (
+        [[f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
+          f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_edge.wav",
+          f"{SCAN}_2026_01_27_hold_out_dataset_relabeled/data/1022_contact.wav"]],
+        {"workspace_1_empty": 1, "workspace_4_square": 2}, "contact",
+        {"no_contact", "edge", "contact"},
+    ),
+}  # fmt: skip
+STONES = (
+    "sound_sample_name_simple,sample_name,form,mass_ini,f1_ini\n"
+    "S01_1,S01,pl,1500.5,900.1\nS25_2,S25,pt,0.00,0.00\n"
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_source_says_what_a_declaration_does_not(name):
+    source, spec = read_source(PATHS, name), read_dataset(PATHS, name)
+    assert isinstance(source.origin, GitOrigin)
+    assert spec.url == source.origin.repository
+    assert spec.licence != "not stated"  # one of the known ones, or that there is none
+    assert source.republish == (spec.licence != "none stated")
+    assert spec.recipe is None
+    assert spec.tasks
+    assert spec.imports.pattern or spec.imports.table
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_miniature_of_it_becomes_a_data_set(name, tmp_path, monkeypatch):
+    monkeypatch.setenv("AJGDATA_CACHE", str(tmp_path / "cache"))
+    commits, sessions, column, labels = LAYOUTS[name]
+    source, spec = read_source(PATHS, name), read_dataset(PATHS, name)
+    mirror = Mirror(tmp_path / "mirror", source.origin.repository)
+    rate_hz = spec.audio.sample_rate_hz
+    made = {}
+    for commit, files in zip(_commits(source), commits, strict=True):
+        content = {one: sound(tmp_path, f"{commit}{one}", rate_hz) for one in files}
+        # A folder is there as soon as something is in it.
+        content |= {f"{part.folder}/about.txt".strip("/"): b"-" for part in source.origin.parts}
+        if name == "stone_impact":
+            content["data/data_ini.csv"] = STONES.encode()
+        made[commit] = mirror.commit(content)
+    paths = _project(tmp_path / "project", name, made)
+    found, result = fetch_source(paths, name, mirror=mirror.url)
+    assert (result.failed, result.conflicts, found.missing) == ([], [], [])
+    held = {one: read_recordings(paths.session(name, one))[0] for one in list_sessions(paths, name)}
+    assert {one: len(rows) for one, rows in held.items()} == sessions
+    rows = [row for rows in held.values() for row in rows]
+    assert {row.labels[column] for row in rows} == labels
+    assert set(spec.targets) <= set(rows[0].labels)
+    for task in spec.tasks.values():
+        assert task.groups in (*rows[0].labels, "grasp_id")
+
+
+def _commits(source) -> list[str]:
+    return list(dict.fromkeys(part.commit for part in source.origin.parts))
+
+
+def _project(root: Path, name: str, commits: dict[str, str]) -> Paths:
+    """A project with the declaration of a set and its source, at the commits of a miniature."""
+    paths = Paths(root)
+    shutil.copytree(PATHS.dataset(name).parent, paths.dataset(name).parent)
+    content = yaml.safe_load(paths.source(name).read_text())
+    for part in content["origin"]["parts"]:
+        part["commit"] = commits[part["commit"]]
+    paths.source(name).write_text(yaml.safe_dump(content))
+    return paths
