@@ -228,8 +228,7 @@ def test_single_files_by_their_hashes(paths, server, files, monkeypatch):
     server.asked.clear()
     _, result = fetch_source(paths, "hits", mirror=server.url)
     assert (result.added, held(paths)) == (len(files), files)
-    assert (f"lab/hits/{NAMES[2]}", "bytes=700-") in server.asked
-    assert len(server.asked) < len(files)
+    assert [name.removeprefix("lab/hits/") for name, _ in server.asked] == NAMES[2:]
 
 
 @pytest.mark.parametrize("what", ["changed", "missing"])
@@ -265,7 +264,7 @@ def test_another_name_is_told_which_there_are(paths, monkeypatch):
 
 def test_what_nobody_fetched_is_not_in_the_plan(paths, mirror, files):
     of_git(paths, {"commit": mirror.commit(files)})
-    with pytest.raises(DataError, match="nothing"):
+    with pytest.raises(DataError, match="no data set here has recordings"):
         plan(paths)
     fetch_source(paths, "hits", mirror=mirror.url)
     assert list(plan(paths)) == ["hits"]
