@@ -17,6 +17,7 @@ import json
 import math
 import struct
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,8 @@ METADATA = "ajgdata"  # key under which an ONNX file holds `about`
 TOO_QUIET = 1e-30  # as ajgdata.features.checks
 TINIEST = 1e-12  # as ajgdata.evaluate.calibration
 VERDICTS = ("known", "nothing", "unknown")
+LARGEST = 2**31  # bytes of all arrays: a file that unpacks to more is no model
+FRAMES = 64  # transformed at once: a long recording takes no more memory than a short one
 
 
 def _compress(x, arrays, numbers):
@@ -133,10 +136,13 @@ class Model:
         exponent = math.frexp(float(np.abs(samples).max()))[1]
         samples = np.ldexp(samples.astype(np.float64), -exponent).astype(np.float32)
         frames = sliding_window_view(samples, len(window))[:: settings["hop"]]
-        total = np.abs(np.fft.rfft(frames * window)).astype(np.float64)
         power = settings["quantity"] == "power"
+        total = np.zeros(len(window) // 2 + 1)
+        for start in range(0, len(frames), FRAMES):
+            part = np.abs(np.fft.rfft(frames[start : start + FRAMES] * window)).astype(np.float64)
+            total += (part**2 if power else part).sum(0)
         first, last = self.about["bins"]
-        total = (total**2 if power else total).sum(0)[first:last]
+        total = total[first:last]
         if settings["normalisation"] == "none":
             return np.ldexp(total, exponent * (2 if power else 1)).astype(np.float32)
         order = {"l1": 1, "l2": 2, "max": np.inf}[settings["normalisation"]]
@@ -251,10 +257,20 @@ def test_sound(recipe):
 
 def load(path):
     """Return the model in an .npz file, its self-test passed. Raises ValueError otherwise."""
-    with np.load(path, allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
-    model = Model(json.loads(arrays.pop("about").tobytes().decode("utf-8")), arrays)
-    model.check_self()
+    try:
+        with zipfile.ZipFile(path) as file:
+            size = sum(one.file_size for one in file.infolist())
+        if size > LARGEST:
+            raise ValueError(f"unpacks to {size} bytes, more than {LARGEST}")
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        model = Model(json.loads(arrays.pop("about").tobytes().decode("utf-8")), arrays)
+        model.check_self()
+    except (OSError, ValueError):
+        raise
+    except Exception as error:  # whatever is wrong with what is in it
+        kind = type(error).__name__
+        raise ValueError(f"damaged, or no exported model ({kind}: {error})") from None
     return model
 
 
@@ -263,23 +279,12 @@ def read_wav(path, channel="mono"):
 
     `channel` is a number, or `mean`; `mono` refuses more than one.
     """
-    content = Path(path).read_bytes()
-    if content[:4] != b"RIFF" or content[8:12] != b"WAVE":
-        raise ValueError("no WAV file")
-    at, layout, sound = 12, b"", None
-    while at + 8 <= len(content) and sound is None:
-        name, size = struct.unpack_from("<4sI", content, at)
-        part = content[at + 8 : at + 8 + size]
-        if name == b"fmt ":
-            layout = part
-        elif name == b"data":
-            sound = part
-            if len(part) < size:
-                raise ValueError("the file is cut short")
-        at += 8 + size + size % 2
+    layout, sound = _chunks(Path(path).read_bytes())
     if len(layout) < 16 or not sound:
         raise ValueError("holds no samples")
-    tag, count, rate, _, _, bits = struct.unpack_from("<HHIIHH", layout)
+    tag, count, rate, _, frame, bits = struct.unpack_from("<HHIIHH", layout)
+    if not count or 8 * frame != count * bits:  # as 12 bits in 16, or 24 in 32
+        raise ValueError(f"{count} channels of {bits} bits in {frame} bytes are not known")
     tag = struct.unpack_from("<H", layout, 24)[0] if tag == 0xFFFE and len(layout) > 25 else tag
     samples = _decoded(sound, tag, bits).reshape(-1, count)
     if channel == "mono" and count != 1:
@@ -289,6 +294,24 @@ def read_wav(path, channel="mono"):
     if channel != "mono" and channel >= count:
         raise ValueError(f"has {count} channels (0 to {count - 1}), the model needs {channel}")
     return samples[:, 0 if channel == "mono" else channel], rate
+
+
+def _chunks(content):
+    """Return the chunks `fmt ` and `data` of the bytes of a WAV file."""
+    if content[:4] != b"RIFF" or content[8:12] != b"WAVE":
+        raise ValueError("no WAV file")
+    at, layout = 12, b""
+    while at + 8 <= len(content):
+        name, size = struct.unpack_from("<4sI", content, at)
+        part = content[at + 8 : at + 8 + size]
+        if name == b"fmt ":
+            layout = part
+        elif name == b"data":
+            if len(part) < size:
+                raise ValueError("the file is cut short")
+            return layout, part
+        at += 8 + size + size % 2
+    return layout, b""
 
 
 def _decoded(sound, tag, bits):
@@ -314,7 +337,7 @@ def main(arguments):
     failed = 0
     try:
         model = load(path)
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError) as error:
         print(f"error {path}: {error}", file=sys.stderr)
         return 2
     for recording in recordings:

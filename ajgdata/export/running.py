@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ajgdata.export import numpy_runtime
+from ajgdata.export.numpy_file import program_bytes
 from ajgdata.types import DataError
 
 #: What is said of one recording: feature (n_bins,), score (n_outputs,), and what follows of it.
@@ -73,30 +74,36 @@ class OnnxModel:
         return {name: value[0] for name, value in zip(self._outputs, got, strict=True)}
 
     def _check_self(self, path: Path) -> None:
-        said = self(numpy_runtime.test_sound(self.about["self_test"]))
         try:
+            said = self(numpy_runtime.test_sound(self.about["self_test"]))
             numpy_runtime.check_said(self.about, said)
         except ValueError as error:
             raise DataError(path, str(error), _AGAIN) from None
+        except Exception as error:  # whatever is wrong with what is in it
+            raise DataError(path, f"damaged ({_line(error)})", _AGAIN) from None
 
 
 def numpy_about(path: Path) -> dict[str, Any]:
     """Return what an .npz file says of itself, its self-test passed. Raises DataError."""
-    from zipfile import BadZipFile
-
     try:
         return numpy_runtime.load(path).about
     except FileNotFoundError:
         raise DataError(path, "there is no such file", "correct the name") from None
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+    except (OSError, ValueError) as error:
         raise DataError(path, f"not a readable model ({_line(error)})", _AGAIN) from None
 
 
 def numpy_answers(program: Path, model: Path, files: Sequence[str]) -> Iterator[Said]:
     """Yield what the NumPy program says of WAV files: run as a person would, without this package.
 
-    A file that it refuses yields {"error": ...}. Raises DataError when the program fails.
+    A file that it refuses yields {"error": ...}. Raises DataError when the program fails, and
+    without running it where it is not this package's: it may have come from anywhere.
     """
+    if not program.is_file():
+        raise DataError(program, "there is no such file", _AGAIN)
+    if program.read_bytes() != program_bytes():
+        problem = "is not the program of this version of ajgdata, and is not run"
+        raise DataError(program, problem, _AGAIN)
     for start in range(0, len(files), 64):  # a command line holds only so many names
         part = files[start : start + 64]
         command = [sys.executable, "-I", str(program), str(model), "--feature", *part]

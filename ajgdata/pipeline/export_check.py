@@ -23,7 +23,7 @@ from ajgdata.pipeline.export_model import provenance
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.models import read_about
 from ajgdata.store.scan import AUDIO_SUFFIXES
-from ajgdata.types import DataError
+from ajgdata.types import NAME, DataError
 
 Started = Callable[[int], Callable[[], object]]
 
@@ -62,11 +62,15 @@ def check_export(paths: Paths, file: Path, folder: Path | None, started: Started
     """
     onnx = OnnxModel(file) if file.suffix == ".onnx" else None
     about = onnx.about if onnx else numpy_about(file)
-    place = paths.model(about["data_set"], about["task"], about["model"])
-    predictor = read_predictor(place, about["data_set"], about["task"])
-    _same(file, about, predictor, provenance(read_about(place)))
+    dataset, task, model = names_in(file, about)
+    place = paths.model(dataset, task, model)
+    if not place.is_dir():
+        problem = f"the model that it was made of is not there ({place})"
+        raise DataError(file, problem, "run `snakemake`, or check it where it was made")
+    predictor = read_predictor(place, dataset, task)
+    _same(file, about, predictor, read_about(place))
     audio, settings = predictor.audio, predictor.features
-    files, features, answers = _files(paths, about["data_set"], folder), [], []
+    files, features, answers = _files(paths, dataset, folder), [], []
     advance, names = started(len(files)), []
     for path in files:
         samples = examine(path, audio, settings.window).samples
@@ -84,6 +88,16 @@ def check_export(paths: Paths, file: Path, folder: Path | None, started: Started
     checked.left_out = len(files) - len(names)
     checked.refused = Counter(str(one["error"]) for one in answers if "error" in one)
     return checked
+
+
+def names_in(file: Path, about: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Return data set, task and model that a file says it is of. Raises DataError for what is no
+    name: a file that came from elsewhere may say anything, and folders are named by it."""
+    names = [about.get(key) for key in ("data_set", "task", "model")]
+    if not all(isinstance(one, str) and NAME.fullmatch(one) for one in names):
+        raise DataError(file, "does not say what it was made of", "export it again")
+    dataset, task, model = map(str, names)
+    return dataset, task, model
 
 
 def _compared(
@@ -142,21 +156,24 @@ def _quantities(predictor: Predictor, said: Sequence[Said]) -> dict[str, tuple[S
 
 
 def _same(
-    file: Path, about: Mapping[str, Any], predictor: Predictor, origin: Mapping[str, Any]
+    file: Path, about: Mapping[str, Any], predictor: Predictor, trained: Mapping[str, Any]
 ) -> None:
     """Raise DataError if a file was made of another training of the model, or tampered with."""
     calibration = predictor.calibration.plain()
-    pairs = {
-        "provenance": (about["provenance"], origin),
-        "classes": (about["classes"], list(predictor.classes)),
-        "unit": (about["unit"], predictor.unit),
-        "sample rate": (about["sample_rate_hz"], predictor.sample_rate_hz),
-        "channel": (about["channel"], predictor.audio.channel),
-        "features": (about["features"], predictor.features.model_dump(mode="json")),
-        "calibration": (about["calibration"], {key: calibration[key] for key in CALIBRATION}),
+    own = {
+        "provenance": provenance(trained),
+        "kind": predictor.kind,
+        "classes": list(predictor.classes),
+        "probabilities": predictor.has_probabilities,
+        "unit": predictor.unit,
+        "period": trained["period"],
+        "sample_rate_hz": predictor.sample_rate_hz,
+        "channel": predictor.audio.channel,
+        "features": predictor.features.model_dump(mode="json"),
+        "calibration": {key: calibration[key] for key in CALIBRATION},
     }
-    for what, (theirs, ours) in pairs.items():
-        if theirs != ours:
+    for what, ours in own.items():
+        if about.get(what) != ours:
             problem = f"its {what} is not that of the trained model"
             raise DataError(file, problem, "export it again")
 

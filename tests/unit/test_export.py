@@ -1,5 +1,8 @@
 """Exported models say what the package says, in ONNX Runtime and in NumPy alone."""
 
+import io
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from exported_models import (
@@ -23,7 +26,7 @@ from ajgdata.export.comparison import difference, feature_difference
 from ajgdata.export.description import feature_tolerance, in_numpy
 from ajgdata.export.layers import CannotExportError
 from ajgdata.export.numpy_file import numpy_bytes
-from ajgdata.export.running import OnnxModel
+from ajgdata.export.running import OnnxModel, numpy_about
 from ajgdata.features import checks
 from ajgdata.features.spectrum import spectrum
 from ajgdata.models.baselines import Compress
@@ -289,6 +292,65 @@ def test_files_that_are_none(tmp_path):
     onnx.save(helper.make_model(graph, opset_imports=opset, ir_version=10), path)
     with pytest.raises(DataError, match="was not made by `ajgdata export`"):
         OnnxModel(path)
+
+
+def npz(**arrays):
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    return content.getvalue()
+
+
+def said(text):
+    return np.frombuffer(text, np.uint8)
+
+
+SPOILT = {
+    "no zip": (b"spoilt", "BadZipFile"),
+    "empty": (b"", "BadZipFile"),
+    "nothing in it": (npz(), "KeyError"),
+    "no object": (npz(about=said(b"[]")), "AttributeError"),
+    "no JSON": (npz(about=said(b"{")), "Expecting"),
+    "another format": (npz(about=said(b'{"format": 7}')), "of format 7"),
+    "nothing but its format": (npz(about=said(b'{"format": 1}')), "KeyError: 'sample_rate_hz'"),
+    "a pickle": (npz(about=np.array([{}], object)), "allow_pickle=False"),
+    "a bomb": (npz(about=np.zeros(10_001, np.uint8)), "unpacks to 10129 bytes, more than 10000"),
+}
+
+
+@pytest.mark.parametrize("what", SPOILT)
+def test_a_spoilt_model_is_one_line(what, tmp_path, monkeypatch, capsys):
+    content, message = SPOILT[what]
+    path = tmp_path / "m.npz"
+    path.write_bytes(content)
+    monkeypatch.setattr(numpy_runtime, "LARGEST", 10_000)
+    with pytest.raises(ValueError, match=message):
+        numpy_runtime.load(path)
+    with pytest.raises(DataError, match=r"m\.npz: not a readable model"):
+        numpy_about(path)
+    assert numpy_runtime.main([str(path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_cut_off_model_is_refused_wherever_it_ends(tmp_path):
+    whole, path = numpy_bytes(exported(RIDGE, "number")), tmp_path / "m.npz"
+    for length in range(0, len(whole), len(whole) // 12):
+        path.write_bytes(whole[:length])
+        with pytest.raises(ValueError, match="BadZipFile"):
+            numpy_runtime.load(path)
+    for at in range(200, len(whole), len(whole) // 12):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 0xFF]) + whole[at + 1 :])
+        with suppress(ValueError):  # some bytes say nothing, as times of files
+            numpy_runtime.load(path)
+
+
+def test_a_long_recording_is_transformed_part_by_part():
+    """The same as all at once; frames of the last part are fewer."""
+    frames = 5 * numpy_runtime.FRAMES + 3
+    sound = tones(1, FEATURES.hop * (frames - 1) + FEATURES.window)[0]
+    theirs = in_numpy(exported(RIDGE, "number")).feature(sound)
+    ours = spectrum(sound, RATE_HZ, FEATURES)
+    found = feature_difference(ours[np.newaxis], theirs[np.newaxis], FEATURES.window)
+    assert not found.is_beyond, found
 
 
 def test_the_program_shares_its_limits_with_the_package():

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -136,6 +137,46 @@ def test_a_file_of_another_training_is_named(run, trained, tmp_path):
         path.write_bytes(kept)
 
 
+def test_a_program_that_is_not_ours_is_not_run(run, tmp_path):
+    """What lies beside a model that came from elsewhere may do anything."""
+    run("d", "size", "ridge", "--to", "numpy", "--out", tmp_path)
+    program, mark = tmp_path / EXPORT_PROGRAM, tmp_path / "it ran"
+    program.write_text(f"open({str(mark)!r}, 'w')\n" + program.read_text())
+    with pytest.raises(DataError, match="is not the program of this version of ajgdata"):
+        run("--check", tmp_path / "d-size-ridge.npz")
+    assert not mark.exists()
+    program.unlink()
+    with pytest.raises(DataError, match=rf"{EXPORT_PROGRAM}: there is no such file"):
+        run("--check", tmp_path / "d-size-ridge.npz")
+
+
+def said_otherwise(path, **changes):
+    """Let an exported file say something else of itself; its self-test still passes."""
+    with np.load(path) as file:
+        arrays = dict(file.items())
+    about = json.loads(arrays.pop("about").tobytes()) | changes
+    np.savez(path, about=np.frombuffer(json.dumps(about).encode(), np.uint8), **arrays)
+
+
+def test_what_a_file_says_of_itself_is_not_believed(run, tmp_path):
+    run("d", "size", "ridge", "--to", "numpy", "--out", tmp_path)
+    path = tmp_path / "d-size-ridge.npz"
+    good = path.read_bytes()
+    for changes, said in (
+        ({"data_set": "../../elsewhere"}, "does not say what it was made of"),
+        ({"task": "/etc"}, "does not say what it was made of"),
+        ({"model": "ridge\n"}, "does not say what it was made of"),
+        ({"model": None}, "does not say what it was made of"),
+        ({"model": "gone"}, "the model that it was made of is not there"),
+        ({"period": 1e-9}, "its period is not that of the trained model"),
+        ({"unit": "kHz"}, "its unit is not that of the trained model"),
+    ):
+        path.write_bytes(good)
+        said_otherwise(path, **changes)
+        with pytest.raises(DataError, match=said):
+            run("--check", path)
+
+
 def test_other_recordings(run, trained, tmp_path):
     run("d", "size", "ridge", "--to", "numpy", "--out", tmp_path)
     folder, path = tmp_path / "mine", tmp_path / "d-size-ridge.npz"
@@ -237,6 +278,19 @@ def test_the_program_reads_wav_as_the_package_does(subtype, container, tmp_path)
     for channel, message in (("mono", "has 2 channels, the model needs one"), (2, "needs 2")):
         with pytest.raises(ValueError, match=message):
             numpy_runtime.read_wav(path, channel)
+
+
+@pytest.mark.parametrize(("bits", "frame"), [(12, 2), (24, 4), (20, 3)])
+def test_bits_that_do_not_fill_their_bytes_are_refused(bits, frame, tmp_path):
+    """Read as if they did, they would be other sounds."""
+    path = tmp_path / "a.wav"
+    layout = struct.pack("<HHIIHH", 1, 1, RATE_HZ, RATE_HZ * frame, frame, bits)
+    sound = bytes(100 * frame)
+    parts = b"WAVE" + b"fmt " + struct.pack("<I", 16) + layout
+    parts += b"data" + struct.pack("<I", len(sound)) + sound
+    path.write_bytes(b"RIFF" + struct.pack("<I", len(parts)) + parts)
+    with pytest.raises(ValueError, match=f"1 channels of {bits} bits in {frame} bytes"):
+        numpy_runtime.read_wav(path)
 
 
 def test_files_that_are_no_wav(tmp_path):
