@@ -34,7 +34,7 @@ class GitPart(Strict):
 class GitOrigin(Strict):
     """Folders of a git repository: for recordings whose hashes nobody here knows."""
 
-    kind: Literal["git"]
+    kind: Literal["git"] = Field(description="folders of a git repository")
     repository: Address = Field(description="its public address")
     parts: tuple[GitPart, ...] = Field(min_length=1, description="what is brought of it")
 
@@ -49,7 +49,7 @@ class GitOrigin(Strict):
 class FilesOrigin(Strict):
     """Files below one web address: where each file's hash is known."""
 
-    kind: Literal["files"]
+    kind: Literal["files"] = Field(description="single files below a web address")
     address: Address = Field(description="what stands before each file's name")
     files: dict[Inside, Sha256] = Field(
         min_length=1, description="SHA-256 of each file, by its path, which it keeps"
