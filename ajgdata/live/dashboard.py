@@ -67,7 +67,7 @@ def dashboard(
             (host, port), rendered(project), feed, control, token=token, correct=correct,
             patience_s=patience_s,
         )  # fmt: skip
-    except (OSError, OverflowError) as error:
+    except (OSError, OverflowError, UnicodeError) as error:  # the last: no name of a host
         fix = "choose another port, or none: any free one is then taken"
         said = getattr(error, "strerror", None) or error
         raise DataError(f"dashboard at {host}:{port}", f"cannot be served ({said})", fix) from None

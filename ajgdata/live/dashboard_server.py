@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hmac
+import io
 import ipaddress
 import json
 import socket
@@ -15,6 +16,7 @@ from socketserver import TCPServer, ThreadingMixIn
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
+from ajgdata.live.bounded import BoundedReader
 from ajgdata.live.control import Control
 from ajgdata.live.feed import Feed
 
@@ -22,6 +24,8 @@ from ajgdata.live.feed import Feed
 TOKEN_HEADER = "X-Ajgdata-Token"
 #: Bytes of a request's body; pages that watch at once.
 MAX_BODY, MAX_READERS = 4096, 64
+#: Bytes of a request altogether, its lines included.
+MAX_REQUEST = 32 * MAX_BODY
 #: Threads of this process beyond which a connection is closed unheard.
 MAX_THREADS = 4 * MAX_READERS
 #: Seconds between signs of life, by which a page notices that nobody answers.
@@ -126,6 +130,9 @@ class _Handler(BaseHTTPRequestHandler):
     def setup(self) -> None:
         super().setup()
         self.connection.settimeout(self.server.patience_s)
+        self.rfile.close()  # the connection stays
+        heard = BoundedReader(self.connection, MAX_REQUEST, self.server.patience_s)
+        self.rfile = io.BufferedReader(heard)
 
     def do_GET(self) -> None:
         self._answer("GET")
@@ -159,7 +166,11 @@ class _Handler(BaseHTTPRequestHandler):
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         if not self.server.serves(host):
             raise _RefusedError(HTTPStatus.FORBIDDEN, "asked under a name that is not ours")
-        if origin is not None and origin != f"http://{host}":
+        foreign = origin is not None and origin != f"http://{host}"
+        # a picture or frame has no origin, but browsers say where it stands; a link may lead here
+        if self.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site"):
+            foreign |= self.headers.get("Sec-Fetch-Mode") != "navigate"
+        if foreign:
             raise _RefusedError(HTTPStatus.FORBIDDEN, "asked by a page from elsewhere")
 
     def _send_page(self) -> None:

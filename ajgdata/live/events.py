@@ -69,7 +69,9 @@ def read_events(path: Path) -> list[Event]:
     for number, line in enumerate(lines, start=1):
         try:
             event = json.loads(line)
-            kind, _, _ = event["event"], event["n"], event["time"]
+            kind, _ = event["event"], event["n"]
+            if datetime.fromisoformat(event["time"]).utcoffset() is None:
+                raise ValueError("a time without zone")
         except (ValueError, TypeError, KeyError):
             if number == len(lines) and number > 1:
                 break

@@ -50,6 +50,7 @@ class Feed:
         with an object in the air."""
         with self._changed:
             try:
+                json.dumps(event, allow_nan=False)  # else no reader would get a state any more
                 self._state = advanced(self._state, event)
             except Exception:  # said on the page
                 self._unshown += 1

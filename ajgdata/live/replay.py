@@ -27,10 +27,13 @@ def show_log(
     events = read_events(log)
     control = Control()
     with dashboard(control, port=port) as shown:
-        ready(shown.address, len(events))
         try:
+            if speed:
+                ready(shown.address, len(events))
             replay(events, shown.feed.tell, control, speed=speed)
             control.end()
+            if not speed:  # whoever opens the page then sees the end
+                ready(shown.address, len(events))
             Flag().wait()
         except KeyboardInterrupt:
             pass

@@ -180,6 +180,33 @@ def test_foreign_pages_cannot_even_read(client, why):
         assert (path, client.ask("GET", path, **BAD[why][1])[0]) == (path, 403)
 
 
+def test_a_picture_on_a_foreign_page_holds_no_stream(client):
+    """It has no origin; a browser says where it stands. A link to the page is followed."""
+    for site in ("cross-site", "same-site"):
+        for path in ("/events", "/state"):
+            given = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "no-cors"}
+            assert client.ask("GET", path, **given)[0] == 403
+        given = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "navigate"}
+        assert client.ask("GET", "/", **given)[0] == 200
+    own = {"Sec-Fetch-Site": "same-origin", "Sec-Fetch-Mode": "cors"}
+    assert client.ask("GET", "/state", **own)[0] == 200
+
+
+@pytest.mark.parametrize("sent", [b"x", b"x" * 65_536], ids=["slow", "long"])
+def test_a_request_ends_in_time_and_size(control, sent):
+    """Who sends a byte now and then, or without end, is heard out no longer than anybody."""
+    with dashboard(control, patience_s=0.5 if len(sent) == 1 else 10.0) as shown:
+        address = ("127.0.0.1", Client(shown).port)
+        began = time.monotonic()
+        with socket.create_connection(address, timeout=20) as one, pytest.raises(OSError):
+            one.sendall(b"POST /stop HTTP/1.1\r\n")
+            while time.monotonic() - began < 8:
+                one.sendall(b"A: " + sent[:60_000] + b"\r\n" if len(sent) > 1 else sent)
+                time.sleep(0.05)
+        assert time.monotonic() - began < 8
+    assert control.mode is Mode.RUNNING
+
+
 def test_methods_are_not_mixed_up(client, control):
     for method, path, allowed in (
         ("GET", "/stop", "POST"), ("GET", "/truth", "POST"), ("POST", "/", "GET"),

@@ -58,9 +58,11 @@ def test_a_run_that_says_it_stopped_is_stopped_whatever_its_control_says():
 
 
 def test_an_event_that_cannot_be_shown_harms_nobody():
-    feed = told([*run(), {"n": 99, "time": "", "event": "grasp"}])
+    no_number = {"n": 98, "time": "", "event": "grasp"}
+    no_json = {"n": 99, "time": run()[-1]["time"], "event": "reference", "drift": float("nan")}
+    feed = told([*run(), no_number, no_json])
     found = json.loads(feed.shown().text)
-    assert (found["unshown"], found["n"]) == (1, len(run()) - 1)
+    assert (found["unshown"], found["n"]) == (2, len(run()) - 1)
 
 
 def test_a_closed_feed_lets_all_go():
