@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,8 @@ from pathlib import Path
 from ajgdata.acquire.live_session import REJECTED
 from ajgdata.acquire.session_setup import alone
 from ajgdata.live.events import Event
-from ajgdata.live.kept import LOOK, PREDICTED, SORT
+from ajgdata.live.kept import LOOK, PREDICTED, SORT, VERDICT
+from ajgdata.live.prediction import Verdict
 from ajgdata.paths import AUDIO_FOLDER
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.sessions import read_recordings, read_session, write_session
@@ -17,6 +19,8 @@ from ajgdata.types import DataError, DatasetSpec, Recording
 
 #: Asked what an object was: (number of the sort, what was predicted) -> class, "" if not known.
 Asked = Callable[[int, str], str]
+#: Names of recordings of looks, without their ending: number and look.
+_LOOK = re.compile(r"sort_([0-9]+)_([0-9]+)_1")
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,8 @@ def learn(
 
     What a killed run wrote and did not enter is entered now. Of sorts that are not `known` the cell
     of `target` counts, if somebody filled it in, else what `ask` returns (once a sort). What has a
-    label is no longer rejected. Raises DataError while the run goes on.
+    label is no longer rejected. A look in which nothing was held, among others of its sort in which
+    something was, gets none but that of its own cell. Raises DataError while the run goes on.
     """
     with alone(folder):
         rows, findings = read_recordings(folder)
@@ -69,7 +74,13 @@ def learn(
         rows += _lost(folder, rows)
         said = dict(known)
         in_order = sorted(rows, key=_order)
-        changed = [_labelled(row, spec, target, said, ask) for row in in_order]
+        held = {row.labels.get(SORT, "") for row in rows if not _is_nothing(row)}
+        changed = [
+            row
+            if _is_nothing(row) and row.labels[SORT] in held and not _typed(row, target)
+            else _labelled(row, spec, target, said, ask)
+            for row in in_order
+        ]
         session = read_session(folder)
         if session.acquisition is not None:
             finished = session.acquisition.model_copy(update={"finished": True})
@@ -87,10 +98,11 @@ def _labelled(
     number = row.labels.get(SORT, "")
     if not number.isdecimal():
         return row  # a reference
-    typed = row.object if target == "object" else row.labels.get(target, "")
+    typed = _typed(row, target)
     if int(number) not in said and not typed and row.quality == REJECTED:
-        said[int(number)] = ask(int(number), row.labels.get(PREDICTED, ""))
-    value = said.get(int(number)) or typed
+        meant = row.labels.get(VERDICT) == Verdict.KNOWN  # else what was predicted says nothing
+        said[int(number)] = ask(int(number), row.labels.get(PREDICTED, "") if meant else "")
+    value = typed if _is_nothing(row) and typed else said.get(int(number)) or typed
     if not value or (value == typed and row.quality != REJECTED):
         return row
     name = row.object if class_of(spec, target, row.object) == value else value
@@ -107,15 +119,23 @@ def _labelled(
     )
 
 
+def _typed(row: Recording, target: str) -> str:
+    return row.object if target == "object" else row.labels.get(target, "")
+
+
+def _is_nothing(row: Recording) -> bool:
+    return row.labels.get(VERDICT) == Verdict.NOTHING
+
+
 def _lost(folder: Path, rows: Iterable[Recording]) -> list[Recording]:
     """Return a row for each look that a killed run wrote and did not enter."""
     entered = {row.file for row in rows}
     found = []
     for path in sorted((folder / AUDIO_FOLDER).glob("sort_*_*_1.wav")):
-        if (file := f"{AUDIO_FOLDER}/{path.name}") not in entered:
+        file, look = f"{AUDIO_FOLDER}/{path.name}", _LOOK.fullmatch(path.stem)
+        if look and file not in entered:
             grasp = path.stem.removesuffix("_1")
-            _, number, look = grasp.split("_")
-            labels = {SORT: str(int(number)), LOOK: look}
+            labels = {SORT: str(int(look[1])), LOOK: look[2]}
             row = Recording(
                 recording_id=path.stem, file=file, sha256=file_sha256(path), grasp_id=grasp,
                 quality=REJECTED, labels=labels,

@@ -1,7 +1,7 @@
 """Corrections become labels, and nothing else does."""
 
 import pytest
-from sorting_lab import BALL, CUBE, UNSURE, Cell, plan
+from sorting_lab import BALL, CUBE, EMPTY, STRANGE, UNSURE, Cell, plan
 
 from ajgdata.acquire.session_setup import alone
 from ajgdata.live.events import read_events
@@ -120,3 +120,27 @@ def test_what_a_killed_run_did_not_enter_is_entered(cell):
     row = rows(cell)["sort_0003_1_1"]
     assert (row.sha256, row.object, row.labels["mass_g"]) == (lost.sha256, "cube", "12.5")
     assert (row.grasp_id, row.file, row.quality) == (lost.grasp_id, lost.file, "ok")
+
+
+def test_a_look_at_nothing_is_not_what_the_next_look_held(tmp_path):
+    made = Cell(tmp_path)
+    with made.open(plan(looks=2, sorts=1, nothing="again"), EMPTY, BALL) as sorter:
+        sorter.run([""])
+    assert learn(made.folder, SPEC, "label", {1: "rod"}) == Learnt(labelled=1, unlabelled=1)
+    (nothing, ball) = (rows(made)[name] for name in ("sort_0001_1_1", "sort_0001_2_1"))
+    assert (nothing.object, nothing.quality, ball.object) == ("", "reject", "rod")
+
+
+@pytest.mark.parametrize("heard", [EMPTY, STRANGE])
+def test_what_the_model_does_not_know_is_not_offered(tmp_path, heard):
+    made, offered = Cell(tmp_path), []
+    with made.open(plan(), heard) as sorter:
+        sorter.run([""])
+    learn(made.folder, SPEC, "label", {}, lambda number, told: offered.append(told) or told)
+    assert offered == [""]
+    assert rows(made)["sort_0001_1_1"].quality == "reject"
+
+
+def test_files_that_are_no_looks_are_left_alone(cell):
+    (cell.folder / "audio" / "sort_it_out_1.wav").write_bytes(b"")
+    assert learn(cell.folder, SPEC, "label", {3: "rod"}) == Learnt(1, 3)
