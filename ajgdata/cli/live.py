@@ -6,7 +6,7 @@ import json
 import secrets
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -190,9 +190,9 @@ def _sort(file: Path, as_json: bool, page: tuple[str, int] | None, wait: bool) -
         try:
             done = run.run()
         finally:
-            err.print(
-                f"recordings: {escape(run.name)}, log: {escape(str(run.log_file))}", soft_wrap=True
-            )
+            where = f"recordings: {escape(run.name)}, log: {escape(str(run.log_file))}"
+            with suppress(OSError):  # a terminal that is gone
+                err.print(where, soft_wrap=True)
     if not as_json:
         _summarise(done, terminal.summary(), read_events(run.log_file))
     return 0 if done.finished else DOUBT

@@ -7,6 +7,7 @@ import queue
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from rich.cells import cell_len
@@ -141,11 +142,14 @@ class SortTerminal:
             self._hear(said)
 
     def ask(self, reason: str, value: str) -> str | None:
-        """Ask for the class of what is held; None for `?`."""
+        """Ask for the class of what is held; None for `?`, and where nobody is there."""
         self._say(f"  [yellow]{escape(reason)}[/]")
         offered = f"Enter: {value}, " if value else ""
         while True:
-            said = self._asked(f"  what is it ({offered}a class, ?: not known, q: end) ")
+            try:
+                said = self._asked(f"  what is it ({offered}a class, ?: not known, q: end) ")
+            except EndedByPerson:  # by nobody: what is in doubt stays so
+                return None
             if said == "q":
                 raise EndedByPerson
             if said == "?":
@@ -166,8 +170,10 @@ class SortTerminal:
         return ", ".join(f"{name} {count}" for name, count in sorted(self._bins.items()))
 
     def _hear(self, said: str) -> None:
-        if (found := self._class(said)) and not self.correct(found):
-            self._say("  [yellow]nothing was placed yet[/yellow]")
+        if found := self._class(said):
+            with suppress(ValueError, OSError):  # the log is closed: the run has ended
+                if not self.correct(found):
+                    self._say("  [yellow]nothing was placed yet[/yellow]")
 
     def _class(self, said: str) -> str | None:
         """Return the class that was meant, by its name or the beginning of it."""

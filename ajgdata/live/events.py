@@ -101,7 +101,10 @@ class EventLog:
             self._listeners.append(listener)
 
     def say(self, event: Kind, **about: Any) -> Event:
-        """Enter an event. Values must be such that JSON holds them; NaN is refused."""
+        """Enter an event. Values must be such that JSON holds them; NaN is refused.
+
+        Raises OSError if a listener does (a terminal that is gone), when all of them have heard it.
+        """
         if event not in KINDS:
             raise ValueError(f"no event is called {event!r}")
         with self._lock:
@@ -111,8 +114,14 @@ class EventLog:
             self._count += 1  # first: no two events have one number, even if this is interrupted
             self._file.write(line)
             self._file.flush()
+            gone = None
             for listener in self._listeners:
-                listener(said)
+                try:
+                    listener(said)
+                except OSError as error:
+                    gone = error
+            if gone is not None:
+                raise gone
         return said
 
     def close(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Protocol, Self
 
@@ -97,10 +98,10 @@ class Sorter:
     truth: Callable[[str], str] = str
     watch: Watch | None = None
     _sorts: int = 0
-    _row: int = 0
-    _longest: int = 0
-    _placed: dict[int, str] = field(default_factory=dict)  #: values by number
+    _placed: dict[int, str] = field(default_factory=dict)  #: values by number, "" if rejected
+    _helped: set[int] = field(default_factory=set)  #: numbers of those that a person named first
     _truths: dict[int, str] = field(default_factory=dict)
+    _last: int | None = None  #: number of the one that was placed last
     _changed: bool = False
     _begun: float = 0.0
 
@@ -124,29 +125,40 @@ class Sorter:
             why = _why(error)
             self._steps.halt(lambda: self._say_stopped(why))
             raise
-        return Outcome(self._sorts, self._longest, self._mistakes, reason, finished)
+        return Outcome(self._sorts, self._rows[1], self._mistakes, reason, finished)
 
     def correct(self, value: str) -> bool:
-        """Enter that the last object that was placed is a `value`; False if there is none.
+        """Enter that the last object that was placed, or rejected, is a `value`; False if there is
+        none.
 
         May be called from any thread.
         """
-        if self._placed:
-            self.log.say("truth", number=next(reversed(self._placed)), object=value)
-        return bool(self._placed)
+        number = self._last
+        if number is not None:
+            self.log.say("truth", number=number, object=value)
+        return number is not None
 
     def _hear(self, event: Event) -> None:
         """Count what people correct, here or on the dashboard."""
-        if event["event"] == "truth" and event["number"] in self._placed:
-            number, value = event["number"], event["object"]
-            self._truths[number] = value
-            if number == next(reversed(self._placed)) and value != self._placed[number]:
-                self._row = 0
+        if event["event"] == "truth":
+            self._truths[event["number"]] = event["object"]
 
     @property
     def _mistakes(self) -> int:
         placed = self._placed.items()
-        return sum(self._truths.get(number, value) != value for number, value in placed)
+        return sum(value not in ("", self._truths.get(number, value)) for number, value in placed)
+
+    @property
+    def _rows(self) -> tuple[int, int]:
+        """How many are sorted in a row now, and at most: by the model alone and, where the truth is
+        known, rightly."""
+        row = longest = 0
+        for number, value in self._placed.items():
+            right = value and number not in self._helped
+            right = right and self._truths.get(number, value) == value
+            row = row + 1 if right else 0
+            longest = max(longest, row)
+        return row, longest
 
     def _sort_all(self, coming: Iterable[str]) -> tuple[str, bool]:
         every = self.plan.references.every if self.plan.references else 0
@@ -159,7 +171,8 @@ class Sorter:
                 if self._sorts == self.plan.sorts:
                     return "all are sorted, as planned", True
         except EndedByPerson:
-            self._steps.let_go()
+            with suppress(EndedByPerson):
+                self._steps.let_go()
             return "ended by the person", True
         return "nothing is left to sort", True
 
@@ -189,13 +202,14 @@ class Sorter:
                         self._steps.let_go()
                         return f"{decision.reason}, and nobody knows what it is"
                     self.log.say("truth", number=number, object=value)
-                    self._place(number, value, self.plan.bins[value], value, in_row=False)
+                    self._helped.add(number)
+                    self._place(number, value, self.plan.bins[value], value)
                     return ""
                 case Action.PLACE:
-                    self._place(number, decision.value, decision.bin, known, in_row=True)
+                    self._place(number, decision.value, decision.bin, known)
                     return ""
                 case Action.REJECT:
-                    self._place(number, "", decision.bin, known, in_row=False)
+                    self._place(number, "", decision.bin, known)
                     return ""
 
     def _look(self, number: int, look: int, thing: str) -> Prediction:
@@ -223,16 +237,14 @@ class Sorter:
         self.kept.said(grasp, prediction)
         return prediction
 
-    def _place(self, number: int, value: str, where: str, truth: str, *, in_row: bool) -> None:
+    def _place(self, number: int, value: str, where: str, truth: str) -> None:
         """Make the steps after `sense`, and count it."""
         self._steps.place(value, where)
         self._sorts += 1
-        self._row = self._row + 1 if in_row and truth in ("", value) else 0
-        self._longest = max(self._longest, self._row)
-        if value:
-            self._placed[number] = value
-            self._truths[number] = truth or value
-        self.log.say("placed", value=value, bin=where, object=truth, in_a_row=self._row)
+        self._placed[number], self._last = value, number
+        if truth:
+            self._truths.setdefault(number, truth)  # what a person said counts more
+        self.log.say("placed", value=value, bin=where, object=truth, in_a_row=self._rows[0])
 
     def _capture(self, *, silence: bool) -> Capture:
         """Return one take; one that is in doubt throughout is repeated once, and said."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,24 +57,31 @@ class Steps:
 
     def halt(self, then: Callable[[], object]) -> None:
         """Let the robot halt, once, and call `then`. Nothing disturbs it, neither a failure nor a
-        second Ctrl-C."""
+        second Ctrl-C, nor a terminal that is gone."""
         while not self._halted:
             try:
                 with undisturbed():
-                    self._halt()
-                    then()
+                    self._halt(then)
             except KeyboardInterrupt:  # in the instant before it is ignored
                 continue
 
-    def _halt(self) -> None:
+    def _halt(self, then: Callable[[], object]) -> None:
         self._halted = True
         self.control.end()
-        begin = time.perf_counter()
+        begin, problem = time.perf_counter(), ""
         try:
             self.robot.halt(self.held)
-        except Exception as failure:  # whatever it is, the rest must be ended, too
-            self.log.say("problem", text=f"the robot did not halt: {failure}; look at it first")
-        self.log.say("step", step="halt", seconds=time.perf_counter() - begin)
+        except BaseException as failure:  # whatever it is, the rest must be ended, too
+            problem = f"the robot did not halt: {failure}; look at it first"
+        seconds = time.perf_counter() - begin
+        # What ended the run goes on, not that nobody listens: the log has it all the same.
+        if problem:
+            with suppress(OSError):
+                self.log.say("problem", text=problem)
+        with suppress(OSError):
+            self.log.say("step", step="halt", seconds=seconds)
+        with suppress(OSError):
+            then()
 
     def _step(self, step: SortStep, about: Any = None) -> float | None:
         """Make one step, when the run may go on; return the force of `approach`."""

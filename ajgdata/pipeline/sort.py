@@ -108,7 +108,7 @@ def open_run(
             control=control,
             ask=ask,
             truth=lambda name: class_of(spec, target, name) or name,
-            watch=ReferenceWatch(predictor.guard.references),
+            watch=ReferenceWatch(predictor.references),
         )
         about = _about(paths, spec, plan, predictor, card)
         name, file = f"{kept_in.name}/{session}", paths.events(kept_in.name, session)

@@ -135,8 +135,17 @@ def test_a_correction_is_an_event_and_ends_the_row(cell):
         cell.robot.at[2 * len(ONE_SORT)] = lambda: sorter.correct("cube")
         done = sorter.run(arrivals(sorter.plan))
     assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(2, "cube")]
-    assert (done.mistakes, done.longest_row) == (1, 2)
+    assert (done.mistakes, done.longest_row) == (1, 1)  # of the two in a row one was wrong
     assert [one["in_a_row"] for one in cell.events("placed")] == [1, 2, 1]
+
+
+def test_what_was_rejected_last_is_what_a_person_then_names(cell):
+    made = plan(unknown="reject", reject_bin="R", sorts=2)
+    with cell.open(made, BALL, STRANGE) as sorter:
+        done = sorter.run(arrivals(made))
+        assert sorter.correct("cube")
+    assert [(e["number"], e["object"]) for e in cell.events("truth")] == [(2, "cube")]
+    assert (done.sorts, done.mistakes, done.longest_row) == (2, 0, 1)
 
 
 def test_references_come_first_and_every_few_grasps(cell):
@@ -246,6 +255,35 @@ def test_a_robot_that_cannot_even_halt_is_said(cell):
     assert cell.robot.names == ["loosen", "approach", "hold", "halt"]
     assert "did not halt: robot: stuck" in cell.events("problem")[0]["text"]
     assert_ended(cell, "ball", sorts=0)
+
+
+def test_a_terminal_that_is_gone_leaves_a_whole_log_and_the_others_hear_of_it(cell):
+    heard = []
+
+    def gone(event):
+        if event["event"] == "decision":
+            broken.append(True)
+        if broken:
+            raise OSError(5, "Input/output error")
+
+    broken = []
+    with cell.open(plan(**GIVEN), BALL) as sorter:
+        sorter.log.listen(gone)
+        sorter.log.listen(heard.append)
+        with pytest.raises(OSError, match="Input/output"):
+            sorter.run(arrivals(sorter.plan))
+    assert_ended(cell, "ball", sorts=0)
+    assert [one["event"] for one in heard[-3:]] == ["decision", "step", "stopped"]
+
+
+def test_a_person_who_ends_it_twice_ends_it_all_the_same(cell):
+    def ends():
+        raise EndedByPerson
+
+    cell.robot = Robot({1: ends, 2: ends})
+    assert cell.run(plan(**GIVEN), BALL).reason == "ended by the person"
+    assert cell.robot.names == ["loosen", "approach", "release"]
+    assert cell.events("stopped")[0]["held"] == "ball"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -95,6 +95,20 @@ def test_a_terminal_that_is_gone_ends_it_and_every_further_question(person):
             person.terminal.confirm("press it")
 
 
+def test_nobody_knows_what_it_is_where_nobody_is(person):
+    person.gone()
+    assert person.terminal.ask("ball has 50 %, needs 60 %", "ball") is None
+
+
+def test_a_correction_after_the_end_is_no_error(person):
+    def closed(value):
+        raise ValueError("write to closed file")
+
+    person.terminal.correct = closed
+    person.terminal._hear("rod")
+    assert "nothing was placed" not in person.shown.getvalue()
+
+
 def test_what_is_typed_while_nobody_asks_corrects(person):
     person.types("rod")
     for _ in range(500):
