@@ -3,6 +3,7 @@
   const NS = "http://www.w3.org/2000/svg";
   const OTHERS = "others", UNSURE = "unsure";  // as live/run_state.py has them
   const SILENT_MS = 6000;  // three heartbeats
+  const ANSWER_MS = 5000, YIELD_MS = 500;
   const byId = (id) => document.getElementById(id);
   const token = location.hash.slice(1);
   const percent = (p) => p < 1 && p >= 0.995 ? "> 99 %" : `${(100 * p).toFixed(0)} %`;
@@ -357,12 +358,18 @@
 
   async function ask(what, body) {
     let problem = "";
+    // A browser has so many connections to one server: a stop that waits for one gets that of this
+    // page's stream. It is sent even if the page is closed; no answer in time is told.
+    const waits = what === "stop" && setTimeout(() => source.close(), YIELD_MS);
     try {
+      const given = { keepalive: true, signal: AbortSignal.timeout(ANSWER_MS) };
       const headers = { "X-Ajgdata-Token": token, ...(body && { "Content-Type": "application/json" }) };
-      const answer = await fetch(what, { method: "POST", headers, body: body && JSON.stringify(body) });
+      const answer = await fetch(what, { method: "POST", headers, body: body && JSON.stringify(body), ...given });
       if (!answer.ok) problem = (await answer.text()).trim();
     } catch {
       problem = "nobody answers";
+    } finally {
+      clearTimeout(waits);
     }
     undelivered = problem && `${what} was not done: ${problem}.${what === "stop" ? " Press Ctrl-C at the terminal, or the robot's own button." : ""}`;
     showNotice();
@@ -395,6 +402,7 @@
     const number = correctable(state).number, object = byId("truth").value;
     if (await ask("truth", { number, object })) write("corrected", `Noted: grasp ${number} was ${words(object)}.`);
   });
+  byId("halt").disabled = !token;  // before the first state, and if none ever comes
   addEventListener("resize", () => { if (state) showSpectrum(state); });
   connect();
 })();
