@@ -57,13 +57,13 @@ def status(
 ) -> None:
     """Say which results are current, which are not and why, and what no run would mend."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.run import datasets_asked, only, parted
+    from ajgdata.pipeline.run import datasets_asked, parted, with_only
     from ajgdata.pipeline.status import data_status, workflow_status
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
     names, rest = parted(more or (), list_datasets(paths))
-    asked = [*only(names), *rest]
+    asked = with_only(names, rest)
     current, groups = workflow_status(paths, asked)
     for line in data_status(paths, datasets_asked(asked)):
         out.print(escape(line), soft_wrap=True)

@@ -12,6 +12,10 @@ from ajgdata.paths import Paths
 from ajgdata.store.provenance import PACKAGE
 
 KEY = "datasets="
+#: Snakemake's words for what is to be set otherwise than its configuration says.
+CONFIG = ("--config", "-C")
+#: And for looking at what a run would do.
+LOOKING = {"--dry-run", "--dryrun", "-n"}
 
 
 def only(names: Sequence[str]) -> list[str]:
@@ -30,7 +34,27 @@ def snakefile_arguments(paths: Paths) -> list[str]:
 
 def command(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> list[str]:
     """Return the equivalent `snakemake` command, to be given in the project's folder."""
-    return ["snakemake", *snakefile_arguments(paths), *only(names), *more]
+    return ["snakemake", *snakefile_arguments(paths), *with_only(names, more)]
+
+
+def with_only(names: Sequence[str], more: Sequence[str]) -> list[str]:
+    """Return Snakemake's arguments `more` with those for the data sets `names`.
+
+    Of several `--config` Snakemake takes the last alone, hence all stand in one, at the end: what
+    follows it would be taken for values, too. Where both say the same, `more` holds.
+    """
+    config, others, values = only(names)[1:], list[str](), False
+    for one in more:
+        flag, equals, value = one.partition("=")
+        if flag in CONFIG:
+            values = not equals
+            config += [value] if equals else []
+        elif values and not one.startswith("-"):
+            config.append(one)
+        else:
+            values = False
+            others.append(one)
+    return [*others, "--config", *config] if config else others
 
 
 def parted(arguments: Sequence[str], known: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -54,7 +78,7 @@ def run(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> int:
     told = _written(paths)
     line = [sys.executable, "-m", *command(paths, names, more)]
     code = subprocess.run(line, check=False, cwd=paths.root).returncode
-    if code == 0 and told and told == _written(paths) and "--dry-run" not in more:
+    if code == 0 and told and told == _written(paths) and not LOOKING & set(more):
         print(paths.complete.read_text(encoding="utf-8"), end="")
     return code
 

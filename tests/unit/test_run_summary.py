@@ -7,7 +7,7 @@ from experiment_samples import small_store
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline import run as running
-from ajgdata.pipeline.run import command, datasets_asked, only, parted, run
+from ajgdata.pipeline.run import command, datasets_asked, only, parted, run, with_only
 from ajgdata.pipeline.run_summary import complete, lines, summarise, verdicts
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
@@ -103,12 +103,34 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     assert parted(["--config", "a"], ["a"]) == ([], ["--config", "a"])
     asked = ["--config", "datasets=[a,b]", "pages=[]", "publish=[]"]
     assert only(["a", "b"]) == asked
-    assert command(paths, ["a", "b"], ["-n"]) == ["snakemake", *asked, "-n"]
+    assert command(paths, ["a", "b"], ["-n"]) == ["snakemake", "-n", *asked]
     assert datasets_asked(asked) == ["a", "b"]
     assert datasets_asked(["--config", "datasets=[a, b-2]"]) == ["a", "b-2"]
     assert datasets_asked(["--config", "datasets=null"]) is datasets_asked([]) is None
     (tmp_path / "Snakefile").unlink()
     assert command(paths, ["a"])[1] == "--snakefile"  # that of the package
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ["--config", "quick=True", "--cores", "2", "results/x.nc"],
+        ["-C", "quick=True", "--cores", "2", "results/x.nc"],
+        ["--cores", "2", "results/x.nc", "--config=quick=True"],
+    ],
+)
+def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
+    """Snakemake's own reader takes the last `--config` alone, and what follows for its values."""
+    from snakemake.cli import get_argument_parser, parse_config
+
+    read, _ = get_argument_parser().parse_known_args(with_only(["a", "b"], given))
+    assert parse_config(read.config) == {
+        "datasets": ["a", "b"], "pages": [], "publish": [], "quick": True
+    }  # fmt: skip
+    assert (read.targets, str(read.cores)) == (["results/x.nc"], "2")
+    later = with_only(["a"], ["--config", "pages=[gallery]"])
+    assert parse_config(later[1:])["pages"] == ["gallery"]
+    assert with_only([], ["--cores", "2"]) == ["--cores", "2"]
 
 
 @pytest.mark.parametrize("code", [0, 1])
