@@ -114,17 +114,19 @@ def import_command(
             convert=convert,
             started=started,
         )
-    show_import(result, found, dataset, everything=everything)
-    audio = spec.audio
-    _say(
-        f"declared in {escape(str(paths.dataset(dataset)))}: {audio.sample_rate_hz} Hz, channel "
-        f"{audio.channel}, targets {', '.join(spec.targets) or 'none'}; "
-        f"next: ajgdata validate {dataset}"
-    )
+    show_import(result, found, dataset, prune=prune, everything=everything)
+    if paths.dataset(dataset).is_file():  # not where nothing could be imported
+        where, audio = escape(str(paths.dataset(dataset))), spec.audio
+        _say(
+            f"declared in {where}: {audio.sample_rate_hz} Hz, channel {audio.channel}, "
+            f"targets {', '.join(spec.targets) or 'none'}; next: ajgdata validate {dataset}"
+        )
     raise typer.Exit(bool(result.conflicts or result.failed or found.missing))
 
 
-def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool) -> None:
+def show_import(
+    result: Imported, found: Scan, dataset: str, *, everything: bool, prune: bool = False
+) -> None:
     """Print what came of an import, the worst first."""
     counts = {"added": result.added, "changed": result.relabelled, "unchanged": result.unchanged}
     extra = {"decoded": result.decoded, "removed": len(result.pruned)}
@@ -136,6 +138,9 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
         "--session; --replace overwrites"
     )
     corrected = "was changed here and stays; --replace-labels takes the folder's"
+    gone = "no longer in the folder; --prune removes it here"
+    if prune:
+        gone = "kept, though no longer in the folder: it may be what could not be read; mend that"
     told: dict[str, list[tuple[str, str]]] = {
         "[red]failed[/red]": [*found.missing, *result.failed],
         "[yellow]unreadable[/yellow]": result.unreadable,
@@ -144,9 +149,7 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
         "[yellow]moved[/yellow]": [
             (f"{old} -> {new}", "the same bytes") for old, new in result.moved
         ],
-        "[yellow]gone[/yellow]": [
-            (name, "no longer in the folder; --prune removes it here") for name in result.gone
-        ],
+        "[yellow]gone[/yellow]": [(name, gone) for name in result.gone],
         "[yellow]skipped[/yellow]": found.skipped,
     }
     for said, lines in told.items():

@@ -28,6 +28,7 @@ class ImportRecord(Strict):
     """import.json of a session: where each recording came from, by recording_id."""
 
     recordings: dict[str, Origin] = Field({}, description="by recording_id")
+    played: str = Field("", description="sha256 of the played sound in the folder")
 
 
 def read_record(session: Path) -> ImportRecord | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,18 +15,26 @@ from ajgdata.paths import (
     SESSION_FILE,
     Paths,
 )
-from ajgdata.store.files import remove_empty_folders
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.files import remove_empty_folders, replacing
 from ajgdata.store.import_record import ImportRecord, Origin, read_record, write_record
 from ajgdata.store.provenance import software
-from ajgdata.store.sessions import list_sessions, read_recordings, read_session, write_session
-from ajgdata.types import DataError, Recording, Session
+from ajgdata.store.sessions import (
+    inside,
+    list_sessions,
+    read_recordings,
+    read_session,
+    write_session,
+)
+from ajgdata.types import DataError, Excitation, Recording, Session
 
 
 @dataclass
 class ImportedSession:
     """One session: its declaration, its recordings and where they came from, by recording_id.
 
-    `is_old` says that it was on disk before, `is_emptied` that its last recording was taken out.
+    `is_old` says that it was on disk before, `is_emptied` that its last recording was taken out;
+    `played` is the hash of the played sound that the last import found.
     """
 
     folder: Path
@@ -34,6 +43,7 @@ class ImportedSession:
     origins: dict[str, Origin]
     is_old: bool
     is_emptied: bool = False
+    played: str = ""
 
     def source(self, recording_id: str) -> str:
         """Return the path inside the folder from which a recording came."""
@@ -61,13 +71,35 @@ class ImportedSession:
         if not self.is_old and other is not self:
             name = self.declared.session_id
             self.declared = other.declared.model_copy(update={"session_id": name})
-            self.is_old = True
+            self.is_old, self.played = True, other.played
+            if played := other.declared.excitation:
+                file = inside(other.folder, played.file)
+                if file.is_file():
+                    _copy(file, self.folder / played.file)
+
+    def take_played(self, source: Path, *, replace: bool) -> bool:
+        """Take a played sound from the folder, and keep what people said of one that is known.
+
+        Returns False, having changed nothing, for other bytes than those that the recordings here
+        were made with, unless `replace`.
+        """
+        digest, old = file_sha256(source), self.declared.excitation
+        known = old if old and digest == (self.played or old.sha256) else None
+        if old and not known and not replace:
+            return False
+        if known is None or not inside(self.folder, known.file).is_file():
+            _copy(source, self.folder / EXCITATION_FILE)
+            said = known.description if known else f"imported {source.name}"
+            found = Excitation(file=EXCITATION_FILE, sha256=digest, description=said)
+            self.declared = self.declared.model_copy(update={"excitation": found})
+        self.played = digest
+        return True
 
     def write(self) -> None:
         """Write table, declaration and record, each if it changed."""
         rows = sorted(self.held.values(), key=lambda one: one.recording_id)
         write_session(self.folder, self.declared, rows)
-        write_record(self.folder, ImportRecord(recordings=self.origins))
+        write_record(self.folder, ImportRecord(recordings=self.origins, played=self.played))
 
     def remove(self) -> None:
         """Remove what is left of a session without recordings."""
@@ -79,7 +111,7 @@ class ImportedSession:
 def open_sessions(
     paths: Paths, dataset: str, folder: Path, names: Collection[str], *, copy: bool
 ) -> dict[str, ImportedSession]:
-    """Return the sessions `names`, and others that were imported from `folder` before.
+    """Return the sessions `names`, and others that were imported from `folder` the same way before.
 
     Raises DataError for one that recordings cannot be added to.
     """
@@ -90,13 +122,29 @@ def open_sessions(
         record = read_record(paths.session(dataset, name)) if name not in names else None
         origins = record.recordings.values() if record else ()
         if any(origin.folder == str(folder.absolute()) for origin in origins):
-            sessions[name] = _opened(paths.session(dataset, name), folder, copy=copy)
+            target = paths.session(dataset, name)
+            if _root(folder, copy=copy) == _declared_root(target):
+                sessions[name] = _opened(target, folder, copy=copy)
     return sessions
+
+
+def _root(folder: Path, *, copy: bool) -> str | None:
+    """Return what session.yaml says of where the audio is."""
+    return None if copy else str(folder.absolute())
+
+
+def _declared_root(target: Path) -> str | None:
+    return read_session(target).audio_root if (target / SESSION_FILE).is_file() else None
+
+
+def _copy(source: Path, target: Path) -> None:
+    with replacing(target) as temporary:
+        shutil.copyfile(source, temporary)
 
 
 def _opened(target: Path, folder: Path, *, copy: bool) -> ImportedSession:
     """Return a session as it was, after checking that recordings may be added to it."""
-    root = None if copy else str(folder.absolute())
+    root = _root(folder, copy=copy)
     held = _held(target)
     if not (target / SESSION_FILE).is_file():
         session = Session(
@@ -119,7 +167,8 @@ def _opened(target: Path, folder: Path, *, copy: bool) -> ImportedSession:
         )
     record = read_record(target)
     origins = dict(record.recordings) if record else {}
-    return ImportedSession(target, session, held, origins, is_old=True)
+    played = record.played if record else ""
+    return ImportedSession(target, session, held, origins, is_old=True, played=played)
 
 
 def _held(target: Path) -> dict[str, Recording]:

@@ -4,24 +4,22 @@ is not read as it is can be decoded into a new file."""
 from __future__ import annotations
 
 import shutil
-from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
-from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths
+from ajgdata.paths import Paths
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.decoding import decoded
 from ajgdata.store.files import remove_empty_folders, replacing, sha256_of, write_bytes
 from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
+from ajgdata.store.import_rows import check_space, ids_of, recording_of
 from ajgdata.store.imported_session import ImportedSession, open_sessions
 from ajgdata.store.scan import Scan, ScannedFile
-from ajgdata.types import DataError, Excitation, Recording, describe
+from ajgdata.types import DataError, Recording
 
-LONGEST_ID = 200
 #: Column of a recording that was decoded: from which file, by what.
 DECODED_FROM = "decoded_from"
 
@@ -74,9 +72,10 @@ def import_scan(
 
     Running it again adds what is new and takes over labels that changed in the folder. It keeps
     labels that were changed here since (unless `replace_labels`), further columns, recordings that
-    are no longer in the folder (unless `prune`), and what was completed in session.yaml. A file
-    that was moved in the folder keeps its recording, under its new name. A recording whose bytes
-    differ from those held is left alone and listed in `conflicts`, unless `replace`. A file that
+    are no longer in the folder (unless `prune`, and all others could be read), and what was
+    completed in session.yaml. A file that was moved in the folder keeps its recording, under its
+    new name. A recording, or a played sound, whose bytes differ from those held is left alone and
+    listed in `conflicts`, unless `replace`. A file that
     cannot be read is listed in `failed`, and nothing of it is written. Whatever ends it, each file
     that was written stands in its session's table. Raises DataError, before anything is written,
     for a session that cannot be added to.
@@ -84,19 +83,19 @@ def import_scan(
     names = {entry.session for entry in scanned.files}
     sessions = open_sessions(paths, dataset, folder, names, copy=how.copy)
     if how.copy:
-        _check_space(paths, folder, scanned, sessions)
+        check_space(paths, folder, scanned, sessions)
     one = _Import(folder, how, sessions, Imported(sessions=len(names)))
     try:
         for name in sorted(names):
             members = [entry for entry in scanned.files if entry.session == name]
             played = scanned.excitations.get(name)
-            for entry, recording_id in zip(members, _ids(members, sessions[name]), strict=True):
+            for entry, recording_id in zip(members, ids_of(members, sessions[name]), strict=True):
                 one.take(entry, recording_id)
                 progress()
             if sessions[name].held:
                 sources = {entry.path.as_posix() for entry in members}
                 one.describe(sessions[name], sources, played)
-        one.look_for_gone()
+        one.look_for_gone(prune=how.prune and not (scanned.missing or one.result.failed))
     finally:
         one.write()
     return one.result
@@ -120,7 +119,7 @@ class _Import:
         for session in self.sessions.values():
             for name, origin in session.origins.items():
                 is_here = origin.folder == self.root and name in session.held
-                if is_here and not (self.folder / origin.source).exists():
+                if is_here and _is_gone(self.folder / origin.source):
                     found[origin.sha256].append((session, name))
         return found
 
@@ -144,13 +143,14 @@ class _Import:
     def _take(self, entry: ScannedFile, recording_id: str) -> None:
         session = self.sessions[entry.session]
         digest = file_sha256(self.folder / entry.path)
-        recording = _recording(self.folder, entry, recording_id, copy=self.how.copy)
+        recording = recording_of(self.folder, entry, recording_id, copy=self.how.copy)
         old, before = session.held.get(recording_id), session.before(recording_id)
         moved_from = None if old else next(iter(self.homeless.get(digest, ())), None)
         if moved_from:
             old, before = moved_from[0].held[moved_from[1]], moved_from[0].before(moved_from[1])
         elif old and session.origin_sha256(recording_id) != digest and not self.how.replace:
             self.result.conflicts.append(recording_id)
+            self.homeless.pop(digest, None)  # those bytes are in the folder, under a taken name
             return
         found = {**cells_of(recording), "quality": recording.quality or "ok"}
         if old:
@@ -229,13 +229,13 @@ class _Import:
         if self.how.copy:
             self.obsolete.append(session.folder / recording.file)
 
-    def look_for_gone(self) -> None:
+    def look_for_gone(self, *, prune: bool) -> None:
         """List, or remove, recordings whose file is no longer in the folder."""
         left = [one for found in self.homeless.values() for one in found]
         for session, name in sorted(left, key=lambda one: one[1]):
-            if self.how.prune:
+            if prune:
                 self._forget(session, name)
-            (self.result.pruned if self.how.prune else self.result.gone).append(name)
+            (self.result.pruned if prune else self.result.gone).append(name)
 
     def describe(
         self, session: ImportedSession, sources: Collection[str], played: Path | None
@@ -247,13 +247,15 @@ class _Import:
         files = [base / one.file for name, one in held if session.source(name) in sources]
         rates = {before} - {None} | self._rates(files)
         changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
+        session.declared = session.declared.model_copy(update=changed)
+        if played is None:
+            return
         try:
-            if excitation := _excitation(self.folder, played, session.folder):
-                changed["excitation"] = excitation
+            if not session.take_played(self.folder / played, replace=self.how.replace):
+                self.result.conflicts.append(f"{played.as_posix()}, the played sound")
         except OSError as error:
             reason = f"the played sound cannot be read or written ({error.strerror})"
-            self._fail(played or Path(), reason)
-        session.declared = session.declared.model_copy(update=changed)
+            self._fail(played, reason)
 
     def _rates(self, files: Iterable[Path]) -> set[int]:
         """Return the rates of recordings; what cannot be read is imported as it is, and said."""
@@ -282,65 +284,17 @@ class _Import:
                 session.remove()
 
 
-def _check_space(
-    paths: Paths, folder: Path, scanned: Scan, sessions: Mapping[str, ImportedSession]
-) -> None:
-    """Raise DataError if the disk cannot take what is to be copied."""
-    held = {(name, one.source(key)) for name, one in sessions.items() for key in one.held}
-    new = [e.path for e in scanned.files if (e.session, e.path.as_posix()) not in held]
-    needed = sum((folder / path).stat().st_size for path in new if (folder / path).is_file())
-    free = shutil.disk_usage(paths.root).free
-    if needed > free:
-        problem = f"{needed / 1e6:.1f} MB are to be copied, {free / 1e6:.1f} MB are free"
-        raise DataError(paths.data, problem, "make room, or import with --reference")
+def _is_gone(path: Path) -> bool:
+    """Return True if no such name is there: a link that leads nowhere is, and what may not be
+    looked at may be."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return True
+    except OSError:
+        return False
+    return False
 
 
 def _holds(path: Path, digest: str) -> bool:
     return path.is_file() and file_sha256(path) == digest
-
-
-def _ids(members: Sequence[ScannedFile], session: ImportedSession) -> list[str]:
-    """Return the id that a file has, else its path inside the folder without suffix; with suffix
-    where two files would share it. What is too long for an id ends in its own digest."""
-    known = {session.source(name): name for name in session.held}
-    stems = [entry.path.with_suffix("").as_posix() for entry in members]
-    counts = Counter(stems)
-    ids: list[str] = []
-    for entry, stem in zip(members, stems, strict=True):
-        new = stem if counts[stem] == 1 and stem not in session.held else entry.path.as_posix()
-        ids.append(known.get(entry.path.as_posix(), _short(new)))
-    return ids
-
-
-def _short(name: str) -> str:
-    if len(name) <= LONGEST_ID:
-        return name
-    return f"{name[: LONGEST_ID - 13]}~{sha256_of(name.encode())[:12]}"
-
-
-def _recording(folder: Path, entry: ScannedFile, recording_id: str, *, copy: bool) -> Recording:
-    """Return the recording of a file, without its hash; `quality` is "" where nothing tells it."""
-    name = entry.path.as_posix() + (".wav" if entry.decode else "")
-    try:
-        return Recording(
-            recording_id=recording_id,
-            file=f"{AUDIO_FOLDER}/{name}" if copy else name,
-            grasp_id=entry.grasp,
-            sample=entry.sample,
-            object=entry.object,
-            quality=entry.quality,
-            labels=dict(entry.labels),
-        )
-    except ValidationError as error:
-        raise describe(error, folder / entry.path) from None
-
-
-def _excitation(folder: Path, source: Path | None, target: Path) -> Excitation | None:
-    if source is None:
-        return None
-    played = target / EXCITATION_FILE
-    with replacing(played) as temporary:
-        shutil.copyfile(folder / source, temporary)
-    return Excitation(
-        file=EXCITATION_FILE, sha256=file_sha256(played), description=f"imported {source.name}"
-    )

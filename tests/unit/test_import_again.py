@@ -1,10 +1,15 @@
 """Importing again: what people corrected stays, what moved is followed, what is gone is said."""
 
+import errno
+import shutil
+from pathlib import Path
+
 import pytest
 from worlds import write_tone
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
+from ajgdata.store.audio import file_sha256
 from ajgdata.store.sessions import (
     list_sessions,
     read_recordings,
@@ -12,7 +17,7 @@ from ajgdata.store.sessions import (
     write_recordings,
     write_session,
 )
-from ajgdata.types import ImportSettings
+from ajgdata.types import Excitation, ImportSettings
 
 
 @pytest.fixture
@@ -163,6 +168,82 @@ def test_what_is_gone_is_named_and_removed_on_demand(paths, days, copy):
     if copy:
         assert_all_in_tables(paths)
     assert run(paths, days, copy=copy).gone == []
+
+
+def test_nothing_is_pruned_that_may_be_there_yet(paths, days, monkeypatch):
+    """A link whose target is not mounted, a folder closed to us, a moved file that is not read."""
+    run(paths, days)
+    cube, ball = days / "mon" / "1_cube.wav", days / "mon" / "2_ball.wav"
+    cube.unlink()
+    cube.symlink_to("/not/mounted/1_cube.wav")
+    ball.rename(days / "mon" / "2_bowl.wav")
+
+    def unread(path):
+        if path.name == "2_bowl.wav":
+            raise OSError(errno.EIO, "Input/output error")
+        return read(path)
+
+    read = file_sha256
+    monkeypatch.setattr("ajgdata.store.importing.file_sha256", unread)
+    result = run(paths, days, prune=True)
+    assert (result.pruned, result.gone) == ([], ["mon/2_ball"])
+    assert set(rows(paths, "mon")) == {"mon/1_cube", "mon/2_ball"}
+    cube.unlink()
+    write_tone(cube, 200)
+    assert run(paths, days, prune=True).pruned == []  # one file could not be read
+    monkeypatch.undo()
+    result = run(paths, days, prune=True)
+    assert (result.pruned, result.moved) == ([], [("mon/2_ball", "mon/2_bowl")])
+
+    def closed(path):
+        if path.parent.name == "tue":
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return looked(path)
+
+    looked = Path.lstat
+    shutil.rmtree(days / "tue")
+    monkeypatch.setattr(Path, "lstat", closed)
+    result = run(paths, days, prune=True)
+    assert (result.pruned, list_sessions(paths, "d")) == ([], ["mon", "tue"])
+
+
+def test_a_name_taken_by_another_recording_prunes_neither(paths, days):
+    run(paths, days)
+    (days / "mon" / "2_ball.wav").replace(days / "mon" / "1_cube.wav")
+    result = run(paths, days, prune=True)
+    assert (result.conflicts, result.pruned) == (["mon/1_cube"], [])
+    assert set(rows(paths, "mon")) == {"mon/1_cube", "mon/2_ball"}
+    assert_all_in_tables(paths)
+
+
+def test_a_renamed_folder_takes_the_played_sound_along(paths, days):
+    """Which somebody put into the session: no folder has it."""
+    run(paths, days)
+    folder = paths.session("d", "tue")
+    played = Excitation(
+        file="excitation.wav",
+        sha256=write_tone(folder / "excitation.wav", 120),
+        description="sweep",
+    )
+    about = read_session(folder).model_copy(update={"excitation": played})
+    write_session(folder, about, read_recordings(folder)[0])
+    (days / "tue").rename(days / "wed")
+    run(paths, days)
+    folder = paths.session("d", "wed")
+    assert read_session(folder).excitation == played
+    assert file_sha256(folder / played.file) == played.sha256
+    assert list_sessions(paths, "d") == ["mon", "wed"]
+
+
+def test_the_same_folder_can_be_copied_and_referenced_in_sessions_of_its_own(paths, tmp_path):
+    folder = tmp_path / "takes"
+    write_tone(folder / "a.wav", 200)
+    pattern = r"(?P<label>\w)\.wav"
+    run(paths, folder, settings=ImportSettings(pattern=pattern, session="copied"))
+    here = ImportSettings(pattern=pattern, session="left-there")
+    assert run(paths, folder, settings=here, copy=False).added == 1
+    assert list_sessions(paths, "d") == ["copied", "left-there"]
+    assert read_session(paths.session("d", "copied")).audio_root is None
 
 
 def test_recordings_of_another_folder_are_not_gone(paths, tmp_path):

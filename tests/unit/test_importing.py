@@ -151,8 +151,26 @@ def test_the_played_sound_outlives_a_folder_without_it(paths, kit):
     run(paths, kit)
     assert read_session(paths.session("d", KIT)).excitation == before
     digest = write_tone(kit / "0_new.wav", 150)
-    run(paths, kit)
+    assert run(paths, kit).conflicts == ["0_new.wav, the played sound"]
+    assert read_session(paths.session("d", KIT)).excitation == before
+    assert run(paths, kit, replace=True).conflicts == []
     assert read_session(paths.session("d", KIT)).excitation.sha256 == digest
+
+
+def test_what_people_said_of_a_played_sound_stays(paths, kit):
+    run(paths, kit)
+    folder = paths.session("d", KIT)
+    session = read_session(folder)
+    said = session.excitation.model_copy(update={"description": "20 Hz to 20 kHz in 1 s"})
+    write_session(
+        folder, session.model_copy(update={"excitation": said}), read_recordings(folder)[0]
+    )
+    run(paths, kit)
+    assert read_session(folder).excitation == said
+    digest = write_tone(folder / said.file, 170)  # cleaned here, and sealed
+    seal(paths, "d", KIT)
+    assert run(paths, kit).conflicts == []
+    assert read_session(folder).excitation.sha256 == digest
 
 
 def test_same_name_with_another_suffix(paths, kit):
@@ -455,7 +473,10 @@ def test_what_the_disk_cannot_take_is_refused_before_anything_is_written(
     with pytest.raises(DataError, match=r"data: 0.0 MB are to be copied, 0.0 MB are free; make"):
         run(paths, kit)
     assert snapshot(paths.root) == before
-    free.free = 3 * 6044
+    copied = paths.session("d", KIT) / "audio" / "3_cube ä.wav"  # by an import that was killed
+    copied.parent.mkdir(parents=True)
+    shutil.copyfile(kit / copied.name, copied)
+    free.free = 2 * 6044
     assert run(paths, kit).added == 3
     free.free = 0
     assert run(paths, kit).unchanged == 3
