@@ -5,6 +5,7 @@ What is heard is what was measured: the recording's own bytes, or nothing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -63,7 +64,8 @@ def sounds_of(
         return SoundPairs("", ())
     settings = spec.task_settings(named[0])
     target, kind = settings["target"], settings["kind"]
-    places = _places(store, target, kind)
+    classes = settings.get("classes", ())
+    places = _places(store, target, kind, classes)
     rows = _rows(store, target, places)
     chosen = chosen_pairs(rows, kind)
     used = sorted({i for pair in chosen.values() for i in pair})
@@ -80,7 +82,7 @@ def sounds_of(
     }
     pairs = tuple(
         SoundPair(
-            name=f"sounds--{spec.name}-{target}-{key}",
+            name=f"sounds--{spec.name}-{named[0] if classes else target}-{key}",
             by_grasp=key == GRASPS,
             target=words(target),
             first=sounds[a],
@@ -137,12 +139,14 @@ def _nearest(rows: Rows, one: str, others: np.ndarray) -> str:
     return min(map(str, others), key=lambda other: (apart(mean(one), mean(other)), other))
 
 
-def _places(store: Shard, target: str, kind: Kind) -> np.ndarray:
-    """Return the rows of the store whose target is known, in the order of their names."""
+def _places(store: Shard, target: str, kind: Kind, classes: Sequence[str]) -> np.ndarray:
+    """Return the rows of the store whose target is known, in the order of their names; of `classes`
+    alone, if there are any."""
     if target not in store.columns or not len(store.feature):
         return np.empty(0, int)
     values = store.columns[target].values
     known = np.isfinite(values) if kind == "regression" else values != ""
+    known &= np.isin(values, classes) if classes else True
     order = np.argsort(store.columns["recording"].values, kind="stable")
     return order[known[order]]
 

@@ -129,6 +129,15 @@ def test_the_task_says_what_is_compared(made, tmp_path):
     assert pair.title == "500 mm and 1,500 mm" and pair.name == "sounds--d-edge_mm-values"
 
 
+def test_a_task_about_some_classes_is_heard_in_these_alone(made, tmp_path):
+    project, spec, store = made
+    some = spec.tasks["thing"].model_copy(update={"classes": ("door", "box")})
+    spec = spec.model_copy(update={"tasks": {**spec.tasks, "some": some}})
+    found = sounds_of(project.paths, spec, store, tmp_path / "sounds", "some")
+    assert [pair.title for pair in found.pairs] == ["box, grasped twice", "box and door"]
+    assert found.pairs[0].name == "sounds--d-some-grasps"  # those of all classes are others
+
+
 @pytest.mark.parametrize("gone", ["file", "bytes", "manifest"])
 def test_a_recording_that_is_gone_or_another_is_not_heard(made, tmp_path, gone):
     project, spec, store = made
