@@ -256,7 +256,9 @@ def _learn(run: str) -> None:
         return {"": predicted, "?": ""}.get(typed.strip(), typed.strip())
 
     ended: list[bool] = []
-    dataset, session, learnt = learn_from(find_project(), run, ask)
+    dataset, session, learnt = learn_from(
+        find_project(), run, ask, lambda text: out.print(f"[yellow]{escape(text)}[/yellow]")
+    )
     left = f", {learnt.unlabelled} without a label stay out (`reject`)" * bool(learnt.unlabelled)
     out.print(
         f"{escape(dataset)}/{escape(session)}: {learnt.labelled} recordings labelled{left}",

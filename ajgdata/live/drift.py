@@ -75,7 +75,8 @@ class DriftWatch:
         self._mean, self._sd = _mean_and_sd(compressed)
         scores = np.sort([_left_out(compressed, row) for row in range(len(known))])
         place, self.false_alarm = _place(len(known), in_a_row, false_alarm)
-        self.limit = float(scores[-place])
+        # Features have the digits of float32: below that references that are all alike differ.
+        self.limit = max(float(scores[-place]), float(np.finfo(np.float32).eps))
         self._last: deque[float] = deque(maxlen=in_a_row)
 
     def score(self, features: ArrayLike) -> Float64:

@@ -122,8 +122,8 @@ class Sorter:
             self.control.end()
             self._say_stopped(reason)
         except BaseException as error:
-            why = _why(error)
-            self._steps.halt(lambda: self._say_stopped(why))
+            ending = error  # worded only when nothing can come before the robot halts
+            self._steps.halt(lambda: self._say_stopped(_why(ending)))
             raise
         return Outcome(self._sorts, self._rows[1], self._mistakes, reason, finished)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from ajgdata.live.events import read_events
@@ -11,10 +12,13 @@ from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
 
 
-def learn_from(paths: Paths, run: str, ask: Asked) -> tuple[str, str, Learnt]:
+def learn_from(
+    paths: Paths, run: str, ask: Asked, doubt: Callable[[str], object] = lambda _: None
+) -> tuple[str, str, Learnt]:
     """Label the recordings of `run`: a log, a session's folder, or DATASET/SESSION.
 
-    Returns data set, session, and what was learnt. Raises DataError if there is no such run.
+    A class that has no bin is doubted, and asked for once more. Returns data set, session, and what
+    was learnt. Raises DataError if there is no such run.
     """
     log, folder = _run_of(paths, run)
     dataset, session = folder.parent.parent.name, folder.name
@@ -25,7 +29,16 @@ def learn_from(paths: Paths, run: str, ask: Asked) -> tuple[str, str, Learnt]:
     spec = read_dataset(paths, dataset)
     known = truths(read_events(log)) if log.is_file() else {}
     target = str(setup["sort"]["target"])
-    return dataset, session, learn(folder, spec, target, known, ask)
+    classes = sorted(setup["sort"].get("bins", {}))
+
+    def asked(number: int, predicted: str) -> str:
+        said, before = ask(number, predicted), predicted
+        while said and said not in classes and said != before:
+            doubt(f"{said!r} is none of the classes {', '.join(classes)}: again, to keep it")
+            said, before = ask(number, said), said
+        return said
+
+    return dataset, session, learn(folder, spec, target, known, asked)
 
 
 def _run_of(paths: Paths, run: str) -> tuple[Path, Path]:

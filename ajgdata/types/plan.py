@@ -104,6 +104,8 @@ class SortPlan(Strict):
             raise ValueError("a sequence needs `approach`, `sense`, `place` once each, in order")
         if "release" in sequence[: at["place"]] or {"jam", "lift"} & {*sequence[: at["sense"]]}:
             raise ValueError("`jam` and `lift` come after `sense`, `release` after `place`")
+        if "loosen" in sequence[at["approach"] : at["place"]]:
+            raise ValueError("`loosen` between `approach` and `place` would drop the object")
         return sequence
 
     @model_validator(mode="after")

@@ -21,10 +21,11 @@ from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.events import read_events
 from ajgdata.paths import Paths
+from ajgdata.pipeline.learn import learn_from
 from ajgdata.pipeline.sort import read_plan
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Shard, text_column, write_store
-from ajgdata.store.sessions import read_recordings, read_session
+from ajgdata.store.sessions import read_recordings, read_session, write_recordings
 from ajgdata.types import DataError
 
 CLASSES = ("box", "rod")
@@ -283,7 +284,7 @@ def test_corrections_of_a_run_become_labels(run):
     assert run("sort", plan(references=None)).exit_code == 0
     log = Paths().events("d", "sort-01")
     with log.open("a") as file:
-        truth = {"n": 99, "time": "2026-01-01T00:00:00", "event": "truth", "number": 2}
+        truth = {"n": 99, "time": "2026-01-01T00:00:00+00:00", "event": "truth", "number": 2}
         file.write(json.dumps({**truth, "object": "box"}) + "\n")
     done = run("sort", "--learn", log)
     assert "d/sort-01: 1 recordings labelled" in done.stdout
@@ -294,6 +295,21 @@ def test_corrections_of_a_run_become_labels(run):
     for wrong in ("d/sort-09", "nowhere"):
         with pytest.raises(DataError, match="there is no such run"):
             raise run("sort", "--learn", wrong).exception
+
+
+def test_a_misspelt_class_becomes_a_label_only_when_it_is_said_twice(run):
+    assert run("sort", plan(references=None)).exit_code == 0
+    folder = Paths().session("d", "sort-01")
+    rows, _ = read_recordings(folder)
+    for row in rows:  # nobody has named them
+        row.labels["label"] = ""
+    write_recordings(folder, [row.model_copy(update={"quality": "reject"}) for row in rows])
+    answers, doubts = iter(["bxo", "box", "rdo", "rdo"]), []
+    learnt = learn_from(Paths(), "d/sort-01", lambda *_: next(answers), doubts.append)
+    assert learnt[2].labelled == 2 and len(doubts) == 2
+    assert "'bxo' is none of the classes box, rod" in doubts[0]
+    labels = {row.recording_id: row.labels["label"] for row in read_recordings(folder)[0]}
+    assert labels == {"sort_0001_1_1": "box", "sort_0002_1_1": "rdo"}
 
 
 def test_a_plan_or_learn_but_not_both(run):

@@ -29,6 +29,7 @@ def test_the_defaults_are_the_paper_s():
         ({"sequence": ["approach", "place", "sense"]}, "once each, in order"),
         ({"sequence": ["approach", "sense", "sense", "place"]}, "once each, in order"),
         ({"sequence": ["approach", "jam", "sense", "place"]}, "come after `sense`"),
+        ({"sequence": ["approach", "sense", "lift", "loosen", "place"]}, "would drop the object"),
         ({"sequence": ["approach", "sense", "release", "place"]}, "`release` after `place`"),
     ],
 )
