@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-import warnings
 from functools import cache
 from pathlib import Path
 
@@ -15,8 +14,11 @@ import ajgdata
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
+from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_store
+from ajgdata.store.manifest import read_manifest
 from ajgdata.store.publishing.checks import defects
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Table
@@ -265,12 +267,15 @@ def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features
 
 @cache
 def samples_of(dataset: str) -> dict[str, np.ndarray]:
-    """Samples (n,) of every recording that can be used, by name."""
-    with warnings.catch_warnings():  # which say what cannot be used
-        warnings.simplefilter("ignore", UserWarning)
-        loaded = ajgdata.load_recordings(dataset, PATHS.root)
-    names, frames = loaded.recording.values.tolist(), loaded.frames.values.tolist()
-    return {
-        name: samples[:n]
-        for name, n, samples in zip(names, frames, loaded.waveform.values, strict=True)
-    }
+    """Samples (n,) of every recording of the store, by name, read where its manifest says."""
+    audio, found = read_dataset(PATHS, dataset).audio, {}
+    rows = read_store(PATHS.features(dataset)).columns["recording"].values.tolist()
+    names = [name.partition("/") for name in rows]
+    for session in sorted({name[0] for name in names}):
+        content, _ = read_manifest(PATHS.audio_manifest(dataset, session))
+        files = {one["recording_id"]: one["path"] for one in content["recordings"]}
+        for own, _, recording in names:
+            if own == session:
+                samples = read_audio(PATHS.root / files[recording], audio).samples
+                found[f"{session}/{recording}"] = samples
+    return found

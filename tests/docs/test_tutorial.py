@@ -26,7 +26,10 @@ ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(sh|yaml)\n(.*?)^```", TEXT, flags=re.M | re.S)
 #: What a project's folder holds before anything of one's own.
-GIVEN = ("Snakefile", "workflow", "profiles", "tests", "docs", "environment.yml")
+GIVEN = (
+    "Snakefile", "workflow", "profiles", "tests", "docs", "environment.yml", "README.md", "tools",
+    "pyproject.toml",
+)  # fmt: skip
 
 
 CARD = "USB Audio CODEC"
