@@ -16,6 +16,8 @@ _REASONS = (
 
 def why_undefined(part: str, metric: str, statistic: str) -> str:
     """Return why a number of the table of results may be missing, "" if it never may."""
+    if part.endswith(", accepted") and metric == "accuracy":
+        return "nothing was accepted"
     for of_part, of_metric, reason in _REASONS:
         if part.startswith(of_part) and metric.startswith(of_metric):
             return reason

@@ -86,7 +86,7 @@ def summarise(
     )
     runs = read_json(paths.runs) if report and paths.runs.is_file() else {}
     return RunSummary(
-        data=tuple(_data(paths, name) for name in specs if paths.merged(name).is_file()),
+        data=tuple(filter(None, (_data(paths, name) for name in specs))),
         asked=len(keys),
         skipped=tuple(skipped),
         rare=rare,
@@ -113,9 +113,14 @@ def _is_optional(spec: DatasetSpec, task: str) -> bool:
     return embeddings[task].optional if task in embeddings else spec.tasks[task].optional
 
 
-def _data(paths: Paths, name: str) -> Data:
-    with reading(paths.merged(name)) as store:
-        used = int(store["feature"].shape[0])
+def _data(paths: Paths, name: str) -> Data | None:
+    """Return what became of recordings; None without a store that can be read, of which jobs tell:
+    a run that has ended well does not fail for its summary."""
+    try:
+        with reading(paths.merged(name)) as store:
+            used = int(store["feature"].shape[0])
+    except DataError:
+        return None
     found = read_findings(paths.quarantine(name)) if paths.quarantine(name).is_file() else []
     recordings = {(one.session_id, one.recording_id) for one in found if one.leaves_out}
     return Data(name, used, len(recordings))

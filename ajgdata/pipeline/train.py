@@ -49,11 +49,16 @@ def train_model(
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
     try:
+        unfitted = make_model(model, kind, seed, period_deg)
+    except ValueError as error:  # of another package's model, which cannot be imported
+        write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
+        return
+    try:
         if min_groups:
             classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
         data = task_data(shard, target, kind, groups, classes)
         with threadpool_limits(limits=1):
-            estimator = make_model(model, kind, seed, period_deg).fit(data.feature, data.value)
+            estimator = unfitted.fit(data.feature, data.value)
     except NotPossibleError as error:
         write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
         return

@@ -207,7 +207,7 @@ def test_what_cannot_be_measured_is_told_and_the_report_comes_out(tmp_path, monk
     section = pages["run.html"].partition("Not evaluated")[2].partition("</ul>")[0]
     assert section.count("<li>") == len(reasons)
     for row in read_csv(paths.metrics_table)[1]:
-        assert row["value"] or row["reason"], row
+        assert row["value"] or row["reason"], str(row)
 
 
 @pytest.mark.parametrize("case", CASES)

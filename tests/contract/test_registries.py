@@ -31,6 +31,9 @@ RECIPE = Recipe(
     objects=[{"name": "cube", "shape": {"kind": "cube", "edge_mm": 20}}],
 )
 
+#: What features follow from, as each store keeps it.
+SETTINGS = {"settings": '{"audio": {}, "features": {}}'}
+
 
 def features() -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """24 spectra that grow with the edge, and both targets."""
@@ -68,10 +71,11 @@ class TestModels:
         columns = {
             "recording": text_column([f"s/{n:02d}" for n in range(24)]),
             "grasp_id": text_column([f"s/{n}" for n in range(24)]),
+            "object": text_column(["thing"] * 24),
             "edge_mm": Column(y["edge_mm"], {"units": "mm"}),
             "shape": text_column(y["shape"]),
         }
-        write_store(store, Shard(x, np.arange(64.0), columns, {}), {"units": "1"})
+        write_store(store, Shard(x, np.arange(64.0), columns, SETTINGS), {"units": "1"})
         kind = TARGETS[target]
         train_model(store, target=target, kind=kind, unit="", groups="grasp_id", model=name,
                     seed=3, folder=tmp_path / "model")  # fmt: skip

@@ -94,7 +94,7 @@ def test_what_cannot_be_tested_on_is_said(paths):
     with pytest.raises(
         DataError, match="task size: tested on 'loud', which has no target 'edge_mm' like"
     ):
-        plan(paths, ["base"])
+        plan(paths, ["base"], check=True)
     declare(paths, {"name": "loud", "targets": BASE["targets"]})
     with pytest.raises(DataError, match="needs the data set 'loud', which holds no sessions"):
         plan(paths)

@@ -108,15 +108,22 @@ def lab(tmp_path, monkeypatch):
         sys.modules.pop(module, None)
 
 
+#: What features follow from, as each store keeps it.
+SETTINGS = {"settings": '{"audio": {}, "features": {}}'}
+
+
 @pytest.fixture
 def store(tmp_path):
     columns = {
         "recording": text_column([f"s/{n}" for n in range(6)]),
         "grasp_id": text_column([f"s/{n}" for n in range(6)]),
+        "object": text_column(["cube"] * 6),
         "edge_mm": Column(np.array([1.0, 2, 3, 7, 8, 9]), {"units": "mm"}),
     }
     feature = np.ones((6, 4), np.float32)
-    write_store(tmp_path / "d.nc", Shard(feature, np.arange(4.0), columns, {}), {"units": "1"})
+    write_store(
+        tmp_path / "d.nc", Shard(feature, np.arange(4.0), columns, SETTINGS), {"units": "1"}
+    )
     return tmp_path / "d.nc"
 
 

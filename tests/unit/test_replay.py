@@ -49,11 +49,11 @@ def test_the_command_shows_the_end_of_a_run_until_ctrl_c(tmp_path):
             address = first.rsplit(" ", 1)[1].split("#")[0]
             assert first.startswith(f"{len(run())} events: http://127.0.0.1:")
             process.stdout.readline()
-            with urllib.request.urlopen(f"{address}state", timeout=20) as answer:
+            with urllib.request.urlopen(f"{address}state", timeout=120) as answer:
                 state = json.load(answer)
             assert (state["n"], state["correctable"]) == (len(run()) - 1, False)
             process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            assert process.wait(120) == 0
         finally:
             process.kill()
 

@@ -191,7 +191,9 @@ def recorded(project):
         shutil.copytree(project.folder("day1"), folder)
         settings = (folder / "session.yaml").read_text()
         (folder / "session.yaml").write_text(
-            settings.replace("session_id: day1", f"session_id: {session}")
+            settings.replace("session_id: day1", f"session_id: {session}").replace(
+                "source: import", "source: virtual"
+            )
         )
         for output in (project.paths.shard, project.paths.shard_findings):
             output("made", session).parent.mkdir(exist_ok=True)
