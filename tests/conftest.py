@@ -1,6 +1,7 @@
 """Fixtures that several tests share."""
 
 import os
+import signal
 import subprocess
 import sys
 
@@ -10,6 +11,10 @@ from hypothesis import settings
 # Tests compute little: on a busy machine threads that wait for each other take ten times as long.
 # Before anything imports numpy or torch; the processes that tests start inherit it.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+# Whoever started pytest in the background of a shell had it ignore Ctrl-C; tests send it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Nothing here is timed: a slow machine is no defect. The same examples each time: a search for new
 # ones is `pytest --hypothesis-profile search`.

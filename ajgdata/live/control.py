@@ -59,7 +59,12 @@ class Control:
                 raise KeyboardInterrupt
 
     def begin(self) -> None:
-        """Say that the run begins, in the main thread: only now may `stop` interrupt it."""
+        """Say that the run begins, in the main thread: only now may `stop` interrupt it.
+
+        A program that a shell started in the background ignores SIGINT; a run must be stoppable.
+        """
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         with self._changed:
             self._in_run = True
 
