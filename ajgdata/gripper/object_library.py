@@ -180,12 +180,27 @@ def _other() -> dict[str, ObjectSpec]:
 #: The paper's 16 household objects; it names 15, and by its categories the last is an "other".
 HOUSEHOLD: dict[str, ObjectSpec] = _spherical() | _cylindrical() | _other()
 
-#: The bar lies flat, 15 mm high, longer than the gripper is wide.
-_BAR = Box(kind="box", length_mm=270, width_mm=44, height_mm=15, material="wood")
+
+
+def _bars() -> dict[str, ObjectSpec]:
+    """The paper's 270 x 15 x 44 mm as length, width and height, and lying flat: both longer than
+    the gripper is wide."""
+    edge, flat = (
+        Box(kind="box", length_mm=270, width_mm=width, height_mm=height, material="wood")
+        for width, height in ((15, 44), (44, 15))
+    )
+    order = f"{PAPER}: 270 x 15 x 44 mm"
+    return {
+        "bar": ObjectSpec(
+            shape=edge, category="bar", source=f"{order}, read as length, width, height: on edge"
+        ),
+        "bar_flat": ObjectSpec(shape=flat, category="bar", source=f"{order}, laid flat"),
+    }
+
 
 OBJECTS: dict[str, ObjectSpec] = {
     **_cubes(),
     **_materials(),
-    "bar": ObjectSpec(shape=_BAR, category="bar", source=f"{PAPER}; lying flat is assumed"),
+    **_bars(),
     **HOUSEHOLD,
 }

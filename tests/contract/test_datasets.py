@@ -111,7 +111,7 @@ NEEDS = {
     "media": {"media"},
     "size": {"size"},
     "noise": {"size", "size_60dba", "size_70dba", "size_80dba", "size_90dba"},
-    "orientation": {"orientation"},
+    "orientation": {"orientation", "orientation_flat"},
     "materials": {"sphere80", "plate", "sphere30"},
     "ycb": {"ycb"},
     "datasize": {"ycb"},
