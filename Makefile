@@ -50,6 +50,7 @@ sort-live: $(VENV)/.live
 # The site, results/docs/index.html; it needs no network, to build or to read.
 docs: $(VENV)/.docs
 	$(BIN)/python tools/configuration.py
+	$(BIN)/python tools/parameters.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 # Figures of the last run into README and docs, between their markers; screenshots of its report into docs/images.

@@ -1,0 +1,107 @@
+"""Each physical setting has a row that says what is known of it, and its default agrees."""
+
+import importlib.util
+import typing
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel
+
+from ajgdata.gripper import Scene, SignalChain
+from ajgdata.gripper.parameters import PARAMETERS, ROOTS, Parameter, default_of, overrides
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Keys of Scene that are not physical settings: what is grasped, and how it is solved.
+OTHER = {"object", "numerics"}
+#: What a middle may be rounded by to be a default.
+ROUNDED = 0.1
+
+
+def _numbers(model: type[BaseModel], before: str) -> set[str]:
+    """Paths of the numbers of a model, but seeds."""
+    found = set()
+    for key, field in model.model_fields.items():
+        path = f"{before}{key}"
+        if path in OTHER or key.endswith("seed"):
+            continue
+        kinds = {field.annotation, *typing.get_args(field.annotation)}
+        models = [k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)]
+        if models:
+            found |= set().union(*(_numbers(one, f"{path}.") for one in models))
+        elif isinstance(default := default_of(path), tuple):
+            found |= {f"{path}.{place}" for place in range(len(default))}
+        elif "float" in str(field.annotation) or field.annotation is int:
+            found.add(path)
+    return found
+
+
+NUMBERS = _numbers(Scene, "").union(*(_numbers(root, f"{name}.") for name, root in ROOTS.items()))
+
+
+def test_every_physical_setting_has_one_row():
+    assert {"gripper.speaker_mm.1", "signal.motor.depth", "signal.peaks_q.0"} <= NUMBERS
+    assert sorted(one.setting for one in PARAMETERS) == sorted(NUMBERS)
+
+
+@pytest.mark.parametrize("row", PARAMETERS, ids=lambda row: row.setting)
+def test_the_default_agrees_with_its_row(row: Parameter):
+    assert row.low <= row.high
+    assert len(row.source) > 5
+    value = default_of(row.setting)
+    if value is not None:
+        assert row.low <= value <= row.high
+    assert (row.scale == "log") == (row.low > 0 and row.high > 3 * row.low * (1 + 1e-9))
+    if row.evidence == "estimate":
+        assert row.low < row.high, "an estimate has a range"
+        if "default:" not in row.source:
+            assert value == pytest.approx(row.middle, rel=ROUNDED)
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+@pytest.mark.parametrize("row", PARAMETERS, ids=lambda row: row.setting)
+def test_both_ends_of_a_range_make_a_valid_setting(row: Parameter, end: str):
+    value = getattr(row, end)
+    value = int(value) if isinstance(default_of(row.setting), int) else value
+    made = overrides({row.setting: value})
+    scene = Scene.model_validate({"object": "cube_20p7", **made.get("scene", {})})
+    chain = SignalChain.model_validate(made.get("signal", {}))
+    assert (scene != Scene(object=scene.object)) == ("scene" in made and value != row_default(row))
+    assert (chain != SignalChain()) == ("signal" in made and value != row_default(row))
+
+
+def row_default(row: Parameter) -> object:
+    # Giving a motor at all is a change: there is none by default.
+    return None if row.setting.startswith("signal.motor") else default_of(row.setting)
+
+
+def test_what_leads_nowhere_is_refused():
+    for setting in ("gripper.colour", "signal.motor.colour", "nothing"):
+        with pytest.raises(KeyError):
+            overrides({setting: 1.0})
+    with pytest.raises(IndexError):
+        default_of("gripper.port_mm.2")
+
+
+def test_lists_keep_what_is_not_given():
+    made = overrides({"gripper.speaker_mm.1": 4.0, "gripper.speaker_mm.0": -36.0})
+    assert made == {"scene": {"gripper": {"speaker_mm": [-36.0, 4.0]}}}
+    assert overrides({"signal.peaks_db.1": 9.0}) == {"signal": {"peaks_db": [10.0, 9.0]}}
+
+
+def test_units_are_read_from_names():
+    units = {one.setting: one.unit for one in PARAMETERS}
+    assert units["gripper.membrane.resistance_pa_s_m"] == "Pa s/m"
+    assert units["gripper.speaker_mm.0"] == "mm"
+    assert units["grasp.nuisance.force"] == units["gripper.wall_admittance"] == ""
+    assert units["signal.level_db_spl"] == "dB"
+
+
+def test_the_page_is_what_its_maker_writes():
+    spec = importlib.util.spec_from_file_location("parameters", ROOT / "tools/parameters.py")
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    written = tool.PAGE.read_text(encoding="utf-8")
+    assert tool.page() == written
+    assert written.count("\n| `") == len(PARAMETERS)
+    told = tool.page({"gripper.wall_admittance": "size"})
+    assert "| moves |" in told and told.count("| size |") == 1
