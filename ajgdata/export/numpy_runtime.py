@@ -136,11 +136,12 @@ class Model:
         exponent = math.frexp(float(np.abs(samples).max()))[1]
         samples = np.ldexp(samples.astype(np.float64), -exponent).astype(np.float32)
         frames = sliding_window_view(samples, len(window))[:: settings["hop"]]
-        power = settings["quantity"] == "power"
+        power, root = (settings["quantity"] == one for one in ("power", "root_power"))
         total = np.zeros(len(window) // 2 + 1)
         for start in range(0, len(frames), FRAMES):
             part = np.abs(np.fft.rfft(frames[start : start + FRAMES] * window)).astype(np.float64)
-            total += (part**2 if power else part).sum(0)
+            total += (part**2 if power or root else part).sum(0)
+        total = np.sqrt(total) if root else total
         first, last = self.about["bins"]
         total = total[first:last]
         if settings["normalisation"] == "none":

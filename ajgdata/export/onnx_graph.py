@@ -131,8 +131,10 @@ def _feature(graph: _Graph, peak: str, exported: Exported) -> str:
         onesided=1,
     )  # -> (batch, frames, window/2 + 1, 2)
     power = graph.sum(graph("Mul", parts, parts), 3)
-    quantity = power if settings["quantity"] == "power" else graph("Sqrt", power)
+    quantity = graph("Sqrt", power) if settings["quantity"] == "magnitude" else power
     total = graph.sum(quantity, 1)
+    if settings["quantity"] == "root_power":
+        total = graph("Sqrt", total)
     first, last = exported.about["bins"]
     total = graph("Slice", total, graph.whole(first), graph.whole(last), graph.whole(1))
     norm = _norm(graph, total, settings["normalisation"])

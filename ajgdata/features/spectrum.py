@@ -4,7 +4,11 @@ With x the samples, w the window (length N), h the hop and F = 1 + floor((n - N)
 lie wholly inside the signal (nothing is padded; a rest shorter than one hop is not used):
 
     X[f, k] = sum_j  w[j] x[f h + j] exp(-2 pi i j k / N),     k = 0 ... N/2
-    S[k]    = sum_f |X[f, k]|    (magnitude)   or   sum_f |X[f, k]|^2   (power)
+    S[k]    = sum_f |X[f, k]|    (magnitude)   or   sum_f |X[f, k]|^2   (power)   or its root
+
+Noise adds to every frame, the sound of a sweep to few: magnitudes let a pedestal in that grows with
+the number of frames. White noise of variance v adds sqrt(pi v W)/2 a frame to the magnitude, v W to
+the power, W = sum_j w[j]^2. `features.sweep_tracking` sums the few frames alone.
 
 S is cropped to `band_hz` and divided by its own 1-norm, 2-norm or maximum. Window length, sum
 over time and "normalised" are the paper's; the other choices are settings (FeatureSettings).
@@ -65,8 +69,15 @@ def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[
     return _all_frequencies(sample_rate_hz, settings)[_band(sample_rate_hz, settings)]
 
 
-def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
+def spectrum(
+    samples: NDArray[Any],
+    sample_rate_hz: float,
+    settings: FeatureSettings,
+    counted: Float32 | None = None,
+) -> Float32:
     """Return the spectrum (n_bins,) of one recording (n,), in the unit of the settings.
+
+    `counted` (frames, window/2 + 1) says by 0 and 1 which frames each bin sums; default: all.
 
     >>> import numpy as np
     >>> from ajgdata.features.spectrum import frequencies_hz, spectrum
@@ -83,7 +94,7 @@ def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSett
     shorter than one window, not one-dimensional or not finite, for a spectrum that, not being
     normalised, exceeds float32, and for settings of another kind of feature (see `feature_maker`).
     """
-    if settings.kind != "stft":
+    if settings.kind != ("stft" if counted is None else "sweep_tracking"):
         raise ValueError(f"features.kind {settings.kind} is no spectrum: it needs the played sound")
     samples = np.asarray(samples)
     band = _band(sample_rate_hz, settings)
@@ -95,7 +106,7 @@ def spectrum(samples: NDArray[Any], sample_rate_hz: float, settings: FeatureSett
         scale = 0
     else:
         scale = -exponent
-    total = _summed(samples, settings, scale)[band]
+    total = _summed(samples, settings, scale, counted)[band]
     if settings.normalisation == "none":
         total = np.ldexp(total, exponent * (2 if settings.quantity == "power" else 1))
         if total.max() > np.finfo(np.float32).max:
@@ -144,7 +155,9 @@ def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
     return math.frexp(peak)[1] if peak else None
 
 
-def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArray[np.float64]:
+def _summed(
+    samples: Float32, settings: FeatureSettings, exponent: int, counted: Float32 | None
+) -> NDArray[np.float64]:
     """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
     window = np.ldexp(_window(settings.window_shape, settings.window), exponent)
     frames = sliding_window_view(samples, settings.window)[:: settings.hop]
@@ -156,10 +169,12 @@ def _summed(samples: Float32, settings: FeatureSettings, exponent: int) -> NDArr
         rows = len(block)
         np.multiply(block, window, out=windowed[:rows])
         np.abs(scipy.fft.rfft(windowed[:rows]), out=absolute[:rows])
-        if settings.quantity == "power":
+        if settings.quantity != "magnitude":
             np.square(absolute[:rows], out=absolute[:rows])
+        if counted is not None:
+            absolute[:rows] *= counted[start : start + rows]
         total += absolute[:rows].sum(axis=0)
-    return total
+    return np.sqrt(total) if settings.quantity == "root_power" else total
 
 
 @lru_cache(maxsize=8)

@@ -22,8 +22,6 @@ much, or an alignment to the strongest arrival, takes nothing away.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,7 +30,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.signal import fftconvolve
 
-from ajgdata.features.spectrum import Float32, in_band, normalised, spectrum
+from ajgdata.features.spectrum import Float32, in_band, normalised
 from ajgdata.types import FeatureSettings
 
 Real = NDArray[np.float64]
@@ -122,18 +120,3 @@ def _covariance(played: Real, taps: int, first: int) -> Real:
         change = entering[row] * entering[row:-1] - leaving[row] * leaving[row:-1]
         covariance[row + 1, row + 1 :] = covariance[row, row:-1] + change
     return covariance + np.triu(covariance, 1).T
-
-
-def feature_maker(
-    settings: FeatureSettings, sample_rate_hz: float, excitation: NDArray[Any] | None
-) -> Callable[[NDArray[Any]], Float32]:
-    """Return what makes the feature (n_bins,) of a recording (n,), of the kind of the settings.
-
-    Raises ValueError where what was played, (m,), is needed and unknown.
-    """
-    if settings.kind == "stft":
-        return partial(spectrum, sample_rate_hz=sample_rate_hz, settings=settings)
-    if excitation is None:
-        raise ValueError("a transfer function needs the played sound")
-    solver = Deconvolution(excitation, settings.window)
-    return partial(solver.feature, sample_rate_hz=sample_rate_hz, settings=settings)

@@ -54,7 +54,7 @@ class Predictor:
     def __post_init__(self) -> None:
         """Refuse features that need more than one recording."""
         if self.features.needs_excitation:
-            key = "align" if self.features.align else "kind: transfer_function"
+            key = "align" if self.features.align else f"kind: {self.features.kind}"
             raise ValueError(f"features.{key} needs the played sound, which one recording lacks")
 
     @property

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from ajgdata.features.align import shift
+from ajgdata.features.maker import UnfitExcitationError, feature_maker
 from ajgdata.features.spectrum import frequencies_hz
-from ajgdata.features.transfer_function import feature_maker
 from ajgdata.pipeline.recordings import (
     OTHER_DELAY,
     Examined,
@@ -90,7 +90,11 @@ def extract_features(
     known = _cached(cache, digest)
 
     new = [e for e in entries if (e["recording_id"], e["sha256"]) not in known]
-    results = _made(root, content["session_id"], new, audio, features, excitation, threads)
+    try:
+        results = _made(root, content["session_id"], new, audio, features, excitation, threads)
+    except UnfitExcitationError as error:
+        told.append(_unfit_sound(content["session_id"], features, str(error)))
+        entries, new, results = [], [], {}
     rows: dict[str, Row] = {}
     for entry in entries:
         row = results.get(
@@ -119,6 +123,11 @@ def _unknown_sound(session: str, features: FeatureSettings) -> Finding:
     return Finding(session, WHOLE_SESSION, "", "error", "no_excitation", problem, fix)
 
 
+def _unfit_sound(session: str, features: FeatureSettings, problem: str) -> Finding:
+    fix = f"set features.kind to stft: {features.kind} cannot be made of this sound"
+    return Finding(session, WHOLE_SESSION, "", "error", "unfit_excitation", problem, fix)
+
+
 def _made(
     root: Path,
     session: str,
@@ -144,8 +153,9 @@ def _made(
 
 
 def _one_thread_of_blas(features: FeatureSettings) -> AbstractContextManager[object]:
-    """Return what keeps sums in one order, however many cores there are; an STFT has none."""
-    if features.kind == "stft":
+    """Return what keeps the sums of BLAS in one order, however many cores there are; a spectrum
+    has none."""
+    if features.kind != "transfer_function":
         return nullcontext()
     from threadpoolctl import threadpool_limits
 

@@ -266,6 +266,6 @@ def _level_db(shard: Shard, row: int) -> np.ndarray:
     """Return the feature of a row (bins,) in dB of its largest bin."""
     quantity = FeatureSettings(**json.loads(str(shard.attrs["settings"]))["features"]).quantity
     feature = np.asarray(shard.feature[row], float)
-    factor = 20 if quantity == "magnitude" else 10
+    factor = 10 if quantity == "power" else 20
     least = 10 ** (SILENT_DB / factor)
     return factor * np.log10(np.maximum(feature / (feature.max() or 1), least))

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ajgdata.features.align import shift
-from ajgdata.features.transfer_function import feature_maker
+from ajgdata.features.maker import feature_maker
 from ajgdata.paths import SESSION_FILE, Tree
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.features import Shard, read_store

@@ -61,7 +61,7 @@ def _spectra_of(dataset: DatasetSummary) -> tuple[Spectra, bool]:
     """Return the spectra, and whether they are of magnitude, not power."""
     if dataset.spectra is None or not len(dataset.spectra.labels):
         raise ValueError(f"data set {dataset.name} has no spectra")
-    return dataset.spectra, dataset.features.quantity == "magnitude"
+    return dataset.spectra, dataset.features.quantity != "power"
 
 
 @styled

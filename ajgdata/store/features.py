@@ -33,7 +33,11 @@ MAX_GROWTH, SMALL_BYTES = 100, 2**26
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 
 
-_LONG_NAMES = {"stft": "spectrum", "transfer_function": "size of the transfer function"}
+_LONG_NAMES = {
+    "stft": "spectrum",
+    "sweep_tracking": "spectrum where the sweep is",
+    "transfer_function": "size of the transfer function",
+}
 
 
 @dataclass(frozen=True)

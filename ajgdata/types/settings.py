@@ -22,18 +22,30 @@ class FeatureSettings(Strict):
     normalisation; window shape, hop, magnitude or power, and which norm are ours. A transfer
     function has neither hop nor window shape."""
 
-    kind: Literal["stft", "transfer_function"] = Field(
+    kind: Literal["stft", "sweep_tracking", "transfer_function"] = Field(
         "stft",
-        description="stft: summed over time (paper); transfer_function: deconvolved with the played"
-        " sound, so that recordings of other sounds compare, window the length of the response",
+        description="stft: summed over time (paper); sweep_tracking: each frequency summed over the"
+        " frames alone in which the played sweep is there, and decay_s after; transfer_function: "
+        "deconvolved with the played sound, so that recordings of other sounds compare, window the "
+        "length of the response",
     )
     window: int = Field(2048, ge=16, description="STFT window and FFT length in samples (paper)")
     hop: int = Field(512, ge=1, description="samples between windows (the paper leaves it open)")
     window_shape: Literal["hann", "hamming", "blackman", "boxcar"] = Field(
         "hann", description="periodic window function (the paper leaves it open)"
     )
-    quantity: Literal["magnitude", "power"] = Field(
-        "magnitude", description="|X| or |X|^2, summed over time (the paper leaves it open)"
+    quantity: Literal["magnitude", "power", "root_power"] = Field(
+        "magnitude",
+        description="|X| or |X|^2, summed over time, or the root of the latter (the paper leaves it"
+        " open)",
+    )
+    decay_s: float = Field(
+        0.05,
+        ge=0,
+        le=1,
+        description="sweep_tracking: how long the object is heard after the sweep has passed, the "
+        "latency included; between a filled gripper (10 ms) and an empty one (250 ms), their "
+        "geometric middle",
     )
     normalisation: Literal["l1", "l2", "max", "none"] = Field(
         "l1", description="what each spectrum is divided by (the paper says only 'normalise')"
@@ -48,7 +60,7 @@ class FeatureSettings(Strict):
     @property
     def needs_excitation(self) -> bool:
         """True if a feature cannot be made without knowing what was played."""
-        return self.align or self.kind == "transfer_function"
+        return self.align or self.kind != "stft"
 
     @model_validator(mode="after")
     def _ordered(self) -> FeatureSettings:

@@ -91,6 +91,8 @@ def plain_said(model, sound):
         {"quantity": "power", "normalisation": "none", "window_shape": "blackman"},
         {"band_hz": (500.0, 2100.0), "normalisation": "none"},
         {"band_hz": (0.0, 1000.0), "quantity": "power"},
+        {"quantity": "root_power"},
+        {"quantity": "root_power", "normalisation": "none"},
     ],
 )
 def test_features_of_all_settings(settings, tmp_path):

@@ -51,7 +51,7 @@ def test_magnitude_is_that_of_a_float64_reference(shape, window, hop):
 
 
 @pytest.mark.parametrize("normalisation", ["l1", "l2", "max"])
-@pytest.mark.parametrize("quantity", ["magnitude", "power"])
+@pytest.mark.parametrize("quantity", ["magnitude", "power", "root_power"])
 def test_normalised_features_of_white_noise(quantity, normalisation):
     """White noise and its errors spread evenly over the bins: the bound holds for each of them.
 
@@ -59,7 +59,8 @@ def test_normalised_features_of_white_noise(quantity, normalisation):
     """
     settings = FeatureSettings(quantity=quantity, normalisation=normalisation)
     samples = noise()
-    expected = (np.abs(reference(samples, settings)) ** (1 + (quantity == "power"))).sum(axis=1)
+    expected = (np.abs(reference(samples, settings)) ** (1 + (quantity != "magnitude"))).sum(axis=1)
+    expected = np.sqrt(expected) if quantity == "root_power" else expected
     expected /= np.linalg.norm(expected, {"l1": 1, "l2": 2, "max": np.inf}[normalisation])
     got = spectrum(samples, RATE, settings)
     np.testing.assert_allclose(got, expected, rtol=4 * bound(settings, 32))
@@ -103,7 +104,7 @@ def test_parseval():
     assert total == pytest.approx(energy, rel=2 * bound(settings, 20))
 
 
-@pytest.mark.parametrize("quantity", ["magnitude", "power"])
+@pytest.mark.parametrize("quantity", ["magnitude", "power", "root_power"])
 @pytest.mark.parametrize("exponent", [-60, -3, 1, 40])
 def test_without_normalisation_the_amplitude_stays(quantity, exponent):
     settings = FeatureSettings(quantity=quantity, normalisation="none")
@@ -116,7 +117,7 @@ def test_without_normalisation_the_amplitude_stays(quantity, exponent):
 @settings(deadline=None)
 @given(
     st.floats(1e-36, 1e36),
-    st.sampled_from(["magnitude", "power"]),
+    st.sampled_from(["magnitude", "power", "root_power"]),
     st.sampled_from(["l1", "l2", "max"]),
     st.sampled_from([-1, 1]),
 )

@@ -143,7 +143,7 @@ def known(inputs: Inputs, doubtful: set[int]):
 
 def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
     """The feature is the spectrum itself: what is heard is known, and so is each run's length."""
-    import ajgdata.features.transfer_function as made
+    import ajgdata.features.maker as made
 
     monkeypatch.setattr(
         made, "feature_maker", lambda *_: lambda heard: np.abs(np.fft.rfft(heard)).astype("f4")

@@ -5,8 +5,9 @@ import pytest
 from scipy.signal import fftconvolve
 
 from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.features.maker import feature_maker
 from ajgdata.features.spectrum import frequencies_hz, spectrum
-from ajgdata.features.transfer_function import REGULARISATION, Deconvolution, feature_maker
+from ajgdata.features.transfer_function import REGULARISATION, Deconvolution
 from ajgdata.types import (
     ChirpTrain,
     FeatureSettings,

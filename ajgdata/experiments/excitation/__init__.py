@@ -76,12 +76,14 @@ def declared(settings: Settings) -> list[ExcitationSpec]:
 
 
 def check(settings: Settings, _: Kind, features: FeatureSettings) -> None:
-    """Raise ValueError for what cannot be played, and for aligned features."""
+    """Raise ValueError for what cannot be played, and for features that not every sound has."""
     try:
         declared(settings)
     except ValidationError as error:
         message = error.errors()[0]["msg"].removeprefix("Value error, ")
         raise ValueError(f"excitation: {message}") from None
+    if features.kind == "sweep_tracking":
+        raise ValueError("excitation: features.kind sweep_tracking is for sweeps alone")
     if features.align:
         raise ValueError("excitation: simulated recordings need no features.align")
 
@@ -145,7 +147,7 @@ def features_of(
 
     Settings of the feature are the data set's: a longer recording has more windows in the sum.
     """
-    from ajgdata.features.transfer_function import feature_maker
+    from ajgdata.features.maker import feature_maker
 
     rate = inputs.audio.sample_rate_hz
     makers = [feature_maker(inputs.features, rate, sound) for sound in sounds]

@@ -120,7 +120,7 @@ def _sensed(
     """Return features (placements, looks, bins) of what was heard of new grasps, and the class
     numbers (placements,)."""
     from ajgdata.acquire.excitation import excitation_samples
-    from ajgdata.features.transfer_function import feature_maker
+    from ajgdata.features.maker import feature_maker
     from ajgdata.types import DEFAULT_EXCITATION
 
     rate = inputs.audio.sample_rate_hz

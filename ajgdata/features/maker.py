@@ -1,0 +1,39 @@
+"""One recording -> its feature, whatever the kind: the only way in which features are made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ajgdata.features.spectrum import Float32, spectrum
+from ajgdata.features.sweep_tracking import SweepTracking
+from ajgdata.features.transfer_function import Deconvolution
+from ajgdata.types import FeatureSettings
+
+
+class UnfitExcitationError(ValueError):
+    """What was played is not known, or does not allow features of the kind that is asked for."""
+
+
+def feature_maker(
+    settings: FeatureSettings, sample_rate_hz: float, excitation: NDArray[Any] | None
+) -> Callable[[NDArray[Any]], Float32]:
+    """Return what makes the feature (n_bins,) of a recording (n,), of the kind of the settings.
+
+    Raises UnfitExcitationError where what was played, (m,), is needed and unknown, silent, or no
+    sweep where one is to be tracked.
+    """
+    if settings.kind == "stft":
+        return partial(spectrum, sample_rate_hz=sample_rate_hz, settings=settings)
+    if excitation is None:
+        raise UnfitExcitationError(f"features.kind {settings.kind} needs the played sound")
+    try:
+        if settings.kind == "sweep_tracking":
+            return SweepTracking(excitation, sample_rate_hz, settings).feature
+        solver = Deconvolution(excitation, settings.window)
+    except ValueError as error:
+        raise UnfitExcitationError(str(error)) from None
+    return partial(solver.feature, sample_rate_hz=sample_rate_hz, settings=settings)
