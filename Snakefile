@@ -17,6 +17,7 @@ from ajgdata.paths import (
     SOUNDS,
     TABLES,
     Paths,
+    run_name,
 )
 from ajgdata.pipeline.experiments import (
     asked_for,
@@ -59,7 +60,7 @@ except WorkflowError as error:  # one line instead of the whole schema
         f"config{wrong.json_path[1:]}: {wrong.message}; correct it"
     ) from None
 
-PATHS = Paths()
+PATHS = Paths(run=run_name(config["datasets"] or ()) if config["alone"] else "")
 REPORT_FILES = report_files_digest(PATHS)
 # Jobs run what the main process has checked.
 try:
@@ -110,7 +111,7 @@ EVERYTHING = [
     PATHS.report,
     PATHS.all_metrics,
     *(PATHS.model(*one) for one in models_of(SPECS, TASKS)),
-    PATHS.results / "verify" / "summary.txt",
+    PATHS.verified,
     *(PATHS.receipt(name) for name in PUBLISHED),
 ]
 

@@ -7,8 +7,10 @@ deleted.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +36,10 @@ ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 #: Beside each model that was exported for NumPy: what runs it.
 EXPORT_PROGRAM = "ajgdata_numpy.py"
+#: Tells the checks of the results which run they are of; see `Paths.run`.
+RUN_VARIABLE = "AJGDATA_RUN"
+#: Of more data sets than this many letters name, a run's name holds a digest.
+LONGEST_RUN = 100
 
 
 def simulated_card_socket(server: str) -> Path:
@@ -42,11 +48,26 @@ def simulated_card_socket(server: str) -> Path:
     return Path(tempfile.gettempdir()) / f"ajgdata-{user}-{server}.socket"
 
 
+def run_name(datasets: Sequence[str]) -> str:
+    """Return the name of a run of these data sets alone, whatever their order; "" of none."""
+    names = sorted(datasets)
+    name = "+".join(names)
+    if len(name) <= LONGEST_RUN:
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()
+    return f"{names[0]}+{len(names) - 1}~{digest[:12]}"
+
+
 @dataclass(frozen=True)
 class Paths:
-    """Places of files, relative to a project folder. Patterns keep `{wildcards}` untouched."""
+    """Places of files, relative to a project folder. Patterns keep `{wildcards}` untouched.
+
+    `run` names a run of some data sets alone: what is told of all its data sets together stands
+    apart from that of a whole run.
+    """
 
     root: Path = Path()
+    run: str = ""
 
     @property
     def datasets(self) -> Path:
@@ -57,6 +78,11 @@ class Paths:
     def results(self) -> Path:
         """Everything that the workflow makes."""
         return self.root / "results"
+
+    @property
+    def of_run(self) -> Path:
+        """Return the folder of what a run says of all its data sets together."""
+        return self.results / "runs" / self.run if self.run else self.results
 
     @property
     def reports(self) -> Path:
@@ -181,22 +207,22 @@ class Paths:
     @property
     def all_metrics(self) -> Path:
         """Every result with fold values, seeds and provenance."""
-        return self.results / "metrics.json"
+        return self.of_run / "metrics.json"
 
     @property
     def metrics_table(self) -> Path:
         """Return the file of the same numbers, one a row."""
-        return self.results / "metrics.csv"
+        return self.of_run / "metrics.csv"
 
     @property
     def predictions(self) -> Path:
         """Return every held-out prediction of cross-validation, one a row."""
-        return self.results / "predictions.csv"
+        return self.of_run / "predictions.csv"
 
     @property
     def paper_tables(self) -> Path:
         """Return the folder of tables for papers: LaTeX, and their sources."""
-        return self.results / TABLES
+        return self.of_run / TABLES
 
     @property
     def runs(self) -> Path:
@@ -206,12 +232,25 @@ class Paths:
     @property
     def complete(self) -> Path:
         """Return the summary of a run that made all that it was asked for."""
-        return self.results / "complete.txt"
+        return self.of_run / "complete.txt"
+
+    @property
+    def verified(self) -> Path:
+        """Return what the checks of a run's results ended with."""
+        return self.of_run / "verify" / "summary.txt"
+
+    def log(self, rule: str) -> Path:
+        """Return the log of a rule that has one job a run."""
+        return self.of_run / "logs" / f"{rule}.log"
+
+    def benchmark(self, rule: str) -> Path:
+        """Return what Snakemake measured of it."""
+        return self.of_run / "benchmarks" / f"{rule}.tsv"
 
     @property
     def report(self) -> Path:
         """The report."""
-        return self.results / "report" / INDEX
+        return self.of_run / "report" / INDEX
 
     def report_on(self, experiment: str) -> Path:
         """A report on one experiment alone."""

@@ -135,7 +135,7 @@ def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
     asked = [
         Asked(one, spec.name, embedding, settings, ("",))
         for one in (EXPERIMENTS[name] for name in EXPERIMENTS.names())
-        if one.of_embedding and one.of_base == bool(settings.base)
+        if one.of_embedding and one.of_base == bool(settings.base) and one.asks(settings)
     ]
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
 

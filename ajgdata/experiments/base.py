@@ -273,8 +273,9 @@ class Experiment:
     its `own_page` does not stand on that of its task.
 
     Those `of_embedding` are made of embeddings, whose declaration is their settings: of all, or
-    (`of_base`) of those alone that have a `base`, and then of no others. On data sets that stand
-    beside the paper they stand beside its figure `paper`.
+    (`of_base`) of those alone that have a `base`, and then of no others; `asks(settings)` is False
+    for an embedding that does not ask for it. On data sets that stand beside the paper they stand
+    beside its figure `paper`.
     """
 
     name: str
@@ -299,6 +300,7 @@ class Experiment:
     renders: bool = False
     of_embedding: bool = False
     of_base: bool = False
+    asks: Callable[[Any], bool] = lambda settings: True
     paper: str = ""
 
 

@@ -207,5 +207,6 @@ EXPERIMENT = Experiment(
     figures=figures,
     highlights=highlights,
     of_embedding=True,
+    asks=lambda settings: settings.leaves_things_out,
     order=84,
 )

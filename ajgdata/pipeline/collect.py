@@ -48,7 +48,8 @@ def collect(
     statistic (`fold 0` and so on, or mean, sd, pooled, chance, measured); where it is undefined the
     value is empty and `reason` says why. Of an embedding the task
     is its name after `embedding:`, and the model is the space. `predictions` (CSV) has a row for
-    each recording, split and fold. A copy of all three is kept by commit, see `store.runs`.
+    each recording, split and fold. Of a whole run a copy of all three is kept by commit, see
+    `store.runs`.
     """
     collected, numbers, predicted = [], [], []
     for dataset, task, kind in documents:
@@ -66,6 +67,8 @@ def collect(
     write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
     write_bytes(table, csv_bytes((*COLUMNS, REASON), numbers))
     write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
+    if paths.run:
+        return
     again = (row for row in numbers if row["statistic"] != MEASURED)  # the same each time
     scores = [{column: row[column] for column in COLUMNS} for row in again]
     digest = sha256_of(csv_bytes(COLUMNS, scores))

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
 
-from ajgdata.paths import Paths
+from ajgdata.paths import Paths, run_name
 from ajgdata.store.provenance import PACKAGE
 
 KEY = "datasets="
+#: Pages on the virtual gripper and trees for others are no part of such a run.
+WITHOUT = ("pages=[]", "publish=[]")
 #: Snakemake's words for what is to be set otherwise than its configuration says.
 CONFIG = ("--config", "-C")
 #: And for looking at what a run would do.
@@ -19,9 +22,9 @@ LOOKING = {"--dry-run", "--dryrun", "-n"}
 
 
 def only(names: Sequence[str]) -> list[str]:
-    """Return Snakemake's arguments for the data sets `names`: features, tasks, models and report,
-    without pages on the virtual gripper and without trees for others."""
-    return ["--config", f"{KEY}[{','.join(names)}]", "pages=[]", "publish=[]"] if names else []
+    """Return Snakemake's arguments for the data sets `names`: features, tasks, models, and a report
+    of their own."""
+    return ["--config", f"{KEY}[{','.join(names)}]", "alone=True", *WITHOUT] if names else []
 
 
 def snakefile_arguments(paths: Paths) -> list[str]:
@@ -74,9 +77,11 @@ def run(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> int:
 
     If everything was there already, so that no job ran, the summary is told again.
     """
-    print(shlex.join(command(paths, names, more)), flush=True)
+    asked = command(paths, names, more)
+    print(shlex.join(asked), flush=True)
+    paths = dataclasses.replace(paths, run=run_name(datasets_asked(asked) or ()))
     told = _written(paths)
-    line = [sys.executable, "-m", *command(paths, names, more)]
+    line = [sys.executable, "-m", *asked]
     code = subprocess.run(line, check=False, cwd=paths.root).returncode
     if code == 0 and told and told == _written(paths) and not LOOKING & set(more):
         print(paths.complete.read_text(encoding="utf-8"), end="")

@@ -54,7 +54,10 @@ class Embedding(Strict):
         {}, description="columns that probes read from the latent and from raw features"
     )
     retrieval_folds: int = Field(
-        0, ge=0, description="folds of leave-objects-out, for retrieval and probes of unseen things"
+        0,
+        ge=0,
+        description="folds of leave-objects-out, for retrieval and probes of unseen things;"
+        " 0: none, unless `groups` is `instance`, where each fold leaves things out",
     )
     optional: bool = Field(
         False, description="what the data lack for it is told, and the run succeeds all the same"
@@ -69,6 +72,11 @@ class Embedding(Strict):
         description="sessions with grippers that are never trained on; the pair rule ignores the"
         " gripper",
     )
+
+    @property
+    def leaves_things_out(self) -> bool:
+        """Return whether some network shall never see some of the things."""
+        return bool(self.retrieval_folds) or self.groups == self.instance
 
     @model_validator(mode="after")
     def _consistent(self) -> Embedding:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import re
 from functools import cache
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
-from ajgdata.paths import Paths, Tree
+from ajgdata.paths import RUN_VARIABLE, Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
 from ajgdata.store.audio import read_audio
@@ -25,7 +26,7 @@ from ajgdata.types.table import Table
 
 pytestmark = pytest.mark.artefact
 
-PATHS = Paths()
+PATHS = Paths(run=os.environ.get(RUN_VARIABLE, ""))
 EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": []}
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY

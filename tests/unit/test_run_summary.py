@@ -5,7 +5,7 @@ import subprocess
 import pytest
 from experiment_samples import small_store
 
-from ajgdata.paths import Paths
+from ajgdata.paths import Paths, run_name
 from ajgdata.pipeline import run as running
 from ajgdata.pipeline.run import command, datasets_asked, only, parted, run, with_only
 from ajgdata.pipeline.run_summary import complete, lines, summarise, verdicts
@@ -101,7 +101,7 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     (tmp_path / "Snakefile").touch()
     assert parted(["a", "b", "--cores", "2"], ["a", "b", "c"]) == (["a", "b"], ["--cores", "2"])
     assert parted(["--config", "a"], ["a"]) == ([], ["--config", "a"])
-    asked = ["--config", "datasets=[a,b]", "pages=[]", "publish=[]"]
+    asked = ["--config", "datasets=[a,b]", "alone=True", "pages=[]", "publish=[]"]
     assert only(["a", "b"]) == asked
     assert command(paths, ["a", "b"], ["-n"]) == ["snakemake", "-n", *asked]
     assert datasets_asked(asked) == ["a", "b"]
@@ -125,7 +125,7 @@ def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
 
     read, _ = get_argument_parser().parse_known_args(with_only(["a", "b"], given))
     assert parse_config(read.config) == {
-        "datasets": ["a", "b"], "pages": [], "publish": [], "quick": True
+        "datasets": ["a", "b"], "alone": True, "pages": [], "publish": [], "quick": True
     }  # fmt: skip
     assert (read.targets, str(read.cores)) == (["results/x.nc"], "2")
     later = with_only(["a"], ["--config", "pages=[gallery]"])
@@ -133,10 +133,26 @@ def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
     assert with_only([], ["--cores", "2"]) == ["--cores", "2"]
 
 
+def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
+    assert run_name([]) == "" and run_name(["b", "a"]) == run_name(["a", "b"]) == "a+b"
+    many = [f"data_set_{n}" for n in range(20)]
+    others = [*many[:-1], "another"]
+    assert run_name(many) != run_name(others)
+    assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
+    whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
+    together = ("report", "runs", "all_metrics", "metrics_table", "predictions", "paper_tables")
+    for name in (*together, "complete", "verified", "opening"):
+        own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
+        assert own == getattr(whole, name).relative_to(tmp_path / "results")
+    of_one = ("merged", "features", "quarantine")  # made once, for all runs
+    assert all(getattr(alone, name)("a") == getattr(whole, name)("a") for name in of_one)
+
+
 @pytest.mark.parametrize("code", [0, 1])
 def test_the_exit_code_is_that_of_the_workflow(tmp_path, monkeypatch, capsys, code):
     paths = Paths(tmp_path)
-    write_bytes(paths.complete, b"1 data set: told before\n")
+    write_bytes(paths.complete, b"of a whole run\n")
+    write_bytes(Paths(tmp_path, "a").complete, b"1 data set: told before\n")
     called = []
 
     def done(line, **keys):

@@ -12,9 +12,10 @@ import pytest
 import yaml
 from conftest import DECLARATION, rules_of, write_tone
 
-from ajgdata.paths import RECORDINGS_FILE
+from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import STUDIES
 from ajgdata.store.features import read_store
+from ajgdata.store.runs import kept_runs
 from ajgdata.store.sealing import seal
 from ajgdata.store.tables import read_tables
 
@@ -243,3 +244,19 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
     assert not project.planned().keys() & {"features", "merge", "experiment", "train"}
     assert "optional  tones/pitch" in project.snakemake()
     assert project.planned() == {}
+
+
+def test_a_run_of_one_data_set_alone_leaves_what_a_whole_run_made(project):
+    project.snakemake("results/metrics.json")
+    kept = {path: path.read_bytes() for path in sorted(project.paths.results.glob("metrics.*"))}
+    assert len(kept) == 2
+    by_commit = kept_runs(project.paths)
+    alone = ("--config", "datasets=[tones]", "alone=True")
+    own = Paths(project.root, "tones")
+    asked = [str(one.relative_to(project.root)) for one in (own.all_metrics, own.report)]
+    assert project.planned(*asked, *alone) == {"collect": 1, "report": 1}
+    project.snakemake(asked[0], *alone)
+    assert own.metrics_table.read_bytes() == project.paths.metrics_table.read_bytes()
+    assert {path: path.read_bytes() for path in kept} == kept
+    assert project.planned(*END, "results/metrics.json") == {}
+    assert kept_runs(project.paths) == by_commit

@@ -36,6 +36,7 @@ rule explorer:
         code=code_of("ajgdata.pipeline.explorer:build_explorer"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         nav=NAVIGATION,
+        run=PATHS.run,
         texts=REPORT_FILES,
     message:
         "Every recording of {wildcards.dataset}, seen and heard"

@@ -43,13 +43,14 @@ rule collect:
         table=PATHS.metrics_table,
         predictions=PATHS.predictions,
     log:
-        "results/logs/collect.log",
+        str(PATHS.log("collect")),
     benchmark:
-        "results/benchmarks/collect.tsv"
+        str(PATHS.benchmark("collect"))
     conda:
         "../../environment.yml"
     params:
         documents=documents_of(MEASURED),
+        run=PATHS.run,
         code=code_of("ajgdata.pipeline.collect:collect"),
     message:
         "All results in one table"

@@ -23,14 +23,15 @@ rule report:
         tables=directory(PATHS.report.parent / TABLES),
         papers=directory(PATHS.paper_tables),
     log:
-        "results/logs/report.log",
+        str(PATHS.log("report")),
     benchmark:
-        "results/benchmarks/report.tsv"
+        str(PATHS.benchmark("report"))
     conda:
         "../../environment.yml"
     params:
         datasets=list(PLANS),
         tasks=MEASURED,
+        run=PATHS.run,
         nav=NAVIGATION,
         pages=PAGES,
         ablations=REASONS,

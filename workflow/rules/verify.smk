@@ -7,13 +7,14 @@ rule verify:
         runs=PATHS.runs,
         tests=HERE / "tests/artefacts/test_results.py",
     output:
-        summary=PATHS.results / "verify" / "summary.txt",
+        summary=PATHS.verified,
     log:
-        "results/logs/verify.log",
+        str(PATHS.log("verify")),
     conda:
         "../../environment.yml"
     params:
         quick=WITHOUT_SOLVER,
+        run=PATHS.run,
         code=code_of(
             "ajgdata.pipeline.verify:verify",
             *([] if WITHOUT_SOLVER else ["ajgdata.gripper"]),
@@ -36,12 +37,13 @@ rule complete:
     output:
         summary=PATHS.complete,
     log:
-        "results/logs/complete.log",
+        str(PATHS.log("complete")),
     conda:
         "../../environment.yml"
     params:
         datasets=list(PLANS),
         documents=documents_of(MEASURED),
+        run=PATHS.run,
         optional=[key for key in ASKED if ASKED[key].optional_in(SPECS[key[0]])],
         code=code_of("ajgdata.pipeline.run_summary:complete"),
     message:

@@ -8,7 +8,7 @@ from ajgdata.pipeline.log import logged
 
 with logged(snakemake.log[0]):
     collect(
-        Paths(),
+        Paths(run=snakemake.params.run),
         [tuple(one) for one in snakemake.params.documents],
         document=Path(snakemake.output.document),
         table=Path(snakemake.output.table),

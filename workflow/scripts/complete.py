@@ -8,7 +8,7 @@ from ajgdata.pipeline.run_summary import complete
 from ajgdata.store.sessions import read_dataset
 
 with logged(snakemake.log[0]):
-    paths = Paths()
+    paths = Paths(run=snakemake.params.run)
     complete(
         paths,
         {name: read_dataset(paths, name) for name in snakemake.params.datasets},

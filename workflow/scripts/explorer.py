@@ -12,7 +12,7 @@ with logged(snakemake.log[0]):
         Path(snakemake.input.projections),
         dataset=snakemake.wildcards.dataset,
         embedding=snakemake.wildcards.embedding,
-        paths=Paths(),
+        paths=Paths(run=snakemake.params.run),
         manifests=[Path(file) for file in snakemake.input.manifests],
         page=Path(snakemake.output.page),
         nav=parsed(snakemake.params.nav),

@@ -9,7 +9,7 @@ from ajgdata.report.navigation import parsed
 
 with logged(snakemake.log[0]):
     build_report(
-        Paths(),
+        Paths(run=snakemake.params.run),
         datasets=snakemake.params.datasets,
         tasks=[tuple(task) for task in snakemake.params.tasks],
         page=Path(snakemake.output.page),

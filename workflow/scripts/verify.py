@@ -10,4 +10,6 @@ with logged(snakemake.log[0]):
         Path(snakemake.input.tests).parents[1],
         Path(snakemake.output.summary),
         quick=snakemake.params.quick,
+        run=snakemake.params.run,
+        log=Path(snakemake.log[0]),
     )
