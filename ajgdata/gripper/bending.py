@@ -1,8 +1,10 @@
-"""Bending of a plate that lies on something soft: Kirchhoff's plate with free edges, by Ritz."""
+"""Bending of a plate on something soft: Kirchhoff's plate with free edges, by Ritz."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -15,56 +17,152 @@ from ajgdata.gripper.object_materials import Material
 Real = NDArray[np.floating]
 #: Polynomials along each edge: the first five bending modes to 1e-4.
 POLYNOMIALS = 10
+#: Bounce and two tilts, which bend nothing.
+STIFF = 3
+#: Points around a ring: exact for all products of the polynomials.
+AROUND = 4 * POLYNOMIALS
+
+
+class Ring(NamedTuple):
+    """A ring of rubber around the centre: radius (m), stiffness per length (N/m²), loss factor."""
+
+    radius: float
+    stiffness_n_m2: float
+    loss: float
+
+
+class Load(NamedTuple):
+    """Masses (kg) that ride on a plate, at u, v (m) from its centre; all 1-D."""
+
+    u: Real
+    v: Real
+    mass: Real
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A plate of length, width and thickness (m), free at its edges; `round` ones fill the ellipse
+    within."""
+
+    length: float
+    width: float
+    thickness: float
+    material: Material
+    round: bool = False
+
+    @property
+    def per_area(self) -> float:
+        """Mass per area, kg/m²."""
+        return self.material.density_kg_m3 * self.thickness
+
+    @property
+    def rigidity(self) -> float:
+        """Bending stiffness D = E h³ / 12 (1-ν²), Nm."""
+        modulus = float(plane_modulus(self.material.young_pa, self.material.poisson))
+        return modulus * self.thickness**3 / 12
+
+    @cached_property
+    def points(self) -> tuple[Real, Real, Real]:
+        """Gauss's points u, v (m) and their areas (m²), exact for products of the shapes."""
+        x, gauss = legendre.leggauss(2 * POLYNOMIALS)
+        if not self.round:
+            u, v = np.meshgrid(x, x, indexing="ij")
+            area = np.outer(gauss, gauss) / 4
+        else:
+            radius, turn = (x[:, None] + 1) / 2, 2 * np.pi * np.arange(AROUND) / AROUND
+            u, v = radius * np.cos(turn), radius * np.sin(turn)
+            area = gauss[:, None] / 8 * radius * (2 * np.pi / AROUND) * np.ones_like(turn)
+        return (
+            u.ravel() * self.length / 2,
+            v.ravel() * self.width / 2,
+            area.ravel() * self.length * self.width,
+        )
+
+    @cached_property
+    def degrees(self) -> NDArray[np.int64]:
+        """Degrees (2, P) of the polynomials along length and width: up to a total on round plates,
+        where the others cannot be told from them."""
+        along, across = np.indices((POLYNOMIALS, POLYNOMIALS)).reshape(2, -1)
+        kept = along + across < (POLYNOMIALS if self.round else 2 * POLYNOMIALS)
+        return np.stack([along[kept], across[kept]])
+
+    def shapes(self, u: Real, v: Real, d_u: int = 0, d_v: int = 0) -> Real:
+        """Products of Legendre polynomials (P, points) at u, v (m), or derivatives of them."""
+        along = _derived(2 * u / self.length, d_u) * (2 / self.length) ** d_u
+        across = _derived(2 * v / self.width, d_v) * (2 / self.width) ** d_v
+        return along[self.degrees[0]] * across[self.degrees[1]]
+
+    @cached_property
+    def curved(self) -> Real:
+        """Stiffness (P, P): D ∫ (w_uu + w_vv)² - 2(1-ν)(w_uu w_vv - w_uv²) dS."""
+        u, v, area = self.points
+        uu, vv, uv = (self.shapes(u, v, *d) for d in ((2, 0), (0, 2), (1, 1)))
+        nu = self.material.poisson
+        mixed = (uu * area) @ vv.T
+        bent = (uu * area) @ uu.T + (vv * area) @ vv.T + nu * (mixed + mixed.T)
+        return self.rigidity * (bent + 2 * (1 - nu) * (uv * area) @ uv.T)
+
+    @cached_property
+    def mass(self) -> Real:
+        """Mass (P, P), kg."""
+        u, v, area = self.points
+        shapes = self.shapes(u, v)
+        return np.asarray(self.per_area * (shapes * area) @ shapes.T)
+
+
+def _derived(x: Real, order: int) -> Real:
+    """The `order`-th derivative of each polynomial at x: (POLYNOMIALS, points)."""
+    unit = np.eye(POLYNOMIALS)
+    return np.array([legendre.legval(x, legendre.legder(row, order)) for row in unit])
 
 
 @dataclass(frozen=True)
 class PlateModes:
-    """Bending modes in order of frequency: ω² (N,), loss (N,) and `weights` (N, P, P) of the
-    products of Legendre polynomials along both edges, mass-normalised."""
+    """Modes in order of frequency: ω² (N,), loss (N,) and `weights` (N, P) of the plate's shapes,
+    mass-normalised."""
 
     square: Real
     loss: Real
     weights: Real
-    length: float
-    width: float
+    plate: Plate
 
     def at(self, u: Real, v: Real) -> Real:
-        """Shapes (N, points) at distances u, v (m) from the centre along length and width."""
-        along = legendre.legvander(2 * u / self.length, POLYNOMIALS - 1)
-        across = legendre.legvander(2 * v / self.width, POLYNOMIALS - 1)
-        return np.einsum("nij,ki,kj->nk", self.weights, along, across)
+        """Displacements (N, points) at u, v (m) from the centre along length and width."""
+        return np.asarray(self.weights @ self.plate.shapes(u, v))
 
 
-def plate_modes(
-    length: float, width: float, thickness: float, material: Material, bed: Spring, count: int = 5
-) -> PlateModes:
-    """The first `count` bending modes of a plate (m) on a Winkler foundation `bed`.
+def plate_modes(plate: Plate, bed: Spring, count: int = 5) -> PlateModes:
+    """The first `count` bending modes of a plate on a Winkler foundation `bed`.
 
     Minimises D/2 ∫ (w_xx + w_yy)² - 2(1-ν)(w_xx w_yy - w_xy²) dS over polynomials (Leissa 1969,
     eq. 1.9; Ritz 1909). The uniform foundation leaves all shapes as they are and adds k/(ρh) to
     each ω². Bounce and tilt, which bend nothing, are left to the column.
     """
-    x, gauss = legendre.leggauss(POLYNOMIALS + 2)
-    unit = np.eye(POLYNOMIALS)
-    slopes = [
-        np.array([legendre.legval(x, legendre.legder(row, d)) for row in unit]) for d in range(3)
-    ]
-
-    def over(edge: float, one: int, other: int) -> Real:
-        return (slopes[one] * gauss) @ slopes[other].T * (2 / edge) ** (one + other) * edge / 2
-
-    def product(x_one: int, x_other: int, y_one: int, y_other: int) -> Real:
-        return np.kron(over(length, x_one, x_other), over(width, y_one, y_other))
-
-    nu = material.poisson
-    curved = product(2, 2, 0, 0) + product(0, 0, 2, 2) + 2 * (1 - nu) * product(1, 1, 1, 1)
-    curved += nu * (product(2, 0, 0, 2) + product(0, 2, 2, 0))
-    rigidity = float(plane_modulus(material.young_pa, nu)) * thickness**3 / 12
-    per_area = material.density_kg_m3 * thickness
-    wanted = (3, 2 + count)
-    bent, vectors = eigh(rigidity * curved, per_area * product(0, 0, 0, 0), subset_by_index=wanted)
-    held = bed.stiffness_n_m3 / per_area
+    wanted = (STIFF, STIFF - 1 + count)
+    bent, vectors = eigh(plate.curved, plate.mass, subset_by_index=wanted)
+    held = bed.stiffness_n_m3 / plate.per_area
     square = bent + held
-    loss = (material.loss * bent + bed.loss * held) / square
-    weights = vectors.T.reshape(count, POLYNOMIALS, POLYNOMIALS)
-    return PlateModes(square, loss, weights, length, width)
+    loss = (plate.material.loss * bent + bed.loss * held) / square
+    return PlateModes(square, loss, vectors.T, plate)
+
+
+def ring_modes(plate: Plate, ring: Ring, load: Load | None = None, count: int = 8) -> PlateModes:
+    """The first `count` modes of a plate that lies on a `ring` and carries `load`.
+
+    To the energy of bending comes k/2 ∮ w² ds, to the mass that of the load. Bounce and tilt are
+    among the modes: on a line of support they bend the plate. As the ring hardens the plate is
+    simply supported on it (Leissa 1969, chapters 2 and 4).
+    """
+    turn = 2 * np.pi * np.arange(AROUND) / AROUND
+    around = plate.shapes(ring.radius * np.cos(turn), ring.radius * np.sin(turn))
+    held = ring.stiffness_n_m2 * 2 * np.pi * ring.radius / AROUND * around @ around.T
+    mass = plate.mass
+    if load is not None:
+        shapes = plate.shapes(load.u, load.v)
+        mass = mass + (shapes * load.mass) @ shapes.T
+    square, vectors = eigh(plate.curved + held, mass, subset_by_index=(0, count - 1))
+    weights = vectors.T
+    lost = np.einsum(
+        "ni,ij,nj->n", weights, plate.material.loss * plate.curved + ring.loss * held, weights
+    )
+    return PlateModes(square, lost / square, weights, plate)

@@ -80,11 +80,14 @@ class Stack:
 @dataclass(frozen=True)
 class StackModes:
     """Mass-normalised modes in order of frequency: ω² (N,), loss factor (N,), shapes (N, nodes),
-    first at the imprint, then in the grains from their seat to their surface, if there are any."""
+    first at the imprint, then in the grains from their seat to their surface, if there are any.
+    Where the object bends, `foot` (N, columns) is the displacement under each column of the imprint
+    and the first of `shape` its mean."""
 
     square: Real
     loss: Real
     shape: Real
+    foot: Real | None = None
 
 
 def cone_slope(poisson: float) -> float:
@@ -145,6 +148,24 @@ def stack(
     rods = np.stack([1 / flexibility, np.full(OBJECT_RODS, body.material.loss), weight], axis=1)
     if bed is not None:
         rods = np.concatenate([rods, _grain_rods(bed, body)])
+    mass, stiffness, damping = _chain(rods)
+    _, cap = _rods(body, body.core, body.height, 8)
+    mass[OBJECT_RODS, OBJECT_RODS] += membrane_kg_m2 * body.imprint_m2 + cap.sum()
+    first = 1 if np.isinf(support[0]) else 0
+    if not first:
+        stiffness[0, 0] += support[0]
+        damping[0, 0] += support[0] * support[1]
+    free = slice(first, None)
+    return Stack(mass[free, free], stiffness[free, free], damping[free, free], OBJECT_RODS - first)
+
+
+def grain_stack(body: Body, bed: Bed) -> Stack:
+    """Assemble the grains on their seat alone; the first node is the imprint, and free."""
+    return Stack(*_chain(_grain_rods(bed, body)), contact=0)
+
+
+def _chain(rods: Real) -> tuple[Real, Real, Real]:
+    """Mass, stiffness and damping of rods (n, 3) of spring, loss and mass, one on another."""
     spring, loss, weight = rods.T
     nodes = len(rods) + 1
     mass, stiffness, damping = np.zeros((3, nodes, nodes))
@@ -157,14 +178,7 @@ def stack(
         matrix[lower, lower] += value
         matrix[upper, upper] += value
         matrix[lower, upper] = matrix[upper, lower] = across
-    _, cap = _rods(body, body.core, body.height, 8)
-    mass[OBJECT_RODS, OBJECT_RODS] += membrane_kg_m2 * body.imprint_m2 + cap.sum()
-    first = 1 if np.isinf(support[0]) else 0
-    if not first:
-        stiffness[0, 0] += support[0]
-        damping[0, 0] += support[0] * support[1]
-    free = slice(first, None)
-    return Stack(mass[free, free], stiffness[free, free], damping[free, free], OBJECT_RODS - first)
+    return mass, stiffness, damping
 
 
 def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:

@@ -12,6 +12,8 @@ Model = TypeVar("Model", bound=BaseModel)
 #: Settings that nothing reads unless the membrane is pressed on something.
 PRESSING = ("drape_deg", "drape_smoothing_mm", "stiffness_n_m3")
 POSE = ("angle_deg", "offset_x_mm", "offset_y_mm", "force_n")
+#: Settings of a support that only a concave one reads.
+DISH = ("rim_radius_mm", "rim_width_mm", "dish_radius_mm")
 #: Settings of the grains beside their `kind`.
 BED = ("roughness_mm", "slope_deg", "packing")
 
@@ -42,6 +44,8 @@ def canonical(scene: Scene) -> Scene:
         nuisance = nuisance.model_copy(update={"force": 0.0})
     if support.kind == "rigid" or (scene.object and scene.object.material == "rigid"):
         support = type(support)()
+    if support.kind == "rubber":
+        support = _default(support, *DISH)
     if nuisance.roughness_mm == 0:
         nuisance = _default(nuisance, "roughness_correlation_mm")
     if nuisance.packing == 0:

@@ -20,10 +20,12 @@ from ajgdata.gripper.mechanics import (
     body_of,
     imprint,
     mode_list,
+    on_rim,
     skin_walls,
     stack_of,
 )
 from ajgdata.gripper.modes import NO_MODES, ModeList
+from ajgdata.gripper.plate_column import bent_modes
 from ajgdata.gripper.scene import Numerics, Scene
 from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -76,14 +78,22 @@ def rigid(why: str) -> Grasped:
 
 def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: Imprint) -> Grasped:
     """Decide on the object of `scene` by what its parts are worth in `circuit`."""
-    body = body_of(scene, where, shape.force_n)
-    if body is None:
+    held = body_of(scene, where, shape.force_n)
+    if held is None:
         return rigid("the object is rigid")
+    body, rest = held
     numerics, bed = scene.numerics, bed_of(scene, where, shape.force_n)
     wall = skin(body, scene.gripper.membrane.mass_kg_m2)
-    alone = solve(stack_of(scene, body, None))
-    coupled = None if bed is None else solve(stack_of(scene, body, bed))
-    through, bent = circuit.modes(alone), bending(scene, where, cells, body)
+    plate = on_rim(scene, where, cells, body)
+
+    def modes_with(grains: Bed | None) -> StackModes:
+        if plate is not None:
+            return bent_modes(*plate, where.area, body, grains)
+        return solve(stack_of(scene, body, rest, grains))
+
+    alone = modes_with(None)
+    coupled = None if bed is None else modes_with(bed)
+    through, bent = _through(circuit, where, alone), bending(scene, where, cells, body, rest)
     bows = _bows(circuit, where, bent)
     effects: dict[PartName, float] = {
         "motion": circuit.effect(through[0]),
@@ -91,7 +101,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         "compliance": circuit.effect(circuit.skin(wall)),
     }
     if coupled is not None:
-        effects["frame"] = circuit.effect(circuit.modes(coupled).sum(0) - through.sum(0))
+        effects["frame"] = circuit.effect(_through(circuit, where, coupled).sum(0) - through.sum(0))
     parts = judged(effects, numerics, _described(alone, bed))
     if coupled is None:
         parts["frame"] = Part("frame", False, None, "no grains lie on the object")
@@ -100,7 +110,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         for name in ("motion", "elastic"):
             parts[name] = replace(parts[name], kept=True, why=why)
     solved = coupled if coupled is not None and parts["frame"].kept else alone
-    chosen = _worth(numerics, circuit, solved, [parts["motion"].kept, parts["elastic"].kept])
+    chosen = _worth(numerics, circuit, where, solved, [parts["motion"].kept, parts["elastic"].kept])
     modes = mode_list(where, cells, solved, chosen) if len(chosen) else NO_MODES
     if bent is not None and parts["elastic"].kept:
         heavy = np.flatnonzero(_heard(numerics, circuit, bows) & _within(bent[0].square))
@@ -108,6 +118,15 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
     walls = skin_walls(where, cells, wall) if parts["compliance"].kept else NO_WALLS
     solved_by = parts["motion"].kept or (bent is not None and parts["elastic"].kept)
     return Grasped((*parts.values(), _support(scene, solved_by)), walls, modes)
+
+
+def _through(circuit: Circuit, where: Imprint, modes: StackModes) -> Complex:
+    """Admittance of each mode of the column, seen at the surface of the grains: (N, ω)."""
+    if modes.foot is None:
+        return circuit.modes(modes)
+    # The mean square, not the mean: what bends out of phase is heard as well, if less.
+    uneven = (modes.foot - modes.shape[:, :1]) ** 2 @ where.area / where.total
+    return circuit.modes(modes) + circuit.piston(modes.square, modes.loss, np.sqrt(uneven))
 
 
 def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None) -> Complex:
@@ -152,12 +171,12 @@ def _heard(numerics: Numerics, circuit: Circuit, moving: Complex) -> NDArray[np.
 
 
 def _worth(
-    numerics: Numerics, circuit: Circuit, modes: StackModes, kept: list[bool]
+    numerics: Numerics, circuit: Circuit, where: Imprint, modes: StackModes, kept: list[bool]
 ) -> NDArray[np.int64]:
     """The modes to solve: of the first and the higher ones, as each is `kept`, the strongest."""
     wanted = np.concatenate([kept[:1], np.repeat(kept[1], len(modes.square) - 1)])
     candidates = np.flatnonzero(wanted & _within(modes.square))
-    moving = circuit.modes(modes)[candidates]
+    moving = _through(circuit, where, modes)[candidates]
     strong = np.flatnonzero(_heard(numerics, circuit, moving))
     order = np.argsort([-circuit.effect(one) for one in moving[strong]], kind="stable")
     return np.sort(candidates[strong[order[:MOST_MODES]]])

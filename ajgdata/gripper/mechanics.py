@@ -16,20 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from ajgdata.gripper.bending import PlateModes, plate_modes
-from ajgdata.gripper.column import Bed, Body, Stack, StackModes, pad_stiffness, stack
+from ajgdata.gripper.bending import Load, Plate, PlateModes, plate_modes, ring_modes
+from ajgdata.gripper.column import Bed, Body, Stack, StackModes, stack
 from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, Spring, seat
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.modes import ModeList
-from ajgdata.gripper.object_materials import MATERIALS, Support, material_of
+from ajgdata.gripper.object_materials import material_of
+from ajgdata.gripper.rest import Rest, lies_on_rim, rest_on, rim_of
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.scene_model import MM
-from ajgdata.gripper.sections import foot_area, section
-from ajgdata.gripper.shapes import Box, Cube
+from ajgdata.gripper.sections import section
+from ajgdata.gripper.shapes import Box, Cube, Cylinder, Object
 from ajgdata.gripper.walls import WallList
 
 Real = NDArray[np.floating]
+#: Thickness over width up to which a plate bends without shear, to a few per cent (Leissa 1969).
+THIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -78,27 +81,17 @@ def _mean(fine: Real) -> Real:
     return fine.reshape(ny // FINER, FINER, nx // FINER, FINER).mean(axis=(1, 3))
 
 
-def body_of(scene: Scene, where: Imprint, force: float) -> Body | None:
-    """The scene's object as a body under its imprint; None if it is rigid or not touched."""
+def body_of(scene: Scene, where: Imprint, force: float) -> tuple[Body, Rest] | None:
+    """The scene's object as a body under its imprint, and what it stands on; None if it is rigid or
+    not touched."""
     thing = scene.object
     material = None if thing is None else material_of(thing.material)
     if thing is None or material is None or not where.total:
         return None
-    load = force + GRAVITY * material.density_kg_m3 * thing.volume_mm3 * MM**3
-    yielding = (1 - material.poisson**2) / material.young_pa
-    if scene.support.kind == "rubber":
-        rubber = MATERIALS["rubber"]
-        yielding += (1 - rubber.poisson**2) / rubber.young_pa
-    foot = foot_area(thing, load, 1 / yielding)
-    return Body(material, thing.size_mm[2] * MM, partial(section, thing), foot, where.total)
-
-
-def support_of(support: Support, foot_m2: float) -> tuple[float, float]:
-    """Stiffness (N/m) and loss factor under a foot."""
-    if support.kind == "rigid":
-        return np.inf, 0.0
-    rubber = MATERIALS["rubber"]
-    return pad_stiffness(rubber, support.thickness_mm * MM, foot_m2), rubber.loss
+    weight = GRAVITY * material.density_kg_m3 * thing.volume_mm3 * MM**3
+    rest = rest_on(scene.support, thing, material, force + weight)
+    height, across = thing.size_mm[2] * MM, partial(section, thing)
+    return Body(material, height, across, rest.foot_m2, where.total), rest
 
 
 def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
@@ -113,10 +106,10 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
     return Bed(pack.frame(stress), seat(stress, pack, object_, latex), where.depth)
 
 
-def stack_of(scene: Scene, body: Body, bed: Bed | None) -> Stack:
-    """The column that `body` and, if any, `bed` make on the scene's support."""
-    support = support_of(scene.support, body.foot_m2)
-    return stack(body, scene.gripper.membrane.mass_kg_m2, support, bed)
+def stack_of(scene: Scene, body: Body, rest: Rest, bed: Bed | None) -> Stack:
+    """The column that `body` and, if any, `bed` make on what it rests on."""
+    membrane = scene.gripper.membrane.mass_kg_m2
+    return stack(body, membrane, (rest.stiffness, rest.loss), bed)
 
 
 def skin_walls(where: Imprint, cells: Cells, skin: tuple[float, float, float]) -> WallList:
@@ -125,20 +118,24 @@ def skin_walls(where: Imprint, cells: Cells, skin: tuple[float, float, float]) -
     return WallList(cell, where.area, *(value * np.ones(len(cell)) for value in skin))
 
 
-def mode_weights(where: Imprint, cells: Cells, shapes: Real) -> tuple[NDArray, Real]:
-    """Cells (flat, K) and weights (N, K) in m² through which modes of `shapes` meet the air."""
+def mode_weights(
+    where: Imprint, cells: Cells, shapes: Real, foot: Real | None = None
+) -> tuple[NDArray, Real]:
+    """Cells (flat, K) and weights (N, K) in m² through which modes of `shapes` meet the air; of
+    objects that bend, `foot` (N, columns) is what each column of the imprint moves by."""
     nz, slab = cells.shape[0], cells.shape[1] * cells.shape[2]
+    moving = shapes[:, :1] if foot is None else foot
     if shapes.shape[1] == 1:
-        return where.lowest * slab + where.column, shapes * where.area
+        return where.lowest * slab + where.column, moving * where.area
     top = cells.z[:, None] + cells.h / 2
     level = (top - where.floor) / np.maximum(where.surface - where.floor, 1e-9)
     layer = np.arange(nz)[:, None]
     rise = np.linspace(0.0, 1.0, shapes.shape[1] - 1)
     at = np.stack([np.interp(level, rise, shape[1:]) for shape in shapes])
-    foot = shapes[:, :1, None]
+    below = np.broadcast_to(moving[:, None, :], (len(at), 1, len(where.area)))
     # Between two levels the air gains what the lower one sinks more than the upper one.
-    at = np.where(layer < where.lowest, foot, at)
-    moved = -np.diff(at, axis=1, prepend=np.broadcast_to(foot, (len(at), 1, at.shape[2])))
+    at = np.where(layer < where.lowest, below, at)
+    moved = -np.diff(at, axis=1, prepend=below)
     highest = np.argmax((level >= 1) & (layer >= where.lowest), axis=0)
     moved[:, highest, np.arange(len(where.area))] += shapes[:, -1:]
     inside = (layer >= where.lowest) & (layer <= highest)
@@ -150,34 +147,59 @@ def mode_list(
 ) -> ModeList:
     """Return the `chosen` modes (indices), with their loss as a resistance at their own
     frequency."""
-    cell, weight = mode_weights(where, cells, modes.shape[chosen])
+    foot = None if modes.foot is None else modes.foot[chosen]
+    cell, weight = mode_weights(where, cells, modes.shape[chosen], foot)
     square = modes.square[chosen]
     resistance = modes.loss[chosen] * np.sqrt(square)
     return ModeList(cell.astype(np.int64), weight, np.ones(len(chosen)), resistance, square)
 
 
 def bending(
+    scene: Scene, where: Imprint, cells: Cells, body: Body, rest: Rest
+) -> tuple[PlateModes, Real] | None:
+    """Bending modes of a box on a sheet of rubber, and their shapes over the imprint (N, columns);
+    on anything else, and for other shapes, none."""
+    shape = scene.object
+    if not isinstance(shape, Box | Cube) or scene.support.kind != "rubber" or shape.shell_mm:
+        return None
+    if np.isinf(rest.stiffness):
+        return None
+    foundation = Spring(rest.stiffness / body.foot_m2, rest.loss)
+    modes = plate_modes(_plate(shape, body), foundation)
+    return modes, modes.at(*_from_centre(scene, shape, where, cells))
+
+
+def on_rim(
     scene: Scene, where: Imprint, cells: Cells, body: Body
 ) -> tuple[PlateModes, Real] | None:
-    """Bending modes of a box on rubber, and their shapes over the imprint (N, columns); on the
-    rigid ground, and for other shapes, none."""
+    """Modes of a plate on the rim of a concave piece, bounce and tilt among them, and their shapes
+    over the imprint (N, columns); None for what is no plate, or lies elsewhere."""
     shape = scene.object
-    if not isinstance(shape, Box | Cube) or scene.support.kind == "rigid" or shape.shell_mm:
+    if not isinstance(shape, Box | Cube | Cylinder) or not lies_on_rim(scene.support, shape):
         return None
-    stiffness, loss = support_of(scene.support, body.foot_m2)
-    if np.isinf(stiffness):
+    if shape.shell_mm or shape.size_mm[2] > THIN * min(shape.size_mm[:2]):
         return None
+    u, v = _from_centre(scene, shape, where, cells)
+    riding = Load(u, v, scene.gripper.membrane.mass_kg_m2 * where.area)
+    modes = ring_modes(_plate(shape, body), rim_of(scene.support), riding)
+    return modes, modes.at(u, v)
+
+
+def _plate(shape: Box | Cube | Cylinder, body: Body) -> Plate:
     length, width, height = (size * MM for size in shape.size_mm)
-    foundation = Spring(stiffness / body.foot_m2, loss)
-    modes = plate_modes(length, width, height, body.material, foundation)
+    return Plate(length, width, height, body.material, round=isinstance(shape, Cylinder))
+
+
+def _from_centre(scene: Scene, shape: Object, where: Imprint, cells: Cells) -> tuple[Real, Real]:
+    """Columns of the imprint from the object's centre, along its length and width, m."""
     row, column = np.divmod(where.column, len(cells.x))
     x = cells.x[column] - scene.grasp.offset_x_mm * MM
     y = cells.y[row] - scene.grasp.offset_y_mm * MM
     turn = np.deg2rad(scene.grasp.angle_deg)
     u, v = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
     # The membrane's drape reaches a little beyond the edges.
-    inside = np.clip(u, -length / 2, length / 2), np.clip(v, -width / 2, width / 2)
-    return modes, modes.at(*inside)
+    length, width = (size * MM / 2 for size in shape.size_mm[:2])
+    return np.clip(u, -length, length), np.clip(v, -width, width)
 
 
 def bending_list(

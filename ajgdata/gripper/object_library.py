@@ -181,7 +181,6 @@ def _other() -> dict[str, ObjectSpec]:
 HOUSEHOLD: dict[str, ObjectSpec] = _spherical() | _cylindrical() | _other()
 
 
-
 def _bars() -> dict[str, ObjectSpec]:
     """The paper's 270 x 15 x 44 mm as length, width and height, and lying flat: both longer than
     the gripper is wide."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from ajgdata.gripper.scene_model import SceneModel
 
@@ -44,12 +45,40 @@ MATERIALS: dict[MaterialName, Material] = {
 
 
 class Support(SceneModel):
-    """Support of the object: the rigid ground, or a sheet of rubber on it."""
+    """What the object lies on: the rigid ground, a sheet of rubber on it, or a concave piece of
+    rubber: a block with a dish in its top. Round objects lie in the dish, wide flat ones on its
+    rim, free over the hollow."""
 
-    kind: Literal["rigid", "rubber"] = "rigid"
+    kind: Literal["rigid", "rubber", "concave"] = "rigid"
     thickness_mm: Annotated[float, Field(ge=0, le=1000)] = Field(
-        5.0, description="of the rubber sheet; the paper gives none"
+        5.0,
+        description="of the rubber sheet, or under the bottom of the dish; the paper gives none",
     )
+    rim_radius_mm: Annotated[float, Field(ge=5, le=200)] = Field(
+        35.0, description="of the dish's rim, which carries a plate of 100 mm; the paper gives none"
+    )
+    rim_width_mm: Annotated[float, Field(ge=0.5, le=50)] = Field(
+        4.0, description="of the edge around the dish"
+    )
+    dish_radius_mm: Annotated[float, Field(ge=10, le=1000)] = Field(
+        80.0, description="radius of curvature of the dish"
+    )
+
+    @property
+    def dish_depth_mm(self) -> float:
+        """Height of the rim over the bottom of the dish."""
+        return self.dish_radius_mm - math.sqrt(self.dish_radius_mm**2 - self.rim_radius_mm**2)
+
+    @model_validator(mode="after")
+    def _dished(self) -> Support:
+        if self.kind == "concave" and self.dish_radius_mm < self.rim_radius_mm:
+            raise ValueError(
+                f"dish_radius_mm {self.dish_radius_mm:g} is smaller than rim_radius_mm "
+                f"{self.rim_radius_mm:g}: a dish is at most half a sphere"
+            )
+        if self.kind == "concave" and self.thickness_mm == 0:
+            raise ValueError("thickness_mm 0 leaves no rubber under the dish: give it some")
+        return self
 
 
 def material_of(material: Literal["rigid"] | MaterialName | Material) -> Material | None:

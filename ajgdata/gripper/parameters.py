@@ -214,6 +214,18 @@ _SUPPORT = (
         "support.thickness_mm", "fixed", 2.5, 10, "log", "estimate",
         "rubber sheets as sold; the paper gives none",
     ),
+    Parameter(
+        "support.rim_radius_mm", "fixed", 20, 50, "linear", "estimate",
+        "a plate of 100 mm lies on it and does not tip under a gripper of 50 mm radius",
+    ),
+    Parameter(
+        "support.rim_width_mm", "fixed", 2, 6, "linear", "estimate",
+        "the edge that a mould or a knife leaves",
+    ),
+    Parameter(
+        "support.dish_radius_mm", "fixed", 50, 110, "linear", "estimate",
+        "as hollow as the widest rim allows, to so shallow that a sphere of 80 mm rolls easily",
+    ),
 )  # fmt: skip
 
 _GRASP = (

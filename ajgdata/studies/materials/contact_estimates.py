@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper import Scene
-from ajgdata.gripper.bending import plate_modes
+from ajgdata.gripper.bending import Plate, plate_modes
 from ajgdata.gripper.column import pad_stiffness
 from ajgdata.gripper.contact import (
     GRAIN_SOLIDS,
@@ -101,7 +101,7 @@ class PressedShape:
         """A plate's bending on the sheet of rubber, pressed over a disc of the imprint's area."""
         sheet = self.support(solid, rubber=True)
         assert sheet is not None
-        modes = plate_modes(0.1, 0.1, 5e-3, solid, sheet)
+        modes = plate_modes(Plate(0.1, 0.1, 5e-3, solid), sheet)
         edge = np.sqrt(self.area) / 2
         u, v = (a.ravel() for a in np.meshgrid(*2 * [np.linspace(-edge, edge, 21)]))
         pressed = modes.at(u, v).mean(axis=1)[:, None] ** 2 * self.area

@@ -1,0 +1,161 @@
+"""What objects stand on: known stiffnesses and resonances; a plate with grains on it."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from ajgdata.gripper import Scene, canonical
+from ajgdata.gripper.bending import Plate, Ring, ring_modes
+from ajgdata.gripper.column import Bed, pad_stiffness, solve
+from ajgdata.gripper.contact import Frame, Spring, layer_stiffness
+from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.mechanics import body_of, imprint, mode_list, on_rim, stack_of
+from ajgdata.gripper.object_library import OBJECTS
+from ajgdata.gripper.object_materials import MATERIALS, Support
+from ajgdata.gripper.plate_column import bent_modes
+from ajgdata.gripper.rest import lies_on_rim, rest_on, rim_of
+
+RUBBER, STEEL = MATERIALS["rubber"], MATERIALS["steel"]
+CUP = Support(kind="concave")
+BALL = OBJECTS["sphere80_metal"].shape
+
+
+def _scene(thing, support=CUP, **given):
+    return Scene(object=OBJECTS[thing].shape, support=support, **given)
+
+
+def _held(thing, support=CUP, dx=4e-3):
+    """The scene, its grid, imprint, body and rest."""
+    scene = _scene(thing, support)
+    shape = cavity(scene)
+    cells = cut_cells(shape, dx, 0.05, -0.045, 0.045)
+    where = imprint(shape, cells)
+    body, rest = body_of(scene, where, shape.force_n)
+    return scene, cells, where, body, rest
+
+
+def test_a_flat_dish_is_a_layer_and_one_as_round_as_the_ball_a_pad():
+    load = 20.0
+    flat = CUP.model_copy(update={"dish_radius_mm": 1e9})
+    layer = layer_stiffness(load, 0.04, 5e-3, RUBBER.young_pa)
+    assert rest_on(flat, BALL, STEEL, load).stiffness == pytest.approx(layer, rel=1e-6)
+    round_ = CUP.model_copy(update={"dish_radius_mm": 40.0 * (1 + 1e-7)})
+    rest = rest_on(round_, BALL, STEEL, load)
+    assert rest.foot_m2 == pytest.approx(np.pi * 0.035**2)
+    assert rest.stiffness == pytest.approx(pad_stiffness(RUBBER, 5e-3, rest.foot_m2))
+    # The closer the fit, the wider the foot and the stiffer the rest.
+    feet, stiff = np.array(
+        [
+            rest_on(CUP.model_copy(update={"dish_radius_mm": r}), BALL, STEEL, load)[:2]
+            for r in (400.0, 80.0, 50.0, 41.0)
+        ]
+    ).T
+    assert np.all(np.diff(feet) > 0) and np.all(np.diff(stiff) > 0)
+
+
+def test_a_small_strain_of_hertz_holds_under_a_thick_dish():
+    # k = dF/dδ = 2 E* √(Rδ) = (6 E*² R F)^(1/3) (Johnson 1985, eq. 4.23), E* = E/(1-ν²), ν = 1/2.
+    thick = Support(kind="concave", thickness_mm=1000.0)
+    radius, load = 1 / (1 / 0.04 - 1 / 0.08), 0.01
+    hertz = (6 * (RUBBER.young_pa / 0.75) ** 2 * radius * load) ** (1 / 3)
+    patch = hertz / (2 * RUBBER.young_pa / 0.75)
+    # The layer is stiffer by the second of its terms: 4/3 · 1.133 χ.
+    more = 1 + 1.6 * patch / 1.0
+    assert hertz <= rest_on(thick, BALL, STEEL, load).stiffness <= hertz * more
+
+
+def test_a_ball_in_its_dish_rings_as_a_mass_on_a_spring():
+    scene, _, _, body, rest = _held("sphere80_metal")
+    modes = solve(stack_of(scene, body, rest, None))
+    mass = STEEL.density_kg_m3 * np.pi / 6 * 0.08**3
+    exact = np.sqrt(rest.stiffness / mass) / (2 * np.pi)
+    # Steel under its foot gives way a hundred thousand times less; the membrane adds its 0.3 kg/m².
+    assert np.sqrt(modes.square[0]) / (2 * np.pi) == pytest.approx(exact, rel=1e-2)
+    assert 30 < exact < 70
+    assert modes.loss[0] == pytest.approx(RUBBER.loss, rel=1e-2)
+
+
+def test_what_is_wide_and_flat_lies_on_the_rim():
+    def on(name):
+        return lies_on_rim(CUP, OBJECTS[name].shape)
+
+    assert [on(n) for n in ("plate_wood", "cube_30p0", "sphere80_wood", "bar")] == [1, 0, 0, 0]
+    assert not lies_on_rim(Support(kind="rubber"), OBJECTS["plate_wood"].shape)
+    shallow = Support(kind="concave", rim_radius_mm=20, dish_radius_mm=30)
+    assert lies_on_rim(shallow, BALL)
+    assert not lies_on_rim(shallow, OBJECTS["sphere30_wood"].shape)
+
+
+def test_the_rim_is_a_strip_of_gent_and_lindley():
+    # Far wider than high it is a bonded layer, E S² 4/3 up to the bulk; narrow, 4/3 E w/h.
+    narrow = rim_of(CUP.model_copy(update={"rim_width_mm": 0.5}))
+    height = 5e-3 + CUP.dish_depth_mm * 1e-3
+    assert CUP.dish_depth_mm == pytest.approx(80 - np.sqrt(80**2 - 35**2))
+    # 4/3 E beside the bulk E/(3 (1 - 2ν)) = 8.3 E, S = 0.02.
+    plane = 1 / (1 / (4 / 3) + 3 * (1 - 2 * RUBBER.poisson))
+    expected = plane * RUBBER.young_pa * 0.5e-3 / height
+    assert narrow.stiffness_n_m2 == pytest.approx(expected, rel=1e-3)
+    assert narrow.radius == 0.035 and narrow.loss == RUBBER.loss
+
+
+def test_a_heavy_plate_bounces_and_a_soft_one_is_simply_supported():
+    _, cells, where, body, rest = _held("plate_metal")
+    modes, shapes = on_rim(_scene("plate_metal"), where, cells, body)
+    mass = STEEL.density_kg_m3 * 5e-5 + 0.3 * where.total
+    # Two tilts, slower by √6 a/L = 0.86, then bounce; the plate's own spring is 50 times the rim's.
+    mean = np.abs(shapes @ where.area / where.total)
+    assert mean[2] > 50 * max(mean[:2])
+    assert modes.square[2] == pytest.approx(rest.stiffness / mass, rel=0.03)
+    # Styrofoam: a rim of ever harder rubber changes its first mode no more.
+    foam = Plate(0.1, 0.1, 5e-3, MATERIALS["styrofoam"])
+    rim = rim_of(CUP)
+    soft, hard = (
+        ring_modes(foam, Ring(rim.radius, k * rim.stiffness_n_m2, 0.0)).square[0]
+        for k in (1.0, 100.0)
+    )
+    assert soft == pytest.approx(hard, rel=0.05)
+
+
+def test_grains_without_a_seat_leave_the_plate_alone_and_heavy_ones_hold_it():
+    _, cells, where, body, _ = _held("plate_wood")
+    modes, shapes = on_rim(_scene("plate_wood"), where, cells, body)
+    alone = bent_modes(modes, shapes, where.area, body, None)
+    assert np.array_equal(alone.square, modes.square) and alone.foot is shapes
+    frame = Frame(700.0, 2e7, 0.04)
+    loose = bent_modes(modes, shapes, where.area, body, Bed(frame, Spring(1e-3, 0.1), 0.03))
+    assert np.min(np.abs(loose.square[:, None] / modes.square - 1), axis=0) == pytest.approx(
+        np.zeros(len(modes.square)), abs=1e-6
+    )
+    held = bent_modes(modes, shapes, where.area, body, Bed(frame, Spring(1e9, 0.1), 0.03))
+    # Rayleigh: what is joined to the plate stiffens and loads it; the whole stays passive.
+    assert np.all(held.square > 0) and np.all((held.loss > 0) & (held.loss <= 0.15 + 1e-9))
+    assert held.shape[:, 0] == pytest.approx(held.foot @ where.area / where.total, abs=1e-9)
+
+
+def test_what_a_plate_displaces_on_the_grid_is_its_area_times_its_mean():
+    _, cells, where, body, _ = _held("plate_wood")
+    modes, shapes = on_rim(_scene("plate_wood"), where, cells, body)
+    bed = Bed(Frame(700.0, 2e7, 0.04), Spring(2e8, 0.1), 0.03)
+    for grains in (None, bed):
+        stack = bent_modes(modes, shapes, where.area, body, grains)
+        chosen = np.arange(5)
+        weight = mode_list(where, cells, stack, chosen).weight
+        # The air loses what the plate gives way, wherever in the bed it is taken from.
+        assert weight.sum(1) == pytest.approx(
+            stack.shape[chosen, 0] * where.total, rel=1e-9, abs=1e-9
+        )
+
+
+def test_a_concave_support_is_checked_and_what_it_lacks_is_not_read():
+    with pytest.raises(ValidationError, match="a dish is at most half a sphere"):
+        Support(kind="concave", rim_radius_mm=50, dish_radius_mm=40)
+    with pytest.raises(ValidationError, match="no rubber under the dish"):
+        Support(kind="concave", thickness_mm=0)
+    sheet = {"kind": "rubber", "rim_radius_mm": 20}
+    assert canonical(_scene("plate_wood", Support(**sheet))) == canonical(
+        _scene("plate_wood", Support(kind="rubber"))
+    )
+    assert canonical(_scene("plate_wood")).support == CUP
+    # What an old recipe says is still a support.
+    assert Support.model_validate({"kind": "rubber", "thickness_mm": 5}) == Support(kind="rubber")
