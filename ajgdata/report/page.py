@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from pathlib import PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import INDEX, Paths
@@ -61,6 +62,7 @@ def render_pages(
     drawn, by name; `nav` stands on every page; from the data sets `published` their trees are
     linked. Raises jinja2.UndefinedError if a figure is missing, ValueError if one is on no page.
     """
+    places = project or Paths()
     heard = [link for group in nav if group.title == EXPLORERS for link in group.links]
     shared = {
         "report": report,
@@ -72,8 +74,8 @@ def render_pages(
         "SIGNS": SIGNS,
         "evidence": evidence,
         "paper_cells": paper_cells,
-        "published_link": published_link,
-        "quarantine_link": quarantine_link,
+        "published_link": lambda name: link_from_report(places, places.published(name)),
+        "quarantine_link": lambda name: link_from_report(places, places.quarantine(name)),
         "spectra_name": spectra_name,
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
@@ -160,19 +162,6 @@ def paper_cells(rows: Sequence[ResultRow]) -> list[tuple[str, str, int]]:
     return cells
 
 
-def quarantine_link(dataset: str) -> str:
-    """Return the link from the report to the table of all findings of a data set."""
-    return _from_report(PurePosixPath(Paths().quarantine(dataset).as_posix()))
-
-
-def published_link(dataset: str) -> str:
-    """Return the link from the report to a published data set."""
-    return _from_report(PurePosixPath(Paths().published(dataset).as_posix()))
-
-
-def _from_report(target: PurePosixPath) -> str:
-    """Return `target` relative to the folder of the report."""
-    up, folder = 0, PurePosixPath(Paths().report.as_posix()).parent
-    while not target.is_relative_to(folder):
-        up, folder = up + 1, folder.parent
-    return str(PurePosixPath(*[".."] * up, target.relative_to(folder)))
+def link_from_report(paths: Paths, target: Path) -> str:
+    """Return the link from the report of `paths` to a file or folder of the same project."""
+    return Path(os.path.relpath(target, paths.report.parent)).as_posix()

@@ -11,6 +11,7 @@ from html_page import Page
 from jinja2 import UndefinedError
 from report_samples import PAPER, SCRIPT, dataset, row, sample_report, sections
 
+from ajgdata.paths import Paths
 from ajgdata.report.comparison import LOWER, Cost, PaperComparison, mark_of
 from ajgdata.report.format import DASH, Score
 from ajgdata.report.navigation import Link, navigation
@@ -242,6 +243,12 @@ def test_quarantine(pages):
     assert page.words.count("Nothing was quarantined.") == 1
     assert page.row(["s1 / r7"])[1:3] == ["error", f"{SCRIPT} ("]
     assert any("1 left out, 1 flagged but used." in words for words in page.words)
+
+
+def test_a_report_that_stands_apart_finds_what_all_runs_share():
+    page = render(sample_report(), ["stones"], Paths(run="stones+beads"))["datasets.html"]
+    for shared in ("quarantine/stones.csv", "published/stones/README.md"):
+        assert f'href="../../../{shared}"' in page
 
 
 def test_a_long_quarantine_is_cut_and_says_so():
