@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
-from ajgdata.evaluate.splits import grouped_folds, random_folds
+from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
 from ajgdata.models import make_model
 from ajgdata.types import Kind, NotPossibleError
 
@@ -50,7 +50,7 @@ class Scores:
     """
 
     kind: Kind
-    split: str  #: "grouped" or "random", or the name of the extra rows
+    split: str  #: "grouped", "random" or that of the folds, or the name of the extra rows
     folds: int
     seed: int
     recordings: int
@@ -119,6 +119,8 @@ def cross_validate(
     seed: int = 0,
     period: float | None = None,
     extra_tests: Mapping[str, ExtraTestSet] | None = None,
+    parts: Folds | None = None,
+    split: str = "",
     progress: Callable[[int, int], None] | None = None,
 ) -> CrossValidation:
     """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
@@ -127,8 +129,9 @@ def cross_validate(
     never straddle folds, or None for a random split, which flatters and is there to compare.
     `model` is a name in `models.MODELS` or an unfitted estimator. A target with a `period` is one
     where y and y + period are the same, as the angle of a bar is after half a turn.
-    `progress(done, folds)` is called after each fold. BLAS and OpenMP get one thread: results do
-    not depend on the number of cores, and jobs side by side do not fight.
+    `parts` are folds that were made before, of a split that has the name `split`, instead of
+    grouped or random ones. `progress(done, folds)` is called after each fold. BLAS and OpenMP get
+    one thread: results do not depend on the number of cores, and jobs side by side do not fight.
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
     differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
@@ -142,11 +145,11 @@ def cross_validate(
     """
     features, target = _validated(features, target, kind)
     extra = _checked_extra(extra_tests or {}, kind, features.shape[1], groups is not None)
-    if groups is None:
-        group, parts = np.arange(len(target)), random_folds(target, kind, folds, seed)
-    else:
-        group = np.asarray(groups)
-        parts = grouped_folds(target, group, kind, folds, seed)
+    group = np.arange(len(target)) if groups is None else np.asarray(groups)
+    if parts is None and groups is None:
+        parts, split = random_folds(target, kind, folds, seed), "random"
+    elif parts is None:
+        parts, split = grouped_folds(target, group, kind, folds, seed), "grouped"
     estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
@@ -162,8 +165,8 @@ def cross_validate(
                     part = _predict(fitted, tests.features, new, fold, target[train])
                     extra_parts[name].append(part)
             if progress is not None:
-                progress(len(costs), folds)
-    own, split = ExtraTestSet(features, target, group), "random" if groups is None else "grouped"
+                progress(len(costs), len(parts))
+    own = ExtraTestSet(features, target, group)
     scores = _scores(own, own_parts, kind, period, seed, split)
     tested = {}
     for name, tests in extra.items():

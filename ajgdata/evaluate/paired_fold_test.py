@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import t as student
 
+from ajgdata.evaluate.resampling import corrected_reach
 from ajgdata.types import NotPossibleError
-
-#: Share of such intervals that hold the true difference, if folds are as they are assumed to be.
-CONFIDENCE = 0.95
 
 Expected = Literal["better", "worse"]
 Verdict = Literal["supported", "refuted", "not supported"]
@@ -58,7 +54,6 @@ def paired_fold_test(
     sign = -1.0 if lower_is_better else 1.0
     gains = sign * (second - first)
     variance = gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1)
-    error = math.sqrt((1 / folds + 1 / (folds - 1)) * variance)
-    reach = float(student.ppf((1 + CONFIDENCE) / 2, folds - 1)) * error
+    reach = corrected_reach(float(variance), folds, 1 / (folds - 1))
     gain = float(gains.mean())
     return FoldDifference(gain, gain - reach, gain + reach)

@@ -47,9 +47,10 @@ class Mark(NamedTuple):
 
 
 def mark_of(role: Role, label: str, score: Score, scale: float = 1.0, part: str = "") -> Mark:
-    """Return a mean with its standard deviation on both sides; without one if it is unknown."""
-    value, sd = scale * score.mean, scale * score.sd if math.isfinite(score.sd) else 0.0
-    return Mark(role, label, value, value - sd, value + sd, part)
+    """Return a mean with its interval, else its standard deviation on both sides; without one if it
+    is unknown."""
+    value, ((below,), (above,)) = scale * score.mean, score.bars(scale)
+    return Mark(role, label, value, value - below, value + above, part)
 
 
 def range_of(role: Role, label: str, values: Sequence[float], part: str = "") -> Mark:

@@ -10,11 +10,26 @@ DASH = "—"
 
 
 class Score(NamedTuple):
-    """A metric over folds: mean, standard deviation, and the value of each fold."""
+    """A metric over folds: mean, standard deviation, and the value of each fold; where the split
+    was repeated, also the ends of the 95 % interval of the mean."""
 
     mean: float
     sd: float
     per_fold: tuple[float, ...] = ()
+    low: float = math.nan
+    high: float = math.nan
+
+    @property
+    def has_interval(self) -> bool:
+        """Return whether the ends of an interval are known."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
+
+    def bars(self, scale: float = 1.0) -> list[list[float]]:
+        """Return how far a bar reaches below and above the mean, as matplotlib takes it: to the
+        ends of the interval, else one standard deviation (none, if it is unknown)."""
+        sd = self.sd if math.isfinite(self.sd) else 0.0
+        ends = (self.mean - self.low, self.high - self.mean) if self.has_interval else (sd, sd)
+        return [[abs(scale) * max(end, 0.0)] for end in ends]
 
 
 class Caption(NamedTuple):
@@ -64,7 +79,11 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
-    """Return `2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have."""
+    """Return `2.63 ± 0.21 mm`: as many decimals as two significant digits of the deviation have;
+    `2.63 (2.4 to 2.86) mm` where an interval is known."""
+    if score.has_interval:
+        ends = f"{number(score.low * scale)} to {number(score.high * scale)}"
+        return with_unit(f"{number(score.mean * scale)} ({ends})", unit)
     mean, sd = score.mean * scale, score.sd * scale
     if not math.isfinite(mean):
         return DASH

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, model_validator
 
@@ -10,6 +10,16 @@ from ajgdata.types.base import ModelName, Name, Strict
 
 #: The experiment whose settings are the task's own.
 CROSS_VALIDATION = "cross_validation"
+#: Settings of cross-validation among those of a task.
+OWN = ("models", "compare_random", "compare_sessions", "repeats", "test_on")
+COMPARE_SESSIONS = (
+    "also evaluate folds within each session and across sessions, where there are two or more; "
+    "auto: by linear models and k-NN, and by every model of at most 200 recordings"
+)
+REPEATS = (
+    "grouped splits with other seeds, whose interval is corrected for their overlap; auto: 10 for "
+    "fewer than 100 recordings, else 1"
+)
 
 
 class Task(Strict):
@@ -26,6 +36,10 @@ class Task(Strict):
     )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
+    )
+    compare_sessions: Literal["auto", "all", "none"] = Field("auto", description=COMPARE_SESSIONS)
+    repeats: Literal["auto"] | Annotated[int, Field(ge=1, le=100)] = Field(
+        "auto", description=REPEATS
     )
     withhold: tuple[float, ...] = Field(
         (), description="target values that no fold trains on; every fold's model is tested on them"
@@ -66,7 +80,7 @@ class Task(Strict):
 
         Cross-validation, which most tasks want, has its settings in the task itself.
         """
-        own = {name: getattr(self, name) for name in ("models", "compare_random", "test_on")}
+        own = {name: getattr(self, name) for name in OWN}
         return ({CROSS_VALIDATION: own} if self.models else {}) | self.experiments
 
     @property

@@ -12,6 +12,7 @@ import pytest
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
+from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.paths import RUN_VARIABLE, Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
@@ -27,6 +28,8 @@ from ajgdata.types.table import Table
 pytestmark = pytest.mark.artefact
 
 PATHS = Paths(run=os.environ.get(RUN_VARIABLE, ""))
+#: Splits whose every test part is of one session.
+WITHIN_SESSIONS = (WITHIN, ACROSS, AS_MANY)
 EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": []}
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
@@ -147,11 +150,21 @@ def test_no_group_is_trained_on_where_it_is_tested(key):
     column = about["groups"]
     groups = groups_of(key[0], column)
     rows = tables["predictions"].rows if tables else ()
-    fold_of = {}
+    fold_of, session_of = {}, {}
     for row in rows:
         if row["split"] == "grouped":
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
-    for split in {row["split"] for row in rows} - {"grouped", "random"}:
+        if row["split"] == "repeated":  # folds are numbered on from repeat to repeat
+            repeat = row["fold"] // about["parts"]["grouped"]["folds"]
+            known = fold_of.setdefault((groups[row["recording"]], repeat), row["fold"])
+            assert known == row["fold"]
+        if row["split"] in WITHIN_SESSIONS:  # by models of no other session, or of others alone
+            (session, _, _), fold = row["recording"].partition("/"), row["fold"]
+            assert session_of.setdefault((row["split"], fold), session) == session
+            known = fold_of.setdefault((groups[row["recording"]], session, row["split"]), fold)
+            assert known == fold
+    own = {"grouped", "random", "repeated", *WITHIN_SESSIONS}
+    for split in {row["split"] for row in rows} - own:
         theirs = groups_of(split.removeprefix("on:"), column) if "on:" in split else groups
         for row in rows:
             if row["split"] == split:

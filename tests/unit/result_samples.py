@@ -46,6 +46,8 @@ def result(
         for i, (metric, score) in enumerate(metrics.items()):
             statistics = {f"fold {n}": v for n, v in enumerate(score.per_fold)}
             statistics |= {"mean": score.mean, "sd": score.sd}
+            if score.has_interval:
+                statistics |= {"low": score.low, "high": score.high}
             if not i and not np.isnan(chance):
                 statistics["chance"] = chance
             rows += [(model, part, metric, name, v) for name, v in statistics.items()]
@@ -84,8 +86,9 @@ def size_result(model: str = "cnn", label: str = "CNN", **changes) -> Result:
 def kind_result(model: str = "cnn", label: str = "CNN", **changes) -> Result:
     """Return a classification of stones."""
     score = changes.pop("score", Score(0.7, 0.05, (0.65, 0.75)))
+    parts = {"grouped": ({"accuracy": score}, changes.pop("chance", 0.6))}
     given = {
-        "parts": {"grouped": ({"accuracy": score}, changes.pop("chance", 0.6))},
+        "parts": parts | changes.pop("parts", {}),
         "predictions": {"grouped": (TRUE, PREDICTED)},
         "classes": CLASSES,
         "counts": {"recordings": 10, "groups": 6, "folds": 2},

@@ -56,7 +56,8 @@ def test_the_metric_that_is_read_first_is_the_one_that_evaluation_puts_first():
 
 def test_normalised_error_of_a_regression_is_its_share_of_chance():
     one = first(sizes(size_result(scores={"rmse": Score(2.0, 0.5, (1.5, 2.5))}, chance=8.0)))
-    assert one.error == (0.25, 0.0625, (0.1875, 0.3125))
+    assert one.error[:3] == (0.25, 0.0625, (0.1875, 0.3125))
+    assert not one.error.has_interval
 
 
 def test_normalised_error_of_classes_is_the_share_of_avoidable_mistakes():
@@ -164,6 +165,46 @@ def with_parts():
         settings=Settings(test_on=("size_80dba",)),
         others={"size_80dba": Other("Sizes at 80 dBA")},
         papers={name: paper_figure(name.replace("_", "-"), 2.6) for name in names},
+    )
+
+
+def repeated(score: Score) -> dict:
+    """The parts of ten repeats of five folds, with their interval, and of a single split."""
+    return {"repeated": ({"accuracy": score}, 0.6)}
+
+
+def test_an_interval_is_shown_instead_of_one_split():
+    score = Score(0.72, 0.2, (0.5, 0.94) * 5, 0.55, 0.89)
+    one = kind_result(parts=repeated(score))
+    one.about["parts"]["repeated"] = {"recordings": 10, "groups": 6, "folds": 10}
+    task = kinds(one)
+    (row,) = EXPERIMENT.rows(task)
+    assert row.value == "72 (55 to 89) %"
+    (model,) = models_of(task)
+    error = model.error
+    assert (error.mean, error.low, error.high) == pytest.approx((0.7, 0.275, 1.125))
+    assert error.bars() == [[pytest.approx(0.425)], [pytest.approx(0.425)]]
+    assert model.spread == "mean and 95 % interval of 5 × 2 folds"
+    assert "given as mean and 95 % interval of 5 × 2 folds" in EXPERIMENT.summary(task)
+    *_, table = EXPERIMENT.tables(task)
+    assert table.rows[0][2:] == ("0.72 (0.55 to 0.89)", "0.65", "0.75")
+    assert len(table.heads) == 5 and "first repeat" in table.caption
+
+
+def test_sessions_have_rows_and_why_they_have_none_is_said():
+    scores = {"within session": 0.9, "across sessions": 0.5}
+    parts = {name: ({"accuracy": Score(v, 0.1, (v, v))}, 0.6) for name, v in scores.items()}
+    both = kinds(kind_result(parts=parts), kind_result("svm", "SVM"))
+    rows = [(r.label, r.metric, r.value, r.part) for r in EXPERIMENT.rows(both)][2:]
+    assert rows == [
+        ("CNN", "accuracy, within session", "90 ± 10 %", "folds within each session"),
+        ("CNN", "accuracy, across sessions", "50 ± 10 %", "each session by a model of the others"),
+    ]
+    one = kind_result()
+    one.about["no_sessions"] = "all recordings are of one session: two are needed"
+    said = EXPERIMENT.summary(kinds(one))
+    assert said.endswith(
+        "Sessions are not compared: all recordings are of one session: two are needed."
     )
 
 

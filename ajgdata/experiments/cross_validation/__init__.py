@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -24,6 +24,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.cross_validation import shown
+from ajgdata.experiments.cross_validation.further import further_splits, interval_scores
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
@@ -35,6 +36,7 @@ from ajgdata.experiments.cross_validation.results import (
 from ajgdata.report.blocks import Illustration
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
+from ajgdata.types.tasks import COMPARE_SESSIONS, REPEATS
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores, Tested
@@ -58,6 +60,10 @@ class Settings(Strict):
     )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
+    )
+    compare_sessions: Literal["auto", "all", "none"] = Field("auto", description=COMPARE_SESSIONS)
+    repeats: Literal["auto"] | Annotated[int, Field(ge=1, le=100)] = Field(
+        "auto", description=REPEATS
     )
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
@@ -117,18 +123,24 @@ def _computable(scores: Scores) -> bool:
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
     found = evaluate(inputs, model, settings.test_on, settings.compare_random)
+    further = further_splits(inputs, settings, model, found)
+    splits = found.splits | further.sessions
     parts: dict[str, CrossValidation | Tested] = {}
-    for split, result in found.splits.items():
+    for split, result in splits.items():
         parts |= {split: result, **result.extra_tests}
+    parts |= further.repeated
+    known, grouped = found.data[GROUPED], found.splits[GROUPED].scores
     scores = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
+    scores += interval_scores(model, further.repeated, grouped.folds)
     values: Iterable[Mapping[str, Any]] = ()
     if inputs.kind == "regression":
         values = _by_value(found.splits[GROUPED], inputs.period_deg)
         scores += _overall_scores(model, found.splits[GROUPED], inputs.period_deg)
     predicted = (
-        row for part, one in parts.items() for row in _rows(found.data[part], part, one.predictions)
+        row
+        for part, one in parts.items()
+        for row in _rows(found.data.get(part, known), part, one.predictions)
     )
-    grouped = found.splits[GROUPED].scores
     counts = ("recordings", "groups", "folds")
     about = {part: {c: getattr(one.scores, c) for c in counts} for part, one in parts.items()}
     return Outcome(
@@ -137,8 +149,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
-        _cost_tables(model, found.splits),
-        {"parts": about, "classes": list(grouped.classes)},
+        _cost_tables(model, splits),
+        {"parts": about, "classes": list(grouped.classes), "no_sessions": further.no_sessions},
     )
 
 

@@ -71,15 +71,15 @@ def label_times(axes: Axes) -> None:
 def tradeoff_figure(results: TaskResults) -> Figure:
     """Return the models of a task, in its own unit, against training time and inference time.
 
-    Bars are one standard deviation over folds; a line joins the models that no other beats in both
+    Bars are what is given beside the mean; a line joins the models that no other beats in both
     error and time.
     """
     models = models_of(results)
     figure = new_figure(
         (WIDTH_IN, 4.2),
         tradeoff_finding(results),
-        f"{results.title}: {metric_name(results)}, mean ± sd over {models[0].count('folds')} "
-        "folds; filled, on the line: beaten by none in both error and time",
+        f"{results.title}: {metric_name(results)}, {models[0].spread}; "
+        "filled, on the line: beaten by none in both error and time",
         [results.source],
     )
     panels = figure.subplots(1, 2, sharey=True)
@@ -109,9 +109,10 @@ def _tradeoff_panel(axes: Axes, models: tuple[ModelResult, ...], time: str) -> N
     for i, model in enumerate(models):
         style = {**model_line(i), "ls": "", "capsize": 2.5}
         style["mfc"] = style["color"] if front[i] else "white"
-        sd = scale * model.score().sd
-        axes.errorbar(times[i], score[i], sd, label=model.label, **style)
-        label_point(axes, float(times[i]), float(score[i]), model.label, str(style["color"]), sd)
+        bars = model.score().bars(scale)
+        axes.errorbar(times[i], score[i], bars, label=model.label, **style)
+        above = bars[1][0]
+        label_point(axes, float(times[i]), float(score[i]), model.label, str(style["color"]), above)
 
 
 def tradeoff_caption(results: TaskResults) -> Caption:
@@ -124,7 +125,7 @@ def tradeoff_caption(results: TaskResults) -> Caption:
     )
     return Caption(
         f"{metric_name(results)} of {len(models)} models on the same folds, with the same settings "
-        "as on every other task. Bars: one standard deviation over folds. Filled markers joined by "
+        f"as on every other task. Bars: {models[0].spread}. Filled markers joined by "
         "a line form the Pareto front: no other model beats them in both error and time. Times "
         "belong to the machine that made this page.",
         f"{sentence(tradeoff_finding(results))}. {metric_name(results)} against training "
@@ -138,16 +139,16 @@ def level_figure(results: TaskResults) -> Figure:
     figure = new_figure(
         (WIDTH_IN, 3.4),
         level_finding(results),
-        f"{results.title}: {metric_name(results)}, mean ± sd over {models[0].count('folds')} "
-        "folds, never trained at another level",
+        f"{results.title}: {metric_name(results)}, {models[0].spread}, "
+        "never trained at another level",
         [results.source],
     )
     axes = figure.subplots()
     for i, model in enumerate(models):
         levels = [level.value for level, _ in model.levels()]
         mean = [scale * score.mean for _, score in model.levels()]
-        sd = [scale * score.sd for _, score in model.levels()]
-        axes.errorbar(levels, mean, sd, capsize=2.5, label=model.label, **model_line(i))
+        bars = np.hstack([score.bars(scale) for _, score in model.levels()])
+        axes.errorbar(levels, mean, bars, capsize=2.5, label=model.label, **model_line(i))
         label_end(axes, levels[-1], mean[-1], model.label, model_line(i)["color"])
     reference_line(axes, "chance", models[0].chance() * scale, "chance")
     for at, told in _paper_levels(models[0]):

@@ -8,8 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ajgdata.evaluate.sessions import ACROSS, WITHIN
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation.results import (
+    GROUPED,
+    RANDOM,
     ModelResult,
     best_of,
     models_of,
@@ -100,7 +103,7 @@ def tradeoff_finding(results: TaskResults) -> str:
 
 def split_finding(compared: Sequence[ModelResult]) -> str:
     """Return how much of the error a split hides that ignores the groups."""
-    hidden = hidden_shares(compared)
+    hidden = [share for _, share in lost_shares(compared, RANDOM, GROUPED)]
     if not hidden:
         return "Random and grouped splits beside each other"
     low, high = (f"{100 * share:.0f}" for share in (min(hidden), max(hidden)))
@@ -110,13 +113,28 @@ def split_finding(compared: Sequence[ModelResult]) -> str:
     return f"A split that ignores the groups hides {told} of the error"
 
 
-def hidden_shares(compared: Sequence[ModelResult]) -> list[float]:
-    """Return the share of each model's error that a random split does not show."""
-    return [
-        1 - model.normalise(model.random).mean / model.error.mean
-        for model in compared
-        if model.random and model.error.mean > 0
-    ]
+def session_finding(compared: Sequence[ModelResult]) -> str:
+    """Return how much of the error in a new session folds within sessions hide."""
+    shares = [share for _, share in lost_shares(compared, WITHIN, ACROSS)]
+    if not shares:
+        return "Within and across sessions beside each other"
+    if max(shares) <= 0:
+        return "A new session is read no worse than a known one here"
+    worse = sum(share > 0 for share in shares)
+    return f"A new session is read worse in {worse} of {len(shares)} cases"
+
+
+def lost_shares(
+    compared: Sequence[ModelResult], first: str, last: str
+) -> list[tuple[ModelResult, float]]:
+    """Return models, each with the share of its error on the part `last` that `first` does not
+    show."""
+    shares = []
+    for model in compared:
+        shown, true = (model.normalise(model.score(part)).mean for part in (first, last))
+        if true > 0:
+            shares.append((model, 1 - shown / true))
+    return shares
 
 
 def cost_finding(tasks: Sequence[tuple[ModelResult, ...]], time: str, doing: str) -> str:

@@ -1,4 +1,4 @@
-"""Figures of all tasks of a report together: error against run time, random against grouped."""
+"""Figures of all tasks of a report together: error against run time, and under other splits."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ajgdata.experiments.base import TaskResults
+from ajgdata.experiments.cross_validation import split_figures
 from ajgdata.experiments.cross_validation.figures import SHORTEST, TIMES, label_times
-from ajgdata.experiments.cross_validation.findings import cost_finding, hidden_shares, split_finding
+from ajgdata.experiments.cross_validation.findings import cost_finding
 from ajgdata.experiments.cross_validation.results import ModelResult, best_of, models_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import GREY, WIDTH_IN, model_style, new_figure, pareto_front
@@ -22,7 +23,7 @@ from ajgdata.report.format import Caption, number
 from ajgdata.report.labels import LABEL_PT, REFERENCES, label_end, wrapped
 
 Task = tuple[ModelResult, ...]
-COST, SPLITS = "error-against-run-time", "random-against-grouped"
+COST = "error-against-run-time"
 ANSWERS = "error-against-inference-time"
 #: Figures of error against time by name: which time of a model, and what is done in it.
 COSTS = {
@@ -34,10 +35,9 @@ COLUMNS, PANEL_IN = 4, 1.45
 
 
 def illustrations(results: Sequence[TaskResults]) -> Iterator[Illustration]:
-    """Yield what a random split hides, where it was tried, and error against run time."""
+    """Yield what other splits say, where they were tried, and error against run time."""
     tasks = [models for models in map(models_of, results) if models]
-    if compared := [m for models in tasks for m in models if m.random]:
-        yield Illustration(SPLITS, split_caption(compared), partial(split_figure, compared))
+    yield from split_figures.illustrations(_all(tasks))
     for name in COSTS if tasks else ():
         yield Illustration(name, cost_caption(tasks, name), partial(cost_figure, tasks, name))
 
@@ -53,7 +53,8 @@ def cost_figure(tasks: Sequence[Task], name: str = COST) -> Figure:
     figure = new_figure(
         (WIDTH_IN, 1.3 + max(PANEL_IN * rows, 2.0)),
         cost_finding(tasks, time, doing),
-        "error as a share of chance, mean ± sd over folds; filled: beaten by none in both",
+        "error as a share of chance, mean ± sd over folds (of few recordings: 95 % interval); "
+        "filled: beaten by none in both",
         [models[0].task.source for models in tasks],
     )
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -82,7 +83,7 @@ def cost_figure(tasks: Sequence[Task], name: str = COST) -> Figure:
 
 def _highest(tasks: Sequence[Task]) -> float:
     """Return the highest error, or the end of its bar where that is not far above it."""
-    return max(min(m.error.mean + m.error.sd, 1.2 * m.error.mean) for m in _all(tasks))
+    return max(min(m.error.mean + m.error.bars()[1][0], 1.2 * m.error.mean) for m in _all(tasks))
 
 
 def _cost_panel(axes: Axes, models: Task, time: str, names: Sequence[str]) -> None:
@@ -96,7 +97,7 @@ def _cost_panel(axes: Axes, models: Task, time: str, names: Sequence[str]) -> No
     for model, x, on_front in zip(models, times, front, strict=True):
         style = {**model_style(names.index(model.result.model)), "ls": "", "ms": 5.5}
         style["mfc"] = style["color"] if on_front else "white"
-        axes.errorbar(x, model.error.mean, model.error.sd, elinewidth=0.8, **style)
+        axes.errorbar(x, model.error.mean, model.error.bars(), elinewidth=0.8, **style)
 
 
 def _task_name(models: Task) -> str:
@@ -133,67 +134,4 @@ def cost_caption(tasks: Sequence[Task], name: str = COST) -> Caption:
         "of results. Times belong to the machine that made this page.",
         f"{cost_finding(tasks, time, doing)}. Normalised error against {TIMES[time]}. Lowest "
         f"errors: {listed}.",
-    )
-
-
-def split_figure(compared: Sequence[ModelResult]) -> Figure:
-    """Return grouped against random split: two points with their spread per task and model."""
-    figure = new_figure(
-        (WIDTH_IN, 1.5 + 0.4 * len(compared)),
-        split_finding(compared),
-        "error as a share of chance, mean ± sd over folds; at the right in units of the task",
-        [m.task.source for m in compared],
-    )
-    axes = figure.subplots()
-    axes.grid(False, axis="y")
-    for row, model in enumerate(compared):
-        _split_row(axes, row, model)
-    if max(m.error.mean for m in compared) >= 0.5:
-        axes.axvline(1, **REFERENCES["chance"])
-        axes.annotate("chance", (1, -0.6), (3, 0), textcoords="offset points", va="center",
-                      fontsize=LABEL_PT, color=GREY)  # fmt: skip
-    labels = [f"{m.task.title}\n{m.label} ({m.task.source})" for m in compared]
-    axes.set_yticks(range(len(compared)), labels)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(compared) - 0.5, -0.9)
-    axes.set_xlabel("error (0 perfect, 1 chance)")
-    axes.margins(x=0.05)
-    axes.set_xlim(left=0)
-    return figure
-
-
-def _split_row(axes: Axes, row: int, model: ModelResult) -> None:
-    """Draw the error of both splits, joined, and write both at the right; the first are named."""
-    scores = {"random": model.random or model.score(), "grouped": model.score()}
-    ends = [model.normalise(score) for score in scores.values()]
-    axes.plot([end.mean for end in ends], [row, row], color=GREY, lw=1, zorder=1)
-    for i, (name, end) in enumerate(zip(scores, ends, strict=True)):
-        style = {**model_style(1 - i), "ls": "", "ms": 6, "capsize": 2.5}
-        style["mfc"] = "white" if name == "random" else style["color"]
-        axes.errorbar(end.mean, row, xerr=end.sd, label=name if row == 0 else None, **style)
-        if row == 0:
-            axes.annotate(name, (end.mean, row), (0, 8), textcoords="offset points", va="bottom",
-                          ha="right" if name == "random" else "left", fontsize=LABEL_PT,
-                          color=style["color"])  # fmt: skip
-    told = f"{model.shown(scores['random'])} → {model.shown()}"
-    axes.annotate(told, (1, row), (6, 0), xycoords=("axes fraction", "data"), va="center",
-                  textcoords="offset points", fontsize=LABEL_PT)  # fmt: skip
-
-
-def split_caption(compared: Sequence[ModelResult]) -> Caption:
-    """Return the caption of `split_figure`."""
-    listed = "; ".join(
-        f"{m.task.title}, {m.label}: {m.shown()} grouped, {m.shown(m.random)} random"
-        for m in compared
-    )
-    known = [m for m in compared if m.random and m.error.mean > 0]
-    gained = "; ".join(
-        f"{m.task.title}, {m.label}: {share:.0%}"
-        for m, share in zip(known, hidden_shares(compared), strict=True)
-    )
-    return Caption(
-        "The same models and recordings under two splits. Grouped: no group on both sides (used "
-        "everywhere else in this report). Random: groups ignored. Error as a share of chance, mean "
-        f"± one standard deviation over folds. Error that the random split hides: {gained}.",
-        f"{split_finding(compared)}. Normalised error of grouped and random splits. {listed}.",
     )

@@ -161,10 +161,11 @@ def _cells(axes: Axes, counts: np.ndarray, share: np.ndarray, cell_in: float) ->
 def prediction_caption(model: ModelResult) -> Caption:
     """Return the caption of `prediction_figure`."""
     task = model.task
+    spread = model.spread if model.score().has_interval else f"{model.count('folds')} folds"
     head = (
         f"{model.label} on {task.dataset_title}, {task.source}: "
         f"{metric_name(task)} {model.shown()} (chance {model.shown_chance}), "
-        f"{model.count('folds')} folds, no {words(task.groups)} on both sides of a split."
+        f"{spread}, no {words(task.groups)} on both sides of a split."
     )
     count = f"{len(model.predictions().y_true):,} held-out predictions"
     if task.kind == "regression":

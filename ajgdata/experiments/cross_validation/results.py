@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import METRIC_NAMES, SCORES, Result, TaskResults
 from ajgdata.report import comparison
 from ajgdata.report.format import Score, mean_sd, words
@@ -17,6 +18,9 @@ from ajgdata.report.paper import PaperFigure
 from ajgdata.types import Level
 
 GROUPED, RANDOM = "grouped", "random"
+REPEATED = "repeated"  #: the grouped split with other seeds, too
+#: Splits by session, see `evaluate.sessions`.
+SESSION_SPLITS = (WITHIN, ACROSS, AS_MANY)
 WITHHELD = "withheld"  #: part of the recordings that no fold trains on
 OVERALL = "overall"  #: known and withheld recordings together
 #: The paper's name for what is told of these parts.
@@ -87,34 +91,40 @@ class ModelResult:
         return found
 
     @property
+    def leading(self) -> str:
+        """Return the part that is read first: the grouped split, of few recordings repeated."""
+        return REPEATED if self.has(REPEATED) else GROUPED
+
+    @property
     def metrics(self) -> dict[str, Score]:
-        """Return every metric of the grouped split."""
-        return {m: self.score(part, m) for part, m in self._scores if part == GROUPED}
+        """Return every metric of the part that is read first."""
+        return {m: self.score(part, m) for part, m in self._scores if part == self.leading}
 
     def has(self, part: str) -> bool:
         """Return whether a part was evaluated."""
         return (part, self.task.metric) in self._scores
 
-    def score(self, part: str = GROUPED, metric: str = "") -> Score:
-        """Return a metric, by default the one that is read first, of a part.
+    def score(self, part: str = "", metric: str = "") -> Score:
+        """Return a metric of a part; by default those that are read first.
 
         Raises ValueError for a part, or a metric, that was not evaluated.
         """
-        name = metric or self.task.metric
+        part, name = part or self.leading, metric or self.task.metric
         if (part, name) not in self._scores:
             raise ValueError(f"{self.task.title}: no {name} of {part!r} by {self.label}")
         values = self._scores[part, name]
         folds = tuple(v for statistic, v in values.items() if statistic.startswith("fold "))
-        return Score(values["mean"], values["sd"], folds)
+        ends = values.get("low", math.nan), values.get("high", math.nan)
+        return Score(values["mean"], values["sd"], folds, *ends)
 
     @property
     def random(self) -> Score | None:
         """Return the score of a split that ignores the groups, if there is one."""
         return self.score(RANDOM) if self.has(RANDOM) else None
 
-    def chance(self, part: str = GROUPED) -> float:
+    def chance(self, part: str = "") -> float:
         """Return the metric that is read first of a guess that ignores the sound; NaN if untold."""
-        return self._scores[part, self.task.metric].get("chance", math.nan)
+        return self._scores[part or self.leading, self.task.metric].get("chance", math.nan)
 
     def normalise(self, score: Score) -> Score:
         """Return a score as an error that tasks can share: 0 is perfect, 1 is chance.
@@ -126,11 +136,12 @@ class ModelResult:
         else:
             scale, offset = -1 / (1 - self.chance()), 1 / (1 - self.chance())
         folds = tuple(offset + scale * value for value in score.per_fold)
-        return Score(offset + scale * score.mean, abs(scale) * score.sd, folds)
+        ends = sorted(offset + scale * end for end in (score.low, score.high))
+        return Score(offset + scale * score.mean, abs(scale) * score.sd, folds, *ends)
 
     @property
     def error(self) -> Score:
-        """Return the normalised error of the grouped split."""
+        """Return the normalised error of the part that is read first."""
         return self.normalise(self.score())
 
     @cached_property
@@ -185,11 +196,21 @@ class ModelResult:
         """Return the parts that were tested, the grouped split first, with the paper's figures."""
         named = [(part, self.task.papers.get(p)) for part, p in PAPER_PARTS.items()]
         named += [(elsewhere(name), self.task.papers.get(name)) for name in self.tested_on]
+        named += [(split, None) for split in SESSION_SPLITS]
         return [(part, paper) for part, paper in named if self.has(part)]
 
     def shown(self, score: Score | None = None) -> str:
-        """Return the score of the grouped split, or another in the same terms, with its unit."""
+        """Return the score that is read first, or another in the same terms, with its unit."""
         return shown_score(self.task, self.score() if score is None else score)
+
+    @property
+    def spread(self) -> str:
+        """Return what is given beside the mean, in words."""
+        folds = self.count("folds")
+        if not self.score().has_interval:
+            return f"mean ± sd over {folds} folds"
+        repeats = self.count("folds", REPEATED) // folds
+        return f"mean and 95 % interval of {repeats} × {folds} folds"
 
     @property
     def shown_chance(self) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
@@ -52,6 +53,11 @@ def part_label(results: TaskResults, part: str) -> str:
         WITHHELD: "values withheld from training",
         OVERALL: "known and withheld values together",
     }
+    told |= {
+        WITHIN: "folds within each session",
+        ACROSS: "each session by a model of the others",
+        AS_MANY: "each session by a model of as many grasps of the others as within",
+    }
     tested = {elsewhere(name): f"tested on {o.title}" for name, o in results.others.items()}
     return (told | tested)[part]
 
@@ -69,7 +75,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
         )  # fmt: skip
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
         name = {WITHHELD: "unknown"}.get(part, part.removeprefix("on:"))
-        for model in models:
+        for model in (one for one in models if one.has(part)):
             yield ResultRow(
                 model.label,
                 f"{metric_name(results)}, {words(name)}",
@@ -90,10 +96,13 @@ def summary(results: TaskResults) -> str:
     counts = f"{first.count('recordings'):,} recordings in {first.count('groups'):,} groups"
     near = ", ".join(m.label for m in close_to_best(models) if m is not top)
     near = f"; within its standard deviation: {near}" if near else ""
+    spread = f", given as {first.spread}" if first.score().has_interval else ""
+    missing = next((why for m in models if (why := m.result.about.get("no_sessions"))), "")
+    alone = f" Sessions are not compared: {missing}." if missing else ""
     return (
         f"{results.kind.capitalize()} of {results.target}{unit} from {counts} "
-        f"({results.groups}), {first.count('folds')} folds. "
-        f"Lowest error: {top.label}, {metric_name(results)} {top.shown()}{near}."
+        f"({results.groups}), {first.count('folds')} folds{spread}. "
+        f"Lowest error: {top.label}, {metric_name(results)} {top.shown()}{near}.{alone}"
     )
 
 
@@ -112,11 +121,19 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
             f"{top.label}, value by value",
         )
     folds = (f"Fold {fold + 1}|" for fold in range(models[0].count("folds")))
+    interval = models[0].score().has_interval
+    first = "; the folds are those of the first repeat" if interval else ""
     yield ShownTable(
-        f"Shares such as accuracy lie between 0 and 1{f'; errors are in {unit}' if unit else ''}.",
-        ("Model", "Metric", "Mean ± sd|", *folds),
+        "Shares such as accuracy lie between 0 and 1"
+        f"{f'; errors are in {unit}' if unit else ''}{first}.",
+        ("Model", "Metric", "Mean (95 % interval)|" if interval else "Mean ± sd|", *folds),
         tuple(
-            (model.label, words(name), mean_sd(score), *map(number, score.per_fold))
+            (
+                model.label,
+                words(name),
+                mean_sd(score),
+                *map(number, model.score(GROUPED, name).per_fold),
+            )
             for model in models
             for name, score in model.metrics.items()
         ),
@@ -191,7 +208,7 @@ def highlights(results: TaskResults) -> Iterator[Highlight]:
     first = paper_model(results)
     if first and (random := first.random):
         marks = (
-            mark_of("ours", "grouped", first.score(), results.scale),
+            mark_of("ours", "grouped", first.score(GROUPED), results.scale),
             mark_of("other", "random", random, results.scale),
         )
         said = f"{metric_name(results)}, {words(results.task)}"

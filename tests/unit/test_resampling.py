@@ -1,0 +1,111 @@
+"""Repeated splits and their interval: known answers, coverage, and no group on both sides."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.resampling import (
+    CONFIDENCE,
+    corrected_deviation,
+    corrected_interval,
+    corrected_reach,
+    repeat_seed,
+    repeated,
+    repeats_of,
+)
+
+
+def test_the_corrected_variance_of_fifty_folds_is_that_of_the_papers():
+    """Ten repeats of five folds: s² (1/50 + 8/32), as Bouckaert & Frank write it for 40 rows."""
+    assert corrected_deviation(4.0, 50, 8 / 32) == pytest.approx(math.sqrt(0.27 * 4), rel=1e-15)
+
+
+def test_the_interval_of_a_single_split_is_that_of_the_paired_test():
+    """Values 1..5: mean 3, s² = 2.5; (1/5 + 1/4) 2.5 = 1.125, t(0.975, 4) = 2.7764451."""
+    low, high = corrected_interval([1, 2, 3, 4, 5], folds=5)
+    assert (3 - low, high - 3) == pytest.approx([2.7764451 * math.sqrt(1.125)] * 2, rel=1e-7)
+
+
+def test_an_interval_ends_where_the_metric_does():
+    values = [0.9, 1.0, 1.0, 0.95, 0.85] * 2
+    low, high = corrected_interval(values, 5, "accuracy")
+    assert high == 1.0 and low == corrected_interval(values, 5)[0] < 0.9
+    assert corrected_interval([0.0, 5.0, 1.0], 3, "rmse").low == 0.0
+    assert corrected_interval([0.0, -5.0, 1.0], 3, "r2").low < -5.0
+    assert all(map(math.isnan, corrected_interval([0.1, math.nan], 2)))
+
+
+def accuracies(x: np.ndarray, y: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    """Ten repeats of five folds (50,) of a threshold halfway between the means of two classes."""
+    found = []
+    for _ in range(10):
+        for test in np.array_split(generator.permutation(len(x)), 5):
+            train = np.setdiff1d(np.arange(len(x)), test)
+            half = (x[train][y[train] == 1].mean() + x[train][y[train] == 0].mean()) / 2
+            found.append(np.mean((x[test] > half) == y[test]))
+    return np.array(found)
+
+
+def test_coverage_is_nearer_the_stated_one_than_that_of_the_plain_interval():
+    """The truth, the accuracy of such a threshold learnt from 32 rows, is known but for a mean over
+    thresholds: these are normal about the middle with variance 1/32."""
+    generator, shift, runs = np.random.default_rng(0), 1.0, 200
+    y = np.repeat([0, 1], 20)
+    halves = shift / 2 + generator.normal(0, math.sqrt(1 / 32), 20_000)
+    truth = np.mean((norm.cdf(halves) + norm.cdf(shift - halves)) / 2)
+    corrected = plain = 0
+    for _ in range(runs):
+        values = accuracies(shift * y + generator.normal(size=40), y, generator)
+        low, high = corrected_interval(values, 5)
+        corrected += low <= truth <= high
+        plain += abs(values.mean() - truth) <= corrected_reach(values.var(ddof=1), 50, 0.0)
+    spread = math.sqrt(CONFIDENCE * (1 - CONFIDENCE) / runs)  # of a share of that many runs
+    assert plain / runs < CONFIDENCE - 5 * spread
+    assert abs(corrected / runs - CONFIDENCE) <= 3 * spread
+
+
+def test_few_recordings_are_split_ten_times_unless_there_is_one_split_alone():
+    assert repeats_of("auto", 99, 50, 5) == 10
+    assert repeats_of("auto", 100, 50, 5) == 1
+    assert repeats_of(3, 5000, 50, 5) == 3
+    assert repeats_of(3, 50, 5, 5) == 1  # each group is a fold, whatever the seed
+
+
+def small() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    generator = np.random.default_rng(1)
+    group = np.repeat(np.arange(12), 2)
+    return generator.uniform(1, 2, (24, 8)), np.array(list("ab"))[group % 2], group
+
+
+def test_no_repeat_has_a_group_on_both_sides_and_all_differ():
+    x, y, group = small()
+
+    def once(seed: int):
+        named = {"kind": "classification", "model": "knn", "folds": 3}
+        return cross_validate(x, y, group, seed=seed, **named)
+
+    first = once(5)
+    found = repeated(once, first, 4, seed=5)
+    fold = found.predictions.fold.reshape(4, 24)
+    assert [sorted(set(one)) for one in fold] == [[3 * n, 3 * n + 1, 3 * n + 2] for n in range(4)]
+    for one in fold:
+        assert all(len(set(one[group == g])) == 1 for g in range(12))
+    parts = {frozenset(frozenset(np.flatnonzero(one == f)) for f in set(one)) for one in fold}
+    assert len(parts) == 4
+    np.testing.assert_array_equal(found.predictions.y_pred[:24], first.predictions.y_pred)
+    right = (found.predictions.y_pred == found.predictions.y_true).reshape(4, 24)
+    each = [np.mean(right[n // 3][fold[n // 3] == n]) for n in range(12)]
+    assert found.scores.per_fold["accuracy"] == pytest.approx(each, rel=1e-12)
+    assert found.scores.mean["accuracy"] == pytest.approx(np.mean(each), rel=1e-12)
+    assert np.sum(found.scores.confusion) == 96
+    again = repeated(once, once(5), 4, seed=5)
+    assert again.scores == found.scores
+
+
+def test_seeds_of_repeats_differ_between_seeds_of_a_task():
+    seeds = [repeat_seed(seed, number) for seed in range(3) for number in range(10)]
+    assert len(set(seeds)) == 30
+    assert [repeat_seed(seed, 0) for seed in range(3)] == [0, 1, 2]
