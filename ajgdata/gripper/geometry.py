@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.relief import RASTER_M, Relief, relief
+from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
 from ajgdata.gripper.scene import Scene, derive_seed
 from ajgdata.gripper.scene_model import MM, SceneError
 
@@ -115,9 +115,11 @@ def _press(
             f"object {_title(scene)} lies outside the rim: reduce grasp.offset_x_mm "
             f"{scene.grasp.offset_x_mm:g} or grasp.offset_y_mm {scene.grasp.offset_y_mm:g}"
         )
+    if gripper.drape_deg is None:
+        shape = draped(shape, _bending_radius(scene, shape, free[within], within, force))
     table = _table(scene, shape, free, within, force)
     over = table + np.maximum(shape.height, 0) - free
-    smoothing = gripper.drape_smoothing_mm * MM / RASTER_M
+    smoothing = _smoothing(scene) / RASTER_M
     raised = np.where(within, np.maximum(over, 0), 0.0)
     rise = np.where(within, gaussian_filter(raised, smoothing), 0.0)
     # What smoothing carried over the rim comes back, so that the force law holds.
@@ -128,6 +130,43 @@ def _press(
         for touching in (np.maximum(shape.touching, shape.beside), shape.touching)
     )
     return free + rise, contact, held, table
+
+
+def _bending_radius(
+    scene: Scene, bare: Relief, under: Real, within: NDArray[np.bool_], force: float
+) -> float:
+    """Radius (m) of the membrane where it touches nothing: T/p, and no less than a grain's.
+
+    p is the force over what would be pressed if the membrane followed every edge.
+    """
+    over = np.maximum(bare.height[within], 0) - under
+    goal = force / (scene.gripper.stiffness_n_m3 * RASTER_M**2)
+
+    def excess(table: float) -> float:
+        return float(np.clip(table + over, 0, None).sum()) - goal
+
+    # At the upper end the mean height alone is the force.
+    table = brentq(excess, -float(over.max()), goal / over.size - float(over.min()), xtol=1e-7)
+    # Of the volume, by the depth: smooth in all sizes, other than a count of samples.
+    pressed = np.clip(0.5 + (table + over) / RASTER_M, 0, 1).sum() * RASTER_M**2
+    pressure = force / pressed
+    return max(scene.gripper.tension_n_m / pressure, _grain(scene) / 2, RASTER_M)
+
+
+def _smoothing(scene: Scene) -> float:
+    """Width (m) of the Gaussian that rounds the imprint.
+
+    Grains press in spots one diameter d apart: a disc of d has the standard deviation d/4.
+    """
+    given = scene.gripper.drape_smoothing_mm
+    if given is not None:
+        return given * MM
+    return max(_grain(scene) / 4, RASTER_M)
+
+
+def _grain(scene: Scene) -> float:
+    """Diameter of the grains, m; 0 where there are none."""
+    return 0.0 if scene.medium.kind == "air" else scene.medium.grain_diameter_mm * MM
 
 
 def _edge(level: Real) -> Real:

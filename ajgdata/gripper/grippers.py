@@ -7,8 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from ajgdata.gripper.scene_model import NonNegative, Positive, SceneModel
+from ajgdata.gripper.scene_model import MM, NonNegative, Positive, SceneModel
 
+#: First root of the Bessel function J0, of a clamped membrane.
+DRUM = 2.405
 Size = Annotated[float, Field(ge=5, le=200)]
 Coordinate = Annotated[float, Field(ge=-200, le=200)]
 
@@ -21,7 +23,7 @@ class Membrane(SceneModel):
         450.0, description="radiation into open air (rho c = 413) and the loss of latex"
     )
     stiffness_n_m3: NonNegative = Field(
-        1e5, description="order of T (2.4/R)^2 for a tension of 40 N/m at R = 50 mm; estimate"
+        1e5, description="T (2.4/R)^2 for a tension of about 40 N/m at R = 50 mm; estimate"
     )
     pinned: bool = Field(
         True, description="where grains lie on it, it moves only in the spans between them"
@@ -64,13 +66,25 @@ class Gripper(SceneModel):
     stiffness_n_m3: Annotated[float, Field(ge=1e3, le=1e9)] = Field(
         4e5, description="grasp force per displaced volume"
     )
-    drape_deg: Annotated[float, Field(ge=30, le=85)] = Field(
-        72.0, description="steepest slope of the membrane beside an edge"
+    drape_deg: Annotated[float, Field(ge=30, le=85)] | None = Field(
+        None,
+        description="steepest slope of the membrane beside an edge; null: it bridges by its tension"
+        " against the pressure of the grasp, and no finer than a grain",
     )
-    drape_smoothing_mm: Annotated[float, Field(gt=0, le=5)] = 1.5
+    drape_smoothing_mm: Annotated[float, Field(gt=0, le=5)] | None = Field(
+        None,
+        description="standard deviation of the Gaussian that rounds the imprint; null: of a disc as"
+        " wide as a grain, a quarter of its diameter",
+    )
     clearance_mm: Annotated[float, Field(ge=4)] = Field(
         4.0, description="no scene may pinch the cavity below this; never less than 4 mm"
     )
+
+    @property
+    def tension_n_m(self) -> float:
+        """Tension of the membrane, T = k (R/2.405)², from its stiffness k and the rim's radius R:
+        a drum gives way as its lowest mode does."""
+        return self.membrane.stiffness_n_m3 * (self.rim_radius_mm * MM / DRUM) ** 2
 
     @model_validator(mode="after")
     def _inside(self) -> Gripper:
@@ -136,7 +150,7 @@ GRIPPERS: dict[str, Gripper] = {
     "deep": Gripper(height_mm=60.0, balloon_depth_mm=50.0, bed_depth_mm=39.0),
     "half-filled": Gripper(bed_depth_mm=20.0),
     "overfilled": Gripper(bed_depth_mm=50.0),
-    "thick-membrane": Gripper(membrane=_THICK, stiffness_n_m3=6e5, drape_deg=60.0),
+    "thick-membrane": Gripper(membrane=_THICK, stiffness_n_m3=6e5),
     "wide-cone": Gripper(roof_radius_mm=40.0, rim_radius_mm=60.0),
     "asymmetric": Gripper(
         speaker_mm=(-30.0, 15.0), microphone_mm=(22.0, -26.0), port_mm=(25.0, 20.0)

@@ -12,9 +12,6 @@ from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.walls import WallList
 
-#: First root of the Bessel function J0, of a clamped membrane.
-DRUM = 2.405
-
 
 class MembraneSpan(NamedTuple):
     """Membrane between what holds it, per area: what its mean motion weighs (kg/m²) and the
@@ -64,7 +61,7 @@ def membrane_walls(scene: Scene, cells: Cells) -> WallList:
     under, over = cells.membrane * covered, cells.membrane * (1 - covered)
     pack = Pack(medium.grain_diameter_mm * MM, medium.porosity, GRAIN_SOLIDS[medium.kind])
     weight, rim = pack.density * scene.gripper.bed_depth_mm * MM, scene.gripper.rim_radius_mm * MM
-    tension = membrane.stiffness_n_m3 * (rim / DRUM) ** 2
+    tension = scene.gripper.tension_n_m
     span = pinned(GRAVITY * weight / 2, pack, tension, mass)
     edge = strip(max(float(over.sum()) / (2 * np.pi * rim), pack.diameter), tension, mass)
     return WallList.uniform(

@@ -170,19 +170,21 @@ _GRIPPER = (
     ),
     Parameter(
         "gripper.membrane.stiffness_n_m3", "gripper", 5e4, 2e5, "log", "estimate",
-        "T (2.4/R)² for a tension T of 20 to 80 N/m at R = 50 mm",
+        "T (2.4/R)² at R = 50 mm; T = G h (1 - 1/λ⁶) of 0.3 mm of rubber of G = 0.5 MPa (Treloar "
+        "1975) stretched by 2 to 14 %: 20 to 80 N/m, by which the membrane drapes, too",
     ),
     Parameter(
         "gripper.stiffness_n_m3", "gripper", 2e5, 8e5, "log", "estimate",
         "force per displaced volume; a factor of 2 either way",
     ),
     Parameter(
-        "gripper.drape_deg", "gripper", 55, 80, "linear", "estimate",
-        "steepest slope beside an edge; the least: a tension of 43 N/m against 3.5 kPa",
+        "gripper.drape_deg", "fixed", 72, 72, "linear", "handbook",
+        "a rule of the first design, in place of the drape by tension; not swept",
     ),
     Parameter(
-        "gripper.drape_smoothing_mm", "gripper", 0.5, 5, "log", "estimate",
-        "the most: the radius at which tension holds the membrane off, less a grain",
+        "gripper.drape_smoothing_mm", "gripper", 0.75, 3, "log", "estimate",
+        "grains press in spots: an eighth to a half of a 6 mm grain; default: a quarter of whatever"
+        " grain, the standard deviation of a disc of its width",
     ),
     Parameter(
         "gripper.clearance_mm", "fixed", 4, 4, "linear", "handbook",

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.gripper.drape import bridged
 from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.scene_model import MM
@@ -36,11 +37,18 @@ _HALF_RING = np.array(
 )
 
 
+#: A membrane of 0.3 mm this near is as good as on the object: the air below is far stiffer than it.
+LYING_M = RASTER_M / 4
+#: Steepest wall that the raster holds: what stands upright leans by this instead.
+WALL_DEG = 85.0
+
+
 @dataclass(frozen=True)
 class Relief:
-    """An object on the table as the membrane sees it: `height` falls off at the drape angle
-    beside it, below the table as well; `inside` is its footprint with antialiased edges, `touching`
-    the part of the footprint where the membrane lies on it, `beside` what the drape leaves."""
+    """An object on the table as the membrane sees it: `height` falls off steeply beside it, below
+    the table as well, until a membrane is draped over both; `inside` is its footprint with
+    antialiased edges, `touching` the part of the footprint where the membrane lies on it, `beside`
+    the part of the table that the membrane reaches."""
 
     height: Real
     inside: Real
@@ -49,17 +57,21 @@ class Relief:
 
 
 def relief(scene: Scene, x: Real, y: Real) -> Relief:
-    """Relief of the scene's object over the table on the grid x, y (m), both (ny, nx)."""
+    """Return the relief of the scene's object over the table on the grid x, y (m), both (ny, nx).
+
+    Where the gripper has a drape angle it is the membrane; where not, what `draped` takes.
+    """
     shape, grasp = scene.object, scene.grasp
     assert shape is not None
-    steepest = float(np.tan(np.deg2rad(scene.gripper.drape_deg)))
+    angle = scene.gripper.drape_deg
+    steepest = float(np.tan(np.deg2rad(WALL_DEG if angle is None else angle)))
     placed = (grasp.offset_x_mm * MM, grasp.offset_y_mm * MM, grasp.angle_deg)
     parts = [
         (top + lift, inside)
         for top, inside, lift in _parts(shape, *_turned(x, y, *placed), steepest)
     ]
     height = np.max([top for top, _ in parts], axis=0)
-    if any(_curved(primitive) for primitive in _primitives(shape)):
+    if angle is not None and any(_curved(primitive) for primitive in _primitives(shape)):
         _drape(height, steepest * RASTER_M, _HALF_RING)
     touching = np.zeros_like(height)
     for top, inside in parts:
@@ -67,6 +79,18 @@ def relief(scene: Scene, x: Real, y: Real) -> Relief:
     inside = np.max([inside for _, inside in parts], axis=0)
     beside = np.clip(0.5 - height / (steepest * RASTER_M), 0, 1)
     return Relief(height, inside, touching, beside)
+
+
+def draped(bare: Relief, radius: float) -> Relief:
+    """Return the relief with a membrane of bending `radius` T/p (m) draped over it and the table.
+
+    It lies where it is less than LYING_M off, gradually, so that no edge of contact jumps.
+    """
+    ground = np.maximum(bare.height, 0)
+    height = bridged(ground, RASTER_M, radius)
+    lying = np.clip(1 - (height - ground) / LYING_M, 0, 1)
+    table = np.clip(0.5 - bare.height / RASTER_M, 0, 1)
+    return Relief(height, bare.inside, bare.inside * lying, table * lying)
 
 
 def _primitives(shape: Object) -> Iterator[Object]:
