@@ -39,7 +39,7 @@ SOURCES = "sources.bib"
 RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
 PAPER_KEYS = (
     "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
-    "result", "agrees", "train_s", "inference_ms_per_recording",
+    "result", "agrees", "parts_of_band", "train_s", "inference_ms_per_recording",
 )  # fmt: skip
 #: What is measured of a model, by its name in the results.
 COSTS = ("train_s", "latency_s", "peak_rss_mb")
@@ -220,6 +220,10 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
             "model": row.model,
             "result": row.result,
             "agrees": row.agrees,
+            "parts_of_band": "; ".join(
+                f"{twin.band}: {twin.result}" + (f" ({twin.agrees})" if twin.agrees else "")
+                for twin in row.twins
+            ),
             "train_s": row.cost.train_s if row.cost else None,
             "inference_ms_per_recording": row.cost.inference_ms_per_recording if row.cost else None,
         }

@@ -65,6 +65,14 @@ class Cost(NamedTuple):
     inference_ms_per_recording: float
 
 
+class Twin(NamedTuple):
+    """The same result from a part of the band alone; whether it agrees, "" if nobody can say."""
+
+    band: str
+    result: str
+    agrees: str
+
+
 @dataclass(frozen=True)
 class Change:
     """One change with one model: the metric before and after it."""
@@ -97,7 +105,7 @@ class PaperComparison:
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
     (default: the paper's); of one part, the paper's number is drawn among them. `label` names the
-    row among others of one figure, `page` is where all is told.
+    row among others of one figure, `page` is where all is told, `twins` stand beside it.
     """
 
     paper: PaperFigure
@@ -113,6 +121,7 @@ class PaperComparison:
     label: str = ""
     shown_unit: str | None = None
     page: str = ""
+    twins: tuple[Twin, ...] = ()
 
     @property
     def unit(self) -> str:

@@ -39,14 +39,6 @@ class FeatureSettings(Strict):
         description="|X| or |X|^2, summed over time, or the root of the latter (the paper leaves it"
         " open)",
     )
-    decay_s: float = Field(
-        0.05,
-        ge=0,
-        le=1,
-        description="sweep_tracking: how long the object is heard after the sweep has passed, the "
-        "latency included; between a filled gripper (10 ms) and an empty one (250 ms), their "
-        "geometric middle",
-    )
     normalisation: Literal["l1", "l2", "max", "none"] = Field(
         "l1", description="what each spectrum is divided by (the paper says only 'normalise')"
     )
@@ -55,6 +47,14 @@ class FeatureSettings(Strict):
     )
     align: bool = Field(
         False, description="shift each recording to the excitation by cross-correlation first"
+    )
+    decay_s: float = Field(
+        0.05,
+        ge=0,
+        le=1,
+        description="sweep_tracking: how long the object is heard after the sweep has passed, the "
+        "latency included; between a filled gripper (10 ms) and an empty one (250 ms), their "
+        "geometric middle",
     )
 
     @property

@@ -11,7 +11,7 @@ from ajgdata.types.base import ModelName, Name, Strict
 #: The experiment whose settings are the task's own.
 CROSS_VALIDATION = "cross_validation"
 #: Settings of cross-validation among those of a task.
-OWN = ("models", "compare_random", "compare_sessions", "repeats", "test_on")
+OWN = ("models", "compare_random", "compare_sessions", "repeats", "test_on", "bands")
 COMPARE_SESSIONS = (
     "also evaluate folds within each session and across sessions, where there are two or more; "
     "auto: by linear models and k-NN, and by every model of at most 200 recordings"
@@ -54,6 +54,11 @@ class Task(Strict):
         (),
         description="data sets whose recordings the folds' models are tested on as well, e.g. the "
         "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
+    )
+    bands: tuple[tuple[float, float], ...] = Field(
+        (),
+        description="bands in Hz from which alone models are evaluated as well, e.g. [[60, 6000]]: "
+        "the bins of the stored feature, normalised again",
     )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="what else is measured of it, by name of the experiment, with its settings"
@@ -110,6 +115,11 @@ class Task(Strict):
             raise ValueError("classes lists one twice")
         if len(set(self.models)) != len(self.models):
             raise ValueError("models lists one twice")
+        if len(set(self.bands)) != len(self.bands):
+            raise ValueError("bands lists one twice")
+        for low, high in self.bands:
+            if not 0 <= low < high:
+                raise ValueError(f"bands: [{low:g}, {high:g}] must be 0 <= low < high")
         if more := sorted(set(self.papers) - set(parts)):
             raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self

@@ -309,6 +309,7 @@ def test_settings_and_provenance_are_shown(pages):
     page = Page(pages["run.html"])
     assert page.row(["Cube size", "stft"]) == [
         "Cube size", "stft", "2,048", "512", "hann", "magnitude", "l1", "100 to 18,000", "no",
+        "0.05",
     ]  # fmt: skip
     assert page.row(["Cube size", "0.1.0"])[1:] == ["0.1.0", "abc1234", "c0ffee", "f00d"]
     assert "grid spacing (mm)" in Page(pages["datasets.html"]).words

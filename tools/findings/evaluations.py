@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from ajgdata.experiments.cross_validation.bands import band_label, part_within
 from ajgdata.paths import Paths
 from ajgdata.report.format import DASH, Score, mean_sd, number, with_unit
 from ajgdata.report.paper import PaperFigure, parse_paper
@@ -74,10 +75,12 @@ def terms(row: Row) -> Terms:
 def headline_table(results: Results) -> str:
     """The results beside the paper's, and what training took."""
     paper = parse_paper(read_paper(PROJECT))
+    bands = read_dataset(PROJECT, HEADLINES[0].dataset).tasks[HEADLINES[0].task].bands
     rows = [
         [
             row.title,
             *(_score(results, row, model) for model in MODELS),
+            *(_score(results, _from_band(row, band), MODELS[0]) for band in bands),
             _chance(results, row),
             _paper(paper[row.paper]) if row.paper else "",
             f"`{row.dataset}/{row.task}`, {row.part}",
@@ -86,10 +89,17 @@ def headline_table(results: Results) -> str:
     ]
     times = [results.metric("ycb", "object", m, "cost of grouped", "train_s", "measured") for m in MODELS]  # fmt: skip  # noqa: E501
     told = [DASH if time is None else f"{number(time, 2)} s" for time in times]
-    rows.append(["training on the 16 objects, all folds, one core", *told, "", "", "`ycb/object`"])
-    head = ("*simulated*", "CNN", "ridge or logistic regression", "k-NN", "chance",
-            "the paper, CNN, real gripper", "task, split")  # fmt: skip
+    blank = [""] * len(bands)
+    label = "training on the 16 objects, all folds, one core"
+    rows.append([label, *told, *blank, "", "", "`ycb/object`"])
+    head = ("*simulated*", "CNN", "ridge or logistic regression", "k-NN",
+            *(f"CNN, {band_label(band)} alone" for band in bands), "chance",
+            "the paper, CNN, real gripper, 1025 bins of the whole band", "task, split")  # fmt: skip
     return markdown_table(head, rows)
+
+
+def _from_band(row: Row, band: tuple[float, float]) -> Row:
+    return row._replace(part=part_within(row.part, band))
 
 
 def after_the_choice(results: Results) -> str:

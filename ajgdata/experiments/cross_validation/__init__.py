@@ -23,7 +23,8 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.cross_validation import shown
+from ajgdata.experiments.cross_validation import bands_shown, shown
+from ajgdata.experiments.cross_validation.bands import Band, confined, part_within
 from ajgdata.experiments.cross_validation.further import further_splits, interval_scores
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
@@ -33,7 +34,7 @@ from ajgdata.experiments.cross_validation.results import (
     elsewhere,
     training_cost,
 )
-from ajgdata.report.blocks import Illustration
+from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 from ajgdata.types.tasks import COMPARE_SESSIONS, REPEATS
@@ -67,6 +68,9 @@ class Settings(Strict):
     )
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
+    )
+    bands: tuple[tuple[float, float], ...] = Field(
+        (), description="bands in Hz from which alone the models are evaluated as well"
     )
 
 
@@ -130,12 +134,14 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         parts |= {split: result, **result.extra_tests}
     parts |= further.repeated
     known, grouped = found.data[GROUPED], found.splits[GROUPED].scores
+    twins = _twins(inputs, settings, model)
     scores = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
     scores += interval_scores(model, further.repeated, grouped.folds)
     values: Iterable[Mapping[str, Any]] = ()
     if inputs.kind == "regression":
         values = _by_value(found.splits[GROUPED], inputs.period_deg)
         scores += _overall_scores(model, found.splits[GROUPED], inputs.period_deg)
+    scores += _twin_scores(model, twins, inputs)
     predicted = (
         row
         for part, one in parts.items()
@@ -149,7 +155,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
-        _cost_tables(model, splits),
+        _cost_tables(model, splits | {part_within(GROUPED, b): one for b, one in twins.items()}),
         {"parts": about, "classes": list(grouped.classes), "no_sessions": further.no_sessions},
     )
 
@@ -169,6 +175,25 @@ def _overall_scores(
             yield model, OVERALL, metric, f"fold {fold}", value
         yield model, OVERALL, metric, "mean", float(np.mean(values))
         yield model, OVERALL, metric, "sd", deviation(values)
+
+
+def _twins(inputs: Inputs, settings: Settings, model: str) -> dict[Band, CrossValidation]:
+    """Return the cross-validation of a task, with its further test sets, from each band alone."""
+    found = (evaluate(confined(inputs, band), model, settings.test_on) for band in settings.bands)
+    return {band: one.splits[GROUPED] for band, one in zip(settings.bands, found, strict=True)}
+
+
+def _twin_scores(
+    model: str, twins: Mapping[Band, CrossValidation], inputs: Inputs
+) -> Iterator[tuple[str, str, str, str, float]]:
+    """Yield rows of scores from each band alone, of every part that the whole band has."""
+    for band, found in twins.items():
+        parts: dict[str, CrossValidation | Tested] = {GROUPED: found, **found.extra_tests}
+        rows = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
+        if inputs.kind == "regression":
+            rows += _overall_scores(model, found, inputs.period_deg)
+        for name, part, metric, statistic, value in rows:
+            yield name, part_within(part, band), metric, statistic, value
 
 
 def _by_value(found: CrossValidation, period: float | None) -> list[dict[str, Any]]:
@@ -212,7 +237,12 @@ def _figures(results: TaskResults) -> Iterable[Illustration]:
     """Return the figures of one task."""
     from ajgdata.experiments.cross_validation.figures import illustrations  # matplotlib
 
-    return illustrations(results)
+    return [*illustrations(results), *bands_shown.illustrations(results)]
+
+
+def _tables(results: TaskResults) -> Iterable[ShownTable]:
+    """Return the tables of one task."""
+    return [*bands_shown.tables(results), *shown.tables(results)]
 
 
 def _across(results: Sequence[TaskResults]) -> Iterable[Illustration]:
@@ -235,7 +265,7 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     figures=_figures,
-    tables=shown.tables,
+    tables=_tables,
     rows=shown.rows,
     summary=shown.summary,
     paper_comparison=shown.paper_comparison,

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import Lookup, TaskResults
+from ajgdata.experiments.cross_validation import bands
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
@@ -168,7 +170,8 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
                 text = f"{text}; {_well_told(first)}"
             scaled = Score(results.scale * score.mean, results.scale * score.sd)
             agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
-            yield _row(paper, first, text, agrees, marks_of(models, first, part))
+            row = _row(paper, first, text, agrees, marks_of(models, first, part))
+            yield replace(row, twins=bands.beside(paper, first, part))
 
 
 def _row(
