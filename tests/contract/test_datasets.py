@@ -106,6 +106,15 @@ def test_noise_needs_no_new_simulation():
     assert scenes["size"] == scenes["size_60dba"] == scenes["size_90dba"]
 
 
+def test_the_finer_grid_has_the_same_grasps_and_nothing_else_of_its_own():
+    """Random fields are formulas of the place, hence of no grid (`gripper.random_fields`)."""
+    own, fine = (
+        [g.setup for g in planned_grasps(PATHS, SPECS[name], ["virtual-01"])[0]]
+        for name in ("size", "size_fine")
+    )
+    assert fine == [{**setup, "numerics": {"dx_mm": 3.0}} for setup in own] and len(own) == 80
+
+
 #: What each experiment needs, and nothing else is recorded for it.
 NEEDS = {
     "media": {"media"},
@@ -120,6 +129,7 @@ NEEDS = {
     "shortcut": {
         "orientation", "orientation_gripper", "orientation_gripper_silent", "orientation_silent",
     },
+    "grid": {"size", "size_fine"},
     "transfer": {
         "size", "size_other_membrane", "size_asymmetric",
         "ycb", "ycb_other_membrane", "ycb_asymmetric",

@@ -8,6 +8,7 @@ from drawn_figures import fits
 from experiment_samples import small_inputs, small_store
 from result_samples import paper_figure, size_result, sizes
 
+from ajgdata.experiments.base import Other
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings, bands_shown, measure
 from ajgdata.experiments.cross_validation.bands import confined
 from ajgdata.features.bands import within
@@ -138,6 +139,24 @@ def test_the_table_has_a_column_for_each_band():
     )  # fmt: skip
     assert "1025 bins are the whole band" in table.caption
     assert list(bands_shown.tables(sizes())) == []
+
+
+def test_the_title_tells_of_the_data_set_that_it_is_tested_on_if_there_is_one():
+    there = {"on:fine": ({"rmse": Score(3.0, 0.1, (3.0, 3.0))}, 8.2)}
+    low = {
+        f"{part} 60-6000 Hz": ({"rmse": Score(2.1, 0.1, (2.1, 2.1))}, 8.2)
+        for part in ("grouped", "on:fine")
+    }
+    results = sizes(
+        size_result(parts=there | low),
+        settings=Settings(bands=BANDS[:1], test_on=("fine",)), others={"fine": Other("Fine grid")},
+    )  # fmt: skip
+    assert bands_shown.finding(results) == (
+        "CNN: 2.20 ± 0.30 mm from the whole band, 2.10 ± 0.10 mm from 60–6,000 Hz; "
+        "tested on Fine grid: 3.00 ± 0.10 mm from the whole band, 2.10 ± 0.10 mm from 60–6,000 Hz"
+    )
+    panels = [axes.get_title() for axes in styled(bands_shown.figure)(results).axes]
+    assert panels == ["grasp held out", "tested on Fine grid"]
 
 
 def test_the_figure_shows_each_model_from_each_band():

@@ -11,8 +11,10 @@ from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation.bands import Band, band_label, bands_of, twins
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
+    OVERALL,
     ModelResult,
     best_of,
+    elsewhere,
     metric_axis,
     metric_name,
     models_of,
@@ -75,13 +77,20 @@ def illustrations(results: TaskResults) -> Iterator[Illustration]:
 
 
 def finding(results: TaskResults) -> str:
-    """Return what the paper's model, or else the best, reads from each band."""
+    """Return what the paper's model, or else the best, reads from each band; of a task with one
+    other data set, there as well."""
     models = models_of(results)
     model = paper_model(results) or best_of(models)
-    told = [f"{model.shown()} from the whole band"]
-    found = twins(model, GROUPED)
-    told += [f"{model.shown(score)} from {band_label(band)}" for band, score in found]
-    return f"{model.label}: {', '.join(told)}"
+    parts = [GROUPED] + [elsewhere(n) for n in model.tested_on if len(model.tested_on) == 1]
+    said = [_told(model, part) for part in parts]
+    where = f"; {part_label(results, parts[1])}: {said[1]}" if len(parts) > 1 else ""
+    return f"{model.label}: {said[0]}{where}"
+
+
+def _told(model: ModelResult, part: str) -> str:
+    whole = f"{model.shown(model.score(part))} from the whole band"
+    found = [f"{model.shown(score)} from {band_label(band)}" for band, score in twins(model, part)]
+    return ", ".join([whole, *found])
 
 
 def figure(results: TaskResults) -> Figure:
@@ -90,7 +99,9 @@ def figure(results: TaskResults) -> Figure:
 
     models, bands = models_of(results), bands_of(results)
     papers = dict(models[0].parts)
-    parts = sorted(papers, key=lambda part: (part != GROUPED, papers[part] is None))[:PANELS]
+    parts = sorted(
+        papers, key=lambda part: (part != GROUPED, papers[part] is None, part == OVERALL)
+    )[:PANELS]
     drawn = new_figure(
         (WIDTH_IN, PANEL_HEIGHT_IN),
         finding(results),
