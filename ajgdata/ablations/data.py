@@ -50,7 +50,7 @@ class AblationData:
     @property
     def models(self) -> tuple[str, ...]:
         """Return the models that most trials are made with."""
-        return ("linear",) if self.quick else ("cnn", "linear")
+        return ("linear_plain",) if self.quick else ("cnn", "linear_plain")
 
     def grasps(self, dataset: str, sessions: int = 1, each: int | None = None) -> list[Grasp]:
         """Return the first grasps of the first `sessions` of the recipe, in order of their names.

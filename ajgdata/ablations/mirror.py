@@ -75,7 +75,7 @@ def measure(data: AblationData) -> list[Table]:
     still = data.changed(DATASET, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
     trials: list[Trial] = []
     for name in ("default", "asymmetric"):
-        trials.append(_mirrored(data, "linear", name, *grippers[name]))
+        trials.append(_mirrored(data, "linear_plain", name, *grippers[name]))
     for model in data.models:
         read = {name: _direction(data, model, rows) for name, (_, rows) in grippers.items()}
         for name in _lopsided():
@@ -148,8 +148,8 @@ def _readings(data: AblationData, grippers: dict[str, tuple[Gripper, TaskData]])
     rows: list[dict[str, Value]] = []
     for name, (gripper, recorded) in grippers.items():
         axis, misfit = mirror_plane(gripper)
-        parts = [_part(data, "linear", recorded, axis, wave) for wave in (np.cos, np.sin)]
-        direction = _direction(data, "linear", recorded)
+        parts = [_part(data, "linear_plain", recorded, axis, wave) for wave in (np.cos, np.sin)]
+        direction = _direction(data, "linear_plain", recorded)
         rows.append(
             {
                 "gripper": name,

@@ -14,7 +14,7 @@ from scipy.special import log_softmax, logsumexp, softmax
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.types import NotPossibleError
 
 #: Temperatures that are searched: 20 times sharper to 20 times flatter.
@@ -84,6 +84,7 @@ def calibrated(
     """
     y = np.asarray(target)
     group = np.asarray(groups)
+    data = features, y, group
     classes, label = np.unique(y, return_inverse=True)
     plain, scaled = (np.empty((len(y), len(classes))) for _ in range(2))
     temperatures = []
@@ -92,21 +93,22 @@ def calibrated(
             inner_folds = min(folds, len(np.unique(group[train])))
             inner = grouped_folds(y[train], group[train], "classification", inner_folds, seed)
             fit, held = (train[part] for part in inner[0])
-            log_p = np.log(np.maximum(_probabilities(model, seed, features, y, fit, held), TINIEST))
+            log_p = np.log(np.maximum(_probabilities(model, seed, data, fit, held), TINIEST))
             t = temperature(log_softmax(log_p, axis=1), label[held])
-            plain[test] = _probabilities(model, seed, features, y, train, test)
+            plain[test] = _probabilities(model, seed, data, train, test)
             scaled[test] = with_temperature(plain[test], t)
             temperatures.append(t)
     return Calibrated(classes, plain, scaled, tuple(temperatures))
 
 
 def _probabilities(
-    model: str, seed: int, features: np.ndarray, y: np.ndarray, fit: np.ndarray, rows: np.ndarray
+    model: str, seed: int, data: tuple[np.ndarray, ...], fit: np.ndarray, rows: np.ndarray
 ) -> np.ndarray:
-    fitted = make_model(model, "classification", seed)
-    if not hasattr(fitted, "predict_proba"):
+    made = make_model(model, "classification", seed)
+    if not hasattr(made, "predict_proba"):
         raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
-    return fitted.fit(features[fit], y[fit]).predict_proba(features[rows])
+    features, y, group = data
+    return fit_model(made, features[fit], y[fit], group[fit]).predict_proba(features[rows])
 
 
 def reliability(confidence: np.ndarray, right: np.ndarray, bins: int = 10) -> list[Bin]:

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.crossval import ExtraTestSet
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -65,7 +65,8 @@ def cross_gripper(
                 added = rest[np.isin(other.groups[rest], chosen)]
                 x = np.concatenate([own.features[~tested], other.features[added]])
                 y = np.concatenate([own.target[~tested], other.target[added]])
-                fitted = make_model(model, kind, seed, period).fit(x, y)
+                group = np.concatenate([own.groups[~tested], other.groups[added]])
+                fitted = fit_model(make_model(model, kind, seed, period), x, y, group)
 
                 at_home = tested.any() and not size
                 points.append(

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
 from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
-from ajgdata.models import make_model
+from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -95,6 +95,8 @@ class CrossValidation:
     predictions: Predictions
     cost: Cost
     extra_tests: dict[str, Tested]
+    #: How each fold's model was chosen (see `models.chosen`); empty for one that is not tuned.
+    choices: tuple[dict[str, Any], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -127,8 +129,9 @@ def cross_validate(
 
     `features` (n, n_features); `target` (n,) numbers or class labels; `groups` (n,) labels that
     never straddle folds, or None for a random split, which flatters and is there to compare.
-    `model` is a name in `models.MODELS` or an unfitted estimator. A target with a `period` is one
-    where y and y + period are the same, as the angle of a bar is after half a turn.
+    `model` is a name in `models.MODELS` or an unfitted estimator; a tuned one is chosen in each
+    fold by inner folds of its training part, which divide no group either. A target with a `period`
+    is one where y and y + period are the same, as the angle of a bar is after half a turn.
     `parts` are folds that were made before, of a split that has the name `split`, instead of
     grouped or random ones. `progress(done, folds)` is called after each fold. BLAS and OpenMP get
     one thread: results do not depend on the number of cores, and jobs side by side do not fight.
@@ -153,11 +156,12 @@ def cross_validate(
     estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
-    costs, rss_mb = [], memory_mb("VmRSS")
+    costs, choices, rss_mb = [], [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
-            fitted, cost = _fitted(estimator, features, target, train, test)
+            fitted, cost = _fitted(estimator, features, target, group, train, test)
             costs.append(cost)
+            choices.append(chosen(fitted)[1])
             own_parts.append(_predict(fitted, features, test, fold, target[train]))
             for name, tests in extra.items():
                 new = np.flatnonzero(~np.isin(tests.groups, group[train]))
@@ -173,7 +177,8 @@ def cross_validate(
         errors = _scores(tests, extra_parts[name], kind, period, seed, name)
         tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
     predictions = _predictions(own, own_parts, in_order=True)
-    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested)
+    tuned = tuple(choice for choice in choices if choice)
+    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested, tuned)
 
 
 def _validated(
@@ -214,13 +219,18 @@ def _checked_extra(
 
 
 def _fitted(
-    model: BaseEstimator, features: np.ndarray, target: np.ndarray, train: Any, test: Any
+    model: BaseEstimator,
+    features: np.ndarray,
+    target: np.ndarray,
+    group: np.ndarray,
+    train: Any,
+    test: Any,
 ) -> tuple[Any, FoldCost]:
     """Return a model trained on the rows `train`, and its cost, with predictions timed on
     `test`."""
-    estimator: Any = clone(model)
+    unfitted = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
-    estimator.fit(features[train], target[train])
+    estimator = fit_model(unfitted, features[train], target[train], group[train])
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     rows, single = features[test], features[test[:1]]
     estimator.predict(rows)  # once untimed: the first call may load something

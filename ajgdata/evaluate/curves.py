@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -60,8 +60,8 @@ def learning_curve(
             for size in sizes:
                 chosen = np.concatenate([order[:size] for order in orders])
                 rows = train[np.isin(group[train], chosen)]
-                fitted = make_model(model, kind, seed + repeat, period)
-                fitted.fit(features[rows], y[rows])
+                made = make_model(model, kind, seed + repeat, period)
+                fitted = fit_model(made, features[rows], y[rows], group[rows])
                 scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
                 chance = metrics.chance(y[rows], y[test], kind, period)
                 points.append(CurvePoint(size, repeat, len(rows), scores, chance))

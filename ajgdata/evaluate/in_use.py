@@ -19,7 +19,7 @@ from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.evaluate.novelty import alarm
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 #: The inner folds of the model, each of which trains it once more.
@@ -137,7 +137,8 @@ def held_out_probability(
         raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
     probability = np.empty((len(y), len(np.unique(y))))
     for train, test in grouped_folds(y, groups, "classification", folds, seed):
-        fitted: Any = make_model(model, "classification", seed).fit(features[train], y[train])
+        made = make_model(model, "classification", seed)
+        fitted = fit_model(made, features[train], y[train], groups[train])
         probability[test] = fitted.predict_proba(features[test])
     return probability
 
@@ -171,8 +172,8 @@ def _half_width(
         )
     residual = np.empty(len(y))
     for train, test in grouped_folds(y, groups, "regression", folds, seed):
-        fitted: Any = make_model(model, "regression", seed, period)
-        fitted.fit(features[train], y[train])
+        made = make_model(model, "regression", seed, period)
+        fitted = fit_model(made, features[train], y[train], groups[train])
         residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
     half = float(weighted_quantile(residual[:, None], grasp_weights(groups), coverage)[0])
     return half if period is None else min(half, period / 2)

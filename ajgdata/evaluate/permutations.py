@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -60,7 +60,8 @@ def permutation_test(
     def value(labels: np.ndarray) -> float:
         predicted = np.empty_like(labels)
         for train, test in grouped_folds(labels, group, kind, folds, seed):
-            fitted = make_model(model, kind, seed, period).fit(features[train], labels[train])
+            made = make_model(model, kind, seed, period)
+            fitted = fit_model(made, features[train], labels[train], group[train])
             predicted[test] = fitted.predict(features[test])
         return metrics.score(labels, predicted, kind, period)[name]
 

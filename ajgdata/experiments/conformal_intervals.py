@@ -126,15 +126,15 @@ def _inner(
     """Return predictions (inner folds, n) of new features, residuals (m,) and their inner folds."""
     from ajgdata.evaluate.metrics import wrapped
     from ajgdata.evaluate.splits import grouped_folds
-    from ajgdata.models import make_model
+    from ajgdata.models import fit_model, make_model
 
     count = min(settings.inner_folds, len(np.unique(known.group)))
     residuals, fold = np.empty(len(known.value)), np.empty(len(known.value), int)
     predictions = []
     parts = grouped_folds(known.value, known.group, inputs.kind, count, inputs.seed)
     for number_of, (train, test) in enumerate(parts):
-        fitted = make_model(model, inputs.kind, inputs.seed, inputs.period_deg)
-        fitted.fit(known.feature[train], known.value[train])
+        made = make_model(model, inputs.kind, inputs.seed, inputs.period_deg)
+        fitted = fit_model(made, known.feature[train], known.value[train], known.group[train])
         away = wrapped(known.value[test] - fitted.predict(known.feature[test]), inputs.period_deg)
         residuals[test], fold[test] = np.abs(away), number_of
         predictions.append(fitted.predict(features))

@@ -46,7 +46,9 @@ class Settings(Strict):
         (0, 1, 2, 4), min_length=1, description="calibration grasps of each class, or value"
     )
     models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear", "knn"), min_length=1, description="models that are taken there"
+        ("cnn", "linear_plain", "knn_plain"),
+        min_length=1,
+        description="models that are taken there",
     )
 
 

@@ -37,7 +37,7 @@ class Settings(Strict):
     )
     repeats: int = Field(5, ge=2, description="draws of each number")
     models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear", "knn"), min_length=1, description="models that get a curve"
+        ("cnn", "linear_plain", "knn_plain"), min_length=1, description="models that get a curve"
     )
 
 

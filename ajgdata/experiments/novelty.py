@@ -48,7 +48,7 @@ class Settings(Strict):
         description="shares of grasps of known classes that may raise the alarm",
     )
     models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear"), description="models whose doubt is compared with the distance"
+        ("cnn", "linear_plain"), description="models whose doubt is compared with the distance"
     )
     inner_folds: int = Field(3, ge=2, description="folds of the training part, for their alarms")
 
@@ -152,15 +152,15 @@ def _strange(
 ) -> np.ndarray:
     """Return how strange recordings `rows` (m,) are to who knows those of `fit`: (m,)."""
     from ajgdata.evaluate.novelty import Guard
-    from ajgdata.models import make_model
+    from ajgdata.models import fit_model, make_model
 
     if judge == DISTANCE:
         return Guard.of(data.feature[fit], grasps[fit]).distance(data.feature[rows])
     made: Any = make_model(judge, inputs.kind, inputs.seed)
     if not hasattr(made, "predict_proba"):
         raise NotPossibleError(f"model {judge!r} has no probabilities: choose another")
-    made.fit(data.feature[fit], data.value[fit])
-    return 1 - made.predict_proba(data.feature[rows]).max(axis=1)
+    fitted = fit_model(made, data.feature[fit], data.value[fit], data.group[fit])
+    return 1 - fitted.predict_proba(data.feature[rows]).max(axis=1)
 
 
 def _nothing(inputs: Inputs, data: TaskData, grasps: np.ndarray) -> Iterator[dict[str, Any]]:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: Hundreds of times trained: of the models that train at once, the better one on ycb's inner folds
 #: (docs/models.md).
-MODEL = "ridge"
+MODEL = "ridge_plain"
 LEVEL = 0.05  #: of significance
 
 

@@ -51,7 +51,9 @@ class Settings(Strict):
         min_length=1, description="what is tried beside the data set's own settings"
     )
     models: tuple[ModelName, ...] = Field(
-        ("ridge", "knn"), min_length=1, description="models that are evaluated with each"
+        ("ridge_plain", "knn_plain"),
+        min_length=1,
+        description="models that are evaluated with each",
     )
 
 

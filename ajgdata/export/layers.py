@@ -6,10 +6,12 @@ the output of the one before, beginning with features (n, n_features), float32:
     cast        to float32 or float64 (`bits`)
     compress    asinh(x / scale)
     standardise (x - mean) / std
+    normalise   x / |x|, 0 where x is
     convolve    weight (c_out, c_in, k), bias (c_out,); `stride`, zeros for k // 2 beyond the ends
     relu        max(x, 0)
     dense       x weight^T + bias, of all that x holds; weight (outputs, inputs)
-    neighbours  mean of `value` (rows, outputs) over the `k` nearest of `row` (rows, inputs)
+    neighbours  mean of `value` (rows, outputs) over the `k` nearest of `row` (rows, inputs), by the
+                sum of |x - row|^`power`: 1 or 2
     kernel      exp(-gamma |x - row|^2) for each row
     vote        a pair of classes a step: columns `first` and `second` of what wins if x > 0, or not
     trees       sum over trees of the `value` of the leaf; left where x[feature] <= threshold
@@ -53,6 +55,8 @@ def layers_of(estimator: Any) -> list[Layer]:
     CannotExportError for an estimator, or a part of one, that has no such steps.
     """
     name = type(estimator).__name__
+    if name == "Tuned":
+        return layers_of(estimator.best_estimator_)
     if name in ("CnnClassifier", "CnnRegressor"):
         return _network(estimator)
     if name == "Circular":
@@ -135,6 +139,20 @@ def _scaler(fitted: Any) -> list[Layer]:
     ]
 
 
+def _normaliser(fitted: Any) -> list[Layer]:
+    if fitted.norm != "l2":
+        raise _refused(fitted, "only the 2-norm is known")
+    return [Layer("normalise")]
+
+
+def _projection(fitted: Any) -> list[Layer]:
+    """Return PCA as one dense step."""
+    if fitted.whiten:
+        raise _refused(fitted, "whitening is not known")
+    weight = fitted.components_
+    return [_dense(weight, -weight @ fitted.mean_)]
+
+
 def _compress(fitted: Any) -> list[Layer]:
     return [_of("compress", scale=np.float64(fitted.scale_))]
 
@@ -152,10 +170,12 @@ def _ridge(fitted: Any) -> list[Layer]:
 
 
 def _neighbours(fitted: Any, value: np.ndarray) -> list[Layer]:
-    if fitted.effective_metric_ != "euclidean" or fitted.weights != "uniform":
-        raise _refused(fitted, "only equal weights of the Euclidean distance are known")
+    power = {"euclidean": 2, "manhattan": 1}.get(fitted.effective_metric_)
+    if power is None or fitted.weights != "uniform":
+        metrics = "the Euclidean and the Manhattan distance"
+        raise _refused(fitted, f"only equal weights of {metrics} are known")
     arrays = {"row": np.asarray(fitted._fit_X, np.float64), "value": value.astype(np.float64)}
-    return [Layer("neighbours", arrays, {"k": fitted.n_neighbors})]
+    return [Layer("neighbours", arrays, {"k": fitted.n_neighbors, "power": power})]
 
 
 def _knn_classifier(fitted: Any) -> list[Layer]:
@@ -291,7 +311,11 @@ def _trees(nodes: list[tuple], depth: int, share: float, outputs: int = 0) -> La
 
 
 _TRANSFORMERS: dict[str, Callable[[Any], list[Layer]]] = {
+    "AtLeast": lambda fitted: [],
     "Compress": _compress,
+    "Normalizer": _normaliser,
+    "OneScale": _scaler,
+    "PCA": _projection,
     "StandardScaler": _scaler,
 }
 _MODELS: dict[str, Callable[[Any], list[Layer]]] = {

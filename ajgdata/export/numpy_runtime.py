@@ -40,6 +40,11 @@ def _standardise(x, arrays, numbers):
     return (x - arrays["mean"]) / arrays["std"]
 
 
+def _normalise(x, arrays, numbers):
+    norm = np.sqrt((x * x).sum(1, keepdims=True))
+    return x / np.where(norm > 0, norm, 1)
+
+
 def _convolve(x, arrays, numbers):
     weight, bias = arrays["weight"], arrays["bias"]  # (c_out, c_in, k), (c_out,)
     x = x[:, np.newaxis] if x.ndim == 2 else x  # (n, c_in, length)
@@ -66,8 +71,14 @@ def _squared_distances(x, rows):
     return np.maximum(squares - 2 * products, 0)
 
 
+def _absolute_distances(x, rows):
+    """Return the sum of |x - row| (n, rows)."""
+    return np.array([np.abs(one - rows).sum(1) for one in x]).reshape(len(x), len(rows))
+
+
 def _neighbours(x, arrays, numbers):
-    distances = _squared_distances(x, arrays["row"])
+    far = _squared_distances if numbers.get("power", 2) == 2 else _absolute_distances
+    distances = far(x, arrays["row"])
     nearest = np.argsort(distances, axis=1, kind="stable")[:, : int(numbers["k"])]
     return arrays["value"][nearest].mean(1)
 
@@ -107,6 +118,7 @@ STEPS = {
     "cast": _cast,
     "compress": _compress,
     "standardise": _standardise,
+    "normalise": _normalise,
     "convolve": _convolve,
     "relu": _relu,
     "dense": _dense,

@@ -192,6 +192,11 @@ def _standardise(graph: _Graph, x: str, arrays: Arrays, numbers: Numbers) -> str
     return graph("Div", centred, graph.number(arrays["std"]))
 
 
+def _normalise(graph: _Graph, x: str, arrays: Arrays, numbers: Numbers) -> str:
+    norm = graph("ReduceL2", x, graph.whole(1), keepdims=1)
+    return graph("Div", x, graph.unless_zero(norm))
+
+
 def _convolve(graph: _Graph, x: str, arrays: Arrays, numbers: Numbers) -> str:
     weight, bias = arrays["weight"], arrays["bias"]
     if weight.shape[1] == 1:  # the first: (batch, n) -> (batch, 1, n)
@@ -221,8 +226,15 @@ def _squared_distances(graph: _Graph, x: str, rows: np.ndarray) -> str:
     return graph("Max", total, graph.number(0.0))
 
 
+def _absolute_distances(graph: _Graph, x: str, rows: np.ndarray) -> str:
+    """Return the sum of |x - row| (batch, rows)."""
+    each = graph("Unsqueeze", x, graph.whole(1))  # (batch, 1, n)
+    return graph.sum(graph("Abs", graph("Sub", each, graph.number(rows))), 2)
+
+
 def _neighbours(graph: _Graph, x: str, arrays: Arrays, numbers: Numbers) -> str:
-    distances = _squared_distances(graph, x, arrays["row"])
+    far = _squared_distances if numbers["power"] == 2 else _absolute_distances
+    distances = far(graph, x, arrays["row"])
     nearest = f"nearest_{len(graph.nodes)}"
     inputs = [distances, graph.whole(int(numbers["k"]))]
     outputs = [f"{nearest}_distance", nearest]
@@ -294,6 +306,7 @@ _STEPS = {
     "cast": _cast,
     "compress": _compress,
     "standardise": _standardise,
+    "normalise": _normalise,
     "convolve": _convolve,
     "relu": _relu,
     "dense": _dense,

@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
 
-    Standardisation is part of the estimator, so it is learned from training rows only. The
-    settings are the same for every data set. `seed` matters to networks and trees; the others have
-    no chance in them. With a `period`, y and y + period are the same target: the model then learns
+    Scaling is part of the estimator, so it is learned from training rows only. Of a tuned model
+    scaling and settings are chosen from training rows, too, if `fit_model` tells it their groups;
+    all others have the same settings for every data set. `seed` matters to networks, trees and
+    inner folds. With a `period`, y and y + period are the same target: the model then learns
     (sin, cos) of 2 pi y / period (see `circular`). Raises ValueError for an unknown name or kind,
     for a model of another package that cannot be imported, and for classes with a period.
 
@@ -44,8 +45,42 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
     from sklearn.multioutput import MultiOutputRegressor
 
     from ajgdata.models.circular import Circular
+    from ajgdata.models.tuning import Tuned
 
-    return Circular(estimator if model.several else MultiOutputRegressor(estimator), period)
+    def turning(one: BaseEstimator) -> BaseEstimator:
+        return Circular(one if model.several else MultiOutputRegressor(one), period)
+
+    if isinstance(estimator, Tuned):
+        return estimator.each(turning, period)
+    return turning(estimator)
+
+
+def fit_model(
+    model: BaseEstimator, features: np.ndarray, target: np.ndarray, groups: np.ndarray | None
+) -> Any:
+    """Return `model` trained on features (n, n_features) and `target` (n,).
+
+    `groups` (n,) are what its inner folds must not divide, if it is tuned: those of the outer
+    split. None: nothing is chosen.
+    """
+    from sklearn.utils.validation import has_fit_parameter
+
+    estimator: Any = model
+    if groups is not None and has_fit_parameter(estimator, "groups"):
+        return estimator.fit(features, target, groups=groups)
+    return estimator.fit(features, target)
+
+
+def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
+    """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
+    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`."""
+    from ajgdata.models.tuning import Tuned
+
+    if not isinstance(fitted, Tuned):
+        return fitted, None
+    about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
+    about |= {"inner_folds": fitted.inner_folds_, "scores": fitted.inner_scores_}
+    return fitted.best_estimator_, about
 
 
 def model_label(name: str, kind: Kind) -> str:

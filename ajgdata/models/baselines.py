@@ -1,6 +1,7 @@
-"""The models that the CNN must beat: compress, standardise, then one of scikit-learn's.
+"""The models that the CNN must beat: scale, then one of scikit-learn's.
 
-One setting for all tasks, none tuned to a data set.
+Those named here have one setting for all tasks, none tuned to a data set; `candidates` lists what
+the tuned ones are chosen from.
 """
 
 from __future__ import annotations
@@ -24,12 +25,15 @@ from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC, SVR
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from ajgdata.types import Kind, NotPossibleError
+from ajgdata.models.scaling import AtLeast
+from ajgdata.types import Kind
 
 NEIGHBOURS = 5  # scikit-learn's default; the paper does not give its k
 RIDGE_ALPHA = (
     1000.0  # about one per bin: a standardised spectrum then weighs as much as the penalty
 )
+#: A few dozen are usual; the limit leaves room for data that separate perfectly.
+LOGISTIC_STEPS = 2000
 SVM_C = 1.0  # scikit-learn's default, as is its gamma: 1 / (bins * variance)
 #: A class may have no more than some dozens of spectra, hence small leaves; few features a split
 #: because neighbouring bins say the same: a tenth of the time, and trees that differ.
@@ -53,24 +57,16 @@ class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
     Objects and poses multiply a spectrum, bin by bin: differences of logarithms are what matters.
     asinh is the logarithm (plus log 2) where x >> scale_, is defined at 0, and does not blow up
     the noise of bins without signal. The CNN does the same inside, with a scale of its own.
-
-    `least_rows` is what the model behind it needs: k-NN would train on fewer, and then not predict.
     """
 
     scale_: float
 
-    def __init__(self, relative: float = 0.1, least_rows: int = 1) -> None:
+    def __init__(self, relative: float = 0.1) -> None:
         self.relative = relative
-        self.least_rows = least_rows
 
     def fit(self, X: Any, y: Any = None) -> Self:
-        """Learn `scale_` from features (n, n_features). Raises NotPossibleError for fewer rows than
-        `least_rows`."""
+        """Learn `scale_` from features (n, n_features)."""
         X = validate_data(self, X, dtype=np.float64)
-        if len(X) < self.least_rows:
-            raise NotPossibleError(
-                f"{len(X)} recordings to learn from: {self.least_rows} are needed"
-            )
         self.scale_ = float(np.abs(X).mean() * self.relative) or 1.0
         return self
 
@@ -84,17 +80,16 @@ def _after_scaling(model: BaseEstimator) -> Pipeline:
     return make_pipeline(Compress(), StandardScaler(), model)
 
 
-def _scaled_target(model: BaseEstimator) -> BaseEstimator:
+def scaled_target(model: BaseEstimator) -> BaseEstimator:
     """Return `model` with its target scaled: its settings suppose one of order one."""
     return TransformedTargetRegressor(model, transformer=StandardScaler())
 
 
-def linear(kind: Kind, seed: int) -> Pipeline:
+def logistic(kind: Kind, seed: int) -> Pipeline:
     """Return logistic regression (lbfgs, C = 1), or ridge."""
     if kind == "regression":
         return ridge(kind, seed)
-    # a few dozen steps are usual; the limit leaves room for data that separate perfectly
-    return _after_scaling(LogisticRegression(C=1.0, max_iter=2000))
+    return _after_scaling(LogisticRegression(max_iter=LOGISTIC_STEPS))
 
 
 def ridge(kind: Kind, seed: int) -> Pipeline:
@@ -105,10 +100,10 @@ def ridge(kind: Kind, seed: int) -> Pipeline:
 
 
 def nearest_neighbours(kind: Kind, seed: int) -> Pipeline:
-    """Return k-NN on the Euclidean distance; it needs at least k training rows."""
+    """Return k-NN by the Euclidean distance of features as they are stored, as the paper says
+    nothing of a scaling; it needs at least k training rows."""
     knn = KNeighborsRegressor if kind == "regression" else KNeighborsClassifier
-    scaled = Compress(least_rows=NEIGHBOURS), StandardScaler()
-    return make_pipeline(*scaled, knn(n_neighbors=NEIGHBOURS))
+    return make_pipeline(AtLeast(NEIGHBOURS), knn(n_neighbors=NEIGHBOURS))
 
 
 def support_vectors(kind: Kind, seed: int) -> Pipeline:
@@ -116,7 +111,7 @@ def support_vectors(kind: Kind, seed: int) -> Pipeline:
     probabilities: its margins are not any, and fitting some to them would take a split of its
     own."""
     if kind == "regression":
-        return _after_scaling(_scaled_target(SVR(C=SVM_C)))
+        return _after_scaling(scaled_target(SVR(C=SVM_C)))
     return _after_scaling(SVC(C=SVM_C))
 
 
@@ -136,5 +131,5 @@ def forest(kind: Kind, seed: int) -> Pipeline:
 def perceptron(kind: Kind, seed: int) -> Pipeline:
     """Return a multilayer perceptron with one hidden layer, trained by Adam."""
     if kind == "regression":
-        return _after_scaling(_scaled_target(MLPRegressor(**MLP, random_state=seed)))
+        return _after_scaling(scaled_target(MLPRegressor(**MLP, random_state=seed)))
     return _after_scaling(MLPClassifier(**MLP, random_state=seed))

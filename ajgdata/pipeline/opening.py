@@ -196,7 +196,7 @@ def _decision(
 
     from ajgdata.evaluate.splits import grouped_folds
     from ajgdata.evaluate.task_data import task_data
-    from ajgdata.models import make_model, model_label
+    from ajgdata.models import fit_model, make_model, model_label
     from ajgdata.report.opening import Decision
 
     model, seed = about["model"], about["seed"]
@@ -207,8 +207,8 @@ def _decision(
     parts = grouped_folds(data.value, data.group, about["kind"], count, seed)
     fold, (train, test) = next((n, part) for n, part in enumerate(parts) if row in part[1])
     with threadpool_limits(limits=1):  # as in the cross-validation: the same numbers
-        fitted: Any = make_model(model, about["kind"], seed)
-        fitted.fit(data.feature[train], data.value[train])
+        made = make_model(model, about["kind"], seed)
+        fitted = fit_model(made, data.feature[train], data.value[train], data.group[train])
         chances = fitted.predict_proba(data.feature[test])[test == row][0]
     classes = map(str, fitted.classes_)
     probabilities = dict(zip(classes, map(float, chances), strict=True))

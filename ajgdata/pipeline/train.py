@@ -43,7 +43,7 @@ def train_model(
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import make_model, network_state
+    from ajgdata.models import chosen, fit_model, make_model, network_state
 
     shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
@@ -58,7 +58,8 @@ def train_model(
             classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
         data = task_data(shard, target, kind, groups, classes)
         with threadpool_limits(limits=1):
-            estimator = unfitted.fit(data.feature, data.value)
+            fitted = fit_model(unfitted, data.feature, data.value, data.group)
+            estimator, choice = chosen(fitted)
     except NotPossibleError as error:
         write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
         return
@@ -71,6 +72,7 @@ def train_model(
     about |= {"recordings": len(data.name), "frequency_hz": shard.frequency_hz}
     about |= {"classes": np.unique(data.value).tolist() if kind == "classification" else []}
     about |= {"calibration": found.plain()}
+    about |= {"tuning": choice} if choice else {}
     write_guard(folder, _guarding(shard, target, kind, data, grasp))
     if state := network_state(estimator):
         arrays, about["network"] = state

@@ -28,7 +28,8 @@ class Model:
     `make` is `module:function`, called with (kind, seed) for an unfitted scikit-learn estimator;
     `classification` and `regression` are its names in the report. `several` says whether its
     regressor fits targets (n, k), too. `trusted` are the types in its file that belong neither to
-    scikit-learn nor to NumPy (`module.Class`): without being named they are not loaded.
+    scikit-learn nor to NumPy (`module.Class`): without being named they are not loaded. `plain`
+    names the model that it is beside when nothing is chosen for it; "" for one that is not tuned.
     """
 
     make: str
@@ -36,6 +37,7 @@ class Model:
     regression: str
     several: bool = True
     trusted: tuple[str, ...] = ()
+    plain: str = ""
 
     def label(self, kind: Kind) -> str:
         """Return its name in the report."""
@@ -140,10 +142,16 @@ def resolve(place: str) -> Any:
         raise ValueError(f"{place} cannot be imported ({reason}): mend or remove it") from None
 
 
-_SCALED = ("ajgdata.models.baselines.Compress",)
+_SCALED = (
+    "ajgdata.models.baselines.Compress",
+    "ajgdata.models.scaling.AtLeast",
+    "ajgdata.models.scaling.OneScale",
+)
 _TREES = (*_SCALED, "sklearn.tree._tree.Tree")
 _BOOSTED = (*_SCALED, "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor")
 _ADAM = (*_SCALED, "sklearn.neural_network._stochastic_optimizers.AdamOptimizer")
+# sorts of scikit-learn's own that skops does not know to be harmless
+_METRICS = (*_SCALED, "sklearn.metrics._dist_metrics.ManhattanDistance64")
 
 
 def _baseline(
@@ -158,21 +166,38 @@ def _baseline(
     return Model(make, classification, regression, several, trusted)
 
 
+def _tuned(
+    function: str,
+    classification: str,
+    regression: str,
+    plain: str,
+    *,
+    several: bool = True,
+    trusted: tuple[str, ...] = _SCALED,
+) -> Model:
+    make = f"ajgdata.models.candidates:{function}"
+    return Model(make, classification, regression, several, trusted, plain)
+
+
 MODELS = Registry(
     "model",
     "ajgdata.models",
     Model,
     {
         "cnn": Model("ajgdata.models.cnn:cnn", "CNN", "CNN"),
-        "linear": _baseline("linear", "logistic regression", "ridge"),
-        "ridge": _baseline("ridge", "ridge classifier", "ridge"),
-        "knn": _baseline("nearest_neighbours", "k-NN", "k-NN"),
-        "svm": _baseline("support_vectors", "SVM", "SVM", several=False),
+        "linear": _tuned("linear", "logistic regression", "ridge", "linear_plain"),
+        "ridge": _tuned("ridge", "ridge classifier", "ridge", "ridge_plain"),
+        "knn": _tuned("nearest_neighbours", "k-NN", "k-NN", "knn_plain", trusted=_METRICS),
+        "svm": _tuned("support_vectors", "SVM", "SVM", "svm_plain", several=False),
         "boosting": _baseline(
             "boosting", "gradient boosting", "gradient boosting", several=False, trusted=_BOOSTED
         ),
         "forest": _baseline("forest", "random forest", "random forest", trusted=_TREES),
         "mlp": _baseline("perceptron", "MLP", "MLP", trusted=_ADAM),
+        "linear_plain": _baseline("logistic", "logistic regression, plain", "ridge, plain"),
+        "ridge_plain": _baseline("ridge", "ridge classifier, plain", "ridge, plain"),
+        "knn_plain": _baseline("nearest_neighbours", "k-NN, plain", "k-NN, plain"),
+        "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", several=False),
     },
 )
 SOURCES = Registry(

@@ -5,11 +5,12 @@ import sys
 import numpy as np
 import pytest
 from sklearn.base import clone, is_classifier, is_regressor
+from sklearn.utils.validation import has_fit_parameter
 
 from ajgdata.acquire.recipe import plan_session, session_names
 from ajgdata.acquire.robot import Placement, grasp_once, open_robot
 from ajgdata.loading import read_model
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Column, Shard, text_column, write_store
 from ajgdata.types import (
@@ -80,12 +81,20 @@ class TestModels:
         train_model(store, target=target, kind=kind, unit="", groups="grasp_id", model=name,
                     seed=3, folder=tmp_path / "model")  # fmt: skip
         loaded, about = read_model(tmp_path / "model")
-        fitted = make_model(name, kind, 3).fit(x, y[target])
+        grasp = np.array([f"s/{n}" for n in range(24)])
+        fitted = fit_model(make_model(name, kind, 3), x, y[target], grasp)
         assert np.array_equal(loaded.predict(x), fitted.predict(x))
         assert (about["model"], about["recordings"]) == (name, 24)
 
     def test_has_a_label(self, name, target):
         assert MODELS[name].label(TARGETS[target])
+
+    def test_stands_beside_a_plain_one_that_is_not_tuned(self, name, target):
+        if plain := MODELS[name].plain:
+            made = make_model(plain, TARGETS[target], seed=3)
+            assert not has_fit_parameter(made, "groups")
+            assert has_fit_parameter(make_model(name, TARGETS[target], seed=3), "groups")
+            assert MODELS[plain].plain == ""
 
 
 @pytest.mark.parametrize("name", SOURCES.names())

@@ -12,13 +12,15 @@ from exported_models import (
     RATE_HZ,
     exported,
     features_of,
+    targets,
     tones,
     trained,
 )
 from scipy.spatial.distance import cdist
+from sklearn.decomposition import PCA
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import MinMaxScaler
+from sklearn.preprocessing import MinMaxScaler, Normalizer
 
 from ajgdata.evaluate import calibration
 from ajgdata.export import numpy_runtime
@@ -29,6 +31,7 @@ from ajgdata.export.numpy_file import numpy_bytes
 from ajgdata.export.running import OnnxModel, numpy_about
 from ajgdata.features import checks
 from ajgdata.features.spectrum import spectrum
+from ajgdata.models import make_model
 from ajgdata.models.baselines import Compress
 from ajgdata.types import MODELS, DataError, FeatureSettings
 
@@ -72,10 +75,37 @@ def test_every_model_and_kind_is_what_it_was_in_python(model, question, tmp_path
             np.testing.assert_allclose(probability, scaled, atol=found.allowed + 1e-6)
         if made.about["classes"]:
             assert [one["value"] for one in said] == fitted.predict(theirs).tolist()
-    assert (model in ("ridge", "svm")) == (not made.about["probabilities"]) or question in (
-        "number",
-        "angle",
-    )
+    without = model.partition("_")[0] in ("ridge", "svm")
+    assert without == (not made.about["probabilities"]) or question in ("number", "angle")
+
+
+@pytest.mark.parametrize("question", ["classes", "number", "angle"])
+@pytest.mark.parametrize(
+    ("model", "choice"),
+    [
+        ("knn", "asinh, per bin, PCA, k = 5"),
+        ("knn", "L2, k = 5, Manhattan"),
+        ("knn", "log, k = 1"),
+        ("ridge", "one scale, alpha = 10"),
+        ("svm", "L2, one scale, C = 10"),
+    ],
+)
+def test_whatever_a_tuned_model_chooses_can_be_exported(model, choice, question, tmp_path):
+    kind = "classification" if question == "classes" else "regression"
+    period = PERIOD if question == "angle" else None
+    named = dict(make_model(model, kind, 0, period).candidates)
+    fitted = named[choice].fit(X, targets(question, len(X)))
+    made = exported(fitted, question)
+    onnx, plain = in_onnx(made, tmp_path), in_numpy(made)
+    plain.check_self()
+    for said in ([onnx(sound) for sound in SOUNDS], [plain_said(plain, s) for s in SOUNDS]):
+        theirs = np.array([one["feature"] for one in said], np.float32)
+        if question == "classes":
+            assert [one["value"] for one in said] == fitted.predict(theirs).tolist()
+            continue
+        score = np.array([one["score"] for one in said])
+        found = difference("score", lambda x: fitted.predict(x)[:, None], theirs, score, period)
+        assert not found.is_beyond, found
 
 
 def plain_said(model, sound):
@@ -219,7 +249,7 @@ def test_what_cannot_be_exported_is_named():
     with pytest.raises(CannotExportError, match="features of kind transfer_function cannot"):
         exported(LINEAR, features=FeatureSettings(window=64, hop=32, kind="transfer_function"))
     labels = LINEAR.predict(X)
-    with pytest.raises(CannotExportError, match="MinMaxScaler cannot be exported: known are Comp"):
+    with pytest.raises(CannotExportError, match="MinMaxScaler cannot be exported: known are AtLe"):
         exported(make_pipeline(MinMaxScaler(), KNeighborsClassifier()).fit(X, labels))
     far = make_pipeline(Compress(), KNeighborsClassifier(weights="distance")).fit(X, labels)
     with pytest.raises(CannotExportError, match="KNeighborsClassifier cannot be exported: only eq"):
@@ -230,6 +260,12 @@ def test_what_cannot_be_exported_is_named():
     class Ridge:  # of another package, with a name of scikit-learn's
         pass
 
+    whitened = make_pipeline(PCA(2, whiten=True), KNeighborsClassifier()).fit(X, labels)
+    with pytest.raises(CannotExportError, match="PCA cannot be exported: whitening"):
+        exported(whitened)
+    other = make_pipeline(Normalizer("max"), KNeighborsClassifier()).fit(X, labels)
+    with pytest.raises(CannotExportError, match="Normalizer cannot be exported: only the 2-norm"):
+        exported(other)
     spoilt = make_pipeline(Compress(), KNeighborsClassifier()).fit(X, labels)
     spoilt.steps[-1] = ("ridge", Ridge())
     with pytest.raises(CannotExportError, match="Ridge cannot be exported"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ajgdata.loading import read_model
-from ajgdata.models import make_model
+from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
@@ -62,15 +62,18 @@ def train(store, target, model, name="m"):
 
 
 @pytest.mark.usefixtures("uncalibrated")
-@pytest.mark.parametrize("model", ["cnn", "linear", "svm"])
+@pytest.mark.parametrize("model", ["cnn", "linear", "svm", "knn"])
 def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
     folder = store.parent / "m"
     about = {"target": "edge_mm", "kind": "regression", "unit": "", "groups": "grasp_id"}
     train_model(store, **about, model=model, seed=3, folder=folder, period_deg=8.0)
     loaded, about = read_model(folder)
     shard, known = read_store(store), slice(0, 23)
-    fitted = make_model(model, "regression", 3, 8.0)
-    fitted.fit(shard.feature[known], shard.columns["edge_mm"].values[known])
+    x, y, grasp = (c[known] for c in (shard.feature, shard.columns["edge_mm"].values,
+                                      shard.columns["grasp_id"].values))  # fmt: skip
+    fitted = fit_model(make_model(model, "regression", 3, 8.0), x, y, grasp)
+    assert about.get("tuning") == chosen(fitted)[1]
+    assert type(loaded) is type(chosen(fitted)[0])
     np.testing.assert_array_equal(loaded.predict(shard.feature), fitted.predict(shard.feature))
     assert about["period"] == 8
     assert about["recordings"] == 23
@@ -133,8 +136,9 @@ def test_a_model_of_some_classes_knows_no_others(store):
     two, told = read_model(store.parent / "two")
     assert two.classes_.tolist() == told["classes"] == ["a", "c"]
     assert told["recordings"] == 18
-    fitted = make_model("linear", "classification").fit(shard.feature[kinds != "b"],
-                                                        kinds[kinds != "b"])  # fmt: skip
+    x, y, grasp = (c[kinds != "b"] for c in (shard.feature, kinds,
+                                             shard.columns["grasp_id"].values))  # fmt: skip
+    fitted = fit_model(make_model("linear", "classification"), x, y, grasp)
     np.testing.assert_array_equal(
         two.predict_proba(shard.feature), fitted.predict_proba(shard.feature)
     )

@@ -42,7 +42,7 @@ from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 
 #: The model whose figure the paper gives among its baselines.
-BASELINE, BASELINES = "knn", "baselines"
+BASELINE, BASELINES = "knn_plain", "baselines"
 #: Figures without a number: what a model that works at home fails at.
 FAILS = ("limit", "lesson")
 #: Where the paper also counts the classes that are told this well.

@@ -44,7 +44,7 @@ class Settings(Strict):
     draws: int = Field(2, ge=1, description="choices of calibration grasps")
     threshold: float = Field(0.6, gt=0, le=1, description="probability that sorts (paper)")
     models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear"), min_length=1, description="models that are taken there"
+        ("cnn", "linear_plain"), min_length=1, description="models that are taken there"
     )
 
 

@@ -50,7 +50,7 @@ class Settings(Strict):
         tuple(NAMES), min_length=1, description="kinds of excitation"
     )
     models: tuple[ModelName, ...] = Field(
-        ("cnn", "linear"), min_length=1, description="models that are evaluated with each"
+        ("cnn", "linear_plain"), min_length=1, description="models that are evaluated with each"
     )
     slow: tuple[ModelName, ...] = Field(
         ("cnn",), description="models that meet kinds other than the paper's at `slow_lengths_s`"

@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import FOLDS, held_out_probability, temperature_in_use
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import make_model
+from ajgdata.models import fit_model, make_model
 from ajgdata.types import NotPossibleError
 
 
@@ -49,7 +49,7 @@ def trained(data: TaskData, model: str, seed: int, grasps: int | None = None) ->
     folds = min(FOLDS, len(np.unique(group)))
     with threadpool_limits(limits=1):
         held_out = held_out_probability(x, y, group, model=model, folds=folds, seed=seed)
-        fitted: Any = make_model(model, "classification", seed).fit(x, y)
+        fitted = fit_model(make_model(model, "classification", seed), x, y, group)
     found = temperature_in_use(held_out, label, group)
     return Trained(fewest, classes, fitted, found, held_out, label)
 
