@@ -137,7 +137,7 @@ def of_two_sessions(**columns) -> dict:
 
 
 def test_sessions_are_compared_where_there_are_two():
-    tables, cost, about = measured("knn", Settings(repeats=1), **of_two_sessions())
+    tables, cost, about = measured("linear_plain", Settings(repeats=1), **of_two_sessions())
     parts = about["parts"]
     assert parts["within session"]["folds"] > parts["across sessions"]["folds"] == 2
     assert about["no_sessions"] == "" and "across sessions, as many" not in parts

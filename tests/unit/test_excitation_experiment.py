@@ -199,7 +199,7 @@ def shown(kinds=("log_sweep", "linear_sweep", "mls"), wrong=lambda kind, length:
     values |= {f"fold {n}": lambda w, n=n: 1 - w + 0.01 * (n - 1) for n in range(3)}
     rows = [
         (model, parts[one], "accuracy", statistic, value(wrong(*one)))
-        for one in tried for model in ("cnn", "linear") for statistic, value in values.items()
+        for one in tried for model in ("cnn", "linear_plain") for statistic, value in values.items()
     ]  # fmt: skip
     points = [
         {"part": parts[k, n], "kind": k, "length_s": n, "level": -0.9, "crest_db": 3.0}

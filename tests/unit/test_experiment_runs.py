@@ -32,7 +32,7 @@ SPEC = DatasetSpec.model_validate(
         "tasks": {
             "t": {
                 "target": "object",
-                "models": ["linear"],
+                "models": ["linear_plain"],
                 "experiments": {
                     "permutation_test": {"permutations": 9},
                     "learning_curve": {"groups": [1, 99], "models": ["knn"]},
@@ -79,7 +79,11 @@ def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, 
 def test_files_say_what_was_measured_how_and_of_what(paths):
     about, tables = read_tables(paths.experiment("d", "t", "permutation_test"))
     assert about["settings"] == {"permutations": 9}
-    assert (about["seed"], about["model"], about["provenance"]["data_set"]) == (3, "ridge", "d")
+    assert (about["seed"], about["model"], about["provenance"]["data_set"]) == (
+        3,
+        "ridge_plain",
+        "d",
+    )
     assert [table.name for table in tables] == ["scores", "null"]
 
 
@@ -106,7 +110,7 @@ def test_a_mistake_in_the_code_is_no_reason_to_skip(paths, monkeypatch):
 
 def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     document, rows, predictions = collected(paths)
-    linear = [r for r in rows if r["model"] == "linear" and r["part"] == "grouped"]
+    linear = [r for r in rows if r["model"] == "linear_plain" and r["part"] == "grouped"]
     values = {r["statistic"]: float(r["value"]) for r in linear if r["metric"] == "accuracy"}
     folds = [values[f"fold {n}"] for n in range(5)]
     assert values["mean"] == pytest.approx(np.mean(folds), abs=1e-15)
