@@ -13,6 +13,7 @@ from pydantic_core import PydanticUndefined
 
 from ajgdata import gripper
 from ajgdata.experiments import EXPERIMENTS
+from ajgdata.gripper.variation import Variation
 from ajgdata.types import (
     CROSS_VALIDATION,
     MODELS,
@@ -42,8 +43,12 @@ MEASURED: dict[str, Model] = {
     for name in EXPERIMENTS.own
     if not EXPERIMENTS.own[name].of_embedding and name != CROSS_VALIDATION
 }
-#: Parts of `scene` and `signal` of a recipe, and of the files of `ajgdata gripper`.
-SCENES: dict[str, Model] = {"Scene": gripper.Scene, "Signal chain": gripper.SignalChain}
+#: Parts of `scene`, `signal` and `variation` of a recipe, and of the files of `ajgdata gripper`.
+SCENES: dict[str, Model] = {
+    "Scene": gripper.Scene,
+    "Signal chain": gripper.SignalChain,
+    "Variation": Variation,
+}
 UNITS = {
     "mm": "mm", "deg": "degrees", "hz": "Hz", "pa": "Pa", "s": "s", "db": "dB", "dba": "dB(A)",
     "m2": "m²", "m3": "m³", "c": "°C",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain
 from ajgdata.gripper.scene import Nuisance
+from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
 from ajgdata.store.responses import ResponseStore
@@ -29,13 +31,13 @@ if TYPE_CHECKING:
 
 FOLDS = 5
 #: What is drawn anew for each grasp; the correlation lengths are no amounts.
-NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "temperature_k")
+NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "grain_force", "temperature_k")
 QUIET = SignalChain(noise_db_spl=None)
 
 
 def nuisances(factor: float, only: Sequence[str] = NUISANCES) -> dict[str, JsonValue]:
     """Return the scatter of grasps, `factor` times the default; nothing but `only` scatters."""
-    base = Nuisance()
+    base = Nuisance(**Variation().nuisance({}))
     return {name: factor * getattr(base, name) * (name in only) for name in NUISANCES}
 
 
@@ -59,11 +61,10 @@ class AblationData:
         without a recipe.
         """
         recipe = _recipe(read_dataset(self.paths, dataset))
-        several = None if each is None else each * len(recipe.objects)  # objects come in turn
         planned = [
             dataclasses.replace(grasp, grasp_id=f"{session}/{grasp.grasp_id}")
             for session in session_names(recipe)[: 1 if self.quick else sessions]
-            for grasp in plan_session(recipe, dataset, session, "")[:several]
+            for grasp in _first(plan_session(recipe, dataset, session, ""), each)
         ]
         return sorted(planned, key=lambda grasp: grasp.grasp_id)
 
@@ -104,8 +105,8 @@ class AblationData:
     ) -> TaskData:
         """Return the same grasps simulated with `scene` over their setup, each recorded once.
 
-        `feature` (n, 1025), `value` (n,). What the recipe varies of the pose is multiplied by
-        `pose`. Raises ValueError for a data set without a recipe.
+        `feature` (n, 1025), `value` (n,). What the recipe varies of the pose, and the error of each
+        placement, is multiplied by `pose`. Raises ValueError for a data set without a recipe.
         """
         from ajgdata.features.spectrum import spectrum
 
@@ -114,8 +115,11 @@ class AblationData:
         solver, feature, value = SerialSolver(self.paths.responses), [], []
         for grasp in grasps:
             setup = _over(grasp.setup, scene)
-            nearer = {key: pose * setup["grasp"][key] for key in recipe.vary}
-            setup["grasp"] = {**setup["grasp"], **nearer}
+            held = setup["grasp"]
+            nearer = {key: pose * held[key] for key in (*recipe.vary, "placed_deg") if key in held}
+            if "placed_mm" in held:
+                nearer["placed_mm"] = [pose * one for one in held["placed_mm"]]
+            setup["grasp"] = {**held, **nearer}
             source = VirtualGripper(setup, solver, recipe.signal, spec.excitation)
             take = source.take(dataclasses.replace(grasp, setup=setup), 0)
             feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
@@ -155,6 +159,17 @@ class AblationData:
             rows.feature, rows.value, None if random else rows.group,
             kind=kind, model=model, folds=FOLDS, seed=self.seed, period=period, extra_tests=tests,
         )  # fmt: skip
+
+
+def _first(grasps: Sequence[Grasp], each: int | None) -> list[Grasp]:
+    """Return the first `each` grasps of every object, or all."""
+    seen: Counter[str] = Counter()
+    first = []
+    for grasp in grasps:
+        seen[grasp.object] += 1
+        if each is None or seen[grasp.object] <= each:
+            first.append(grasp)
+    return first
 
 
 def _recipe(spec: DatasetSpec) -> Recipe:

@@ -15,7 +15,7 @@ from ajgdata.types.table import Column, Table, Value
 
 STILL = Hypothesis(
     ("ycb", "data-size"),
-    "packing, surface, force and temperature, new with each grasp, limit the accuracy",
+    "packing, surface, force, depth and temperature, new with each grasp, limit the accuracy",
     "no scatter of grasps, poses as before",
 )
 NOISIER = Hypothesis(
@@ -30,6 +30,7 @@ ORIGINS = {
     "surface": ("roughness_mm", "slope_deg"),
     "packing": ("packing",),
     "force": ("force",),
+    "grains that bear the object": ("grain_force",),
     "temperature": ("temperature_k",),
     "all of them": NUISANCES,
 }

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.scene import derive_seed
+from ajgdata.gripper.variation import Variation
 from ajgdata.types import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
@@ -51,26 +52,33 @@ def plan_session(
     code: str,
     played: ExcitationSpec = DEFAULT_EXCITATION,
 ) -> list[Grasp]:
-    """Return every grasp of one session: of nothing first, then objects in turn as a person would
-    place them.
+    """Return every grasp of one session: of nothing first, then of the objects in the recipe's
+    order, in turn or one after another.
 
     Each grasp draws from its own seed, derived from (recipe seed, data set, session, object,
-    number): adding an object or a grasp changes no other. Variants share their seeds unless each
-    draws its own grasps; the data set is `recipe.grasps_of` where that is given. `code` is a digest
-    of the gripper's sources; with scene, signal chain and what is played (where that is not the
-    default) it makes the grasp's digest, so that changed physics is simulated again. What `vary`
-    draws is a label of the recording, too.
+    number): adding an object or a grasp changes no other, but where the bed remembers (a variation
+    with memory) those that come after it. Variants share their seeds unless each draws its own
+    grasps; the data set is `recipe.grasps_of` where that is given. `code` is a digest of the
+    gripper's sources; with scene, signal chain and what is played (where that is not the default)
+    it makes the grasp's digest, so that changed physics is simulated again. What `vary` draws is a
+    label of the recording, too.
+
+    Raises ValidationError for a variation that cannot be.
     """
     drawn_by, variant = _sessions(recipe)[session]
     scene = {**recipe.scene, **recipe.variants.get(variant, {})}
     sound = {} if played == DEFAULT_EXCITATION else {"excitation": played.model_dump(mode="json")}
+    names = (recipe.seed, recipe.grasps_of or dataset, drawn_by)
+    varied = _Varied.of(recipe, scene, *names)
 
-    def planned(held: RecipeObject | None, number: int) -> Grasp:
+    def planned(held: RecipeObject | None, number: int, before: int) -> Grasp:
         name = held.name if held else ""
-        seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, drawn_by, name, number)
-        grasp = _grasp_settings(scene, recipe, held, seed)
-        setup = {**scene, "object": held.shape if held else None, "grasp": grasp}
+        seed = derive_seed(*names, name, number)
+        setup = _setup(scene, recipe, held, seed)
+        grasp = setup["grasp"]
         drawn = {key: grasp[key] for key in sorted(recipe.vary)} if held else {}
+        put_down = () if recipe.order == "blocks" else (number,)
+        setup = varied.setup(setup, (*names, name, *put_down), names, before)
         return Grasp(
             grasp_id=f"{session}_{name or EMPTY}_{number:02d}",
             object=name,
@@ -80,9 +88,56 @@ def plan_session(
             digest=_digest({"setup": setup, "signal": recipe.signal, "code": code, **sound}),
         )
 
-    empty = [planned(None, number) for number in range(1, recipe.references + 1)]
+    return [planned(*one, before) for before, one in enumerate(_in_order(recipe))]
+
+
+def _in_order(recipe: Recipe) -> Iterator[tuple[RecipeObject | None, int]]:
+    """What is grasped, and for which time, from first to last; None is nothing."""
+    yield from ((None, number) for number in range(1, recipe.references + 1))
     numbers = range(1, recipe.grasps_per_object + 1)
-    return empty + [planned(made, number) for number in numbers for made in recipe.objects]
+    if recipe.order == "blocks":
+        yield from ((made, number) for made in recipe.objects for number in numbers)
+    else:
+        yield from ((made, number) for number in numbers for made in recipe.objects)
+
+
+class _Varied(NamedTuple):
+    """What a recipe's variation adds to the setups of one session; nothing if it has none."""
+
+    variation: Variation | None
+    assembly: Mapping[str, Any]
+    offsets: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, recipe: Recipe, scene: Mapping[str, Any], *names: str | int) -> _Varied:
+        """Draw gripper and session, which `names` stand for."""
+        if recipe.variation is None:
+            return cls(None, {}, {})
+        variation = Variation.model_validate(recipe.variation)
+        design = scene.get("gripper", "default")
+        return cls(variation, variation.assembly(design), variation.offsets(*names))
+
+    def setup(
+        self,
+        setup: Mapping[str, Any],
+        put_down: tuple[str | int, ...],
+        bed: tuple[str | int, ...],
+        before: int,
+    ) -> dict[str, Any]:
+        """Return `setup` with what differs, which it says itself excepted.
+
+        `put_down` are names of the placement of its object, `bed` those of the history of the bed,
+        which `before` grasps went through.
+        """
+        if self.variation is None:
+            return dict(setup)
+        grasp = setup["grasp"]
+        placed = self.variation.placement(*put_down) if setup["object"] is not None else {}
+        nuisance = {"nuisance": self.variation.nuisance(grasp.get("nuisance", {}))}
+        grasp = {**placed, **self.variation.bed(before, *bed), **grasp, **nuisance}
+        assembly = {**self.assembly, **setup.get("assembly", {})}
+        offsets = {**self.offsets, **setup.get("session", {})}
+        return {**setup, "grasp": grasp, "assembly": assembly, "session": offsets}
 
 
 def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, code: str) -> Grasp:
@@ -90,11 +145,13 @@ def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, c
 
     `number` counts placements from 1; what `vary` draws is drawn for each, from a seed of the
     session "new", which no recipe makes. `look` counts the grasps of one placement, from 1: each
-    has nuisances and noise of its own. Raises NotPossibleError as `new_setup` does.
+    has nuisances and noise of its own, and a bed that remembers the looks before, if the recipe's
+    does. Raises NotPossibleError as `new_setup` does.
     """
-    seed = derive_seed(recipe.seed, recipe.grasps_of or dataset, NEW, name, number)
+    names = (recipe.seed, recipe.grasps_of or dataset, NEW)
+    seed = derive_seed(*names, name, number)
     again = seed if look == 1 else derive_seed(seed, "look", look)
-    setup = new_setup(recipe, name, seed, again)
+    setup = new_setup(recipe, name, seed, again, names, (*names, name, number), look - 1)
     held = next(one for one in recipe.objects if one.name == name)
     grasp = setup["grasp"]
     return Grasp(
@@ -107,12 +164,21 @@ def new_grasp(recipe: Recipe, dataset: str, name: str, number: int, look: int, c
     )
 
 
-def new_setup(recipe: Recipe, name: str, pose_seed: int, seed: int) -> dict[str, Any]:
+def new_setup(
+    recipe: Recipe,
+    name: str,
+    pose_seed: int,
+    seed: int,
+    session: tuple[str | int, ...] = (NEW,),
+    bed: tuple[str | int, ...] | None = None,
+    before: int = 0,
+) -> dict[str, Any]:
     """Return the setup of a grasp of the object `name`, or of nothing (""), in the pose that
     `pose_seed` draws, with the nuisances of `seed`.
 
-    Raises NotPossibleError for an object that the recipe lacks, and for a recipe of variants, whose
-    scenes differ.
+    `session` are names of a session that is none of the recipe's, `bed` those of a bed that
+    `before` grasps went through (default: one that is poured anew). Raises NotPossibleError for an
+    object that the recipe lacks, and for a recipe of variants, whose scenes differ.
     """
     if recipe.variants:
         raise NotPossibleError("it needs a recipe without variants: new grasps are of one scene")
@@ -120,8 +186,10 @@ def new_setup(recipe: Recipe, name: str, pose_seed: int, seed: int) -> dict[str,
     if name and held is None:
         known = ", ".join(one.name for one in recipe.objects)
         raise NotPossibleError(f"the recipe has no object {name!r}: it has {known}")
-    grasp = {**_grasp_settings(recipe.scene, recipe, held, pose_seed), "seed": seed}
-    return {**recipe.scene, "object": held.shape if held else None, "grasp": grasp}
+    setup = _setup(recipe.scene, recipe, held, pose_seed)
+    setup = {**setup, "grasp": {**setup["grasp"], "seed": seed}}
+    varied = _Varied.of(recipe, recipe.scene, *session)
+    return varied.setup(setup, (*session, pose_seed), bed or (*session, seed), before)
 
 
 def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool:
@@ -129,7 +197,9 @@ def shares_scenes(name: str, recipe: Recipe, other: str, others: Recipe) -> bool
     scenes in common: then the second to be recorded finds the responses of the first."""
 
     def drawn(of: str, by: Recipe) -> tuple[object, ...]:
-        return by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
+        of_all = by.seed, by.grasps_of or of, by.scene, by.variants, by.same_grasps, by.vary
+        # The bed remembers what came before.
+        return *of_all, by.variation, list(_in_order(by)) if by.variation is not None else None
 
     mine, theirs = ({m.name: (m.shape, m.grasp) for m in r.objects} for r in (recipe, others))
     common = any(theirs.get(thing) == settings for thing, settings in mine.items())
@@ -160,19 +230,20 @@ def yaml_place(
             return ("recipe", *of_all, *place)
 
 
-def _grasp_settings(
+def _setup(
     scene: Mapping[str, Any], recipe: Recipe, held: RecipeObject | None, seed: int
 ) -> dict[str, Any]:
+    """Setup of a grasp as it is meant: `scene` with what is held, and how."""
     fixed = scene.get("grasp", {})
     fixed = fixed if isinstance(fixed, dict) else {}
     if held is None:
-        return {**fixed, "seed": seed}
+        return {**scene, "object": None, "grasp": {**fixed, "seed": seed}}
     generator = np.random.default_rng(seed)
     drawn = {
         key: round(float(generator.uniform(*limits)), 4)
         for key, limits in sorted(recipe.vary.items())
     }
-    return {**fixed, **held.grasp, **drawn, "seed": seed}
+    return {**scene, "object": held.shape, "grasp": {**fixed, **held.grasp, **drawn, "seed": seed}}
 
 
 def _digest(content: Mapping[str, Any]) -> str:

@@ -17,6 +17,8 @@ from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, describe
 
+#: What of a scene is the same for a session.
+SHARED = ("gripper", "medium", "environment", "assembly", "session", "numerics")
 Settings = TypeVar("Settings", bound=BaseModel)
 
 
@@ -82,7 +84,7 @@ class VirtualGripper:
     def describe(self) -> Mapping[str, Any]:
         """Return what session.yaml keeps of this source."""
         scene = self._scene.model_dump(mode="json")
-        kept = {key: scene[key] for key in ("gripper", "medium", "environment", "numerics")}
+        kept = {key: scene[key] for key in SHARED}
         return {
             "gripper": f"virtual-{_variant(self._scene.gripper)}",
             "medium": self._scene.medium.kind,

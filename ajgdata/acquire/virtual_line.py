@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ajgdata.acquire.card import CardSettings, Heard
 from ajgdata.acquire.plant import Plant, noise_floor, scene_response
-from ajgdata.acquire.recipe import new_setup
+from ajgdata.acquire.recipe import NEW, new_setup
 from ajgdata.acquire.robot import Placement, Robot
 from ajgdata.acquire.simulated_card import DEVICE, PERIOD
 from ajgdata.acquire.solving import SerialSolver
@@ -69,7 +69,7 @@ class VirtualTable:
         pose = derive_seed(self._seed, "pose", name, number)
         nuisance = derive_seed(self._seed, "grasp", name, grasp_id)
         try:
-            setup = new_setup(self._recipe, name, pose, nuisance)
+            setup = new_setup(self._recipe, name, pose, nuisance, (self._seed, NEW))
             response = self._solver.solve(scene_of(grasp_id, setup))
         except ValueError as error:
             raise DataError("objects", str(error), "correct its name") from None

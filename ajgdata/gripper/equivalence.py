@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel
 
-from ajgdata.gripper.scene import Scene
+from ajgdata.gripper.scene import Scene, as_met
 
 Model = TypeVar("Model", bound=BaseModel)
 #: Settings that nothing reads unless the membrane is pressed on something.
@@ -23,17 +23,21 @@ def canonical(scene: Scene) -> Scene:
 
     An empty gripper has no grains whose size could matter; without an object there is no pose; what
     is rigid does not feel what it rests on; a random field of no strength has no correlation
-    length; without any nuisance, no seed.
+    length; without any nuisance, no seed, and a bed without any no history. What came out
+    otherwise than meant is as if it had been meant.
 
     >>> turned = Scene.model_validate({"object": None, "grasp": {"angle_deg": 33}})
     >>> canonical(turned) == canonical(Scene())
     True
     """
+    scene = as_met(scene)
+    made = scene.assembly
     gripper, medium, support, grasp = scene.gripper, scene.medium, scene.support, scene.grasp
     nuisance = grasp.nuisance
     if medium.kind == "air":
         gripper, medium = _default(gripper, "bed_depth_mm"), type(medium)(kind="air")
-        nuisance = nuisance.model_copy(update=dict.fromkeys(BED, 0.0))
+        nuisance = nuisance.model_copy(update=dict.fromkeys((*BED, "grain_force"), 0.0))
+        made = _default(made, "fill_slope_deg")
         # A fill level that any gripper can have.
         gripper = gripper.model_copy(update={"bed_depth_mm": gripper.balloon_depth_mm})
     if scene.object is None:
@@ -41,7 +45,7 @@ def canonical(scene: Scene) -> Scene:
         medium = _default(medium, "heave_deg", "heave_fraction")
         grasp = _default(grasp, *POSE)
         support = type(support)()
-        nuisance = nuisance.model_copy(update={"force": 0.0})
+        nuisance = nuisance.model_copy(update={"force": 0.0, "grain_force": 0.0})
     if support.kind == "rigid" or (scene.object and scene.object.material == "rigid"):
         support = type(support)()
     if support.kind == "rubber":
@@ -51,12 +55,14 @@ def canonical(scene: Scene) -> Scene:
     if nuisance.packing == 0:
         nuisance = _default(nuisance, "packing_correlation_mm")
     grasp = grasp.model_copy(update={"nuisance": nuisance})
-    if not any(
-        (*(getattr(nuisance, name) for name in BED), nuisance.force, nuisance.temperature_k)
-    ):
+    uneven = any(getattr(nuisance, name) for name in BED)
+    if not uneven:
+        grasp = _default(grasp, "history")
+    poured = uneven and grasp.history is None
+    if not (poured or nuisance.force or nuisance.grain_force or nuisance.temperature_k):
         grasp = _default(grasp, "seed")
     parts = {"gripper": gripper, "medium": medium, "support": support, "grasp": grasp}
-    return scene.model_copy(update=parts)
+    return scene.model_copy(update=parts | {"assembly": made})
 
 
 def _default(model: Model, *names: str) -> Model:

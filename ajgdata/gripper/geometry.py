@@ -14,9 +14,9 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
-from ajgdata.gripper.random_fields import RandomField
+from ajgdata.gripper.random_fields import RandomField, normals
 from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
-from ajgdata.gripper.scene import Scene, derive_seed
+from ajgdata.gripper.scene import Scene, as_met, derive_seed
 from ajgdata.gripper.scene_model import MM, SceneError
 
 Real = NDArray[np.floating]
@@ -58,6 +58,7 @@ def cavity(scene: Scene) -> Cavity:
 
     Raises SceneError if the object does not fit under the gripper.
     """
+    scene = as_met(scene)
     gripper = scene.gripper
     rim, roof_z = gripper.rim_radius_mm * MM, gripper.height_mm * MM
     half = int(np.ceil(rim / RASTER_M)) + 12
@@ -66,14 +67,25 @@ def cavity(scene: Scene) -> Cavity:
     radius = np.hypot(x, y)
     taper = rim - gripper.roof_radius_mm * MM
     roof = np.clip((rim - radius) / taper, 0, 1) * roof_z
-    depth = gripper.balloon_depth_mm * MM
-    free = -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
+    free = _balloon(scene, x, y)
     force = _force(scene)
     floor, contact, held, table = _press(scene, x, y, free, force)
     _refuse_pinched(scene, floor, free, roof)
     displaced = float(np.sum(floor - free)) * RASTER_M**2
     surface = _settle(scene, axis, roof, floor, free)
     return Cavity(axis, floor, roof, surface, contact, held, table, displaced, force)
+
+
+def _balloon(scene: Scene, x: Real, y: Real) -> Real:
+    """Height of the free balloon: half of an ellipsoid, its tip moved and its rim held.
+
+    At p lies what lay at p - askew (1 - |p|²/R²). Volume changes in second order of askew / R.
+    """
+    rim, depth = scene.gripper.rim_radius_mm * MM, scene.gripper.balloon_depth_mm * MM
+    across, along = (one * MM for one in scene.assembly.askew_mm)
+    inside = np.clip(1 - (np.hypot(x, y) / rim) ** 2, 0, None)
+    radius = np.hypot(x - across * inside, y - along * inside)
+    return -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
 
 
 def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:
@@ -117,7 +129,7 @@ def _press(
         )
     if gripper.drape_deg is None:
         shape = draped(shape, _bending_radius(scene, shape, free[within], within, force))
-    table = _table(scene, shape, free, within, force)
+    table = _table(scene, shape, free, within, force * _yielding(scene, shape, within))
     over = table + np.maximum(shape.height, 0) - free
     smoothing = _smoothing(scene) / RASTER_M
     raised = np.where(within, np.maximum(over, 0), 0.0)
@@ -167,6 +179,21 @@ def _smoothing(scene: Scene) -> float:
 def _grain(scene: Scene) -> float:
     """Diameter of the grains, m; 0 where there are none."""
     return 0.0 if scene.medium.kind == "air" else scene.medium.grain_diameter_mm * MM
+
+
+def _yielding(scene: Scene, shape: Relief, within: NDArray[np.bool_]) -> float:
+    """Volume that this bed yields to a force, relative to the mean.
+
+    N = (D/d)² grains of diameter d lie on an object as wide as a disc of diameter D; their forces,
+    each of standard deviation `grain_force`, scatter in sum by √N less (central limit theorem).
+    """
+    scatter = scene.grasp.nuisance.grain_force
+    if scene.medium.kind == "air" or scatter == 0:
+        return 1.0
+    width = np.sqrt(4 / np.pi * float(shape.inside[within].sum())) * RASTER_M
+    few = _grain(scene) / max(width, _grain(scene))
+    draw = np.random.default_rng(derive_seed(scene.grasp.seed, "yielding")).standard_normal()
+    return max(0.1, 1 + scatter * few * float(draw))
 
 
 def _edge(level: Real) -> Real:
@@ -224,12 +251,13 @@ def _settle(scene: Scene, axis: Real, roof: Real, floor: Real, free: Real) -> Re
     medium, nuisance = scene.medium, scene.grasp.nuisance
     if medium.kind == "air":
         return floor
-    seed = scene.grasp.seed
+    seed, history = scene.grasp.seed, scene.grasp.history
     level = scene.gripper.bed_depth_mm * MM - scene.gripper.balloon_depth_mm * MM
     volume = np.sum(np.clip(np.minimum(level, roof) - free, 0, None))
-    rough = RandomField(seed, "roughness", 2, nuisance.roughness_correlation_mm * MM)
-    tilt = np.random.default_rng(derive_seed(seed, "slope")).standard_normal(2)
-    tilt *= np.tan(np.deg2rad(nuisance.slope_deg))
+    correlation = nuisance.roughness_correlation_mm * MM
+    rough = RandomField(seed, "roughness", 2, correlation, history)
+    tilt = normals(seed, "slope", 2, history) * np.tan(np.deg2rad(nuisance.slope_deg))
+    tilt += np.tan(np.deg2rad(scene.assembly.fill_slope_deg))
     shape = _heave(scene, floor, free, level) + nuisance.roughness_mm * MM * rough.on_axes(
         axis, axis
     )

@@ -16,12 +16,13 @@ from pydantic import BaseModel
 
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.signal_settings import SignalChain
+from ajgdata.gripper.variation import Variation
 
 Level = Literal["fixed", "gripper", "session", "grasp", "recording"]
 Evidence = Literal["paper", "data sheet", "literature", "handbook", "estimate"]
 
 #: What the first name of a setting's path stands for, where it is not a key of Scene.
-ROOTS: dict[str, type[BaseModel]] = {"signal": SignalChain}
+ROOTS: dict[str, type[BaseModel]] = {"signal": SignalChain, "variation": Variation}
 #: Last words of names that are units.
 UNITS = {
     "mm": "mm", "deg": "°", "n": "N", "k": "K", "c": "°C", "pa": "Pa", "hz": "Hz", "db": "dB",
@@ -326,5 +327,54 @@ _SIGNAL = (
     ),
 )  # fmt: skip
 
-#: Every physical setting but those of the object, of names and of seeds, and those of the solver.
-PARAMETERS: tuple[Parameter, ...] = (*_GRIPPER, *_MEDIUM, *_SUPPORT, *_GRASP, *_SIGNAL)
+_VARIATION = (
+    Parameter(
+        "variation.gripper.askew_mm", "gripper", 0, 5, "linear", "estimate",
+        "a latex balloon put over a rim by hand; 5 mm tilt it by 6°",
+    ),
+    Parameter(
+        "variation.gripper.fill_slope_deg", "gripper", 0, 5, "linear", "estimate",
+        "grains that were poured through one hole, and a gripper that does not hang plumb",
+    ),
+    Parameter(
+        "variation.gripper.transducers_mm", "gripper", 0, 1, "linear", "estimate",
+        "holes of a printed housing, and glue",
+    ),
+    Parameter(
+        "variation.session.jig_mm", "session", 0, 5, "linear", "estimate",
+        "jig and calibrated axis of a robot, \"a few mm\", constant within a session",
+    ),
+    Parameter(
+        "variation.session.temperature_k", "session", 0, 4, "linear", "estimate",
+        "from one day to the next in one room",
+    ),
+    Parameter(
+        "variation.session.fill_mm", "session", 0, 5, "linear", "estimate",
+        "grains lost, added and settled",
+    ),
+    Parameter(
+        "variation.session.placement_mm", "session", 0, 2, "linear", "estimate",
+        "an object put on a mark by hand",
+    ),
+    Parameter(
+        "variation.session.placement_deg", "session", 0, 2, "linear", "estimate",
+        "an object put along a mark by hand",
+    ),
+    Parameter(
+        "variation.grasp.memory", "grasp", 0, 0.95, "linear", "estimate",
+        "from grains poured anew to grains hardly loosened; ways of resetting differ (Amend et al. "
+        "2012, IEEE Trans. Robot. 28, 341)",
+    ),
+    Parameter(
+        "variation.grasp.grain_force", "grasp", 0.05, 1, "log", "estimate",
+        "force of one grain in a packing: exponential, 1 (Liu et al. 1995, Science 269, 513), "
+        "less where forces are correlated (Müller et al. 2010, Chem. Phys. 375, 600) and where the "
+        "table bears most; grows towards the size of a grain as in Paume et al. 2024, Soft Matter",
+    ),
+)  # fmt: skip
+
+#: Every physical setting but those of the object, of names and of seeds, those of the solver, and
+#: what a variation draws by amounts of its own.
+PARAMETERS: tuple[Parameter, ...] = (
+    *_GRIPPER, *_MEDIUM, *_SUPPORT, *_GRASP, *_SIGNAL, *_VARIATION,
+)  # fmt: skip

@@ -16,6 +16,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.gripper.levels import Assembly, Degrees, History, Pair, SessionOffsets
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Support
 from ajgdata.gripper.scene_model import PartName, SceneError, SceneModel
@@ -73,6 +74,11 @@ class Nuisance(SceneModel):
     packing: Annotated[float, Field(ge=0, le=0.2)] = Field(0.06, description="relative porosity")
     packing_correlation_mm: Annotated[float, Field(ge=0.5, le=1000)] = 5.0
     force: Annotated[float, Field(ge=0, le=0.2)] = Field(0.03, description="relative grasp force")
+    grain_force: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.0,
+        description="relative, of one grain: the depth at which (object's width / grain)² of them"
+        " bear the force scatters by the root less",
+    )
     temperature_k: Annotated[float, Field(ge=0, le=2)] = Field(0.5, description="of the air")
 
 
@@ -84,7 +90,12 @@ class Grasp(SceneModel):
     offset_x_mm: float = Field(0.0, description="of the object's centre from the axis")
     offset_y_mm: float = 0.0
     force_n: Annotated[float, Field(gt=0, le=40)] = Field(8.0, description="paper: 8 N")
+    placed_mm: Pair = Field((0.0, 0.0), description="x, y added to the offset as it was put down")
+    placed_deg: Degrees = Field(0.0, description="added to the angle as it was put down")
     nuisance: Nuisance = Nuisance()
+    history: History | None = Field(
+        None, description="of the bed; null: it is poured anew, as `seed` draws it"
+    )
 
 
 class Environment(SceneModel):
@@ -144,6 +155,8 @@ class Scene(SceneModel):
     support: Support = Support()
     grasp: Grasp = Grasp()
     environment: Environment = Environment()
+    assembly: Assembly = Assembly()
+    session: SessionOffsets = SessionOffsets()
     numerics: Numerics = Numerics()
 
     @field_validator("gripper", mode="before")
@@ -158,8 +171,10 @@ class Scene(SceneModel):
 
     @model_validator(mode="after")
     def _fits(self) -> Scene:
+        met = as_met(self)
+        _refuse_gripper(met)
         reach = self.gripper.rim_radius_mm
-        if self.object and math.hypot(self.grasp.offset_x_mm, self.grasp.offset_y_mm) > reach:
+        if self.object and math.hypot(met.grasp.offset_x_mm, met.grasp.offset_y_mm) > reach:
             raise ValueError(
                 f"the object's centre lies outside the gripper's rim of {reach:g} mm: "
                 "reduce grasp.offset_x_mm or grasp.offset_y_mm"
@@ -179,6 +194,61 @@ class Scene(SceneModel):
                     f"is loosest: lower grasp.nuisance.packing below {limit:.3f}"
                 )
         return self
+
+
+def as_met(scene: Scene) -> Scene:
+    """Return the scene that the gripper meets: what differs from the design, and from what the
+    session and the grasp were meant to be, is added to the settings that it changes.
+
+    Balloon and fill stay as `assembly` has them. Nothing is checked again.
+
+    >>> turned = Scene.model_validate({"grasp": {"angle_deg": 9, "placed_deg": -1.5}})
+    >>> as_met(turned).grasp.angle_deg, as_met(turned).grasp.placed_deg
+    (7.5, 0.0)
+    """
+    gripper, grasp, air = scene.gripper, scene.grasp, scene.environment
+    made, session, neutral = scene.assembly, scene.session, Grasp()
+    meets = {
+        "bed_depth_mm": gripper.bed_depth_mm + session.fill_mm,
+        "speaker_mm": _moved(gripper.speaker_mm, made.speaker_moved_mm),
+        "microphone_mm": _moved(gripper.microphone_mm, made.microphone_moved_mm),
+    }
+    centre = _moved(_moved((grasp.offset_x_mm, grasp.offset_y_mm), grasp.placed_mm), session.jig_mm)
+    held = {
+        "offset_x_mm": centre[0],
+        "offset_y_mm": centre[1],
+        "angle_deg": grasp.angle_deg + grasp.placed_deg,
+        "placed_mm": neutral.placed_mm,
+        "placed_deg": neutral.placed_deg,
+    }
+    warmth = {"temperature_c": air.temperature_c + session.temperature_k}
+    fixed = Assembly(askew_mm=made.askew_mm, fill_slope_deg=made.fill_slope_deg)
+    return scene.model_copy(
+        update={
+            "gripper": gripper.model_copy(update=meets),
+            "grasp": grasp.model_copy(update=held),
+            "environment": air.model_copy(update=warmth),
+            "assembly": fixed,
+            "session": SessionOffsets(),
+        }
+    )
+
+
+def _moved(place: tuple[float, float], by: tuple[float, float]) -> tuple[float, float]:
+    return place[0] + by[0], place[1] + by[1]
+
+
+def _refuse_gripper(met: Scene) -> None:
+    """Raise ValueError for a gripper that cannot be as it came out and was filled."""
+    try:
+        Gripper.model_validate(met.gripper.model_dump())
+    except ValidationError as error:
+        raise ValueError(f"with assembly and session: {one_line(error)}") from None
+    if math.hypot(*met.assembly.askew_mm) > met.gripper.rim_radius_mm / 2:
+        raise ValueError(
+            "assembly.askew_mm puts the balloon's tip outside half of the rim's radius, "
+            f"{met.gripper.rim_radius_mm / 2:g} mm: reduce it"
+        )
 
 
 def _known(name: str, what: str, names: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.random_fields import RandomField
-from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, derive_seed
+from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
 from ajgdata.gripper.scene_model import MM, PartName, SceneError
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
@@ -111,6 +111,7 @@ def build_plan(scene: Scene) -> Plan:
     >>> [part.name for part in plan.parts if part.kept]
     ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'frame']
     """
+    scene = as_met(scene)
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
     shape = cavity(scene)
     cells = cut_cells(
@@ -188,7 +189,7 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
     if medium.kind == "air":
         return None
     field = RandomField(
-        scene.grasp.seed, "packing", 3, nuisance.packing_correlation_mm * MM
+        scene.grasp.seed, "packing", 3, nuisance.packing_correlation_mm * MM, scene.grasp.history
     ).on_axes(cells.z, cells.y, cells.x)
     ratio = 1 + nuisance.packing * np.clip(field, -3, 3)
     packing = Packing(medium.grain_diameter_mm * MM, medium.porosity)

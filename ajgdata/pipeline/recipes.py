@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from ajgdata import gripper
 from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
 from ajgdata.acquire.source import Grasp
+from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import line_of, write_bytes
@@ -55,6 +56,7 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     DataError with file, line, key and fix for a scene or a signal chain that cannot be.
     """
     recipe = recipe_of(path, spec)
+    _check_variation(path, recipe)
     code = SOURCES.origin(recipe.source) or code_digest("ajgdata.gripper")
     planned = [
         plan_session(recipe, spec.name, session, code, spec.excitation) for session in sessions
@@ -62,6 +64,15 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     if recipe.source == "virtual":
         _check_scenes(path, recipe, dict(zip(sessions, planned, strict=True)))
     return planned
+
+
+def _check_variation(path: Path, recipe: Recipe) -> None:
+    """Raise DataError for a variation that cannot be."""
+    try:
+        Variation.model_validate(recipe.variation or {})
+    except ValidationError as error:
+        line = line_of(path, ("recipe", "variation", *error.errors()[0]["loc"]))
+        raise describe(error, f"{path}:{line}: recipe, variation") from None
 
 
 def _check_scenes(path: Path, recipe: Recipe, planned: Mapping[str, Sequence[Grasp]]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field, JsonValue, field_validator, model_validator
 
 from ajgdata.types.base import Name, SourceName, Strict
@@ -32,6 +34,11 @@ class Recipe(Strict):
     grasps_per_object: int = Field(
         ge=1, description="grasps of each object per session, each with its own nuisances"
     )
+    order: Literal["blocks", "rounds"] = Field(
+        "rounds",
+        description="blocks: all grasps of an object in a row, which is put down once a session;"
+        " rounds: the objects in turn, put down anew for each grasp",
+    )
     samples_per_grasp: int = Field(1, ge=1, description="recordings of each grasp")
     scene: dict[str, JsonValue] = Field({}, description="overrides of the gripper's default scene")
     variants: dict[Name, dict[str, JsonValue]] = Field(
@@ -46,6 +53,11 @@ class Recipe(Strict):
         0,
         ge=0,
         description="grasps of nothing that a session begins with; their `object` is empty",
+    )
+    variation: dict[str, JsonValue] | None = Field(
+        None,
+        description="how far grippers, sessions and grasps differ, beside the nuisances of the"
+        " scene; {}: by its defaults; null: not at all, and each grasp has a bed of its own",
     )
     signal: dict[str, JsonValue] = Field(
         {},

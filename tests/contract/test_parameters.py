@@ -9,10 +9,13 @@ from pydantic import BaseModel
 
 from ajgdata.gripper import Scene, SignalChain
 from ajgdata.gripper.parameters import PARAMETERS, ROOTS, Parameter, default_of, overrides
+from ajgdata.gripper.variation import Variation
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Keys of Scene that are not physical settings: what is grasped, and how it is solved.
-OTHER = {"object", "numerics"}
+#: Keys of Scene that are not physical settings: what is grasped, how it is solved, and what a
+#: variation draws by amounts of its own.
+DRAWN = {"grasp.placed_mm", "grasp.placed_deg", "grasp.history", "grasp.nuisance.grain_force"}
+OTHER = {"object", "numerics", "assembly", "session", *DRAWN}
 #: What a middle may be rounded by to be a default.
 ROUNDED = 0.1
 
@@ -65,6 +68,8 @@ def test_both_ends_of_a_range_make_a_valid_setting(row: Parameter, end: str):
     made = overrides({row.setting: value})
     scene = Scene.model_validate({"object": "cube_20p7", **made.get("scene", {})})
     chain = SignalChain.model_validate(made.get("signal", {}))
+    varied = Variation.model_validate(made.get("variation", {}))
+    assert (varied != Variation()) == ("variation" in made and value != row_default(row))
     assert (scene != Scene(object=scene.object)) == ("scene" in made and value != row_default(row))
     assert (chain != SignalChain()) == ("signal" in made and value != row_default(row))
 

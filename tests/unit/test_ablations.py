@@ -14,6 +14,7 @@ from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
 from ajgdata.ablations.mirror import LOPSIDED, mirror_plane
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.scene import Nuisance
+from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.pipeline.studies import run_ablation
 from ajgdata.report.canvas import draw
@@ -96,7 +97,7 @@ def test_the_best_plane_is_the_best_of_all_angles():
 
 
 def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
-    base = Nuisance()
+    base = Nuisance(grain_force=Variation().grasp.grain_force)
     assert set(NUISANCES) == {n for n in Nuisance.model_fields if "correlation" not in n}
     assert Nuisance(**nuisances(1)) == base
     assert set(nuisances(0).values()) == {0}
@@ -104,6 +105,19 @@ def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
         **dict.fromkeys(NUISANCES, 0),
         "force": 2 * base.force,
     }
+
+
+def test_the_first_grasps_of_each_object_in_blocks_too(data):
+    path = data.paths.dataset("made")
+    varied = {**DECLARATION["recipe"], "order": "blocks", "variation": {}}
+    path.write_text(yaml.safe_dump(DECLARATION | {"recipe": varied}))
+    grasps = data.grasps("made", each=1)
+    assert [g.object for g in grasps] == ["cube_20", "cube_25"]
+    same, centred = (data.changed("made", "size", grasps, {}, pose=pose) for pose in (1.0, 0.0))
+    still = {"offset_x_mm": 0.0, "placed_mm": [0.0, 0.0], "placed_deg": 0.0}
+    moved = data.changed("made", "size", grasps, {"grasp": still})
+    assert np.array_equal(centred.feature, moved.feature)
+    assert not np.array_equal(centred.feature, same.feature)
 
 
 def test_changed_grasps_are_the_recipe_s_but_for_the_change(data):

@@ -1,0 +1,109 @@
+"""How far grippers, sessions and grasps differ, and the draws of it.
+
+Each draw has a seed of its own, derived from names: of a gripper from its name alone, of a session
+from the names of data set and session. What is drawn lies evenly within ± the amount, on each axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from ajgdata.gripper.scene import derive_seed
+from ajgdata.gripper.scene_model import SceneModel
+
+Amount = Annotated[float, Field(ge=0, le=20)]
+Drawn = dict[str, Any]
+
+
+class GripperVariation(SceneModel):
+    """Between grippers: fixed by the gripper's name, the same in every session and data set."""
+
+    name: str | None = Field(
+        None, description="whose draws these are; null: `scene.gripper`, where that is a name"
+    )
+    askew_mm: Amount = Field(2.5, description="tip of the balloon, x and y")
+    fill_slope_deg: Amount = Field(2.5, description="slope of the fill along x and y")
+    transducers_mm: Amount = Field(0.5, description="place of speaker and microphone, x and y")
+
+
+class SessionVariation(SceneModel):
+    """Between sessions, and between the objects that were put down in one."""
+
+    jig_mm: Amount = Field(2.5, description="jig and calibrated axis of the gripper, x and y")
+    temperature_k: Amount = Field(2.0, description="of the air")
+    fill_mm: Amount = Field(2.5, description="depth of the bed")
+    placement_mm: Amount = Field(
+        1.0, description="an object's place where it is put down: once a session in `order: blocks`"
+    )
+    placement_deg: Amount = Field(1.0, description="the same for its angle")
+
+
+class GraspVariation(SceneModel):
+    """Between grasps, beside the standard deviations of scene.grasp.nuisance."""
+
+    memory: Annotated[float, Field(ge=0, lt=1)] = Field(
+        0.475, description="correlation of the bed's surface and packing with the grasp before"
+    )
+    grain_force: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.22, description="see scene.grasp.nuisance"
+    )
+
+
+class Variation(SceneModel):
+    """Of a recipe: what differs between grippers, sessions and grasps."""
+
+    gripper: GripperVariation = GripperVariation()
+    session: SessionVariation = SessionVariation()
+    grasp: GraspVariation = GraspVariation()
+
+    def assembly(self, design: object) -> Drawn:
+        """Return `scene.assembly` of the gripper, whose name is `design` if it is not given here.
+
+        >>> one = Variation().assembly("default")
+        >>> one == Variation().assembly({"height_mm": 50}), one == Variation().assembly("small")
+        (True, False)
+        """
+        name = self.gripper.name or (design if isinstance(design, str) else "default")
+        amounts = {
+            "askew_mm": self.gripper.askew_mm,
+            "fill_slope_deg": self.gripper.fill_slope_deg,
+            "speaker_moved_mm": self.gripper.transducers_mm,
+            "microphone_moved_mm": self.gripper.transducers_mm,
+        }
+        return {key: _within(amount, "gripper", name, key) for key, amount in amounts.items()}
+
+    def offsets(self, *names: str | int) -> Drawn:
+        """Return `scene.session` of the session that `names` stand for."""
+        return {
+            "jig_mm": _within(self.session.jig_mm, *names, "session", "jig"),
+            "temperature_k": _within(self.session.temperature_k, *names, "session", "air")[0],
+            "fill_mm": _within(self.session.fill_mm, *names, "session", "fill")[0],
+        }
+
+    def placement(self, *names: str | int) -> Drawn:
+        """Return what `scene.grasp` holds of how an object was put down, by `names`."""
+        return {
+            "placed_mm": _within(self.session.placement_mm, *names, "placement"),
+            "placed_deg": _within(self.session.placement_deg, *names, "turn")[0],
+        }
+
+    def bed(self, number: int, *names: str | int) -> Drawn:
+        """Return what `scene.grasp` holds of its bed, whose history `names` stand for."""
+        if not self.grasp.memory:
+            return {}
+        seed = derive_seed(*names, "bed")
+        return {"history": {"seed": seed, "number": number, "memory": self.grasp.memory}}
+
+    def nuisance(self, given: Mapping[str, Any]) -> Drawn:
+        """Return `scene.grasp.nuisance` with what differs between grasps, unless it is `given`."""
+        return {"grain_force": self.grasp.grain_force, **given}
+
+
+def _within(amount: float, *names: str | int) -> list[float]:
+    """Two even draws within ± amount."""
+    generator = np.random.default_rng(derive_seed(*names))
+    return [round(float(one), 4) for one in amount * generator.uniform(-1, 1, 2)]

@@ -1,0 +1,186 @@
+"""Beds that remember the grasp before, grippers that came out askew, grains that bear an object."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper import canonical
+from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.levels import History
+from ajgdata.gripper.random_fields import RandomField, normals
+from ajgdata.gripper.scene import Scene, as_met
+
+CALM = {
+    "roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0,
+}  # fmt: skip
+MEMORIES = [0.0, 0.475, 0.95]
+NUMBERS = 6
+
+
+def scene(**changes) -> Scene:
+    grasp = {"nuisance": CALM} | changes.pop("grasp", {})
+    return Scene.model_validate({"object": "cube_20p7", "grasp": grasp, **changes})
+
+
+@pytest.mark.parametrize(
+    ("memory", "start", "beds"), [(0, 0, 400), (0.475, 0, 400), (0.475, 1_000, 100), (0.95, 90, 40)]
+)
+def test_numbers_of_a_history_keep_their_variance_and_forget_by_their_memory(memory, start, beds):
+    """Of n numbers, 10 a bed: a variance of 1 errs by √(2/n), a correlation by √(1/n)
+    at most; 5 of these. What is cut off changes either by less than 0.001."""
+    drawn = np.array(
+        [
+            [
+                normals(0, "slope", 10, History(seed=seed, number=start + n, memory=memory))
+                for n in range(NUMBERS)
+            ]
+            for seed in range(beds)
+        ]
+    ).transpose(1, 0, 2).reshape(NUMBERS, -1)  # fmt: skip
+    count = drawn.shape[1]
+    assert np.mean(drawn**2, axis=1) == pytest.approx(1, abs=5 * np.sqrt(2 / count) + 1e-3)
+    for lag in range(1, NUMBERS):
+        found = np.mean(drawn[0] * drawn[lag])
+        assert found == pytest.approx(memory**lag, abs=5 * np.sqrt(2 / count) + 1e-3)
+
+
+@pytest.mark.parametrize("memory", MEMORIES)
+def test_fields_of_a_history_keep_their_statistics(memory):
+    """Far places of many beds: unit variance, and each grasp correlates with the next by ρ."""
+    axis = np.linspace(-0.04, 0.04, 5)  # seven correlation lengths apart
+    fields = np.array(
+        [
+            [
+                RandomField(
+                    0, "roughness", 2, 0.006, History(seed=seed, number=n, memory=memory)
+                ).on_axes(axis, axis).ravel()
+                for n in (3, 4)
+            ]
+            for seed in range(100)
+        ]
+    ).transpose(1, 0, 2).reshape(2, -1)  # fmt: skip
+    within = 5 * np.sqrt(2 / fields.shape[1])
+    assert np.mean(fields**2, axis=1) == pytest.approx(1, abs=within)
+    assert np.mean(fields[0] * fields[1]) == pytest.approx(memory, abs=within)
+
+
+def test_any_grasp_of_a_history_can_be_had_alone_and_in_any_order():
+    axis = np.linspace(-0.02, 0.02, 4)
+
+    def field(number: int, seed: int = 7) -> np.ndarray:
+        history = History(seed=seed, number=number, memory=0.6)
+        return RandomField(number, "packing", 3, 0.005, history).on_axes(axis, axis, axis)
+
+    forward = [field(n) for n in range(30)]
+    for n in (29, 3, 17):
+        assert field(n).tobytes() == forward[n].tobytes()
+    assert not np.allclose(field(3, seed=8), forward[3])
+    # Without memory each grasp is new; the grasp's own seed draws nothing.
+    apart = [RandomField(s, "r", 2, 1.0, History(seed=1, number=0)) for s in (1, 2)]
+    assert np.array_equal(*(one.on_axes(axis, axis) for one in apart))
+
+
+def test_memory_is_of_surface_and_packing_and_not_of_force():
+    rough = {"nuisance": CALM | {"roughness_mm": 1, "force": 0.03}}
+    bed = {"seed": 5, "number": 3, "memory": 0.5}
+    first, second = (
+        cavity(scene(grasp={**rough, "history": bed, "seed": seed})) for seed in (1, 2)
+    )
+    assert first.force_n != second.force_n
+    calm = {"nuisance": CALM | {"roughness_mm": 1}, "history": bed}
+    same = [cavity(scene(grasp={**calm, "seed": seed})).surface for seed in (1, 2)]
+    assert np.array_equal(*same)
+    later = cavity(scene(grasp={**calm, "history": {**bed, "number": 4}})).surface
+    assert not np.allclose(later, same[0])
+
+
+def test_a_balloon_askew_keeps_rim_and_volume_and_moves_its_tip():
+    straight, askew = (
+        cavity(Scene.model_validate({"assembly": {"askew_mm": tip}, "grasp": {"nuisance": CALM}}))
+        for tip in ((0, 0), (4, -3))
+    )
+    x, y = np.meshgrid(straight.axis, straight.axis)
+    outside = np.hypot(x, y) >= 0.05
+    assert np.all(askew.floor[outside] == 0)
+    deepest = np.unravel_index(np.argmin(askew.floor), askew.floor.shape)
+    # x = a (1 - x²/R²) at the tip: 0.96 and 0.97 mm less of 4 and 3 mm, on a raster of 0.5 mm.
+    assert (x[deepest], y[deepest]) == pytest.approx((4e-3, -3e-3), abs=5.5e-4)
+    assert askew.floor.min() == pytest.approx(-0.045, rel=1e-3)
+    # To first order in askew / R = 0.1 volume stays: (a/R)² = 0.01 of it may go.
+    assert askew.floor.sum() == pytest.approx(straight.floor.sum(), rel=0.01)
+
+
+def test_the_fill_slopes_as_it_was_poured():
+    level, slope = (
+        cavity(scene(object=None, assembly={"fill_slope_deg": rise})) for rise in ((0, 0), (3, 0))
+    )
+    middle = len(level.axis) // 2
+    rise = np.gradient(slope.surface[middle] - level.surface[middle], level.axis)
+    inner = slice(middle - 40, middle + 40)
+    assert rise[inner] == pytest.approx(np.tan(np.deg2rad(3)), rel=1e-6)
+    assert np.gradient(slope.surface[inner, middle], level.axis[inner]) == pytest.approx(
+        0, abs=1e-9
+    )
+    volume = [np.sum(one.surface - one.floor) for one in (level, slope)]
+    assert volume[1] == pytest.approx(volume[0], rel=1e-6)
+
+
+def test_what_came_out_otherwise_is_as_if_it_had_been_meant():
+    came_out = scene(
+        gripper={"speaker_mm": [-35, 3]},
+        assembly={"speaker_moved_mm": [0.5, -1], "microphone_moved_mm": [0, 1]},
+        session={"jig_mm": [2, -1], "temperature_k": 1.5, "fill_mm": -3},
+        grasp={"offset_x_mm": 1, "angle_deg": 9, "placed_mm": [0.5, 0.25], "placed_deg": -1},
+    )
+    meant = scene(
+        gripper={"speaker_mm": [-34.5, 2], "microphone_mm": [34, -4], "bed_depth_mm": 32},
+        environment={"temperature_c": 23.5},
+        grasp={"offset_x_mm": 3.5, "offset_y_mm": -0.75, "angle_deg": 8},
+    )
+    assert as_met(came_out) == as_met(meant) == meant
+    assert canonical(came_out) == canonical(meant)
+    found, expected = cavity(came_out), cavity(meant)
+    assert np.array_equal(found.floor, expected.floor)
+    assert np.array_equal(found.surface, expected.surface)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"assembly": {"speaker_moved_mm": [-9, 0]}}, "with assembly and session: .*speaker_mm"),
+        ({"session": {"fill_mm": 50}, "gripper": {"height_mm": 20}}, "overfills the gripper"),
+        ({"assembly": {"askew_mm": [20, 20]}}, "askew_mm puts the balloon's tip"),
+        ({"session": {"jig_mm": [40, 40]}}, "outside the gripper's rim"),
+    ],
+)
+def test_what_cannot_come_out_is_refused(changes, said):
+    with pytest.raises(ValueError, match=said):
+        scene(**changes)
+
+
+def test_depth_scatters_more_the_nearer_an_object_is_to_the_grain():
+    """grain_force · d / D: D of a cube of edge e is 2e/√π. 20 seeds tell a standard deviation to
+    1/√40; 4 of these."""
+
+    def spread(edge: float, grain: float, kind: str = "plastic") -> float:
+        volumes = [
+            cavity(
+                Scene.model_validate(
+                    {
+                        "object": {"kind": "cube", "edge_mm": edge},
+                        "medium": {"kind": kind, "grain_diameter_mm": grain},
+                        "grasp": {"seed": seed, "nuisance": CALM | {"grain_force": 0.2}},
+                    }
+                )
+            ).displaced_m3
+            for seed in range(20)
+        ]
+        return float(np.std(volumes) / np.mean(volumes))
+
+    within = 4 / np.sqrt(40)
+    found = {edge: spread(edge, 6.0) for edge in (10, 30)}
+    for edge, value in found.items():
+        assert value == pytest.approx(0.2 * 6 / (2 * edge / np.sqrt(np.pi)), rel=within)
+    # The same draws: the ratio is that of the sizes, but for the raster.
+    assert found[10] / found[30] == pytest.approx(3, rel=0.03)
+    assert spread(10, 3.0) == pytest.approx(found[10] / 2, rel=0.02)
+    assert spread(10, 6.0, "air") == 0

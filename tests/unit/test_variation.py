@@ -1,0 +1,199 @@
+"""What a recipe's variation draws: by gripper, by session, by placement, in any order."""
+
+import itertools
+
+import pytest
+
+from ajgdata.acquire.recipe import (
+    new_grasp,
+    plan_session,
+    session_names,
+    shares_scenes,
+)
+from ajgdata.gripper import Scene
+from ajgdata.gripper.variation import Variation
+from ajgdata.paths import Paths
+from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DataError, Recipe
+
+BASE = {
+    "sessions": 2,
+    "grasps_per_object": 3,
+    "vary": {"offset_x_mm": [-2, 2]},
+    "objects": [{"name": name, "shape": f"cube_{name}"} for name in ("10p0", "20p7")],
+}
+VARIED = BASE | {"order": "blocks", "variation": {}}
+NONE = {
+    "gripper": {"askew_mm": 0, "fill_slope_deg": 0, "transducers_mm": 0},
+    "session": {
+        "jig_mm": 0, "temperature_k": 0, "fill_mm": 0, "placement_mm": 0, "placement_deg": 0,
+    },
+    "grasp": {"memory": 0, "grain_force": 0},
+}  # fmt: skip
+
+
+def planned(recipe: dict, session: str = "virtual-01", dataset: str = "d"):
+    return plan_session(Recipe.model_validate(recipe), dataset, session, "code")
+
+
+def scenes(grasps) -> list[Scene]:
+    return [Scene.model_validate(one.setup) for one in grasps]
+
+
+def test_a_recipe_without_variation_says_all_there_is():
+    (first, *_) = planned(BASE)
+    assert set(first.setup) == {"object", "grasp"}
+    assert set(first.setup["grasp"]) == {"offset_x_mm", "seed"}
+    assert [g.object for g in planned(BASE)] == ["10p0", "20p7"] * 3
+
+
+def test_no_variation_and_one_of_nothing_are_the_same_scenes():
+    for order in ("rounds", "blocks"):
+        plain, none = (
+            scenes(planned(BASE | {"order": order} | v)) for v in ({}, {"variation": NONE})
+        )
+        assert plain == none
+
+
+def test_blocks_and_rounds_are_the_same_grasps_in_another_order():
+    rounds, blocks = planned(BASE), planned(BASE | {"order": "blocks"})
+    assert [g.object for g in blocks] == ["10p0"] * 3 + ["20p7"] * 3
+    assert sorted(rounds, key=lambda g: g.grasp_id) == sorted(blocks, key=lambda g: g.grasp_id)
+
+
+def test_what_is_drawn_lies_within_its_amounts_and_is_a_scene():
+    every = [s for name in ("virtual-01", "virtual-02") for s in scenes(planned(VARIED, name))]
+    amounts = Variation()
+    for scene in every:
+        made, session, grasp = scene.assembly, scene.session, scene.grasp
+        for pair, most in (
+            (made.askew_mm, amounts.gripper.askew_mm),
+            (made.fill_slope_deg, amounts.gripper.fill_slope_deg),
+            (made.speaker_moved_mm, amounts.gripper.transducers_mm),
+            (session.jig_mm, amounts.session.jig_mm),
+            (grasp.placed_mm, amounts.session.placement_mm),
+            ((session.temperature_k, session.fill_mm), 2.5),
+            ((grasp.placed_deg,), amounts.session.placement_deg),
+        ):
+            assert 0 < max(map(abs, pair)) <= most
+        assert grasp.nuisance.grain_force == amounts.grasp.grain_force
+        assert grasp.history.memory == amounts.grasp.memory
+
+
+def test_two_sessions_share_the_gripper_and_differ_in_all_else():
+    first, second = (scenes(planned(VARIED, name)) for name in ("virtual-01", "virtual-02"))
+    assert len({scene.assembly for scene in first + second}) == 1
+    for some in (first, second):
+        assert len({scene.session for scene in some}) == 1
+        assert [s.grasp.history.number for s in some] == list(range(6))
+        assert len({s.grasp.history.seed for s in some}) == 1
+        # One placement an object, one pose a grasp.
+        assert len({(s.grasp.placed_mm, s.grasp.placed_deg) for s in some}) == 2
+        assert some[0].grasp.placed_mm == some[2].grasp.placed_mm
+        assert len({s.grasp.offset_x_mm for s in some}) == 6
+    assert first[0].session != second[0].session
+    assert first[0].grasp.history.seed != second[0].grasp.history.seed
+    assert first[0].grasp.placed_mm != second[0].grasp.placed_mm
+
+
+def test_in_rounds_each_grasp_is_put_down_anew():
+    made = scenes(planned(VARIED | {"order": "rounds"}))
+    assert len({s.grasp.placed_mm for s in made}) == 6
+
+
+def test_a_gripper_is_the_same_in_every_data_set():
+    here, there = (planned(VARIED, dataset=name)[0].setup for name in ("d", "e"))
+    assert here["assembly"] == there["assembly"]
+    assert here["session"] != there["session"]
+    named = planned(VARIED | {"variation": {"gripper": {"name": "b"}}})[0].setup
+    assert named["assembly"] != here["assembly"] and named["session"] == here["session"]
+
+
+def test_variants_are_grippers_where_they_name_one_and_sessions_alike():
+    variants = {
+        "small": {"gripper": "small"}, "soft": {"gripper": {"membrane": {"mass_kg_m2": 0.2}}},
+        "metal": {"medium": {"kind": "metal"}},
+    }  # fmt: skip
+    recipe = VARIED | {"variants": variants, "sessions": 1}
+    made = {
+        name: planned(recipe, name)[0].setup
+        for name in session_names(Recipe.model_validate(recipe))
+    }
+    small, soft, metal = made.values()
+    assert small["assembly"] != soft["assembly"] == metal["assembly"]
+    assert small["session"] == soft["session"] == metal["session"]
+    assert small["grasp"] == soft["grasp"] == metal["grasp"]
+
+
+def test_what_the_recipe_says_itself_is_not_drawn():
+    said = {
+        "assembly": {"askew_mm": [1, 1]},
+        "session": {"temperature_k": 0},
+        "grasp": {"nuisance": {"grain_force": 0.5, "force": 0}, "placed_deg": 3},
+    }
+    setup = planned(VARIED | {"scene": said})[0].setup
+    assert setup["assembly"]["askew_mm"] == [1, 1] and setup["assembly"]["fill_slope_deg"] != [0, 0]
+    assert setup["session"]["temperature_k"] == 0 and setup["session"]["jig_mm"] != [0, 0]
+    assert setup["grasp"]["nuisance"] == {"grain_force": 0.5, "force": 0}
+    assert setup["grasp"]["placed_deg"] == 3
+
+
+@pytest.mark.parametrize("order", ["blocks", "rounds"])
+def test_grasps_that_come_later_change_none_that_came_before(order):
+    before = planned(VARIED | {"order": order})
+    more = {"blocks": {"objects": [*BASE["objects"], {"name": "ball", "shape": "sphere30_wood"}]}}
+    more["rounds"] = {"grasps_per_object": 5}
+    after = planned(VARIED | {"order": order} | more[order])
+    assert len(after) > len(before)
+    assert after[: len(before)] == before
+    # What comes before changes the bed of all that follows, and nothing else of them.
+    (_, *later) = planned(VARIED | {"order": order, "references": 1})
+    for one, other in zip(before, later, strict=True):
+        assert (
+            one.setup["grasp"]["history"]["number"] + 1 == other.setup["grasp"]["history"]["number"]
+        )
+        assert {**one.setup, "grasp": 0} == {**other.setup, "grasp": 0}
+
+
+def test_scenes_are_shared_where_the_bed_went_through_the_same():
+    one = Recipe.model_validate(VARIED)
+    same = Recipe.model_validate(VARIED | {"grasps_of": "d", "samples_per_grasp": 3})
+    longer = Recipe.model_validate(VARIED | {"grasps_of": "d", "grasps_per_object": 4})
+    still = Recipe.model_validate(BASE | {"grasps_of": "d", "order": "blocks"})
+    assert [g.setup for g in planned(VARIED)] == [
+        g.setup for g in plan_session(same, "e", "virtual-01", "")
+    ]
+    assert shares_scenes("d", one, "e", same)
+    assert not shares_scenes("d", one, "e", longer)
+    assert not shares_scenes("d", one, "e", still)
+
+
+def test_new_grasps_are_of_the_same_gripper_and_of_a_session_of_their_own():
+    recipe = Recipe.model_validate(VARIED)
+    first, again, other = (
+        new_grasp(recipe, "d", "10p0", number, look, "code").setup
+        for number, look in ((1, 1), (1, 2), (2, 1))
+    )
+    recorded = [g.setup for name in session_names(recipe) for g in planned(VARIED, name)]
+    assert {str(s["assembly"]) for s in (first, again, other)} == {str(recorded[0]["assembly"])}
+    assert first["session"] == again["session"] == other["session"]
+    assert first["session"] not in [s["session"] for s in recorded]
+    # Looks of one placement: put down once, loosened in between.
+    assert first["grasp"]["placed_mm"] == again["grasp"]["placed_mm"] != other["grasp"]["placed_mm"]
+    beds = [s["grasp"]["history"] for s in (first, again, other)]
+    assert [bed["number"] for bed in beds] == [0, 1, 0]
+    assert beds[0]["seed"] == beds[1]["seed"] != beds[2]["seed"]
+    for one, two in itertools.combinations((first, again, other), 2):
+        assert Scene.model_validate(one) != Scene.model_validate(two)
+
+
+def test_a_variation_that_cannot_be_is_said_with_its_line(project):
+    project.declare(
+        audio={}, features={}, targets={"object": {"kind": "classification"}},
+        recipe=VARIED | {"variation": {"grasp": {"memory": 1.0}}},
+    )  # fmt: skip
+    paths: Paths = project.paths
+    path = paths.dataset("d")
+    with pytest.raises(DataError, match=r"dataset.yaml:\d+: recipe, variation.*grasp.memory"):
+        planned_grasps(path, read_dataset(paths, "d"), ["virtual-01"])
