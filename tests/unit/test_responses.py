@@ -211,7 +211,12 @@ GRAINS = {
         "heave_deg": 40, "heave_fraction": 0.9,
     },
     "gripper": {"bed_depth_mm": 50},
-    "grasp": {"nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2}},
+    "grasp": {
+        "nuisance": {"roughness_mm": 3, "slope_deg": 5, "packing": 0.2, "grain_force": 0.3},
+        "history": {"seed": 3, "number": 2, "memory": 0.5},
+    },
+    "assembly": {"fill_slope_deg": [3, 0]},
+    "session": {"fill_mm": 4},
 }  # fmt: skip
 #: What a scene does not need, and the settings that then change nothing.
 UNUSED = [
@@ -225,8 +230,10 @@ UNUSED = [
             "medium": {"heave_deg": 40, "heave_fraction": 0.9},
             "grasp": {
                 "angle_deg": 20, "offset_x_mm": 3, "offset_y_mm": 70, "force_n": 3,
-                "nuisance": {"force": 0.2},
+                "nuisance": {"force": 0.2, "grain_force": 0.3},
+                "placed_mm": [1, 2], "placed_deg": 3,
             },
+            "session": {"jig_mm": [3, 1]},
         },
     ),
     (
@@ -242,7 +249,15 @@ UNUSED = [
     ),
     ({}, {"support": {"kind": "rigid", "thickness_mm": 9}}),
     ({}, {"support": {"kind": "rubber"}}),
-    ({"grasp": {"nuisance": CALM}}, {"grasp": {"seed": 5, "nuisance": CALM}}),
+    (
+        {"grasp": {"nuisance": CALM}},
+        {"grasp": {"seed": 5, "nuisance": CALM, "history": {"seed": 3, "memory": 0.5}}},
+    ),
+    (
+        {"assembly": {"speaker_moved_mm": [1, 0]}, "session": {"jig_mm": [1, 2]}},
+        {"gripper": {"speaker_mm": [-34, 3]}, "assembly": {}, "session": {},
+         "grasp": {"offset_x_mm": 1, "offset_y_mm": 2}},
+    ),
     (
         {**AIR, "grasp": {"nuisance": {"force": 0, "temperature_k": 0}}},
         {**AIR, "grasp": {"seed": 5, "nuisance": {"force": 0, "temperature_k": 0}}},
@@ -261,6 +276,7 @@ UNUSED = [
         "no sheet",
         "no give",
         "calm",
+        "moved",
         "calm air",
     ],
 )
@@ -294,6 +310,12 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
         {"grasp": {"force_n": 7}},
         {"grasp": {"seed": 1}},
         {"grasp": {"nuisance": {"packing_correlation_mm": 4}}},
+        {"grasp": {"nuisance": {"grain_force": 0.1}}},
+        {"grasp": {"history": {"seed": 0}}},
+        {"assembly": {"askew_mm": [0, 1]}},
+        {"assembly": {"fill_slope_deg": [1, 0]}},
+        {**FREE, "assembly": {"askew_mm": [0, 1]}},
+        {"session": {"temperature_k": 1}},
         {"environment": {"temperature_c": 21}},
         {"numerics": {**QUICK, "decay_db": 40}},
         {**AIR, "gripper": {"stiffness_n_m3": 3e5}},
