@@ -11,7 +11,7 @@ reproduce: $(VENV)/.test
 # Public recordings by other labs, from the web, and a report on them alone; NAMES="esc10 ..." chooses.
 NAMES ?= $(shell grep -l '^status: run' datasets/*/source.yaml | xargs -n 1 dirname | xargs -n 1 basename)
 real: $(VENV)/.test
-	for name in $(NAMES); do $(BIN)/ajgdata fetch $$name || exit 1; done
+	for name in $(NAMES); do $(BIN)/ajgdata fetch $$name || [ $$? = 3 ] || exit 1; done
 	$(BIN)/ajgdata run $(NAMES)
 
 test: $(VENV)/.test

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 importing = typer.Typer()
 out = Console(emoji=False, highlight=False)
 _AGAIN = "importing again"
+#: Exit code of an import that left out something that belongs to it; 1: nothing was imported.
+INCOMPLETE = 3
 
 
 @importing.command("import")
@@ -90,8 +92,8 @@ def import_command(
 ) -> None:
     """Turn a folder of recordings into sessions of a data set. Audio is never altered.
 
-    Importing again adds what is new and takes over labels that changed in the folder. Exit code 1
-    if a file that belongs to it could not be imported.
+    Importing again adds what is new and takes over labels that changed in the folder. Exit code 3
+    if something that belongs to it was left out or cannot be used, 1 if nothing was imported.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder
@@ -121,7 +123,13 @@ def import_command(
             f"declared in {where}: {audio.sample_rate_hz} Hz, channel {audio.channel}, "
             f"targets {', '.join(spec.targets) or 'none'}; next: ajgdata validate {dataset}"
         )
-    raise typer.Exit(bool(result.conflicts or result.failed or found.missing))
+    raise typer.Exit(exit_code(result, found))
+
+
+def exit_code(result: Imported, found: Scan) -> int:
+    """Return 0 for an import of everything that belongs to it by name or table, else INCOMPLETE."""
+    left_out = (*found.missing, *found.wanting, *result.conflicts, *result.failed)
+    return INCOMPLETE if left_out or result.unreadable else 0
 
 
 def show_import(
@@ -144,6 +152,7 @@ def show_import(
     told: dict[str, list[tuple[str, str]]] = {
         "[red]failed[/red]": [*found.missing, *result.failed],
         "[yellow]unreadable[/yellow]": result.unreadable,
+        "[yellow]left out[/yellow]": found.wanting,
         "[yellow]kept[/yellow]": [(name, other_bytes) for name in result.conflicts],
         "[yellow]label[/yellow]": [(name, corrected) for name in result.corrected],
         "[yellow]moved[/yellow]": [

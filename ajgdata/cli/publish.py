@@ -116,7 +116,7 @@ def fetch(
 
 
 def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> None:
-    from ajgdata.cli.importing import show_import
+    from ajgdata.cli.importing import exit_code, show_import
     from ajgdata.pipeline.fetch_source import fetch_source
     from ajgdata.store.sessions import read_dataset
     from ajgdata.store.sources import address_of, read_source
@@ -145,7 +145,7 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
         )
     show_import(result, found, dataset, everything=False)
     out.print(f"next: ajgdata run {dataset}", soft_wrap=True)
-    raise typer.Exit(bool(result.conflicts or result.failed or found.missing))
+    raise typer.Exit(exit_code(result, found))
 
 
 def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:

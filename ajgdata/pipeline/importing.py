@@ -7,7 +7,12 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declare import common_audio, declare
-from ajgdata.pipeline.label_kinds import no_numbers, odd_labels, with_decimal_points
+from ajgdata.pipeline.label_kinds import (
+    no_numbers,
+    odd_labels,
+    played_as_class,
+    with_decimal_points,
+)
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.importing import How, Imported, import_scan
 from ajgdata.store.scan import Scan, scan, slug, target_column
@@ -81,6 +86,7 @@ def _understood(scanned: Scan, spec: DatasetSpec, told: Sequence[str]) -> Scan:
     cells = {name: [file.cell(name) for file in found.files] for name in spec.targets}
     odd = [] if told else no_numbers(cells, spec.targets)
     found.notes += [*told, *points, *odd, *odd_labels(cells, spec.targets)]
+    found.notes += played_as_class(found, spec.targets)
     return found
 
 

@@ -26,6 +26,10 @@ _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
 #: Zeros stand apart if the next number is farther away than so many usual steps.
 _APART = 2
 _NAMED = 5
+#: File names of played sounds: number 0 as in the starter kit, or a word for one.
+_PLAYED = re.compile(
+    r"0+[_ -].*|(?:.*[^a-z])?(?:sweep|chirp|excitation|stimulus)(?:[^a-z].*)?", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -166,6 +170,20 @@ def no_numbers(cells: Mapping[str, Sequence[str]], targets: Mapping[str, Target]
                 told.append(
                     f"{name}: no number: {_named(against)}; correct it, or add it to `missing`"
                 )
+    return told
+
+
+def played_as_class(found: Scan, targets: Mapping[str, Target]) -> list[str]:
+    """Return in words which recordings alone make a class and are called as played sounds are."""
+    named = [file for file in found.files if _PLAYED.fullmatch(file.path.stem)]
+    others = [file for file in found.files if file not in named]
+    told = []
+    for name in (name for name, one in targets.items() if one.kind == "classification"):
+        classes = {file.cell(name) for file in others} | {""}
+        odd = [file.path.as_posix() for file in named if file.cell(name) not in classes]
+        if odd and others:
+            fix = "if it was played, not recorded, take it out of pattern or table"
+            told.append(f"{name}: {_named(odd)} is a class by itself; {fix}")
     return told
 
 

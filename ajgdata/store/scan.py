@@ -49,12 +49,17 @@ class ScannedFile:
 
 @dataclass
 class Scan:
-    """Recordings found in a folder. `skipped` says for each file left out why, `missing` for each
-    whose name is there and its content not; `notes` are what else a person should know."""
+    """Recordings found in a folder.
+
+    `wanting` says of what belongs to them by name or table why it is left out, `skipped` so of all
+    other files, `missing` of names whose content is not there; `notes` are what else a person
+    should know.
+    """
 
     files: list[ScannedFile] = field(default_factory=list)
     excitations: dict[str, Path] = field(default_factory=dict)
     skipped: list[tuple[str, str]] = field(default_factory=list)
+    wanting: list[tuple[str, str]] = field(default_factory=list)
     missing: list[tuple[str, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -69,14 +74,14 @@ def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = F
     if not folder.is_dir():
         raise DataError(folder, "is not a folder", "name the folder that holds the recordings")
     result = Scan()
-    audio = _audio_files(folder, result, convert=convert)
+    audio, refused = _audio_files(folder, result, convert=convert)
     if settings.table:
-        _by_table(folder, audio, settings, name, result)
+        _by_table(folder, audio, refused, settings, name, result)
     else:
-        _by_name(audio, settings, name, result)
+        _by_name(audio, refused, settings, name, result)
     if result.files:
         return result
-    left_out = [*result.missing, *result.skipped]
+    left_out = [*result.missing, *result.wanting, *result.skipped]
     if not left_out and not result.excitations:
         raise DataError(
             folder,
@@ -136,30 +141,31 @@ def _walk(folder: Path) -> tuple[list[Path], list[tuple[str, str]]]:
     return sorted(found), sorted(closed)
 
 
-def _audio_files(folder: Path, result: Scan, *, convert: bool) -> dict[Path, bool]:
-    """Return audio files that can be imported: True for one that has to be decoded.
-
-    The others go to `result.skipped`.
-    """
+def _audio_files(
+    folder: Path, result: Scan, *, convert: bool
+) -> tuple[dict[Path, bool], dict[Path, str]]:
+    """Return audio files that can be imported, True for one that has to be decoded, and those that
+    would have to be, with why they are not. The others go to `result`."""
     files: dict[Path, bool] = {}
+    refused: dict[Path, str] = {}
     paths, closed = _walk(folder)
     result.missing += closed
     readable = {path.with_suffix("") for path in paths if path.suffix.lower() in AUDIO_SUFFIXES}
     for path in paths:
         name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES
         if name != name.strip() or _NO_TEXT.search(name):
-            result.skipped.append((_NO_TEXT.sub("?", name), "its name is no plain text: rename it"))
+            result.wanting.append((_NO_TEXT.sub("?", name), "its name is no plain text: rename it"))
         elif wrong := why_no_file(folder / path):
             result.missing.append((name, "; ".join(wrong)))
         elif decode and not convert:
             refusal = unsupported(path)
-            result.skipped.append((name, f"{refusal.problem}; {refusal.fix}"))
+            refused[path] = f"{refusal.problem}; {refusal.fix}"
         elif decode and path.with_suffix("") in readable:
             reason = "left out: of the same name as a recording beside it, whose sound it may hold"
             result.skipped.append((name, reason))
         else:
             files[path] = decode or (convert and _is_other_audio(folder / path))
-    return files
+    return files, refused
 
 
 def _is_other_audio(path: Path) -> bool:
@@ -171,7 +177,13 @@ def _is_other_audio(path: Path) -> bool:
     return False
 
 
-def _by_name(audio: Mapping[Path, bool], settings: ImportSettings, name: str, result: Scan) -> None:
+def _by_name(
+    audio: Mapping[Path, bool],
+    refused: Mapping[Path, str],
+    settings: ImportSettings,
+    name: str,
+    result: Scan,
+) -> None:
     starter_kit = settings.pattern in ("", "starter-kit")
     try:
         pattern = re.compile(STARTER_KIT if starter_kit else settings.pattern)
@@ -179,6 +191,10 @@ def _by_name(audio: Mapping[Path, bool], settings: ImportSettings, name: str, re
         raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
     if not pattern.groupindex:
         raise DataError("--pattern", "has no named group", r"name the label: (?P<label>[^/]+)")
+    for path, reason in refused.items():
+        matches = pattern.fullmatch(path.as_posix())
+        told = (path.as_posix(), reason if matches else "does not match the pattern")
+        (result.wanting if matches else result.skipped).append(told)
     for path, decode in audio.items():
         match = pattern.fullmatch(path.as_posix())
         if not match:
@@ -189,7 +205,7 @@ def _by_name(audio: Mapping[Path, bool], settings: ImportSettings, name: str, re
         if starter_kit and int(fields["n"]) == 0:
             played = path if decode else result.excitations.setdefault(session, path)
             if decode:
-                result.skipped.append((path.as_posix(), "the played sound has to be a WAV"))
+                result.wanting.append((path.as_posix(), "the played sound has to be a WAV"))
             elif played != path:
                 result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
             continue
@@ -197,7 +213,12 @@ def _by_name(audio: Mapping[Path, bool], settings: ImportSettings, name: str, re
 
 
 def _by_table(
-    folder: Path, audio: Mapping[Path, bool], settings: ImportSettings, name: str, result: Scan
+    folder: Path,
+    audio: Mapping[Path, bool],
+    refused: Mapping[Path, str],
+    settings: ImportSettings,
+    name: str,
+    result: Scan,
 ) -> None:
     table = folder / settings.table
     header, rows, lacking = joined(folder, *read_label_table(table), settings.join)
@@ -209,7 +230,7 @@ def _by_table(
         )
         raise DataError(table, problem, "rename one of them")
     taken: set[Path] = set()
-    refused = {name for name, _ in (*result.missing, *result.skipped)}
+    named = {name for name, _ in (*result.missing, *result.wanting, *result.skipped)}
     for row in rows:
         path = Path(_filled("file", settings.file, row))
         if path.is_absolute() or ".." in path.parts:
@@ -219,9 +240,12 @@ def _by_table(
         if path in audio:
             result.files.append(_scanned(path, row, settings, name, decode=audio[path]))
             taken.add(path)
-        elif str(path) not in refused:
-            result.skipped.append((str(path), f"in {settings.table} but not in the folder"))
-    left = sorted(set(audio) - taken)
+        elif path in refused:
+            result.wanting.append((str(path), refused[path]))
+            taken.add(path)
+        elif str(path) not in named:
+            result.wanting.append((str(path), f"in {settings.table} but not in the folder"))
+    left = sorted({*audio, *refused} - taken)
     result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
     result.files.sort(key=lambda one: one.path)
 
@@ -256,13 +280,12 @@ def _scanned(
         return filled.strip() or default
 
     label = fields.get("label", "")
-    sample = fields.get("sample", "")
     return ScannedFile(
         path,
         slug(role("session", settings.session, session)),
         role("grasp", settings.grasp, path.with_suffix("").as_posix()),
         role("object", settings.object, label).strip(),
-        int(sample) if sample.isdecimal() else 0,
+        _sample(fields.get("sample", "")),
         {
             label_column(k): v.strip()
             for k, v in fields.items()
@@ -271,3 +294,13 @@ def _scanned(
         fields.get("quality", "").strip(),
         decode,
     )
+
+
+def _sample(text: str) -> int:
+    """Return the number of a repeat as people and spreadsheets write it (`1`, `1.0`, `1,0`); 0
+    where it is none."""
+    try:
+        number = float(text.replace(",", "."))
+    except ValueError:
+        return 0
+    return int(number) if number.is_integer() and number > 0 else 0

@@ -185,16 +185,46 @@ def test_findings_of_one_kind_are_shown_five_at_a_time(ajgdata, tmp_path):
     code, out, _ = ajgdata("import", folder, "--dataset", "e", "--all")
     assert out.count("M4A audio is not read as it is") == 30  # as validate calls it
     code, out, _ = ajgdata("import", folder, "--dataset", "e")
-    assert "skipped and 25 more (M4A audio is not read as it is" in out
+    assert "left out and 25 more (M4A audio is not read as it is" in out
 
 
 def test_an_import_that_could_not_do_all_says_so_in_its_exit_code(ajgdata, project):
     write_tone(project.root / "audio" / "1_a.wav", 500)
     (project.root / "audio" / "2_b.wav").symlink_to(".git/annex/objects/2.wav")
-    code, out, _ = ajgdata("import", "audio", "--dataset", "e")
-    assert code == 1
+    again = ("import", "audio", "--dataset", "e")
+    code, out, _ = ajgdata(*again)
+    assert code == 3
     assert "1 added" in out
     assert "failed 2_b.wav: a link to .git/annex/objects/2.wav, where nothing is; run `git" in out
+    (project.root / "audio" / "2_b.wav").unlink()
+    assert ajgdata(*again)[0] == 0
+    (project.root / "audio" / "3_c.m4a").write_bytes(b"....ftypM4A ")
+    assert ajgdata(*again)[0] == 3
+    (project.root / "audio" / "3_c.m4a").rename(project.root / "audio" / "c.m4a")
+    assert ajgdata(*again)[0] == 0  # its name says that it is none of them
+    (project.root / "audio" / "4_d.wav").write_bytes(b"RIFF")
+    assert ajgdata(*again)[0] == 3  # imported, and of no use
+    (project.root / "audio" / "4_d.wav").unlink()
+    (project.root / "audio" / "t.csv").write_text("name,form\n1_a,x\n5_e,y\n")
+    table = ("--table", "t.csv", "--file", "{name}.wav", "--target", "form")
+    code, out, _ = ajgdata("import", "audio", "--dataset", "f", *table)
+    assert code == 3 and "left out 5_e.wav: in t.csv but not in the folder" in out
+
+
+def test_a_played_sound_that_becomes_a_class_is_named(ajgdata, project):
+    for number, name in enumerate(["0_up", "1_a", "2_a", "3_b", "4_b"]):
+        write_tone(project.root / "audio" / f"{name}.wav", 500 + number)
+    pattern = r"(?P<n>\d+)_(?P<label>\w+)\.wav"
+    out = ajgdata("import", "audio", "--dataset", "e", "--pattern", pattern)[1]
+    assert "note label: '0_up.wav' is a class by itself; if it was played, not recorded" in out
+    assert "by itself" not in ajgdata("import", "audio", "--dataset", "f")[1]  # the starter kit's
+    (project.root / "audio" / "0_up.wav").rename(project.root / "audio" / "0_a.wav")
+    out = ajgdata("import", "audio", "--dataset", "g", "--pattern", pattern)[1]
+    assert "by itself" not in out  # a take like the others
+    (project.root / "audio" / "0_a.wav").rename(project.root / "audio" / "5_log-sweep.wav")
+    pattern = r"(?P<n>\d+)_(?P<label>[\w-]+)\.wav"
+    out = ajgdata("import", "audio", "--dataset", "h", "--pattern", pattern)[1]
+    assert "'5_log-sweep.wav' is a class by itself" in out
 
 
 def test_table_and_options(ajgdata, project):

@@ -9,6 +9,7 @@ from ajgdata.store.scan import label_column, scan, slug
 from ajgdata.types import DataError, ImportSettings
 
 KIT = ImportSettings(pattern="starter-kit")
+NO_M4A = "M4A audio is not read as it is; `ajgdata import --convert` decodes it into a new file"
 
 
 def files(folder: Path, *names: str) -> Path:
@@ -44,12 +45,8 @@ def test_starter_kit(tmp_path):
         "d": "0_sweep.wav",
         "Day_1_left": "Day 1/left/00_sweep.wav",
     }
-    reasons = dict(result.skipped)
-    assert set(reasons) == {"Day 1/4_cube.m4a", "cube.wav"}
-    assert reasons["Day 1/4_cube.m4a"] == (
-        "M4A audio is not read as it is; `ajgdata import --convert` decodes it into a new file"
-    )
-    assert reasons["cube.wav"] == "does not match the pattern"
+    assert result.wanting == [("Day 1/4_cube.m4a", NO_M4A)]
+    assert result.skipped == [("cube.wav", "does not match the pattern")]
 
 
 def test_a_second_played_sound_is_not_taken_for_the_first(tmp_path):
@@ -63,12 +60,12 @@ def test_names_that_a_table_cannot_hold(tmp_path):
     (tmp_path / os.fsdecode(b"4_caf\xe9.wav")).write_bytes(b"")
     result = scan(tmp_path, KIT, "d")
     assert [f.path.name for f in result.files] == ["1_a.wav"]
-    assert [reason for _, reason in result.skipped] == ["its name is no plain text: rename it"] * 3
-    assert [name for name, _ in result.skipped] == [" 3_c.wav", "2_b?.wav", "4_caf?.wav"]
+    assert [reason for _, reason in result.wanting] == ["its name is no plain text: rename it"] * 3
+    assert [name for name, _ in result.wanting] == [" 3_c.wav", "2_b?.wav", "4_caf?.wav"]
 
 
 def test_regular_expression_with_roles(tmp_path):
-    files(tmp_path, "001 - Dog bark/1-2-A.ogg", "002 - Rain/5-77-B.ogg", "README.wav")
+    files(tmp_path, "001 - Dog bark/1-2-A.ogg", "002 - Rain/5-77-B.ogg", "README.wav", "1-2-A.m4a")
     result = scanned(
         tmp_path,
         pattern=r"\d+ - (?P<label>[^/]+)/(?P<fold>\d)-(?P<clip>\d+)-(?P<take>[A-Z])\.ogg",
@@ -79,7 +76,9 @@ def test_regular_expression_with_roles(tmp_path):
     dog, rain = result.files
     assert (dog.session, dog.grasp, dog.object, dog.sample) == ("fold_1", "clip 2", "Dog bark!", 0)
     assert rain.labels == {"label": "Rain", "fold": "5", "clip": "77", "take": "B"}
-    assert result.skipped == [("README.wav", "does not match the pattern")]
+    no_match = "does not match the pattern"  # nor would it if it were decoded
+    assert sorted(result.skipped) == [("1-2-A.m4a", no_match), ("README.wav", no_match)]
+    assert result.wanting == []
 
 
 def test_named_groups_that_are_roles_are_no_labels(tmp_path):
@@ -89,6 +88,17 @@ def test_named_groups_that_are_roles_are_no_labels(tmp_path):
     assert (one.session, one.object, one.grasp, one.sample) == ("mon", "cube", "7", 2)
     assert (other.session, other.sample) == ("tue", 0)
     assert one.labels == {"opt": ""}
+
+
+@pytest.mark.parametrize(
+    ("said", "sample"),
+    [("3", 3), ("03", 3), ("3.0", 3), ("3,0", 3), ("", 0), ("x", 0), ("1.5", 0), ("-1", 0),
+     ("nan", 0), ("inf", 0)],
+)  # fmt: skip
+def test_the_number_of_a_repeat_as_spreadsheets_write_it(tmp_path, said, sample):
+    table(files(tmp_path, "a.wav"), f'name,sample\na,"{said}"\n')
+    (one,) = scanned(tmp_path, table="t.csv", file="{name}.wav").files
+    assert one.sample == sample
 
 
 def table(folder: Path, text: str) -> Path:
@@ -110,13 +120,12 @@ def test_table(tmp_path):
     # names are made fit for every reader, standard columns are not overwritten
     assert result.files[1].labels == {"name": "b", "mass_g": "12.5", "source_": "x"}
     assert result.files[0].labels["mass_g"] == ""
-    assert dict(result.skipped) == {
-        "wav/e.mp3": "MP3 audio is not read as it is; `ajgdata import --convert` decodes it into a "
-        "new file",
-        "wav/d.wav": "in t.csv but not in the folder",
-        "wav/e.wav": "in t.csv but not in the folder",
-        "wav/c.wav": "no row in t.csv",
-    }
+    no_file = "in t.csv but not in the folder"
+    assert result.wanting == [("wav/d.wav", no_file), ("wav/e.wav", no_file)]
+    assert result.skipped == [("wav/c.wav", "no row in t.csv"), ("wav/e.mp3", "no row in t.csv")]
+    table(tmp_path, "file\na.wav\ne.mp3\n")
+    named = scanned(tmp_path, table="t.csv", file="wav/{file}").wanting
+    assert named == [("wav/e.mp3", NO_M4A.replace("M4A", "MP3"))]
 
 
 @pytest.mark.parametrize(
