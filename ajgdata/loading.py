@@ -123,7 +123,7 @@ def load_model(name: str, task: str, model: str = "cnn", project: Project = None
     >>> edge_mm.shape
     (16,)
     """
-    return read_model(_paths(project).model(name, task, model))[0]
+    return read_model(_model_folder(_paths(project), name, task, model))[0]
 
 
 def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
@@ -162,7 +162,25 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
     >>> said.unit, str(said.verdict)
     ('mm', 'known')
     """
-    return read_predictor(_paths(project).model(name, task, model), name, task)
+    return read_predictor(_model_folder(_paths(project), name, task, model), name, task)
+
+
+def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
+    """Return the folder of a trained model. Raises DataError, and says what there is, where there
+    is none."""
+    from ajgdata.store.sessions import read_dataset
+    from ajgdata.types import DataError
+
+    if (folder := paths.model(name, task, model)).is_dir():
+        return folder
+    tasks = read_dataset(paths, name).tasks
+    if task not in tasks:
+        problem, there = f"has no task {task!r}", ", ".join(tasks) or "none"
+        raise DataError(paths.dataset(name), problem, f"there are {there}")
+    if model not in tasks[task].models:
+        problem, there = f"task {task} has no model {model!r}", ", ".join(tasks[task].models)
+        raise DataError(paths.dataset(name), problem, f"there are {there}; or add it")
+    raise DataError(folder, "was not trained yet", f"`ajgdata run {name}` does")
 
 
 def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:

@@ -102,6 +102,7 @@ def import_command(
     given |= {"session": session, "object": object_, "join": _joins(join or [])}
     settings = _import_settings({key: value for key, value in given.items() if value})
     paths = find_project()
+    known = paths.dataset(dataset).is_file()
     with bar("importing") as started:
         spec, found, result = import_folder(
             paths,
@@ -119,10 +120,10 @@ def import_command(
     show_import(result, found, dataset, prune=prune, everything=everything)
     if paths.dataset(dataset).is_file():  # not where nothing could be imported
         where, audio = escape(str(paths.dataset(dataset))), spec.audio
-        _say(
-            f"declared in {where}: {audio.sample_rate_hz} Hz, channel {audio.channel}, "
-            f"targets {', '.join(spec.targets) or 'none'}; next: ajgdata validate {dataset}"
-        )
+        says = f"{audio.sample_rate_hz} Hz, channel {audio.channel}, targets "
+        says += ", ".join(spec.targets) or "none"
+        _say(f"as declared before in {where}" if known else f"now declared in {where}: {says}")
+        _say(f"next: ajgdata validate {dataset}, then ajgdata run {dataset}")
     raise typer.Exit(exit_code(result, found))
 
 

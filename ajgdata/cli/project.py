@@ -73,7 +73,8 @@ def status(
         said = f"[yellow]{group.rule}[/yellow] would run ({escape(group.reason)}): {escape(files)}"
         out.print(said, soft_wrap=True)
     stale = sum(len(group.files) for group in groups)
-    out.print(f"{current} results are current, {stale} are not" + ("; `snakemake`" * bool(stale)))
+    mend = f"; `ajgdata run {' '.join(names)}`" if names else "; `snakemake`, or `ajgdata run NAME`"
+    out.print(f"{current} results are current, {stale} are not" + (mend if stale else ""))
 
 
 @looking.command(context_settings={"ignore_unknown_options": True})

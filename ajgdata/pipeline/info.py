@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import recorded_sessions
 from ajgdata.store.features import Column, read_store
@@ -74,11 +75,14 @@ def _source(sessions: Sequence[Session], spec: DatasetSpec) -> str:
 
 def _counts(held: Sequence[tuple[Session, Sequence[Recording]]]) -> str:
     rows = [(session.session_id, one) for session, recordings in held for one in recordings]
-    grasps = {(session, one.grasp_id) for session, one in rows}
+    held_nothing = [one for _, one in rows if one.labels.get(REFERENCE)]
+    grasps = {(session, one.grasp_id) for session, one in rows if not one.labels.get(REFERENCE)}
     objects = {one.object for _, one in rows} - {""}
     rejected = sum(one.quality.lower() == "reject" for _, one in rows)
     unsealed = sum(not one.sha256 for _, one in rows)
-    said = f"{len(rows)} of {len(grasps)} grasps of {len(objects)} objects in {len(held)} sessions"
+    taken = len(rows) - len(held_nothing)
+    said = f"{taken} of {len(grasps)} grasps of {len(objects)} objects in {len(held)} sessions"
+    said += f"; {len(held_nothing)} references" if held_nothing else ""
     said += f"; {rejected} rejected" if rejected else ""
     return said + (f"; {unsealed} not sealed" if unsealed else "")
 
@@ -87,7 +91,7 @@ def _features(paths: Paths, spec: DatasetSpec) -> dict[str, str]:
     store = paths.features(spec.name)
     if not store.is_file():
         declared = {f"target {n}": f"{t.kind} {t.unit}".strip() for n, t in spec.targets.items()}
-        return {**declared, "features": "not made yet; `snakemake` makes them"}
+        return {**declared, "features": f"not made yet; `ajgdata run {spec.name}` makes them"}
     shard = read_store(store)
     rows, bins = shard.feature.shape
     low, high = shard.frequency_hz[[0, -1]]

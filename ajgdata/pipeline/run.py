@@ -8,13 +8,18 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
 
 from ajgdata.paths import Paths, run_name
 from ajgdata.store.provenance import PACKAGE
+from ajgdata.types import NAME, DataError
 
 KEY = "datasets="
 #: Pages on the virtual gripper and trees for others are no part of such a run.
 WITHOUT = ("pages=[]", "publish=[]")
+#: Rules that a person asks for by name begin so.
+REPORT = "report_"
 #: Snakemake's words for what is to be set otherwise than its configuration says.
 CONFIG = ("--config", "-C")
 #: And for looking at what a run would do.
@@ -27,12 +32,24 @@ def only(names: Sequence[str]) -> list[str]:
     return ["--config", f"{KEY}[{','.join(names)}]", "alone=True", *WITHOUT] if names else []
 
 
+def snakefile_of(paths: Paths) -> Path:
+    """Return the workflow: the project's own, else the one beside the package.
+
+    Raises DataError where there is neither: an installed package is without.
+    """
+    beside = PACKAGE.parent / paths.snakefile.name
+    if not (paths.snakefile.is_file() or beside.is_file()):
+        problem = "there is no workflow here, and none came with the installed package"
+        fix = "work in a copy of the source (git clone), or put its Snakefile and workflow/ here"
+        raise DataError(paths.snakefile, problem, fix)
+    return paths.snakefile if paths.snakefile.is_file() else beside
+
+
 def snakefile_arguments(paths: Paths) -> list[str]:
     """Return what Snakemake must be told in the project's folder: nothing, if it has a workflow of
-    its own."""
-    if paths.snakefile.is_file():
-        return []
-    return ["--snakefile", str(PACKAGE.parent / "Snakefile")]
+    its own. Raises DataError where there is none."""
+    found = snakefile_of(paths)
+    return [] if found == paths.snakefile else ["--snakefile", str(found)]
 
 
 def command(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> list[str]:
@@ -61,9 +78,18 @@ def with_only(names: Sequence[str], more: Sequence[str]) -> list[str]:
 
 
 def parted(arguments: Sequence[str], known: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the names of data sets that `arguments` begin with, and the rest, for Snakemake."""
+    """Return the names of data sets that `arguments` begin with, and the rest, for Snakemake.
+
+    Raises DataError for a word after the names that is no data set, no option, no file and no
+    report: it is misspelt.
+    """
     count = next((n for n, one in enumerate(arguments) if one not in known), len(arguments))
-    return list(arguments[:count]), list(arguments[count:])
+    rest = list(arguments[count:])
+    if rest and NAME.match(rest[0]) and not rest[0].startswith(REPORT):
+        near = get_close_matches(rest[0], known, 1)
+        here = f"declared here: {', '.join(known) or 'none'}"
+        raise DataError(rest[0], "no such data set", f"did you mean {near[0]}?" if near else here)
+    return list(arguments[:count]), rest
 
 
 def datasets_asked(arguments: Sequence[str]) -> list[str] | None:

@@ -14,8 +14,8 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import recorded_sessions
 from ajgdata.pipeline.recipes import recipe_sessions
+from ajgdata.pipeline.run import snakefile_of
 from ajgdata.store.findings import read_findings
-from ajgdata.store.provenance import PACKAGE
 from ajgdata.store.sessions import list_datasets, list_sessions, read_dataset, read_recordings
 from ajgdata.types import DataError, left_out
 
@@ -40,8 +40,8 @@ def workflow_status(paths: Paths, more: Sequence[str] = ()) -> tuple[int, list[G
     Asks Snakemake (`snakemake --summary`, with the arguments `more`), which runs nothing and, told
     that this is a dry run, writes no log. Raises DataError with what Snakemake complains of.
     """
-    snakefile = paths.snakefile if paths.snakefile.is_file() else PACKAGE.parent / "Snakefile"
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile), "--directory"]
+    snakefile = str(snakefile_of(paths))
+    command = [sys.executable, "-m", "snakemake", "--snakefile", snakefile, "--directory"]
     command += [str(paths.root), "--summary", "--dry-run", *more]
     both = subprocess.STDOUT  # a dry run says on the one what other runs say on the other
     done = subprocess.run(command, check=False, stdout=subprocess.PIPE, stderr=both, text=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,15 @@ from ajgdata.store.manifest import WHOLE_SESSION, HashCache, survey
 from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
+
+#: What to do about files of a folder that is no data set yet.
+_FIXES = {
+    "other_rate": "most files here have that rate; after the import the data set can convert it",
+    "channels": "most files here have one; after the import the data set can mix or choose them",
+    "too_short": "record longer, or remove it",
+    "two_labels": "keep the one in the right folder",
+    "copy": "remove all but one",
+}
 
 
 def validate_datasets(
@@ -140,7 +150,8 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     digests = [file_sha256(Path(entry["path"])) for entry in usable]
     labels = [(str(Path(entry["path"]).parent),) for entry in usable]
     names = [f"{name}/{entry['recording_id']}" for entry in usable]
-    return len(files), sorted([*told, *copies(names, digests, labels).values()])
+    told += copies(names, digests, labels).values()
+    return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in told)
 
 
 def _check_session(

@@ -277,13 +277,12 @@ def check_layout(path: Path, info: AudioInfo, audio: AudioSettings) -> None:
     """
     told = []
     if info.sample_rate_hz != audio.sample_rate_hz and audio.other_rate == "reject":
-        declares = f"the data set declares {audio.sample_rate_hz} Hz"
-        problem = f"sampled at {info.sample_rate_hz} Hz, {declares}"
+        problem = f"sampled at {info.sample_rate_hz} Hz, not {audio.sample_rate_hz} Hz"
         fix = "set audio.other_rate: resample (or audio.sample_rate_hz) in dataset.yaml"
         told.append(AudioError(path, "other_rate", problem, fix))
     count, channel = info.channels, audio.channel
     if channel == "mono" and count != 1:
-        problem = f"has {count} channels, the data set declares mono"
+        problem = f"has {count} channels, not one"
         fix = "set audio.channel: mean, or to the number of a channel, in dataset.yaml"
         told.append(AudioError(path, "channels", problem, fix))
     if isinstance(channel, int) and channel >= count:

@@ -9,7 +9,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ajgdata.store.files import read_json, replacing
+from ajgdata.store.files import read_json, replacing, write_bytes
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -42,10 +42,9 @@ def read_guard(folder: Path) -> dict[str, np.ndarray]:
 
 
 def _write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    from safetensors.numpy import save_file
+    from safetensors.numpy import save
 
-    with replacing(path) as temporary:
-        save_file(dict(arrays), temporary)
+    write_bytes(path, save(dict(arrays)))  # its own writer hides the file from all others
 
 
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:

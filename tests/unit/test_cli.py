@@ -153,13 +153,15 @@ def test_import_says_what_it_did(ajgdata, project):
         "2 added, 0 changed, 0 unchanged in 1 session(s) of e",
         "skipped odd :smile:.wav: does not match the pattern",
         "note target label: a class (2 distinct texts)",
-        f"declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, channel mono, targets "
-        "label; next: ajgdata validate e",
+        f"now declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, channel mono, targets "
+        "label",
+        "next: ajgdata validate e, then ajgdata run e",
     ]
     assert read_dataset(project.paths, "e").imports.pattern == "starter-kit"
     write_tone(project.root / "audio" / "1_a [x].wav", 530)
     out = ajgdata(*command)[1]
     assert "0 added, 0 changed, 1 unchanged" in out
+    assert f"\nas declared before in {project.root}/datasets/e/dataset.yaml\n" in out
     assert "kept 1_a [x]: other bytes have this name already." in out
     assert "0 added, 1 changed, 1 unchanged" in ajgdata(*command, "--replace")[1]
     assert ajgdata("validate", "e")[0] == 1  # shorter than one window of 2048

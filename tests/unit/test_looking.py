@@ -40,7 +40,7 @@ def test_info_counts_what_there_is(project):
         facts["recordings"] == "4 of 4 grasps of 1 objects in 2 sessions; 1 rejected; 1 not sealed"
     )
     assert facts["target edge_mm"] == "regression mm"
-    assert facts["features"].startswith("not made yet")
+    assert facts["features"] == "not made yet; `ajgdata run d` makes them"
     for session in ("s1", "s2"):
         project.shard(session)
     project.merge("s1", "s2", targets={
@@ -57,6 +57,14 @@ def test_info_counts_what_there_is(project):
     audio = sum(f.stat().st_size for f in project.paths.sessions("d").rglob("*") if f.is_file())
     assert facts["disk"].startswith(f"recordings {audio / 1e6:.1f} MB")
     assert audio > 4 * 3 * len(tone(500))  # three bytes a sample
+
+
+def test_references_are_no_grasps(project):
+    rows = project.session("s1")
+    nothing = {**rows[0].labels, "reference": "silence"}
+    project.write([rows[0].model_copy(update={"labels": nothing}), *rows[1:]])
+    said = dataset_facts(project.paths, "d")["recordings"]
+    assert said == "2 of 2 grasps of 1 objects in 1 sessions; 1 references"
 
 
 def test_info_of_nothing(project):
@@ -133,7 +141,8 @@ def test_status_asks_snakemake(project, monkeypatch, capsys):
     assert not stopped.value.code
     wanted = "features would run (missing): results/features/d/s1.nc and 1 more"
     assert wanted in lines
-    assert re.fullmatch(r"0 results are current, \d+ are not; `snakemake`", lines[-1])
+    mend = "`snakemake`, or `ajgdata run NAME`"
+    assert re.fullmatch(rf"0 results are current, \d+ are not; {mend}", lines[-1])
     project.declare(colour="red")
     with pytest.raises(DataError, match="unknown key colour"):
         workflow_status(project.paths, ["--config", "pages=[]"])

@@ -203,7 +203,7 @@ def test_another_rate_is_refused_or_converted_as_the_data_set_says(trained, tmp_
     predictor, path = load(trained, "what", "linear"), tmp_path / "x.wav"
     waveform = np.stack([tone(500, 3001), tone(900, 3001)], axis=1).astype(np.float32)
     soundfile.write(path, waveform, 12_000, subtype="FLOAT")
-    with pytest.raises(DataError, match="sampled at 12000 Hz, the data set declares 8000 Hz"):
+    with pytest.raises(DataError, match="sampled at 12000 Hz, not 8000 Hz"):
         predictor.predict(waveform[:, 0], 12_000)
     with pytest.raises(DataError, match="a whole number of Hz"):
         predictor.predict(waveform[:, 0], 8000.5)
@@ -258,8 +258,10 @@ def test_a_spoilt_guard_and_a_missing_model_are_told(trained, tmp_path):
     (tmp_path / "guard.safetensors").write_bytes(b"spoilt")
     with pytest.raises(DataError, match="not a readable model"):
         read_predictor(tmp_path, "d", "what")
-    with pytest.raises(DataError, match="no such file"):
+    with pytest.raises(DataError, match=r"task size has no model 'linear'; there are "):
         load(trained, "size", "linear")
+    with pytest.raises(DataError, match=r"has no task 'colour'; there are .*size.*what"):
+        load(trained, "colour", "linear")
 
 
 def test_features_of_another_width_are_refused(trained):

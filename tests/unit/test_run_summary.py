@@ -9,6 +9,7 @@ from ajgdata.paths import Paths, run_name
 from ajgdata.pipeline import run as running
 from ajgdata.pipeline.run import command, datasets_asked, only, parted, run, with_only
 from ajgdata.pipeline.run_summary import complete, lines, summarise, verdicts
+from ajgdata.pipeline.status import workflow_status
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.findings import write_findings
@@ -109,6 +110,28 @@ def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path)
     assert datasets_asked(["--config", "datasets=null"]) is datasets_asked([]) is None
     (tmp_path / "Snakefile").unlink()
     assert command(paths, ["a"])[1] == "--snakefile"  # that of the package
+
+
+@pytest.mark.parametrize("first", [[], ["esc10"]])
+def test_a_misspelt_data_set_is_named_wherever_it_stands(first):
+    known = ["esc10", "knock_material"]
+    with pytest.raises(DataError, match=r"^knok_material: no such .*; did you mean knock_material"):
+        parted([*first, "knok_material"], known)
+    with pytest.raises(DataError, match=r"declared here: esc10, knock_material$"):
+        parted([*first, "x", "--cores", "2"], known)
+    for rest in (["results/x.nc"], ["report_esc10"], ["--config", "quick=True"], ["-n", "x"]):
+        assert parted([*first, *rest], known) == (first, rest)
+
+
+def test_without_a_workflow_one_line_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "PACKAGE", tmp_path / "site-packages" / "ajgdata")
+    with pytest.raises(
+        DataError, match=r"no workflow here, .*; work in a copy of the source"
+    ) as at:
+        run(Paths(tmp_path), ["a"])
+    assert "\n" not in str(at.value)
+    with pytest.raises(DataError, match="no workflow here"):
+        workflow_status(Paths(tmp_path))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A trained model comes back from disk as it was, and nothing else does."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -83,9 +84,11 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
 
 
 def test_a_network_is_the_same_bytes_twice(store):
+    os.umask(umask := os.umask(0))
     folders = [train(store, "kind", "cnn", name) for name in ("a", "b")]
     for file in ("model.json", "model.safetensors", "guard.safetensors"):
         assert (folders[0] / file).read_bytes() == (folders[1] / file).read_bytes()
+        assert (folders[0] / file).stat().st_mode & 0o777 == 0o666 & ~umask
 
 
 def test_what_cannot_be_trained_says_why(store):
@@ -118,7 +121,7 @@ def test_without_a_run_there_is_no_model(tmp_path):
     import ajgdata
 
     Paths(tmp_path).datasets.mkdir()
-    with pytest.raises(DataError, match="no such file"):
+    with pytest.raises(DataError, match="no such data set"):
         ajgdata.load_model("d", "t", project=tmp_path)
 
 

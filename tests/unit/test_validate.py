@@ -1,6 +1,7 @@
 """`ajgdata validate` says what the workflow would quarantine, and changes nothing."""
 
 import os
+import re
 import socket
 
 import numpy as np
@@ -125,6 +126,8 @@ def test_a_plain_folder(tmp_path):
     (folder / "notes.txt").write_text("")
     checked, findings = validate_folder(folder, quiet)
     assert checked == 9
+    said = " ".join(f"{f.problem} {f.fix}" for f in findings)
+    assert not re.search(r"dataset\.yaml|declares|\brows?\b|features\.|audio\.", said)
     assert [(f.recording_id, f.level, f.code) for f in findings] == [
         ("2.wav", "error", "two_labels"),  # the folder says what a recording is
         ("4.wav", "warning", "copy"),
