@@ -46,6 +46,8 @@ def canonical(scene: Scene) -> Scene:
         grasp = _default(grasp, *POSE)
         support = type(support)()
         nuisance = nuisance.model_copy(update={"force": 0.0, "grain_force": 0.0})
+    if scene.object is None or scene.object.material == "rigid":
+        gripper = gripper.model_copy(update={"membrane": _default(gripper.membrane, "film")})
     if support.kind == "rigid" or (scene.object and scene.object.material == "rigid"):
         support = type(support)()
     if support.kind == "rubber":

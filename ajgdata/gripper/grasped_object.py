@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.bending import PlateModes
-from ajgdata.gripper.column import Bed, StackModes, skin, solve
+from ajgdata.gripper.column import Bed, Body, StackModes, skin, solve
 from ajgdata.gripper.effect_estimates import FURTHEST, OMEGA, Circuit, Complex, Part, Real
+from ajgdata.gripper.film import Film, Skin, film_spring, gap_m
 from ajgdata.gripper.geometry import Cavity
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.mechanics import (
@@ -24,6 +25,7 @@ from ajgdata.gripper.mechanics import (
     skin_walls,
     stack_of,
 )
+from ajgdata.gripper.medium import Air
 from ajgdata.gripper.modes import NO_MODES, ModeList
 from ajgdata.gripper.plate_column import bent_modes
 from ajgdata.gripper.scene import Numerics, Scene
@@ -72,7 +74,7 @@ def judged(
 
 def rigid(why: str) -> Grasped:
     """Nothing under the membrane gives way."""
-    names: tuple[PartName, ...] = ("motion", "elastic", "compliance", "frame", "support")
+    names: tuple[PartName, ...] = ("motion", "elastic", "compliance", "film", "frame", "support")
     return Grasped(tuple(Part(name, False, None, why) for name in names))
 
 
@@ -83,7 +85,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         return rigid("the object is rigid")
     body, rest = held
     numerics, bed = scene.numerics, bed_of(scene, where, shape.force_n)
-    wall = skin(body, scene.gripper.membrane.mass_kg_m2)
+    wall, film = _skins(scene, body)
     plate = on_rim(scene, where, cells, body)
 
     def modes_with(grains: Bed | None) -> StackModes:
@@ -100,9 +102,11 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
         "elastic": circuit.effect(through[1:].sum(0) + bows.sum(0)),
         "compliance": circuit.effect(circuit.skin(wall)),
     }
+    effects |= _film_effect(circuit, wall, film)
     if coupled is not None:
         effects["frame"] = circuit.effect(_through(circuit, where, coupled).sum(0) - through.sum(0))
-    parts = judged(effects, numerics, _described(alone, bed))
+    parts = judged(effects, numerics, _described(alone, bed, film))
+    parts.setdefault("film", Part("film", False, None, "no air is trapped"))
     if coupled is None:
         parts["frame"] = Part("frame", False, None, "no grains lie on the object")
     elif parts["frame"].kept:
@@ -115,9 +119,31 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
     if bent is not None and parts["elastic"].kept:
         heavy = np.flatnonzero(_heard(numerics, circuit, bows) & _within(bent[0].square))
         modes += bending_list(where, cells, *bent, heavy) if len(heavy) else NO_MODES
-    walls = skin_walls(where, cells, wall) if parts["compliance"].kept else NO_WALLS
+    yielding = _yielding(parts, wall, film)
+    walls = NO_WALLS if yielding is None else skin_walls(where, cells, yielding)
     solved_by = parts["motion"].kept or (bent is not None and parts["elastic"].kept)
     return Grasped((*parts.values(), _support(scene, solved_by)), walls, modes)
+
+
+def _skins(scene: Scene, body: Body) -> tuple[Skin, Film | None]:
+    """The object's skin with the membrane on it, and the air between the two, if there is any."""
+    membrane, gap, air = scene.gripper.membrane.mass_kg_m2, gap_m(scene), scene.environment
+    wall = Skin(*skin(body, membrane))
+    if not gap:
+        return wall, None
+    return wall, Film(gap, film_spring(gap, Air(air.temperature_c, air.pressure_pa)), membrane)
+
+
+def _film_effect(circuit: Circuit, wall: Skin, film: Film | None) -> dict[PartName, float]:
+    if film is None:
+        return {}
+    return {"film": circuit.effect(circuit.skin(film.over(wall)) - circuit.skin(wall))}
+
+
+def _yielding(parts: dict[PartName, Part], wall: Skin, film: Film | None) -> Skin | None:
+    """What gives way under the sound, of skin and film as far as they are kept."""
+    below = wall if parts["compliance"].kept else None
+    return film.over(below) if film is not None and parts["film"].kept else below
 
 
 def _through(circuit: Circuit, where: Imprint, modes: StackModes) -> Complex:
@@ -138,7 +164,7 @@ def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None
     return circuit.piston(modes.square, modes.loss, np.sqrt(shapes**2 @ where.area / where.total))
 
 
-def _described(alone: StackModes, bed: Bed | None) -> dict[PartName, str]:
+def _described(alone: StackModes, bed: Bed | None, film: Film | None) -> dict[PartName, str]:
     first = np.sqrt(alone.square[0]) / (2 * np.pi)
     grains = ""
     if bed is not None:
@@ -148,6 +174,7 @@ def _described(alone: StackModes, bed: Bed | None) -> dict[PartName, str]:
         "motion": f"first mode of the object on its support, {first:.0f} Hz",
         "elastic": "higher modes of the object",
         "compliance": "skin of the object under the imprint",
+        "film": "" if film is None else f"{1e6 * film.thickness:.3g} µm of air under the membrane",
         "frame": grains,
     }
 

@@ -28,6 +28,11 @@ class Membrane(SceneModel):
     pinned: bool = Field(
         True, description="where grains lie on it, it moves only in the spans between them"
     )
+    film: Annotated[float, Field(ge=0, le=20)] = Field(
+        1.0,
+        description="thickness of the air trapped between it and an object, in units of the middle"
+        " for the object's material",
+    )
 
 
 class Gripper(SceneModel):

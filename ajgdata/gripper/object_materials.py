@@ -44,6 +44,22 @@ MATERIALS: dict[MaterialName, Material] = {
 }
 
 
+#: Mean gap (µm) between a smooth sheet and the surface, which it touches at its highest points: the
+#: levelling depth of the profile, about three times its mean deviation Ra (ISO 21920-2). From and
+#: to: Ra by process, 0.1-1.6 ground or turned metal, 0.4-3 moulded plastic or rubber, 3-12 sanded
+#: wood, 5-25 printed layers; Styrofoam and foam: valleys between beads, open cells (estimates).
+GAP_UM: dict[MaterialName, tuple[float, float]] = {
+    "steel": (0.3, 5.0),
+    "aluminium": (0.3, 5.0),
+    "wood": (10.0, 40.0),
+    "plastic": (1.0, 10.0),
+    "pla": (15.0, 75.0),
+    "styrofoam": (50.0, 500.0),
+    "foam": (100.0, 1000.0),
+    "rubber": (1.0, 10.0),
+}
+
+
 class Support(SceneModel):
     """What the object lies on: the rigid ground, a sheet of rubber on it, or a concave piece of
     rubber: a block with a dish in its top. Round objects lie in the dish, wide flat ones on its

@@ -175,6 +175,10 @@ _GRIPPER = (
         "1975) stretched by 2 to 14 %: 20 to 80 N/m, by which the membrane drapes, too",
     ),
     Parameter(
+        "gripper.membrane.film", "session", 0.25, 4, "log", "estimate",
+        "roughness by process spreads by a factor of four about its middle (ISO 21920-2)",
+    ),
+    Parameter(
         "gripper.stiffness_n_m3", "gripper", 2e5, 8e5, "log", "estimate",
         "force per displaced volume; a factor of 2 either way",
     ),

@@ -21,6 +21,7 @@ PartName = Literal[
     "motion",
     "elastic",
     "compliance",
+    "film",
     "frame",
     "support",
     "noise",

@@ -39,6 +39,9 @@ class Solid(SceneModel):
 
     material: AnyMaterial = "rigid"
     shell_mm: Annotated[float, Field(gt=0)] | None = None
+    gap_um: Annotated[float, Field(ge=0, le=2000)] | None = Field(
+        None, description="air between surface and membrane, on average; null: of the material"
+    )
 
     @property
     def size_mm(self) -> tuple[float, float, float]:
@@ -222,8 +225,11 @@ class Compound(Solid):
         if lowest > 0:
             raise ValueError(f"no part rests on the table: lower every lift_mm by {lowest:g}")
         for part in self.parts:
-            if part.shape.material != "rigid" or part.shape.shell_mm is not None:
-                raise ValueError("material and shell_mm belong to the compound, not to its parts")
+            given = part.shape.shell_mm, part.shape.gap_um
+            if part.shape.material != "rigid" or given != (None, None):
+                raise ValueError(
+                    "material, shell_mm and gap_um belong to the compound, not to its parts"
+                )
             if self.shell_mm is not None and 2 * self.shell_mm >= min(part.shape.size_mm):
                 raise ValueError(
                     f"shell_mm {self.shell_mm:g} fills the part {part.shape.title}: "

@@ -109,7 +109,7 @@ def build_plan(scene: Scene) -> Plan:
 
     >>> plan = build_plan(Scene.model_validate({"object": "cube_20p7", "numerics": {"dx_mm": 6}}))
     >>> [part.name for part in plan.parts if part.kept]
-    ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'frame']
+    ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'film', 'frame']
     """
     scene = as_met(scene)
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM

@@ -39,7 +39,7 @@ SAMPLE = (
     ("tennis_ball", "rigid"),
 )
 QUICK = (("cube_20p7", "rigid"), ("sphere80_styrofoam", "rigid"), ("plate_wood", "rubber"))
-MECHANICS: tuple[PartName, ...] = ("motion", "elastic", "compliance", "frame")
+MECHANICS: tuple[PartName, ...] = ("motion", "elastic", "compliance", "film", "frame")
 ALL: tuple[PartName, ...] = ("membrane", *MECHANICS)
 #: Leaves out all that is not kept by name: no two features differ by more.
 NOTHING = 2.0

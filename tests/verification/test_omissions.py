@@ -25,27 +25,27 @@ def test_all_that_is_left_out_stays_below_the_tolerance(thing, support):
     rows = {row["part"]: row for row in omission_rows(OmissionCase(thing, support, DX_MM))}
     assert rows[TOTAL]["measured"] < rows[TOTAL]["tolerance"]
     for part in ALL:
-        # Stated: within a factor of three, or too little to matter by ten.
-        assert rows[part]["measured"] < max(3 * rows[part]["estimate"], 1e-3), part
+        # Stated: within a factor of four, or too little to matter by ten.
+        assert rows[part]["measured"] < max(4 * rows[part]["estimate"], 1e-3), part
 
 
 def test_soft_objects_keep_their_skin_and_hard_ones_need_nothing():
     kept = {
         thing: {
             part.name
-            for part in OmissionCase(thing, "rigid").plan(tolerance=0.01).parts
+            for part in OmissionCase(thing, "rigid").plan(tolerance=0.02).parts
             if part.kept
         }
         for thing in ("sphere80_styrofoam", "sphere80_metal")
     }
-    assert {"compliance", "motion", "elastic", "frame"} <= kept["sphere80_styrofoam"]
+    assert {"compliance", "film", "motion", "elastic", "frame"} <= kept["sphere80_styrofoam"]
     assert not kept["sphere80_metal"] & set(MECHANICS)
 
 
 def test_the_plan_says_why_and_the_response_what_was_left_out():
-    plan = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(tolerance=0.01)
+    plan = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(tolerance=0.02)
     frame = next(part for part in plan.parts if part.name == "frame")
-    assert not frame.kept and 0 < frame.effect < 0.01 and "stress through the grains" in frame.why
+    assert not frame.kept and 0 < frame.effect < 0.02 and "stress through the grains" in frame.why
     left_out = simulate(plan).provenance["left_out"]
     assert any(said.startswith("frame (effect about") for said in left_out)
     asked = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(keep=("frame",))

@@ -23,7 +23,7 @@ from ajgdata.studies.stability.trial import Ends, Trial
 DX_MM = 5.0
 H = DX_MM * 1e-3
 #: Everything that a plan might leave out is kept: an extreme must be stable, not absent.
-KEEP = ("motion", "elastic", "compliance", "frame", "support")
+KEEP = ("motion", "elastic", "compliance", "film", "frame", "support")
 EXTREME = (0.0, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6)
 CUBE = {"kind": "cube", "edge_mm": 20.0}
 NEEDLE = {"kind": "cylinder", "diameter_mm": 10.0, "height_mm": 60.0}

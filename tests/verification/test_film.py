@@ -1,0 +1,113 @@
+"""Air trapped between membrane and object: the spring of a slit, in series with what is below."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper import Scene, build_plan, simulate
+from ajgdata.gripper.equivalence import canonical
+from ajgdata.gripper.film import Film, Skin, film_spring, gap_m
+from ajgdata.gripper.medium import Air
+from ajgdata.gripper.object_materials import GAP_UM, MATERIALS
+
+AIR = Air(22.0)
+
+
+def test_a_thin_film_is_isothermal_and_a_thick_one_adiabatic():
+    thin, thick = film_spring(1e-6, AIR), film_spring(0.1, AIR)
+    assert thin.stiffness_n_m3 * 1e-6 == pytest.approx(AIR.pressure_pa, rel=1e-3)
+    # What is left of the boundary layers, (γ-1)√2 δ/h with δ = 37 µm at 5 kHz: 2e-4.
+    assert thick.stiffness_n_m3 * 0.1 == pytest.approx(1.4 * AIR.pressure_pa, rel=5e-4)
+    assert thin.loss < 1e-3 and thick.loss < 1e-3
+    # Heat moves in step with the sound where the gap is about twice the thermal layer.
+    gaps = np.geomspace(1e-6, 1e-2, 60)
+    losses = np.array([film_spring(gap, AIR).loss for gap in gaps])
+    assert 0.1 < losses.max() < 0.4 / 2
+    assert 50e-6 < gaps[losses.argmax()] < 200e-6
+
+
+def test_it_answers_as_the_wavenumber_times_its_thickness():
+    """Normalised admittance kh of an adiabatic film: 0.0046 at 50 µm and 5 kHz, 0.018 at 200 µm;
+    more, up to γ times as much, as heat leaves."""
+    impedance, omega = AIR.density * AIR.sound_speed, 2 * np.pi * 5e3
+    for thickness in (50e-6, 200e-6):
+        spring = film_spring(thickness, AIR)
+        admittance = impedance * omega / spring.stiffness_n_m3
+        wave = omega / AIR.sound_speed * thickness
+        assert wave < admittance < 1.4 * wave
+
+
+def _exact(film, below, omega):
+    """Membrane on a spring on a skin: two degrees of freedom."""
+    skin = 1j * omega * (below.mass - film.membrane_kg_m2) + below.resistance
+    skin = skin + below.stiffness / (1j * omega)
+    spring = film.spring.stiffness_n_m3 * (1 + 1j * film.spring.loss) / (1j * omega)
+    return 1j * omega * film.membrane_kg_m2 + 1 / (1 / spring + 1 / skin)
+
+
+@pytest.mark.parametrize("thickness", [5e-6, 50e-6, 200e-6])
+@pytest.mark.parametrize(
+    "below",
+    [
+        Skin(100.0, 2e7, 2e13),  # steel under an imprint of 25 mm
+        Skin(6.0, 1e5, 3e11),  # wood
+        Skin(0.5, 5e3, 3e8),  # Styrofoam
+    ],
+)
+def test_one_degree_of_freedom_stands_for_two(below, thickness):
+    film = Film(thickness, film_spring(thickness, AIR), 0.3)
+    got = film.over(below)
+    for hertz in (200.0, 1_000.0, 3_000.0):
+        omega = 2 * np.pi * hertz
+        one = 1j * omega * got.mass + got.resistance + got.stiffness / (1j * omega)
+        assert abs(one - _exact(film, below, omega)) < 0.08 * abs(one)
+
+
+def test_over_what_is_rigid_the_film_alone_gives_way():
+    film = Film(50e-6, film_spring(50e-6, AIR), 0.3)
+    alone = film.over(None)
+    assert alone.stiffness == film.spring.stiffness_n_m3 and alone.mass == 0.3
+    # A membrane on its film: η √(km) is the resistance of its resonance.
+    assert alone.resistance == pytest.approx(film.spring.loss * np.sqrt(alone.stiffness * 0.3))
+
+
+def _scene(**object_):
+    return Scene.model_validate(
+        {
+            "object": {"kind": "cube", "edge_mm": 20, "material": "wood"} | object_,
+            "numerics": {"dx_mm": 6, "max_time_s": 0.02, "precision": "float64"},
+        }
+    )
+
+
+def test_the_rougher_a_surface_the_more_is_trapped_and_it_is_named():
+    assert gap_m(_scene()) == pytest.approx(np.sqrt(10 * 40) * 1e-6)
+    assert gap_m(_scene(gap_um=7.0)) == pytest.approx(7e-6)
+    assert gap_m(_scene(material="rigid", gap_um=7.0)) == 0
+    assert set(GAP_UM) == set(MATERIALS)
+    assert all(0 < low < high for low, high in GAP_UM.values())
+    parts = {part.name: part for part in build_plan(_scene(gap_um=100.0)).parts}
+    assert parts["film"].kept and parts["film"].why == "100 µm of air under the membrane"
+    smooth = {part.name: part for part in build_plan(_scene(gap_um=0.0)).parts}
+    assert not smooth["film"].kept and smooth["film"].effect is None
+
+
+def test_a_film_that_grows_thin_comes_to_nothing_in_proportion():
+    none = simulate(_scene(gap_um=0.0)).samples
+    keep = {"keep": ("compliance", "film"), "tolerance": 0.0}
+    scenes = [_scene(gap_um=gap) for gap in (0.0, 0.5, 1.0)]
+    heard = [
+        simulate(s.model_copy(update={"numerics": s.numerics.model_copy(update=keep)})).samples
+        for s in scenes
+    ]
+    length = min(len(one) for one in heard)
+    half, whole = (np.linalg.norm(one[:length] - heard[0][:length]) for one in heard[1:])
+    assert whole == pytest.approx(2 * half, rel=0.05)
+    assert 0 < whole < 0.01 * np.linalg.norm(none)
+
+
+def test_a_film_that_nothing_lies_on_makes_no_other_scene():
+    thick = Scene.model_validate({"gripper": {"membrane": {"film": 3.0}}})
+    assert canonical(thick) == canonical(Scene())
+    with pytest.raises(ValueError, match="gap_um belong to the compound"):
+        part = {"shape": {"kind": "cube", "edge_mm": 20, "gap_um": 3}}
+        Scene.model_validate({"object": {"kind": "compound", "parts": [part]}})
