@@ -11,7 +11,7 @@ from scipy.signal import fftconvolve, sosfilt
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, ImpulseResponse, SignalChain
 from ajgdata.gripper.external_noise import REFERENCE_PA
-from ajgdata.gripper.signal_chain import FLOW_AT_100_DB_M3_S, PCM24_STEPS, transducers
+from ajgdata.gripper.signal_chain import PCM24_STEPS, transducers, volume_velocity
 
 #: A decimation filter is symmetric: its response begins so many samples before the sound (at most).
 #: A card can only be late, so both its inputs are.
@@ -37,8 +37,7 @@ def scene_response(ir: ImpulseResponse, chain: SignalChain) -> NDArray[np.float6
     heard = fftconvolve(driven, ir.samples)[: ir.latency_samples + length]
     pressure[LEAD - ir.latency_samples :] = heard
     pressure[LEAD:] += ir.static * np.cumsum(driven)
-    flow = FLOW_AT_100_DB_M3_S * 10 ** ((chain.level_db_spl - 100) / 20)
-    response = pressure * flow * _gain(chain)
+    response = pressure * volume_velocity(chain) * _gain(chain)
     kept = np.flatnonzero(np.abs(response) > NEGLIGIBLE * np.abs(response).max())
     return np.asarray(response[: kept[-1] + 1])
 

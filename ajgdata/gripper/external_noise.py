@@ -1,4 +1,7 @@
-"""Sound from outside: its A-weighted level there, and what of it the membrane lets through."""
+"""Sound from outside: its A-weighted level there, and what of it a limp wall lets through.
+
+What the solver's own membrane lets through is in `ajgdata.gripper.outside`.
+"""
 
 from __future__ import annotations
 
@@ -47,26 +50,37 @@ def transmission(frequency_hz: Real, mass_kg_m2: float) -> Real:
     return np.divide(heard, square * np.sin(limit) ** 2, out=share, where=square > 0)
 
 
-def external_noise_pa(
-    count: int, dba: float, mass_kg_m2: float, coupling_hz: float, seed: int
-) -> Real:
+@lru_cache(maxsize=16)
+def mass_law_gain(count: int, mass_kg_m2: float) -> Real:
+    """Return the gain (n,) of a limp wall of `mass_kg_m2`, for `external_noise_pa`."""
+    return np.sqrt(transmission(np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ), mass_kg_m2))
+
+
+def external_noise_pa(count: int, gain: Real, dba: float, coupling_hz: float, seed: int) -> Real:
     """Return the pressure (Pa) at the microphone, (count,), of white sound of `dba` dB(A) outside.
 
-    Gaussian noise, filtered in the frequency domain by membrane and AC coupling; another level is
-    the same noise, scaled.
+    Gaussian noise, filtered in the frequency domain by the AC coupling and by `gain` (n,) at
+    frequencies evenly from 0 to half the rate; another level is the same noise, scaled.
     """
     white = np.random.default_rng(seed).standard_normal(count)
-    filtered = np.fft.irfft(np.fft.rfft(white) * _gain(count, mass_kg_m2, coupling_hz), count)
+    f = np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ)
+    given = np.linspace(0, SAMPLE_RATE_HZ / 2, len(gain))
+    through = np.sqrt(np.interp(f, given, gain**2))
+    filtered = np.fft.irfft(np.fft.rfft(white) * through * _heard(count, coupling_hz), count)
     return REFERENCE_PA * 10 ** (dba / 20) * filtered
 
 
 @lru_cache(maxsize=16)
-def _gain(count: int, mass_kg_m2: float, coupling_hz: float) -> Real:
+def _heard(count: int, coupling_hz: float) -> Real:
     """From unit white noise to that of 0 dB(A) outside, per reference pressure."""
     low, high = OUTSIDE_BAND_HZ
     fine = np.linspace(low, high, 200_001)
     density = 1 / np.trapezoid(a_weighting(fine) ** 2, fine)
     f = np.fft.rfftfreq(count, 1 / SAMPLE_RATE_HZ)
     # Unit white noise has the one-sided density 2 / rate.
-    white = np.sqrt(density * SAMPLE_RATE_HZ / 2) * ((f >= low) & (f <= high))
-    return white * np.sqrt(transmission(f, mass_kg_m2)) * f / np.hypot(f, coupling_hz)
+    return (
+        np.sqrt(density * SAMPLE_RATE_HZ / 2)
+        * ((f >= low) & (f <= high))
+        * f
+        / np.hypot(f, coupling_hz)
+    )

@@ -63,9 +63,9 @@ class Gripper(SceneModel):
     port_bore_mm: Annotated[float, Field(gt=0, le=50)] = 4.0
     port_length_mm: Positive = Field(10.0, description="inert part of the fitting; hose is matched")
     wall_admittance: NonNegative = Field(
-        2e-3,
-        description="rho c / z of the housing; estimate: the thermoviscous boundary layer at 3 kHz "
-        "gives 5e-4 to 1e-3, doubled for printed walls",
+        4e-3,
+        description="rho c / z of the housing and its flange, at all frequencies; at least the"
+        " thermoviscous boundary layer (1.2e-3 at 3 kHz), at most ten times as much",
     )
     membrane: Membrane = Membrane()
     stiffness_n_m3: Annotated[float, Field(ge=1e3, le=1e9)] = Field(

@@ -156,9 +156,10 @@ _GRIPPER = (
     ),
     Parameter("gripper.port_length_mm", "fixed", 5, 15, "linear", "estimate", "as the bore"),
     Parameter(
-        "gripper.wall_admittance", "gripper", 5e-4, 2e-2, "log", "estimate",
-        "from the thermoviscous boundary layer at 3 kHz to ten times the default; default: twice "
-        "the boundary layer, for printed walls",
+        "gripper.wall_admittance", "gripper", 1.2e-3, 1.25e-2, "log", "estimate",
+        "from the thermoviscous boundary layer at 3 kHz (Pierce, Acoustics, section 10-4) to ten "
+        "times as much, for rough printed walls, the flange and what leaks there; as absorption "
+        "coefficients 0.01 to 0.1",
     ),
     Parameter(
         "gripper.membrane.mass_kg_m2", "gripper", 0.2, 0.4, "linear", "estimate",
@@ -277,21 +278,21 @@ _GRASP = (
 
 _SIGNAL = (
     Parameter(
-        "signal.level_db_spl", "fixed", 90, 100, "linear", "estimate",
-        "a receiver that gives 105 dB in 2 cm³ gives about 90 dB in this cavity; default: the "
-        "upper end, as the first design had it",
+        "signal.level_db_spl", "fixed", 84, 100, "linear", "estimate",
+        "the cavity turns 100 dB in a coupler of 2 cm³ into 84 dB, 105 dB into 89, and 116 dB, a "
+        "power receiver, into 100; default: 105 dB, rounded",
     ),
     Parameter(
-        "signal.full_scale_db_spl", "fixed", 129, 131, "linear", "data sheet",
-        "SPW2430: overload at 129 dB",
+        "signal.full_scale_db_spl", "fixed", 129, 129, "linear", "data sheet",
+        "SPW2430: overload (10 % distortion)",
     ),
     Parameter(
         "signal.gain_db", "fixed", -6, 6, "linear", "estimate", "the paper gives no levels",
     ),
     Parameter(
-        "signal.noise_db_spl", "recording", 35, 49, "linear", "estimate",
-        "from the microphone's self-noise (SPW2430: signal to noise 59 dB(A) at 94 dB) to five "
-        "times that pressure, with the room",
+        "signal.noise_db_spl", "fixed", 38.6, 38.6, "linear", "data sheet",
+        "SPW2430: signal to noise 59 dB(A) at 94 dB, 20 Hz to 10 kHz, hence 35 dB(A); white noise "
+        "of as much is 38.6 dB up to 22 kHz",
     ),
     Parameter(
         "signal.external_noise_dba", "recording", 45, 80, "linear", "paper",
@@ -313,6 +314,22 @@ _SIGNAL = (
     ),
     Parameter(
         "signal.coupling_hz", "fixed", 50, 200, "log", "estimate", "an octave either way",
+    ),
+    Parameter(
+        "signal.resonances_hz.0", "fixed", 2_000, 4_000, "linear", "estimate",
+        "first resonance of receivers of its kind, flat up to about 2.5 kHz (Kim & Allen 2013, "
+        "Hearing Research 301)",
+    ),
+    Parameter(
+        "signal.resonances_hz.1", "fixed", 6_000, 11_000, "linear", "estimate",
+        "second resonance of receivers of its kind, with the spout",
+    ),
+    Parameter(
+        "signal.resonances_q.0", "fixed", 1.5, 6, "log", "estimate",
+        "peaks of 4 to 16 dB: damped and undamped receivers",
+    ),
+    Parameter(
+        "signal.resonances_q.1", "fixed", 1.5, 6, "log", "estimate", "as the first",
     ),
     Parameter(
         "signal.peaks_hz.0", "fixed", 2_000, 4_000, "linear", "estimate",

@@ -10,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
 
-from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa
+from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa, mass_law_gain
 from ajgdata.gripper.motor import motor_sound
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
-from ajgdata.gripper.signal_settings import SignalChain
+from ajgdata.gripper.signal_settings import Driver, SignalChain
 
 Real = NDArray[np.floating]
 #: PCM24: the largest and the smallest value of a sample are 1 - 2^-23 and -1.
 PCM24_STEPS = 2.0**23
-#: Measured once on the default scene with a 20 mm cube; a test holds it to half a decibel.
-FLOW_AT_100_DB_M3_S = 2.71e-6
+#: Amplitude (m³/s) at 1 kHz of 100 dB, measured once on the default scene with a 20 mm cube; a
+#: test holds it to half a decibel.
+FLOW_AT_100_DB_M3_S: dict[Driver, float] = {"armature": 1.51e-6, "velocity": 2.74e-6}
 
 
 DEFAULT_CHAIN = SignalChain()
@@ -34,7 +35,9 @@ class ImpulseResponse:
     because the balloon holds the volume that the speaker pushed in; `samples` goes on to zero
     without it. Convolve the input with `samples`, then add `static` times its running sum.
     `provenance` says how it was computed; it is as deterministic as `samples`. `membrane_kg_m2` is
-    what holds sound from outside back.
+    what holds sound from outside back by the mass law; `outside` (m,) is what comes through the
+    membrane as it is solved: rms pressure at the microphone per rms pressure in the room, at
+    frequencies evenly from 0 to half the rate (see `ajgdata.gripper.outside`).
     """
 
     samples: Real
@@ -43,6 +46,7 @@ class ImpulseResponse:
     latency_samples: int
     provenance: dict[str, Any]
     membrane_kg_m2: float
+    outside: Real | None = None
 
 
 @dataclass(frozen=True)
@@ -81,24 +85,38 @@ def excitation_sweep(
 
 @lru_cache(maxsize=8)
 def transducers(chain: SignalChain) -> Real:
-    """Second-order sections (N, 6) of speaker and microphone together, unit gain at 1 kHz.
+    """Second-order sections (N, 6) from excitation to the speaker's volume velocity, with the AC
+    coupling of speaker and microphone; unit gain at 1 kHz, mapped by the bilinear rule.
 
-    A bell b(s) = (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per armature resonance, two first-order
-    high passes, one second-order low pass; mapped by the bilinear rule.
+    A balanced armature gives the same pressure in a 2 cm³ coupler at all frequencies below its
+    first resonance, and the pressure there is γP/V times the volume displaced: the displacement is
+    flat, and the volume velocity, its derivative, rises with frequency. Above, each resonance takes
+    12 dB an octave off: q = s Π ω²/(s² + ω s/Q + ω²) (two-port model of Kim & Allen 2013, Hearing
+    Research 301, with the mass and stiffness of the armature and of the air in front of it).
     """
-    peaks = zip(chain.peaks_hz, chain.peaks_db, chain.peaks_q, strict=True)
     zeros, poles = [0.0, 0.0], [-_warp(chain.coupling_hz)] * 2
-    for frequency, gain_db, q in peaks:
-        omega = _warp(frequency)
-        zeros += list(np.roots([1, 10 ** (gain_db / 20) * omega / q, omega**2]))
-        poles += list(np.roots([1, omega / q, omega**2]))
-    omega = _warp(chain.rolloff_hz)
-    poles += list(np.roots([1, omega / 0.7, omega**2]))
+    if chain.driver == "armature":
+        zeros.append(0.0)
+        for frequency, q in zip(chain.resonances_hz, chain.resonances_q, strict=True):
+            omega = _warp(frequency)
+            poles += list(np.roots([1, omega / q, omega**2]))
+    else:
+        _flat_velocity(chain, zeros, poles)
     sections = zpk2sos(*bilinear_zpk(np.array(zeros), np.array(poles), 1.0, SAMPLE_RATE_HZ))
     z = np.exp(-2j * np.pi * 1_000 / SAMPLE_RATE_HZ)
     at_1k = np.prod(sections[:, :3] @ [1, z, z * z] / (sections[:, 3:] @ [1, z, z * z]))
     sections[0, :3] /= abs(at_1k)
     return sections
+
+
+def _flat_velocity(chain: SignalChain, zeros: list[float], poles: list[float]) -> None:
+    """Add a bell (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per peak and a second-order low pass."""
+    for frequency, gain_db, q in zip(chain.peaks_hz, chain.peaks_db, chain.peaks_q, strict=True):
+        omega = _warp(frequency)
+        zeros += list(np.roots([1, 10 ** (gain_db / 20) * omega / q, omega**2]))
+        poles += list(np.roots([1, omega / q, omega**2]))
+    omega = _warp(chain.rolloff_hz)
+    poles += list(np.roots([1, omega / 0.7, omega**2]))
 
 
 def _warp(frequency_hz: float) -> float:
@@ -119,7 +137,8 @@ def record(
     bits; playing and recording start together. Noise is the chain's floor, through the membrane the
     sound outside, and the motor that holds the gripper at `angle_deg`. `seed` draws all of it for
     this one take. Of a silent speaker only the length of `excitation` counts. Raises ValueError for
-    an excitation that is not (n,) or not finite.
+    an excitation that is not (n,) or not finite, and for a response that does not say what comes
+    through the membrane, if that is asked for.
 
     >>> click = ImpulseResponse(np.ones(1), 0.0, SAMPLE_RATE_HZ, 0, {}, membrane_kg_m2=0.3)
     >>> quiet = SignalChain(noise_db_spl=None)
@@ -132,14 +151,15 @@ def record(
         raise ValueError("excitation must be one-dimensional and finite")
     pressure: Real = np.zeros(len(excitation))
     if chain.level_db_spl is not None:
-        pressure = _played(ir, excitation, chain, chain.level_db_spl)
+        pressure = _played(ir, excitation, chain)
     if chain.noise_db_spl is not None:
         floor = REFERENCE_PA * 10 ** (chain.noise_db_spl / 20)
         pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
     if chain.external_noise_dba is not None:
         own = derive_seed(seed, "outside")  # the floor stays as it is without
+        gain = _gain_from_outside(ir, chain, len(pressure))
         pressure += external_noise_pa(
-            len(pressure), chain.external_noise_dba, ir.membrane_kg_m2, chain.coupling_hz, own
+            len(pressure), gain, chain.external_noise_dba, chain.coupling_hz, own
         )
     if chain.motor is not None:
         own = derive_seed(seed, "motor")
@@ -148,18 +168,33 @@ def record(
     return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
 
 
-def _played(ir: ImpulseResponse, excitation: Real, chain: SignalChain, level_db: float) -> Real:
+def _gain_from_outside(ir: ImpulseResponse, chain: SignalChain, count: int) -> Real:
+    """Gain of sound from outside, (n,), for `external_noise_pa` and `count` samples."""
+    if chain.outside == "mass_law":
+        return mass_law_gain(count, ir.membrane_kg_m2)
+    if ir.outside is None:
+        raise ValueError("the response does not say what comes through the membrane: use mass_law")
+    return ir.outside
+
+
+def _played(ir: ImpulseResponse, excitation: Real, chain: SignalChain) -> Real:
     """Pressure (Pa) of the speaker at the microphone, (n,)."""
     late = ir.latency_samples
     driven = sosfilt(transducers(chain), excitation)
     pressure = fftconvolve(driven, ir.samples)[late : late + len(excitation)]
     pressure += ir.static * np.cumsum(driven)
-    return np.asarray(pressure * _volume_velocity(level_db))
+    return np.asarray(pressure * volume_velocity(chain))
 
 
-def _volume_velocity(level_db_spl: float) -> float:
-    """Amplitude (m³/s) of the speaker at 1 kHz for a full-scale excitation."""
-    return FLOW_AT_100_DB_M3_S * float(10 ** ((level_db_spl - 100) / 20))
+def volume_velocity(chain: SignalChain) -> float:
+    """Return the amplitude (m³/s) of the speaker at 1 kHz for a full-scale excitation, 0 if silent.
+
+    For the level: 105 dB in a coupler of V = 2 cm³ need √2 · 3.56 Pa · V/γP = 7.1e-11 m³, which at
+    1 kHz are 4.5e-7 m³/s, 10.6 dB less than 100 dB in the cavity need.
+    """
+    if chain.level_db_spl is None:
+        return 0.0
+    return FLOW_AT_100_DB_M3_S[chain.driver] * float(10 ** ((chain.level_db_spl - 100) / 20))
 
 
 def _convert(signal: Real) -> Take:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -10,6 +10,10 @@ from ajgdata.gripper.scene_model import Finite, NonNegative, Positive, SceneMode
 
 #: In the band of the converter, whose rate is 44.1 kHz.
 Frequency = Annotated[float, Field(gt=0, lt=22_050)]
+#: By what sound from outside gets in.
+Outside = Literal["membrane", "mass_law"]
+#: What of the speaker is flat below its resonances.
+Driver = Literal["armature", "velocity"]
 
 
 class Motor(SceneModel):
@@ -31,34 +35,54 @@ class Motor(SceneModel):
 
 
 class SignalChain(SceneModel):
-    """Loudspeaker, microphone, converter and noise. Level and frequency responses of the paper's
-    parts are not published with it; these are of their kind (balanced armature, MEMS)."""
+    """Loudspeaker, microphone, converter and noise. The microphone's figures are of the paper's
+    part (SPW2430, data sheet); level and response of its receiver are those of its kind."""
 
     level_db_spl: Finite | None = Field(
-        100.0,
-        description="rms of a full-scale sweep in the default gripper on a 20 mm cube; null: the"
-        " speaker is silent",
+        90.0,
+        description="rms of a full-scale sweep in the default gripper on a 20 mm cube (a receiver"
+        " of 105 dB in 2 cm3 gives 89); null: the speaker is silent",
     )
     full_scale_db_spl: Finite = Field(
-        130.0, description="sine that just reaches full scale; even the empty gripper stays below"
+        129.0, description="sine that just reaches full scale: overload of the microphone"
     )
     gain_db: Finite = Field(0.0, description="preamplifier, before the converter")
     noise_db_spl: Finite | None = Field(
-        42.0, description="microphone and room, white over the band; null for none"
+        38.6,
+        description="the microphone's own, white: 35 dB(A) up to 10 kHz; null for none. The room is"
+        " `external_noise_dba`",
     )
     external_noise_dba: Finite | None = Field(
         None,
         description="level of white sound outside the gripper, heard through its membrane; null for"
         " none (the paper's experiment: 45 to 80)",
     )
+    outside: Outside = Field(
+        "membrane",
+        description="membrane: through the membrane and the cavity as they are solved; mass_law:"
+        " as through a limp wall of the membrane's mass",
+    )
     motor: Motor | None = Field(
         None, description="sound of the servo that turned the gripper; null: the object was turned"
     )
     coupling_hz: Frequency = Field(100.0, description="AC coupling of speaker and of microphone")
-    peaks_hz: tuple[Frequency, ...] = Field((3_000.0, 9_000.0), description="armature resonances")
+    driver: Driver = Field(
+        "armature",
+        description="armature: the speaker's volume displacement is flat below its resonances and"
+        " falls above; velocity: its volume velocity is flat, with bells and a roll-off",
+    )
+    resonances_hz: tuple[Frequency, Frequency] = Field(
+        (3_000.0, 8_500.0), description="of the armature, and of the air in its case and spout"
+    )
+    resonances_q: tuple[Positive, Positive] = (3.0, 3.0)
+    peaks_hz: tuple[Frequency, ...] = Field(
+        (3_000.0, 9_000.0), description="bells of the driver `velocity`"
+    )
     peaks_db: tuple[NonNegative, ...] = (10.0, 8.0)
     peaks_q: tuple[Positive, ...] = (2.5, 3.5)
-    rolloff_hz: Frequency = Field(14_000.0, description="second order, Q 0.7")
+    rolloff_hz: Frequency = Field(
+        14_000.0, description="of the driver `velocity`: second order, Q 0.7"
+    )
 
     @model_validator(mode="after")
     def _each_peak_is_whole(self) -> SignalChain:

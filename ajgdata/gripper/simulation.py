@@ -8,9 +8,10 @@ from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
+from ajgdata.gripper.outside import diffuse_gain, patch_velocity
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.signal_chain import ImpulseResponse
-from ajgdata.gripper.solver import State, at_rest, march
+from ajgdata.gripper.solver import Patches, State, at_rest, march
 from ajgdata.gripper.solver_plan import Plan, build_plan
 from ajgdata.gripper.system import System
 
@@ -36,7 +37,7 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
     """
     model = what if isinstance(what, Plan) else build_plan(what)
     scene = model.scene
-    samples, static, steps, latency = _impulse(model, scene.numerics)
+    samples, static, steps, latency, outside = _impulse(model, scene.numerics)
     fastest = Air(max(HOTTEST_C, scene.environment.temperature_c)).sound_speed
     provenance = {
         "scene_sha256": scene_digest(scene),
@@ -54,14 +55,17 @@ def simulate(what: Scene | Plan) -> ImpulseResponse:
         "plan": model.describe(),
     }
     membrane = scene.gripper.membrane.mass_kg_m2
-    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane)
+    return ImpulseResponse(samples, static, SAMPLE_RATE_HZ, latency, provenance, membrane, outside)
 
 
-def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
-    """Response less what it settles at, that, the number of steps, and the latency in samples.
+def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Real]:
+    """Response less what it settles at, that, the number of steps, the latency in samples, and the
+    gain of sound from outside.
 
-    The speaker plays the low-pass filter that decimation needs, instead of a pulse that would be
-    filtered afterwards: the same response, but no energy is put where it is not heard.
+    Speaker and microphone change places: by reciprocity the response is the same, and what is felt
+    on the membrane meanwhile is how sound from outside is heard. What is played is the low-pass
+    filter that decimation needs, instead of a pulse that would be filtered afterwards: the same
+    response, but no energy is put where it is not heard.
     """
     system, factor = model.system, model.steps_per_sample
     pulse, latency = lowpass(factor)
@@ -69,13 +73,19 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
     # Far from where float32 loses its digits to denormal numbers.
     scale = 1e9 / float(np.max(system.capacities.yield_))
     pieces: list[Real] = []
+    patches = Patches(model.skin.cell, model.skin.patch, model.skin.area)
+    pushes: list[Real] = []
     strongest, level = 0.0, 0.0
     # Never less than the pulse takes to enter.
     longest = max(numerics.max_time_s * SAMPLE_RATE_HZ, len(pulse) / factor)
     for n in range(int(np.ceil(longest / CHUNK))):
         drive = scale * pulse[n * CHUNK * factor : (n + 1) * CHUNK * factor]
-        heard = march(system, state, model.speaker, model.microphone, drive, CHUNK * factor)
+        push = np.zeros((len(model.skin.centre), CHUNK))
+        heard = march(
+            system, state, model.microphone, model.speaker, drive, CHUNK * factor, patches, push
+        )
         pieces.append(heard)
+        pushes.append(push)
         before, (level, unrest) = level, _mean_and_unrest(system, state)
         if not np.isfinite(unrest):
             raise FloatingPointError("the wave field is not finite: this is a fault of the solver")
@@ -93,7 +103,9 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int]:
     heard[len(entered) :] -= static
     plain = numerics.scheme == "second"
     samples = heard[::factor] if plain else undisperse(heard, factor, latency)
-    return samples / scale, static / scale, len(heard), latency
+    velocity = patch_velocity(np.hstack(pushes) / scale, model.skin.motion, 1 / SAMPLE_RATE_HZ)
+    outside = diffuse_gain(velocity, model.skin.centre, model.air, 1 / SAMPLE_RATE_HZ)
+    return samples / scale, static / scale, len(heard), latency, outside
 
 
 def _mean_and_unrest(system: System, state: State) -> tuple[float, float]:

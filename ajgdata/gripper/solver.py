@@ -38,11 +38,23 @@ class State(NamedTuple):
     motion: NDArray
 
 
+class Patches(NamedTuple):
+    """Areas heard together every few steps: cells (flat index), of each its patch and weight."""
+
+    cell: NDArray
+    patch: NDArray
+    weight: NDArray
+
+
 class Probe(NamedTuple):
     """A small volume that sound enters or leaves: cells (flat index) and weights of sum 1."""
 
     cell: NDArray
     weight: NDArray
+
+
+NO_PATCHES = Patches(np.zeros(0, np.uint64), np.zeros(0, np.int64), np.zeros(0))
+UNFELT = np.zeros((0, 0))
 
 
 def at_rest(system: System) -> State:
@@ -191,7 +203,15 @@ def _listen(p, cell, weight):
 
 
 @njit(nogil=True, cache=True)
-def _march(state, faces, reach, capacities, walls, modes, span, source, receiver, drive, out):
+def _feel(p, cell, patch, weight, sums, n):
+    for m in range(len(cell)):
+        sums[patch[m], n] += weight[m] * p[cell[m]]
+
+
+@njit(nogil=True, cache=True)
+def _march(
+    state, faces, reach, capacities, walls, modes, span, source, receiver, patches, drive, out, felt
+):
     # Plain tuples, because a compiled function in the cache does not notice that a named one has
     # changed; unpacked once, because handing them on costs reference counts each time.
     p, _, _, _, q1, q2, momentum, tension, before, motion = state
@@ -209,15 +229,26 @@ def _march(state, faces, reach, capacities, walls, modes, span, source, receiver
             _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source[0], source[1], drive[n])
         react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes)
         out[n] = _listen(p, receiver[0], receiver[1])
+        if felt.shape[1] and n % (len(out) // felt.shape[1]) == 0:
+            _feel(p, patches[0], patches[1], patches[2], felt, n // (len(out) // felt.shape[1]))
 
 
 def march(
-    system: System, state: State, source: Probe, receiver: Probe, drive: Real, steps: int
+    system: System,
+    state: State,
+    source: Probe,
+    receiver: Probe,
+    drive: Real,
+    steps: int,
+    patches: Patches = NO_PATCHES,
+    felt: Real = UNFELT,
 ) -> Real:
     """Advance `state` in place by `steps`; return the pressure (Pa) at `receiver` after each,
     (steps,).
 
     `drive` (n,) is the volume velocity (m³/s) at `source` in each step; missing steps are silent.
+    To `felt` (patches, m), m a divisor of `steps`, is added the weighted pressure in `patches`
+    after the first of each `steps` / m.
     """
     out = np.zeros(steps)
     dtype = state.p.dtype
@@ -232,7 +263,9 @@ def march(
         (span.lo, span.hi, *(np.uint64(n) for n in (span.bed_slabs, span.row, span.slab))),
         (source.cell, source.weight.astype(dtype)),
         (receiver.cell, receiver.weight.astype(dtype)),
+        tuple(patches),
         np.ascontiguousarray(drive, dtype=dtype),
         out,
+        felt,
     )
     return out

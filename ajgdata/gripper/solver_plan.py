@@ -16,6 +16,7 @@ from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.outside import Skin, skin
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
 from ajgdata.gripper.scene_model import MM, PartName, SceneError
@@ -32,17 +33,22 @@ NOT_MODELLED = "air behind the drape"
 
 @dataclass(frozen=True)
 class Plan:
-    """A scene ready to march, and what of its physics is solved and why."""
+    """A scene ready to march, and what of its physics is solved and why.
+
+    `skin` is the membrane where sound from outside reaches it, whether it is solved or not.
+    """
 
     scene: Scene
     parts: tuple[Part, ...]
 
     cells: Cells
+    skin: Skin
     system: System
     speaker: Probe
     microphone: Probe
     steps_per_sample: int
     displaced_m3: float
+    air: Air
 
     @property
     def left_out(self) -> list[str]:
@@ -122,13 +128,14 @@ def build_plan(scene: Scene) -> Plan:
     wide = stencil_weight(scene.numerics.scheme, h)
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
     parts, object_walls, modes = _parts(scene, shape, cells, air)
-    membrane = any(part.name == "membrane" and part.kept for part in parts)
+    membrane = membrane_walls(scene, cells)
+    solved = any(part.name == "membrane" and part.kept for part in parts)
     system = assemble(
         cells,
         air_fluid(air),
         1 / (SAMPLE_RATE_HZ * per_sample),
         grains,
-        _walls(scene, cells, air, membrane) + object_walls,
+        (membrane if solved else NO_WALLS) + _housing(scene, cells, air) + object_walls,
         np.float32 if scene.numerics.precision == "float32" else np.float64,
         modes,
         wide=wide,
@@ -138,7 +145,9 @@ def build_plan(scene: Scene) -> Plan:
         gaussian_probe(cells, system, (x * MM, y * MM, roof), sigma)
         for x, y in (gripper.speaker_mm, gripper.microphone_mm)
     )
-    return Plan(scene, parts, cells, system, speaker, microphone, per_sample, shape.displaced_m3)
+    exposed = skin(membrane, cells)
+    ends = speaker, microphone, per_sample, shape.displaced_m3, air
+    return Plan(scene, parts, cells, exposed, system, *ends)
 
 
 def _parts(
@@ -196,10 +205,9 @@ def _grains(scene: Scene, cells: Cells, air: Air) -> Packed | None:
     return Packed(fit_fluid(packing, air, scene.numerics.poles), medium.porosity, ratio)
 
 
-def _walls(scene: Scene, cells: Cells, air: Air, membrane: bool) -> WallList:
-    gripper = scene.gripper
+def _housing(scene: Scene, cells: Cells, air: Air) -> WallList:
+    gripper, walls = scene.gripper, NO_WALLS
     impedance = air.density * air.sound_speed
-    walls = membrane_walls(scene, cells) if membrane else NO_WALLS
     if gripper.wall_admittance > 0:
         walls += WallList.uniform(cells.housing, 0.0, impedance / gripper.wall_admittance, 0.0)
     # The hose is long and lossy: beyond the inert fitting it sends nothing back.

@@ -29,7 +29,7 @@ LIMIT_VARIABLE = "AJGDATA_RESPONSES_MB"
 SHARES = 16
 SUFFIX = ".response"
 #: First line of a file: its form, and the SHA-256 of all that follows.
-FORM = "ajgdata-response-1"
+FORM = "ajgdata-response-2"
 
 
 class ResponseStore:
@@ -135,17 +135,22 @@ def _head(body: bytes) -> bytes:
 
 
 def _encode(response: gripper.ImpulseResponse) -> bytes:
-    """Return a line of JSON, then the samples as little-endian float64."""
-    about = {**vars(response), "samples": len(response.samples)}
+    """Return a line of JSON, then samples and gain from outside as little-endian float64."""
+    outside = np.zeros(0) if response.outside is None else response.outside
+    about = {**vars(response), "samples": len(response.samples), "outside": len(outside)}
     text = json.dumps(about, sort_keys=True, allow_nan=False)
-    return text.encode() + b"\n" + np.asarray(response.samples, dtype="<f8").tobytes()
+    values = np.concatenate([response.samples, outside])
+    return text.encode() + b"\n" + values.astype("<f8").tobytes()
 
 
 def _decode(body: bytes) -> gripper.ImpulseResponse:
-    head, _, samples = body.partition(b"\n")
+    head, _, rest = body.partition(b"\n")
     about = json.loads(head)
-    values = np.frombuffer(samples, dtype="<f8", count=about["samples"]).astype(np.float64)
-    return gripper.ImpulseResponse(**{**about, "samples": values})
+    values = np.frombuffer(rest, dtype="<f8").astype(np.float64)
+    samples, outside = np.split(values, [about["samples"]])
+    return gripper.ImpulseResponse(
+        **{**about, "samples": samples, "outside": outside if about["outside"] else None}
+    )
 
 
 def read_scene(path: Path) -> gripper.Scene:

@@ -28,12 +28,17 @@ def scene(seed=0, **changes):
 
 def made_up(seed, count=300):
     samples = np.random.default_rng(seed).standard_normal(count)
-    return ImpulseResponse(samples, 1 / 3, 44_100, 17, {"note": "é", "list": [1, 2.5]}, 0.3)
+    outside = np.sqrt(np.arange(seed % 3, 9.0)) if seed % 2 else None
+    about = {"note": "é", "list": [1, 2.5]}
+    return ImpulseResponse(samples, 1 / 3, 44_100, 17, about, 0.3, outside)
 
 
 def same(one, other):
     assert one.samples.tobytes() == other.samples.tobytes()
-    assert replace(one, samples=0) == replace(other, samples=0)
+    assert (one.outside is None) == (other.outside is None)
+    if one.outside is not None:
+        assert one.outside.tobytes() == other.outside.tobytes()
+    assert replace(one, samples=0, outside=0) == replace(other, samples=0, outside=0)
 
 
 @pytest.fixture

@@ -1,0 +1,101 @@
+"""Sound from outside, through the membrane as the solver has it: a run the other way round.
+
+Let a volume velocity Q at the microphone move the membrane's spot x by the velocity v(x) outwards.
+By reciprocity a pressure P(x) on the outside of the membrane is heard as p = ∫ P v/Q dS at the
+microphone. In a diffuse field, sound from all directions n with power w_n each, that is in the mean
+
+    <p²> = 2 <P²> Σ w_n |∫ v/Q exp(iω n·x/c) dS|²
+
+(Jacobsen 1979; the sum is the correlation sin(kr)/kr of Cook et al. 1955). The 2: the mean square
+at a wall, and a gripper stands at its table, is twice that in the room (Waterhouse 1955). What lies
+between membrane and table is not modelled: neither its shadow nor its resonances.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper.grid import Cells
+from ajgdata.gripper.medium import Air
+from ajgdata.gripper.walls import WallList
+
+Real = NDArray[np.floating]
+#: Side of the patches of membrane that are heard together; a tenth of a wavelength at 3 kHz, and at
+#: 10 kHz errs by 0.4 dB.
+PATCH_M = 12e-3
+#: Directions that sound comes from, evenly over the sphere.
+DIRECTIONS = 48
+#: Samples, half a millisecond, whose mean is what a response settles at.
+SETTLED = 22
+#: Frequencies of the transfer, evenly from 0 to half the sample rate.
+BINS = 513
+
+
+class Skin(NamedTuple):
+    """Patches of membrane: of each wall its cell, patch and area (m²); of each patch its centre
+    (m; x, y, z) and per area m, r, k (SI)."""
+
+    cell: NDArray
+    patch: NDArray
+    area: Real
+    centre: Real
+    motion: Real
+
+
+def skin(walls: WallList, cells: Cells) -> Skin:
+    """Return the walls in patches, each of walls that lie together and are of one kind."""
+    z, y, x = np.unravel_index(walls.cell, cells.shape)
+    place = np.column_stack([cells.x[x], cells.y[y], cells.z[z]])
+    kind = np.column_stack([walls.mass, walls.resistance, walls.stiffness])
+    key = np.column_stack([np.floor(place / PATCH_M), kind])
+    groups, patch = np.unique(key, axis=0, return_inverse=True)
+    patch = patch.reshape(-1)
+    total = np.bincount(patch, walls.area, len(groups))
+    centre = np.column_stack(
+        [np.bincount(patch, walls.area * axis, len(groups)) / total for axis in place.T]
+    )
+    return Skin(walls.cell.astype(np.uint64), patch, walls.area, centre, groups[:, 3:])
+
+
+def directions(count: int = DIRECTIONS) -> Real:
+    """Return unit vectors (count, 3), evenly over the sphere: a Fibonacci lattice."""
+    turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
+    height = 1 - (2 * np.arange(count) + 1) / count
+    radius = np.sqrt(1 - height**2)
+    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height])
+
+
+def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.complexfloating]:
+    """Return the volume velocity (patches, BINS) of patches that `push` (patches, n) drives.
+
+    `push` is the pressure times area (N) every `step_s`; v = iω P / (k - ω²m + iωr) of each. It
+    stays for ever at the mean of its last SETTLED: hence it is differenced.
+    """
+    length = 2 * (BINS - 1)
+    settled = push[:, -SETTLED:].mean(axis=1)
+    change = np.diff(push, axis=1, prepend=0.0, append=settled[:, None])
+    whole = -(-change.shape[1] // length) * length
+    padded = np.pad(change, ((0, 0), (0, whole - change.shape[1])))
+    spectrum = np.fft.rfft(padded.reshape(len(push), -1, length).sum(axis=1), axis=1)
+    iw = 1j * np.pi / step_s * np.linspace(0, 1, BINS)
+    iw[0] = iw[1]  # a membrane without stiffness would move for ever
+    mass, resistance, stiffness = motion.T[:, :, None]
+    rate = iw / -np.expm1(-iw * step_s)
+    return np.asarray(spectrum * rate / (stiffness + iw * resistance + iw**2 * mass))
+
+
+def diffuse_gain(
+    velocity: NDArray[np.complexfloating], centre: Real, air: Air, step_s: float
+) -> Real:
+    """Return the rms pressure at the microphone per rms pressure in the room, (BINS,), for the
+    `velocity` (patches, BINS) of each patch per volume velocity at the microphone."""
+    delay = directions() @ centre.T / air.sound_speed
+    turn = np.exp(1j * np.pi / step_s / (BINS - 1) * delay)
+    phase, power = np.ones_like(turn), np.zeros(BINS)
+    for n in range(BINS):
+        power[n] = np.mean(np.abs(phase @ velocity[:, n]) ** 2)
+        phase *= turn
+    return np.sqrt(2 * power)

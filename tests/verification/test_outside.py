@@ -1,0 +1,156 @@
+"""Sound from outside: the run the other way round against pressing on the membrane itself."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper import Scene, build_plan, simulate
+from ajgdata.gripper.grid import Cells
+from ajgdata.gripper.medium import Air
+from ajgdata.gripper.outside import (
+    BINS,
+    diffuse_gain,
+    directions,
+    patch_velocity,
+    skin,
+)
+from ajgdata.gripper.solver import Patches, at_rest, march
+from ajgdata.gripper.walls import WallList
+
+EPS = np.finfo(float).eps
+RATE = 44_100
+
+
+def _plan(**parts):
+    numerics = {"dx_mm": 6, "precision": "float64", "scheme": "second"}
+    return build_plan(Scene.model_validate({"object": None, "numerics": numerics, **parts}))
+
+
+def _pressed(plan, wall, force, steps):
+    """Mean pressure at the microphone in each step while `force` (Pa) presses on `wall` from
+    outside: the same as less pressure inside, which `react` takes from the wall's momentum."""
+    state, heard = at_rest(plan.system), np.zeros(steps + 1)
+    for n in range(steps):
+        push = np.zeros(len(state.momentum))
+        push[wall] = force[n] if n < len(force) else 0.0
+        state.momentum[:] -= push
+        (heard[n + 1],) = march(
+            plan.system, state, plan.microphone, plan.microphone, np.zeros(0), 1
+        )
+        state.momentum[:] -= push
+    return (heard[1:] + heard[:-1]) / 2
+
+
+def _moved(plan, steps):
+    """Mean volume velocity of each wall in each step after a unit flow at the microphone."""
+    system, state = plan.system, at_rest(plan.system)
+    walls = system.walls
+    area = walls.coupling / (system.capacities.yield_[walls.cell] * walls.admittance)
+    moved = np.zeros((steps, len(area)))
+    for n in range(steps):
+        before = state.momentum.copy()
+        march(system, state, plan.microphone, plan.microphone, np.ones(int(n == 0)), 1)
+        moved[n] = (state.momentum + before) / walls.inertia * area / 2
+    return moved
+
+
+@pytest.mark.parametrize("medium", ["plastic", "air"])
+@pytest.mark.parametrize("scheme", ["wide", "second"])
+def test_a_press_on_the_membrane_is_heard_as_the_membrane_moves_for_the_microphone(medium, scheme):
+    """Exact in discrete time, too, among drag, poles, walls and modes. A step rounds a few times,
+    n of them about √n times as much."""
+    steps = 300
+    numerics = {"dx_mm": 6, "precision": "float64", "scheme": scheme}
+    solid = {"kind": "cube", "edge_mm": 20.0, "material": "styrofoam"}
+    plan = _plan(medium={"kind": medium}, object=solid, numerics=numerics)
+    moved = _moved(plan, steps)
+    for wall in np.random.default_rng(0).choice(moved.shape[1], 4, replace=False):
+        heard = _pressed(plan, wall, [1.0], steps)
+        bound = 16 * np.sqrt(steps) * EPS * np.abs(moved[:, wall]).max()
+        np.testing.assert_allclose(heard, moved[:, wall], atol=bound, rtol=0)
+        assert np.abs(heard).max() > 0
+
+
+def test_patches_add_up_to_the_pressure_on_the_whole_membrane():
+    """The transfer of a press on all of the membrane at once, marched directly and from patches.
+
+    Discrete derivatives are off by (ωΔt)²/24 of the leapfrog and (ωΔt)²/12 of the walls' rule;
+    the mean of two steps by (ωΔt)²/8; below 1.5 kHz at six steps a sample 2.5e-4 together. A half
+    step between the two is a phase."""
+    # Lossy walls, so that all has died away in the end.
+    plan = _plan(gripper={"wall_admittance": 0.05})
+    factor, samples = plan.steps_per_sample, 1_000
+    state = at_rest(plan.system)
+    felt = np.zeros((len(plan.skin.centre), samples))
+    patches = Patches(plan.skin.cell, plan.skin.patch, plan.skin.area)
+    pulse = np.hanning(12 * factor + 1)
+    march(
+        plan.system, state, plan.microphone, plan.microphone, pulse, samples * factor, patches, felt
+    )
+    velocity = patch_velocity(felt, plan.skin.motion, 1 / RATE).sum(axis=0)
+    # All walls that move but the fitting of the hose, which is air.
+    membrane = plan.system.walls.inertia * plan.system.dt / 2 > 0.1
+    heard = _pressed(plan, membrane, pulse, samples * factor)
+    n = np.array([8, 14, 24, 32])
+    hertz = n * RATE / 2 / (BINS - 1)
+    times = (np.arange(len(heard)) + 0.5) / (RATE * factor)
+    direct = np.exp(-2j * np.pi * np.outer(hertz, times)) @ heard / factor
+    np.testing.assert_allclose(np.abs(direct), np.abs(velocity[n]), rtol=2e-3)
+
+
+def test_slow_sound_from_outside_is_as_loud_inside_as_the_circuit_says():
+    """Below 150 Hz the cavity is a spring of air beside the membrane's own mass, resistance and
+    spring, and the hose: p/P = Y/(iωC + Y + A/ρc) with Y = S/(r + iωm + k/iω). The 2 is the
+    table's. The air of 90 mm adds (ωL/c)²/6, 1 %; the response is cut 50 dB down."""
+    scene = Scene.model_validate({"object": None, "medium": {"kind": "air"}})
+    plan = build_plan(scene)
+    membrane, air = scene.gripper.membrane, plan.air
+    iw = 2j * np.pi * np.array([1, 2, 3]) * RATE / 2 / (BINS - 1)
+    yields = plan.skin.area.sum() / (
+        membrane.resistance_pa_s_m + iw * membrane.mass_kg_m2 + membrane.stiffness_n_m3 / iw
+    )
+    bore = scene.gripper.port_bore_mm * 1e-3
+    hose = np.pi / 4 * bore**2 / (air.density * air.sound_speed)
+    volume = plan.cells.volume.sum() * air.compressibility
+    expected = np.sqrt(2) * np.abs(yields / (iw * volume + yields + hose))
+    np.testing.assert_allclose(simulate(plan).outside[1:4], expected, rtol=0.015)
+
+
+def test_two_spots_hear_sound_from_all_directions_as_theory_says():
+    """<p²> = 2 (a² + b² + 2 a b sin(kr)/(kr)) for spots r apart. A Fibonacci lattice of N points
+    integrates waves of kr < √N with an error below 1/N."""
+    apart = 0.05
+    spots = np.array([[0.0, 0.01, 0.0], [apart, 0.01, 0.0]])
+    velocity = np.outer([1.0, -0.6], np.ones(BINS)).astype(complex)
+    air = Air(22.0)
+    hertz = np.linspace(0, RATE / 2, BINS)
+    theory = 2 * (1 + 0.36 - 1.2 * np.sinc(2 * hertz * apart / air.sound_speed))
+    ours = diffuse_gain(velocity, spots, air, 1 / RATE) ** 2
+    low = 2 * np.pi * hertz / air.sound_speed * apart < np.sqrt(len(directions()))
+    assert low.sum() > 100
+    np.testing.assert_allclose(ours[low], theory[low], atol=4 / len(directions()))
+
+
+def test_a_patch_moves_as_its_mass_spring_and_resistance():
+    """A force that goes from 0 to 1 N and stays: its spectrum is known, and so is v/F."""
+    step, motion = 1 / RATE, np.array([[0.3, 450.0, 1e5]])
+    push = np.ones((1, 3_000))
+    found = patch_velocity(push, motion, step)[0]
+    omega = np.pi * RATE * np.linspace(0, 1, BINS)[1:]
+    force = 1 / (1 - np.exp(-1j * omega * step))
+    np.testing.assert_allclose(
+        found[1:], force / (450 + 1j * omega * 0.3 + 1e5 / (1j * omega)), rtol=1e-12
+    )
+
+
+def test_walls_far_apart_or_of_another_kind_are_patches_of_their_own():
+    zeros = np.zeros((3, 4, 8))
+    axes = (np.arange(8) * 5e-3, np.arange(4) * 5e-3, np.arange(3) * 5e-3)
+    cells = Cells(5e-3, *axes, *([zeros] * 7))
+    walls = WallList(
+        np.array([0, 1, 7, 1]), np.array([1.0, 3.0, 2.0, 1.0]), np.array([0.3, 0.3, 0.3, 1.0]),
+        np.full(4, 450.0), np.full(4, 1e5),
+    )  # fmt: skip
+    made = skin(walls, cells)
+    assert made.patch[0] == made.patch[1] and len(set(made.patch)) == 3
+    np.testing.assert_allclose(made.centre[made.patch[0]], [3.75e-3, 0, 0], atol=1e-12)
+    assert made.motion[made.patch[3]].tolist() == [1.0, 450.0, 1e5]
