@@ -19,6 +19,7 @@ KIT = "acoustic_sensing_starter_kit-master/lndw2022_sweep_1s"
 FINGER = "data/20251102_exploration_sweep_1s_finger"
 REGRESSION = "with_stand_sweep_regression_newmethod_finger"
 PLACES = f"data/20260119_{REGRESSION}_030"
+BATCH = "acoustic_sensing_starter_kit/data/soft_finger_batch"
 SCAN = "acoustic_sensing_starter_kit/data/collected_data_runs"
 
 #: Of each set: a few of its files as its makers name them (the first commit's, in brackets those of
@@ -50,6 +51,11 @@ LAYOUTS = {
         [[f"{PLACES}/0_sweep.wav", f"{PLACES}/1_none.wav",
           f"data/20260117_{REGRESSION}_037/17_7.5.wav"]],
         {"finger_030": 1, "finger_037": 1}, "position", {"none", "7.5"},
+    ),
+    "soft_finger_touch": (
+        [[f"{BATCH}_1/data/10_finger blank.wav", f"{BATCH}_1/data/1_finger tip.wav",
+          f"{BATCH}_2/data/0_long_sweep.wav", f"{BATCH}_2/data/32_finger bottom.wav"]],
+        {"batch_1": 2, "batch_2": 1}, "contact", {"blank", "tip", "bottom"},
     ),
     "franka_contact": (
         [[f"{SCAN}_2026_01_15_workspace_1_pure_no_contact/data/1_no_contact.wav",
