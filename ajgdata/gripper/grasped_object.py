@@ -22,6 +22,7 @@ from ajgdata.gripper.mechanics import (
     imprint,
     mode_list,
     on_rim,
+    ringing,
     skin_walls,
     stack_of,
 )
@@ -30,10 +31,15 @@ from ajgdata.gripper.modes import NO_MODES, ModeList
 from ajgdata.gripper.plate_column import bent_modes
 from ajgdata.gripper.scene import Numerics, Scene
 from ajgdata.gripper.scene_model import PartName
+from ajgdata.gripper.shell import ShellModes
 from ajgdata.gripper.walls import NO_WALLS, WallList
 
 #: No scene needs more modes; each costs a step as much as its cells do.
 MOST_MODES = 12
+
+
+#: Modes of what bends or rings, and their shapes over the imprint (N, columns).
+Bent = tuple[PlateModes | ShellModes, Real] | None
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,8 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
 
     alone = modes_with(None)
     coupled = None if bed is None else modes_with(bed)
-    through, bent = _through(circuit, where, alone), bending(scene, where, cells, body, rest)
+    through = _through(circuit, where, alone)
+    bent: Bent = bending(scene, where, cells, body, rest) or ringing(scene, where, cells)
     bows = _bows(circuit, where, bent)
     effects: dict[PartName, float] = {
         "motion": circuit.effect(through[0]),
@@ -118,6 +125,7 @@ def grasped(scene: Scene, shape: Cavity, cells: Cells, circuit: Circuit, where: 
     modes = mode_list(where, cells, solved, chosen) if len(chosen) else NO_MODES
     if bent is not None and parts["elastic"].kept:
         heavy = np.flatnonzero(_heard(numerics, circuit, bows) & _within(bent[0].square))
+        heavy = _strongest(circuit, bows, heavy)
         modes += bending_list(where, cells, *bent, heavy) if len(heavy) else NO_MODES
     yielding = _yielding(parts, wall, film)
     walls = NO_WALLS if yielding is None else skin_walls(where, cells, yielding)
@@ -155,7 +163,7 @@ def _through(circuit: Circuit, where: Imprint, modes: StackModes) -> Complex:
     return circuit.modes(modes) + circuit.piston(modes.square, modes.loss, np.sqrt(uneven))
 
 
-def _bows(circuit: Circuit, where: Imprint, bent: tuple[PlateModes, Real] | None) -> Complex:
+def _bows(circuit: Circuit, where: Imprint, bent: Bent) -> Complex:
     """Admittance of each bending mode: (N, ω)."""
     if bent is None:
         return np.zeros((0, len(OMEGA)), complex)
@@ -205,8 +213,13 @@ def _worth(
     candidates = np.flatnonzero(wanted & _within(modes.square))
     moving = _through(circuit, where, modes)[candidates]
     strong = np.flatnonzero(_heard(numerics, circuit, moving))
-    order = np.argsort([-circuit.effect(one) for one in moving[strong]], kind="stable")
-    return np.sort(candidates[strong[order[:MOST_MODES]]])
+    return candidates[_strongest(circuit, moving, strong)]
+
+
+def _strongest(circuit: Circuit, moving: Complex, some: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Of `some` modes, by their place, the MOST_MODES of most effect."""
+    order = np.argsort([-circuit.effect(one) for one in moving[some]], kind="stable")
+    return np.sort(some[order[:MOST_MODES]])
 
 
 def _support(scene: Scene, moves: bool) -> Part:

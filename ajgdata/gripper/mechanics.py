@@ -9,7 +9,7 @@ volume back in the same places; without the frame by A p ψ at the imprint alone
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,17 +22,24 @@ from ajgdata.gripper.contact import GRAIN_SOLIDS, GRAVITY, Latex, Pack, Spring, 
 from ajgdata.gripper.geometry import RASTER_M, Cavity
 from ajgdata.gripper.grid import FINER, Cells
 from ajgdata.gripper.modes import ModeList
-from ajgdata.gripper.object_materials import material_of
+from ajgdata.gripper.object_materials import Material, material_of
 from ajgdata.gripper.rest import Rest, lies_on_rim, rest_on, rim_of
 from ajgdata.gripper.scene import Scene
 from ajgdata.gripper.scene_model import MM
 from ajgdata.gripper.sections import section
-from ajgdata.gripper.shapes import Box, Cube, Cylinder, Object
+from ajgdata.gripper.shapes import Box, Cube, Cylinder, Object, Sphere
+from ajgdata.gripper.shell import ShellModes, shell_modes
 from ajgdata.gripper.walls import WallList
 
 Real = NDArray[np.floating]
 #: Thickness over width up to which a plate bends without shear, to a few per cent (Leissa 1969).
 THIN = 0.1
+#: Wall over mean radius up to which a shell has the modes of a thin one, to a few per cent.
+THIN_SHELL = 0.2
+#: Least cosine of the slope of a shell below the membrane, which leaves it where it is steep.
+LEVELLEST = 0.2
+#: By which a shell's column is stiffened: far above the band, far from rounding.
+STIFFER = 1e4
 
 
 @dataclass(frozen=True)
@@ -109,6 +116,10 @@ def bed_of(scene: Scene, where: Imprint, force: float) -> Bed | None:
 def stack_of(scene: Scene, body: Body, rest: Rest, bed: Bed | None) -> Stack:
     """The column that `body` and, if any, `bed` make on what it rests on."""
     membrane = scene.gripper.membrane.mass_kg_m2
+    if _shell(scene) is not None:
+        # It rings as a shell (`ringing`), and not as a rod of its section, too.
+        stiff = body.material.model_copy(update={"young_pa": STIFFER * body.material.young_pa})
+        body = replace(body, material=stiff)
     return stack(body, membrane, (rest.stiffness, rest.loss), bed)
 
 
@@ -169,6 +180,33 @@ def bending(
     return modes, modes.at(*_from_centre(scene, shape, where, cells))
 
 
+def ringing(scene: Scene, where: Imprint, cells: Cells) -> tuple[ShellModes, Real] | None:
+    """Modes of a thin hollow sphere, alike round the middle of its imprint, and their shapes over
+    the imprint (N, columns), as the pressure from above sees them; of any other object none."""
+    shell = _shell(scene)
+    if shell is None:
+        return None
+    sphere, thickness, material = shell
+    outer = sphere.diameter_mm * MM / 2
+    u, v = _from_centre(scene, sphere, where, cells)
+    up = np.sqrt(np.clip(1 - (u**2 + v**2) / outer**2, LEVELLEST**2, None))
+    towards = np.stack([u / outer, v / outer, up])
+    middle = towards @ where.area
+    modes = shell_modes(outer - thickness / 2, thickness, material)
+    # Of a surface that leans, more lies below each square metre seen from above.
+    return modes, modes.at(middle @ towards / np.linalg.norm(middle)) / up
+
+
+def _shell(scene: Scene) -> tuple[Sphere, float, Material] | None:
+    """The scene's object if it is a thin hollow sphere, its wall (m) and material."""
+    shape = scene.object
+    if not isinstance(shape, Sphere) or shape.shell_mm is None:
+        return None
+    material = material_of(shape.material)
+    thin = shape.shell_mm < THIN_SHELL * (shape.diameter_mm - shape.shell_mm) / 2
+    return (shape, shape.shell_mm * MM, material) if material is not None and thin else None
+
+
 def on_rim(
     scene: Scene, where: Imprint, cells: Cells, body: Body
 ) -> tuple[PlateModes, Real] | None:
@@ -203,7 +241,11 @@ def _from_centre(scene: Scene, shape: Object, where: Imprint, cells: Cells) -> t
 
 
 def bending_list(
-    where: Imprint, cells: Cells, modes: PlateModes, shapes: Real, chosen: NDArray[np.int64]
+    where: Imprint,
+    cells: Cells,
+    modes: PlateModes | ShellModes,
+    shapes: Real,
+    chosen: NDArray[np.int64],
 ) -> ModeList:
     """Return the `chosen` bending modes (indices) of `shapes` (N, columns), driven by the pressure
     on the imprint."""

@@ -1,0 +1,109 @@
+"""A thin hollow sphere rings as Lamb (1882) says, and stands pressure as a vessel does."""
+
+import numpy as np
+import pytest
+
+from ajgdata.gripper import Scene, build_plan
+from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.grasped_object import where_grasped
+from ajgdata.gripper.grid import cut_cells
+from ajgdata.gripper.mechanics import body_of, ringing, stack_of
+from ajgdata.gripper.object_materials import MATERIALS
+from ajgdata.gripper.shell import DEGREES, shell_modes
+
+RADIUS = 39e-3
+
+
+def _reduced(modes, material):
+    """Ω² = ω²a²ρ(1-ν²)/E."""
+    return modes.square * RADIUS**2 * material.density_kg_m3 * (1 - material.poisson**2) / (
+        material.young_pa
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["steel", "wood", "plastic", "styrofoam"])
+def test_a_shell_too_thin_to_bend_has_the_frequencies_of_lamb(name):
+    material = MATERIALS[name]
+    modes = shell_modes(RADIUS, 1e-9, material)
+    nu, found = material.poisson, _reduced(modes, material)
+    assert found[modes.degree == 0] == pytest.approx([2 * (1 + nu)])
+    for degree in range(2, DEGREES + 1):
+        lam = degree * (degree + 1)
+        half, product = (lam + 1 + 3 * nu) / 2, (lam - 2) * (1 - nu**2)
+        root = np.sqrt(half**2 - product)
+        expected = [product / (half + root), half + root]
+        assert found[modes.degree == degree] == pytest.approx(expected, rel=1e-9)
+    if name == "steel":
+        # The known number of a membrane sphere: Ω = 0.701 at ν = 0.3, and no mode below.
+        assert np.sqrt(found[0]) == pytest.approx(0.701, abs=5e-4) and modes.degree[0] == 2
+
+
+def test_with_bending_both_modes_of_a_degree_are_the_roots_of_junger_and_feit():
+    material, thickness = MATERIALS["plastic"], 3e-3
+    modes = shell_modes(RADIUS, thickness, material)
+    nu, bend, found = material.poisson, thickness**2 / (12 * RADIUS**2), _reduced(modes, material)
+    for degree in range(2, DEGREES + 1):
+        lam = degree * (degree + 1)
+        linear = 1 + 3 * nu + lam - bend * (1 - nu - lam**2 - nu * lam)
+        free = (lam - 2) * (1 - nu**2)
+        free += bend * (lam**3 - 4 * lam**2 + lam * (5 - nu**2) - 2 * (1 - nu**2))
+        # The constant differs by terms of the order β⁴, which the thin shell leaves out.
+        roots = np.sort(np.roots([1, -linear, free]))
+        assert found[modes.degree == degree] == pytest.approx(
+            roots, rel=2 * (lam * bend) ** 2 + 1e-9
+        )
+    assert np.all(np.diff(modes.square) >= 0) and len(modes.square) == 2 * (DEGREES - 1) + 1
+
+
+def test_under_pressure_from_all_sides_it_shrinks_as_a_vessel_does():
+    """w = p a² (1-ν)/(2 E h): only the breathing mode is pressed, and it holds all of the mass."""
+    material, thickness = MATERIALS["aluminium"], 1e-3
+    modes = shell_modes(RADIUS, thickness, material)
+    nodes, weights = np.polynomial.legendre.leggauss(DEGREES + 2)
+    shapes = modes.at(nodes)
+    pressed = 2 * np.pi * RADIUS**2 * shapes @ weights
+    shrunk = (pressed / modes.square) @ shapes
+    vessel = RADIUS**2 * (1 - material.poisson) / (2 * material.young_pa * thickness)
+    assert shrunk == pytest.approx(np.full(len(nodes), vessel), rel=1e-9)
+
+
+def _imprint(**keys):
+    sphere = {"kind": "sphere", "diameter_mm": 80, "material": "plastic", "shell_mm": 2.0}
+    scene = Scene.model_validate({"object": sphere | keys.pop("object", {}), **keys})
+    shape, gripper = cavity(scene), scene.gripper
+    cells = cut_cells(shape, 4e-3, gripper.rim_radius_mm * 1e-3, -0.045, 0.045)
+    where = where_grasped(scene, shape, cells)
+    return scene, where, cells, shape
+
+
+def test_the_ringing_is_alike_round_the_middle_of_the_imprint():
+    scene, where, cells, _ = _imprint(grasp={"offset_x_mm": 6.0})
+    modes, shapes = ringing(scene, where, cells)
+    row, column = np.divmod(where.column, len(cells.x))
+    x, y = cells.x[column] - 6e-3, cells.y[row]
+    up = np.sqrt(1 - (x**2 + y**2) / 0.04**2)
+    towards = np.stack([x / 0.04, y / 0.04, up])
+    middle = towards @ where.area / np.linalg.norm(towards @ where.area)
+    # The gripper lies off the sphere's top, towards its own axis.
+    assert middle[0] < -0.05 and abs(middle[1]) < 0.02
+    cosine = middle @ towards
+    second = np.flatnonzero(modes.degree == 2)[0]
+    expected = modes.radial[second] * (3 * cosine**2 - 1) / 2 / up
+    assert shapes[second] == pytest.approx(expected, rel=1e-9)
+
+
+def test_hollow_spheres_ring_and_their_column_moves_as_a_whole():
+    scene, where, _, shape = _imprint()
+    body, rest = body_of(scene, where, shape.force_n)
+    column = stack_of(scene, body, rest, None)
+    total = column.mass.sum() - scene.gripper.membrane.mass_kg_m2 * where.total
+    # On rigid ground half an element rests on the foot.
+    assert total == pytest.approx(scene.object.mass_kg, rel=0.02)
+    for shell_mm, rings in ((1.0, True), (None, False)):
+        sphere = {"kind": "sphere", "diameter_mm": 80, "material": "plastic", "shell_mm": shell_mm}
+        plan = build_plan(Scene.model_validate({"object": sphere, "numerics": {"dx_mm": 6}}))
+        elastic = next(part for part in plan.parts if part.name == "elastic")
+        assert (elastic.effect > 0.01) == rings
+    thick = {"kind": "sphere", "diameter_mm": 20, "material": "plastic", "shell_mm": 4.0}
+    scene = Scene.model_validate({"object": thick})
+    assert ringing(scene, where, None) is None
