@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from ajgdata.ablations.base import Ablation
 
 #: Modules of this package, in the order of the page.
-ABLATIONS = ("mirror", "grouped_vs_random", "repeatability", "materials", "noise")
+ABLATIONS = ("variance", "mirror", "grouped_vs_random", "repeatability", "materials", "noise")
 
 
 def ablation(name: str) -> Ablation:

@@ -20,7 +20,7 @@ from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
-from ajgdata.store.features import read_store
+from ajgdata.store.features import Shard, read_store
 from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec, FeatureSettings, Kind, NotPossibleError, Recipe
@@ -80,6 +80,10 @@ class AblationData:
             raise NotPossibleError(f"{dataset} has no recording of grasp {missing[0]}")
         return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
 
+    def store(self, dataset: str) -> Shard:
+        """Return the store of a data set, all of it."""
+        return read_store(self.paths.merged(dataset))
+
     def known(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         """Return every recording of a value that the task does not withhold from training.
 
@@ -91,7 +95,7 @@ class AblationData:
     def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         spec = read_dataset(self.paths, dataset)
         target, classes = spec.tasks[task].target, spec.tasks[task].classes
-        store = read_store(self.paths.merged(elsewhere or dataset))
+        store = self.store(elsewhere or dataset)
         rows = task_data(store, target, spec.targets[target].kind, "grasp_id", classes)
         return rows.where(np.argsort(rows.name))
 

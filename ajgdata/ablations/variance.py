@@ -1,0 +1,139 @@
+"""Where the feature's variance lies: between grippers, sessions, placements, grasps, recordings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ajgdata.ablations.base import Ablation
+from ajgdata.ablations.data import AblationData
+from ajgdata.evaluate.variance_components import balanced, variance_components
+from ajgdata.report.blocks import TableFigure
+from ajgdata.report.format import Caption
+from ajgdata.types.table import Column, Table, Value
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Data sets of the paper, of one gripper, and one whose every session is another gripper.
+DATASETS = ("size", "orientation", "plate", "sphere80", "sphere30", "ycb", "grippers")
+GRIPPERS = "grippers"
+#: Parts of the band, Hz; materials show in the lower.
+BANDS = {"whole band": (0.0, np.inf), "60 to 1,200 Hz": (60.0, 1_200.0)}
+#: What varies, in the order of the bars; the first is what models read.
+LEVELS = {
+    "object": "objects",
+    "gripper": "grippers",
+    "session": "sessions",
+    "object_in_session": "objects in a session",
+    "grasp": "grasps",
+    "recording": "recordings",
+}
+
+
+def measure(data: AblationData) -> list[Table]:
+    """Return the components of variance of the stored features, by data set and band."""
+    rows: list[dict[str, Value]] = []
+    for dataset in DATASETS:
+        shard = data.store(dataset)
+        held = shard.columns["object"].values != ""
+        names = (shard.columns[key].values[held] for key in ("object", "session_id", "grasp_id"))
+        feature = balanced(shard.feature[held], *names)
+        for band, (low, high) in BANDS.items():
+            within = (shard.frequency_hz >= low) & (shard.frequency_hz <= high)
+            found = variance_components(feature[..., within])._asdict()
+            between = {"gripper": np.nan, **found}
+            if dataset == GRIPPERS:
+                between |= {"gripper": found["session"], "session": np.nan}
+            rows.append({"dataset": dataset, "band": band, **_shares(between)})
+    return [_table(rows)]
+
+
+def _shares(variance: dict[str, float]) -> dict[str, Value]:
+    """Percent of the sum, by level; None where it is not known."""
+    total = np.nansum(list(variance.values()))
+    percent = {key: 100 * variance[key] / total for key in LEVELS}
+    known = {key: None if np.isnan(one) else float(one) for key, one in percent.items()}
+    return {**known, "scatter": float(np.sqrt(total - variance["object"]))}
+
+
+def _table(rows: list[dict[str, Value]]) -> Table:
+    return Table(
+        "variance",
+        "Where the feature's variance lies",
+        "Components of the feature's variance, summed over its bins: analysis of variance of"
+        " objects and sessions, with grasps in both and recordings in grasps. Objects in a session:"
+        " how it was put down, and what one session makes of one object. A session of the data set"
+        f" {GRIPPERS} is another gripper. Scatter: the root of all but the object's, relative to"
+        " the mean feature. Simulated: the amounts are estimates (docs/parameters.md).",
+        (
+            Column("dataset", "Data set"),
+            Column("band", "Band"),
+            *(Column(key, name.capitalize(), "%") for key, name in LEVELS.items()),
+            Column("scatter", "Scatter"),
+        ),
+        tuple(rows),
+    )
+
+
+def finding(table: Table) -> str:
+    """Return what of the whole band's variance lies between grasps, at least and at most."""
+    whole = next(iter(table.parted("band").values()))
+    percent = whole.numbers("grasp")
+    least, most = int(np.argmin(percent)), int(np.argmax(percent))
+    names = whole.column("dataset")
+    return (
+        f"Between grasps of one object in one session lies {percent[least]:.0f} % "
+        f"({names[least]}) to {percent[most]:.0f} % ({names[most]}) of the variance"
+    )
+
+
+def figure(table: Table) -> Figure:
+    """Return bars of the shares, one for each data set, side by side for each band."""
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+
+    about = "share of the feature's variance between objects, grippers, sessions, grasps"
+    parted = table.parted("band")
+    drawn = new_figure((WIDTH_IN, 3.8), finding(table), about, ["simulated"])
+    panels = np.atleast_1d(drawn.subplots(1, len(parted), sharey=True))
+    for axes, (band, rows) in zip(panels, parted.items(), strict=True):
+        _bars(axes, rows)
+        axes.set_title(band, fontsize="medium")
+        axes.set(xlabel="share of the variance (%)", xlim=(0, 100))
+    panels[0].set_yticks(range(len(rows.rows)), [str(name) for name in rows.column("dataset")])
+    panels[0].invert_yaxis()
+    handles, labels = panels[0].get_legend_handles_labels()
+    drawn.legend(handles, labels, loc="outside lower center", ncols=len(LEVELS), fontsize=8)
+    return drawn
+
+
+def _bars(axes: Axes, rows: Table) -> None:
+    from ajgdata.report.canvas import COLOURS
+
+    start = np.zeros(len(rows.rows))
+    for colour, (key, name) in zip(COLOURS, LEVELS.items(), strict=False):
+        width = np.nan_to_num(rows.numbers(key))
+        axes.barh(
+            np.arange(len(start)), width, 0.7, left=start, color=colour, label=name, ec="white"
+        )
+        start += width
+
+
+def caption(table: Table) -> Caption:
+    """Return the caption of `figure`."""
+    return Caption(
+        "What the feature varies by, from what is to be read (object) to what is not. Left: the"
+        " whole band; right: where materials show.",
+        f"{finding(table)}. Stacked bars of the share between objects, grippers, sessions, objects"
+        " in a session, grasps and recordings, for each data set.",
+    )
+
+
+ABLATION = Ablation(
+    "variance",
+    datasets=DATASETS,
+    measure=measure,
+    figures=(TableFigure("variance", "object", caption, figure),),
+)
