@@ -28,7 +28,7 @@ from ajgdata.evaluate.task_data import TaskData, task_data
 from ajgdata.models import make_model
 from ajgdata.models.cnn import CnnClassifier
 from ajgdata.models.network import SpectrumCnn
-from ajgdata.store.features import read_store
+from ajgdata.store.features import Shard, read_store
 from ajgdata.types import MODELS
 
 #: Everything that is tried, in this order. The first value of each is where the search begins.
@@ -47,6 +47,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "compression": (0.1, 0.01, 1.0),
     "batch_size": (16, 8, 32, 64),
     "epochs": (10, 5, 15, 20, 40),
+    "scaling": ("per_bin", "global", "both"),  # decided by benchmarks/cnn_scaling.py
 }
 CLOSE = 1.15
 INNER_FOLDS, SEEDS = 4, 3
@@ -61,9 +62,10 @@ class Network(SpectrumCnn):
         channels, kernel, norm = settings["channels"], settings["kernel"], settings["norm"]
         how, factor = settings["shrink"].split()
         pool, stride = (int(factor), 1) if how == "pool" else (1, int(factor))
-        super().__init__(n, k, channels, kernel, stride * pool, settings["dropout"])
+        inputs = 2 if settings["scaling"] == "both" else 1
+        super().__init__(n, k, channels, kernel, stride * pool, settings["dropout"], inputs)
         layers: list[nn.Module] = []
-        for before, width in zip((1, *channels), channels, strict=False):
+        for before, width in zip((inputs, *channels), channels, strict=False):
             layers.append(nn.Conv1d(before, width, kernel, stride, padding=kernel // 2))
             if norm != "none":
                 layers.append(nn.GroupNorm(1, width) if norm == "layer" else nn.BatchNorm1d(width))
@@ -76,7 +78,9 @@ class Network(SpectrumCnn):
     def trunk(self, z: Tensor) -> Tensor:
         if not self.mean_head:
             return super().trunk(z)
-        return self.dense(self.dropout(self.convolutions(z.unsqueeze(1)).mean(dim=2)))
+        return self.dense(
+            self.dropout(self.convolutions(z.reshape(len(z), -1, z.shape[-1])).mean(dim=2))
+        )
 
 
 class Candidate(CnnClassifier):
@@ -125,9 +129,9 @@ class Tried(NamedTuple):
     train_s: float
 
 
-def inner_rows(store: Path, target: str, seed: int = 0) -> TaskData:
+def inner_rows(store: Shard, target: str, groups: str = "grasp_id", seed: int = 0) -> TaskData:
     """The training part of the first outer fold, as the workflow's evaluation makes it."""
-    rows = task_data(read_store(store), target, "classification", "grasp_id")
+    rows = task_data(store, target, "classification", groups)
     train, _ = grouped_folds(rows.value, rows.group, "classification", 5, seed)[0]
     return rows.where(np.isin(np.arange(len(rows.value)), train))
 
@@ -173,7 +177,7 @@ def main(
     target: Annotated[str, typer.Option(help="column of the classes")] = "object",
 ) -> None:
     """Print every candidate with its inner error and training time, and what is chosen."""
-    rows = inner_rows(store, target)
+    rows = inner_rows(read_store(store), target)
     settings = {name: values[0] for name, values in CHOICES.items()}
     print("| setting | value | error, % | against the chosen, % | training, s |")
     print("|---|---|---|---|---|")

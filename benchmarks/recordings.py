@@ -1,14 +1,17 @@
-"""Models on public recordings: grouped and random folds, several seeds, in one run.
+"""Models on public recordings: grouped and random folds, several seeds, and what tuning is worth.
 
-    python benchmarks/recordings.py FOLDER [--seeds 5]
+    python benchmarks/recordings.py FOLDER [--seeds 5] [--model knn]
 
 FOLDER holds one folder for each data set that docs/real-recordings.md describes; those that are
 absent are left out. Everything is imported by reference into a temporary project.
 """
 
 import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 import typer
@@ -16,8 +19,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.crossval import CrossValidation, cross_validate
 from ajgdata.evaluate.task_data import task_data
+from ajgdata.models import make_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.importing import import_folder
@@ -25,6 +29,7 @@ from ajgdata.pipeline.merge import merge
 from ajgdata.store import manifest
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.sessions import read_dataset, write_dataset
+from ajgdata.types import MODELS, Kind
 
 DECLARED = Paths(Path(__file__).resolve().parents[1])
 FOLDERS = {
@@ -33,6 +38,7 @@ FOLDERS = {
     "stone_impact": "stone_impact",
     "active_rp": "active_rp",
 }
+TUNED = [name for name in MODELS.own if MODELS[name].plain]
 
 
 def features_of(project: Paths, name: str, folder: Path) -> Shard:
@@ -69,11 +75,15 @@ def features_of(project: Paths, name: str, folder: Path) -> Shard:
 def main(
     folder: Annotated[Path, typer.Argument(help="folder that holds the data sets' folders")],
     seeds: Annotated[int, typer.Option(help="seeds of splits and models")] = 5,
+    model: Annotated[list[str] | None, typer.Option(help="these models alone")] = None,
 ) -> None:
-    """Print mean ± sd over folds (seed 0), and the mean of each further seed."""
-    console = Console(width=160)
-    table = Table("data set", "task", "model", "split", "folds", "n", "groups", "error or accuracy",
+    """Print two tables: models on grouped and random folds; and what tuning was worth, each model
+    on the same grouped folds in three ways."""
+    console = Console(width=170)
+    every = Table("data set", "task", "model", "split", "folds", "n", "groups", "error or accuracy",
                   "chance", "means by seed")  # fmt: skip
+    tuning = Table("data set", "task", "model", "variant", "mean over seeds", "training, ratio",
+                   "means by seed", "chosen, how often")  # fmt: skip
     present = {n: folder / f for n, f in FOLDERS.items() if (folder / f).is_dir()}
     with tempfile.TemporaryDirectory() as temporary:
         project = Paths(Path(temporary))
@@ -81,40 +91,104 @@ def main(
             store = features_of(project, name, source)
             spec = read_dataset(project, name)
             for task in spec.tasks:
-                for row in evaluated(
-                    store, spec.task_settings(task), spec.tasks[task].models, seeds
-                ):
-                    table.add_row(name, task, *row)
-    console.print(table)
+                settings = spec.task_settings(task)
+                for row in evaluated(store, settings, model or spec.tasks[task].models, seeds):
+                    every.add_row(name, task, *row)
+                tuned = [one for one in model or TUNED if MODELS[one].plain]
+                for row in compared(store, settings, tuned, seeds):
+                    tuning.add_row(name, task, *row)
+    console.print(every)
+    console.print(tuning)
 
 
-def evaluated(store: Shard, task: dict, models: tuple[str, ...], seeds: int) -> list[list[str]]:
-    """Return the rows of the table for one task."""
-    kind = task["kind"]
-    X, y, groups, _ = task_data(store, task["target"], kind, task["groups"])
-    folds = min(task["folds"], len(np.unique(groups)))
-    metric = "rmse" if kind == "regression" else "accuracy"
-    rows = []
+class Data(NamedTuple):
+    """Recordings of a task, and how they are split and scored."""
+
+    X: np.ndarray
+    y: np.ndarray
+    groups: np.ndarray
+    kind: Kind
+    folds: int
+    metric: str
+
+    @classmethod
+    def of(cls, store: Shard, task: dict) -> Self:
+        kind = task["kind"]
+        X, y, groups, _ = task_data(store, task["target"], kind, task["groups"])
+        folds = min(task["folds"], len(np.unique(groups)))
+        return cls(X, y, groups, kind, folds, "rmse" if kind == "regression" else "accuracy")
+
+    def each_seed(self, model: Any, seeds: int, *, grouped: bool = True) -> list[CrossValidation]:
+        """Return the cross-validation of each seed; `model` is a name or makes one of a seed."""
+        groups = self.groups if grouped else None
+        return [
+            cross_validate(
+                self.X, self.y, groups, kind=self.kind, folds=self.folds, seed=seed,
+                model=model if isinstance(model, str) else model(seed),
+            )
+            for seed in range(seeds)
+        ]  # fmt: skip
+
+
+def evaluated(store: Shard, task: dict, models: Sequence[str], seeds: int) -> list[list[str]]:
+    """Return the rows of the first table for one task."""
+    data, rows = Data.of(store, task), []
     for model in models:
-        for split, labels in {"grouped": groups, "random": None}.items():
-            scores = [
-                cross_validate(X, y, labels, kind=kind, model=model, folds=folds, seed=s).scores
-                for s in range(seeds)
-            ]
+        for split in ("grouped", "random"):
+            scores = [f.scores for f in data.each_seed(model, seeds, grouped=split == "grouped")]
             first = scores[0]
             rows.append(
                 [
                     model,
                     split,
-                    str(folds),
+                    str(data.folds),
                     str(first.recordings),
                     str(first.groups),
-                    f"{first.mean[metric]:.3f} ± {first.sd[metric]:.3f}",
-                    f"{first.chance[metric]:.3f}",
-                    " ".join(f"{s.mean[metric]:.3f}" for s in scores),
+                    f"{first.mean[data.metric]:.3f} ± {first.sd[data.metric]:.3f}",
+                    f"{first.chance[data.metric]:.3f}",
+                    " ".join(f"{s.mean[data.metric]:.3f}" for s in scores),
                 ]
             )
     return rows
+
+
+def compared(store: Shard, task: dict, models: Sequence[str], seeds: int) -> list[list[str]]:
+    """Return the rows of the second table: plain, as before there was a choice, and tuned.
+
+    Choices are made on inner folds of each training part alone; times are of training, those of
+    the plain one being 1.
+    """
+    data, rows = Data.of(store, task), []
+    for model in models:
+        variants = {
+            "plain": MODELS[model].plain,
+            "before": partial(_before, model, data.kind),
+            "tuned": model,
+        }
+        fastest = 0.0
+        for variant, made in variants.items():
+            found = data.each_seed(made, seeds)
+            means = [one.scores.mean[data.metric] for one in found]
+            train_s = sum(one.cost.train_cpu_s for one in found)
+            fastest = fastest or train_s
+            told = Counter(c["reason"] or c["choice"] for one in found for c in one.choices)
+            rows.append(
+                [
+                    model,
+                    variant,
+                    f"{np.mean(means):.3f}",
+                    f"{train_s / fastest:.1f}",
+                    " ".join(f"{mean:.3f}" for mean in means),
+                    "; ".join(f"{name} {count}" for name, count in told.most_common(4)),
+                ]
+            )
+    return rows
+
+
+def _before(model: str, kind: Kind, seed: int) -> Any:
+    """Return the one setting that the model had for all tasks: the first of its candidates."""
+    tuned: Any = make_model(model, kind, seed)
+    return tuned.candidates[0][1]
 
 
 if __name__ == "__main__":

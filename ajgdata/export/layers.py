@@ -5,7 +5,7 @@ the output of the one before, beginning with features (n, n_features), float32:
 
     cast        to float32 or float64 (`bits`)
     compress    asinh(x / scale)
-    standardise (x - mean) / std
+    standardise (x - mean) / std; mean (c, n_features) makes c channels of x
     normalise   x / |x|, 0 where x is
     convolve    weight (c_out, c_in, k), bias (c_out,); `stride`, zeros for k // 2 beyond the ends
     relu        max(x, 0)

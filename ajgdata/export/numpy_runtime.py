@@ -37,6 +37,7 @@ def _compress(x, arrays, numbers):
 
 
 def _standardise(x, arrays, numbers):
+    x = x[:, np.newaxis] if arrays["mean"].ndim == 2 else x  # (n, channels, n_features)
     return (x - arrays["mean"]) / arrays["std"]
 
 

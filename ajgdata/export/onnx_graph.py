@@ -188,6 +188,8 @@ def _asinh(graph: _Graph, x: str) -> str:
 
 
 def _standardise(graph: _Graph, x: str, arrays: Arrays, numbers: Numbers) -> str:
+    if arrays["mean"].ndim == 2:  # (batch, n) -> (batch, channels, n)
+        x = graph("Unsqueeze", x, graph.whole(1))
     centred = graph("Sub", x, graph.number(arrays["mean"]))
     return graph("Div", centred, graph.number(arrays["std"]))
 

@@ -9,7 +9,7 @@ The two estimators follow scikit-learn's conventions (`fit`, `predict`, `get_par
 from __future__ import annotations
 
 import math
-from typing import Any, Self
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 import torch
@@ -23,6 +23,24 @@ from torch.nn import functional
 
 from ajgdata.models.network import SpectrumCnn, in_chunks, reproducible
 from ajgdata.types import Kind, NotPossibleError
+
+#: Bins are centred and divided each by its own deviation, all by one, or both side by side.
+Scaling = Literal["per_bin", "global", "both"]
+
+
+def scales(compressed: np.ndarray, scaling: Scaling) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and deviation of compressed bins (n, n_features), as `SpectrumCnn` holds them:
+    (n_features,), or (2, n_features) of "both". Raises ValueError for an unknown scaling."""
+    if scaling not in get_args(Scaling):
+        known = ", ".join(get_args(Scaling))
+        raise ValueError(f"unknown scaling {scaling!r}: choose one of {known}")
+    each = StandardScaler().fit(compressed)
+    mean = float(compressed.mean(dtype=np.float64))
+    std = float(compressed.std(dtype=np.float64)) or 1.0
+    one = np.full_like(each.mean_, mean), np.full_like(each.scale_, std)
+    if scaling == "both":
+        return np.stack([each.mean_, one[0]]), np.stack([each.scale_, one[1]])
+    return one if scaling == "global" else (each.mean_, each.scale_)
 
 
 class _Cnn(BaseEstimator):
@@ -40,6 +58,7 @@ class _Cnn(BaseEstimator):
         stride: int = 4,  # 2 is no better in three times the time; pooling errs far more often
         dropout: float = 0.5,  # before the dense layer; 0.2 does as well
         compression: float = 1.0,  # of the mean: louder bins count by their logarithm
+        scaling: Scaling = "per_bin",  # chosen by benchmarks/cnn_scaling.py
         epochs: int = 10,  # one learning-rate cycle; 20 are no better in twice the time
         min_steps: int = 300,  # so that 20 recordings are not left with 30 updates
         batch_size: int = 8,  # more updates per epoch than a larger one, which err more often
@@ -52,6 +71,7 @@ class _Cnn(BaseEstimator):
         self.stride = stride
         self.dropout = dropout
         self.compression = compression
+        self.scaling = scaling
         self.epochs = epochs
         self.min_steps = min_steps
         self.batch_size = batch_size
@@ -72,11 +92,11 @@ class _Cnn(BaseEstimator):
             mean = np.abs(X).mean(dtype=np.float64)
             module.scale.fill_(float(mean * self.compression) or 1.0)
             compressed = torch.cat([module.compress(x) for x in in_chunks(X)])
-            scaler = StandardScaler().fit(compressed.numpy())
-            module.mean.copy_(torch.from_numpy(scaler.mean_))
-            module.std.copy_(torch.from_numpy(scaler.scale_))
+            mean, std = scales(compressed.numpy(), self.scaling)
+            module.mean.copy_(torch.from_numpy(mean))
+            module.std.copy_(torch.from_numpy(std))
             target = self._encoded(module, y)
-            self._train(module, compressed.sub_(module.mean).div_(module.std), target)
+            self._train(module, module.standardise(compressed), target)
         self.module_ = module.eval()
         return self
 
@@ -88,6 +108,7 @@ class _Cnn(BaseEstimator):
             self.kernel,
             self.stride,
             self.dropout,
+            inputs=2 if self.scaling == "both" else 1,
         )
 
     def descent(
@@ -138,7 +159,8 @@ class _Cnn(BaseEstimator):
         """Return the model that `state` described. Raises ValueError if it was of another class."""
         if about["estimator"] != cls.__name__:
             raise ValueError(f"state of a {about['estimator']}, not of a {cls.__name__}")
-        model = cls(**about["params"] | {"channels": tuple(about["params"]["channels"])})
+        params = {"scaling": "per_bin"} | about["params"]  # of older states
+        model = cls(**params | {"channels": tuple(params["channels"])})
         model.n_features_in_ = about["n_features"]
         model._restore(about)
         with reproducible(0):

@@ -17,7 +17,8 @@ class SpectrumCnn(nn.Module):
 
     Input (n, n_features), output (n, n_outputs), float32. Buffers hold what is learned from the
     training rows by counting, not by gradient: `scale` () of the compression, `mean` and `std`
-    (n_features,) of the compressed bins, `target_mean` and `target_std` (n_outputs,) of regression.
+    of the compressed bins, (n_features,), or (inputs, n_features) of an input scaled in several
+    ways side by side; `target_mean` and `target_std` (n_outputs,) of regression.
     """
 
     scale: Tensor
@@ -34,10 +35,11 @@ class SpectrumCnn(nn.Module):
         kernel: int,
         stride: int,
         dropout: float,
+        inputs: int = 1,
     ) -> None:
         super().__init__()
         layers: list[nn.Module] = []
-        length, before = n_features, 1
+        length, before = n_features, inputs
         for width in channels:
             layers.append(nn.Conv1d(before, width, kernel, stride, padding=kernel // 2))
             layers += [nn.BatchNorm1d(width), nn.ReLU()]
@@ -46,8 +48,9 @@ class SpectrumCnn(nn.Module):
         self.dropout = nn.Dropout(dropout)
         self.dense = nn.Linear(before * length, n_outputs)
         self.register_buffer("scale", torch.ones(()))
-        self.register_buffer("mean", torch.zeros(n_features))
-        self.register_buffer("std", torch.ones(n_features))
+        shape = (n_features,) if inputs == 1 else (inputs, n_features)
+        self.register_buffer("mean", torch.zeros(shape))
+        self.register_buffer("std", torch.ones(shape))
         self.register_buffer("target_mean", torch.zeros(n_outputs))
         self.register_buffer("target_std", torch.ones(n_outputs))
 
@@ -56,9 +59,14 @@ class SpectrumCnn(nn.Module):
         for quiet ones, defined at 0."""
         return torch.asinh(x / self.scale)
 
+    def standardise(self, z: Tensor) -> Tensor:
+        """Return compressed bins (n, n_features) standardised, (n, inputs, n_features)."""
+        return (z.unsqueeze(1) - self.mean) / self.std
+
     def trunk(self, z: Tensor) -> Tensor:
-        """Return scores (n, n_outputs) of standardised bins (n, n_features)."""
-        z = z.unsqueeze(1)  # (n, n_features) -> (n, 1, n_features)
+        """Return scores (n, n_outputs) of standardised bins (n, inputs, n_features), or
+        (n, n_features) of one input."""
+        z = z.unsqueeze(1) if z.ndim == 2 else z
         z = self.convolutions(z)  # -> (n, channels, length)
         z = z.flatten(1)  # -> (n, channels * length)
         return self.dense(self.dropout(z))  # -> (n, n_outputs)
@@ -66,7 +74,7 @@ class SpectrumCnn(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         """Return class scores, or the target in its own unit, (n, n_outputs), of features
         (n, n_features) as stored."""
-        scores = self.trunk((self.compress(x) - self.mean) / self.std)
+        scores = self.trunk(self.standardise(self.compress(x)))
         return scores * self.target_std + self.target_mean
 
 

@@ -58,6 +58,7 @@ SETTINGS: dict[str, dict] = {
     "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear"],
                    "slow": [], "responses": 2},
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear"]},
+    "tuning": {"models": ["linear", "knn"]},
     "conformal_intervals": {"models": ["linear"], "inner_folds": 2},
     "drift": {"day_1": ["s1", "s2"], "models": ["linear"],
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},

@@ -114,6 +114,44 @@ def test_standardisation_is_learned_from_the_training_rows():
     np.testing.assert_allclose(z.std(dim=0, correction=0), 1, atol=1e-5)
 
 
+def test_scalings_differ_in_what_they_make_of_quiet_bins():
+    x = np.random.default_rng(0).normal(5, np.linspace(0.1, 2, 16), (200, 16)).astype(np.float32)
+    y, own = np.arange(200) % 2, np.linspace(0.1, 2, 16)
+    inputs = {}
+    for scaling in ("per_bin", "global", "both"):
+        module = CnnClassifier(**QUICK, scaling=scaling).fit(x, y).module_
+        inputs[scaling] = module.standardise(module.compress(torch.from_numpy(x)))
+    np.testing.assert_allclose(inputs["per_bin"].std(dim=0, correction=0), 1, atol=1e-5)
+    one = inputs["global"]
+    assert one.mean().item() == pytest.approx(0, abs=1e-5)
+    assert one.std(correction=0).item() == pytest.approx(1, abs=1e-5)
+    spread = one.std(dim=0, correction=0)[0].numpy()  # asinh is nearly straight so near its mean
+    np.testing.assert_allclose(spread / spread[-1], own / own[-1], rtol=0.2)
+    both = torch.cat([inputs["per_bin"], one], dim=1)
+    assert torch.equal(inputs["both"], both) and both.shape == (200, 2, 16)
+    with pytest.raises(ValueError, match="unknown scaling 'none': choose one of per_bin, global"):
+        CnnClassifier(scaling="none").fit(x, y)
+
+
+def test_a_state_from_before_there_was_a_choice_is_scaled_per_bin():
+    x, place = peaks(30)
+    model = CnnRegressor(**QUICK, scaling="per_bin").fit(x, place)
+    arrays, about = model.state()
+    older = about | {"params": {k: v for k, v in about["params"].items() if k != "scaling"}}
+    again = CnnRegressor.from_state(arrays, json.loads(json.dumps(older)))
+    assert np.array_equal(again.predict(x), model.predict(x))
+
+
+@pytest.mark.parametrize("scaling", ["global", "both"])
+def test_state_holds_every_scaling(scaling):
+    x, place = peaks(30)
+    model = CnnRegressor(**QUICK, scaling=scaling).fit(x, place)
+    arrays, about = model.state()
+    again = CnnRegressor.from_state(arrays, json.loads(json.dumps(about)))
+    assert np.array_equal(again.predict(x), model.predict(x))
+    assert again.scaling == scaling
+
+
 def test_same_seed_same_weights_whatever_the_threads_and_no_trace_is_left():
     x, place = peaks(40)
     y, threads = place > 0.5, torch.get_num_threads()

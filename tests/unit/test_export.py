@@ -108,6 +108,20 @@ def test_whatever_a_tuned_model_chooses_can_be_exported(model, choice, question,
         assert not found.is_beyond, found
 
 
+@pytest.mark.parametrize("scaling", ["per_bin", "global", "both"])
+def test_a_network_of_any_input_scaling_is_exported(scaling, tmp_path):
+    made = make_model("cnn", "regression").set_params(scaling=scaling, min_steps=10, epochs=1)
+    fitted = made.fit(X, targets("number", len(X)))
+    file = exported(fitted, "number")
+    onnx, plain = in_onnx(file, tmp_path), in_numpy(file)
+    plain.check_self()
+    for said in ([onnx(sound) for sound in SOUNDS], [plain_said(plain, s) for s in SOUNDS]):
+        theirs = np.array([one["feature"] for one in said], np.float32)
+        score = np.array([one["score"] for one in said])
+        found = difference("score", lambda x: fitted.predict(x)[:, None], theirs, score)
+        assert not found.is_beyond, found
+
+
 def plain_said(model, sound):
     return {"feature": model.feature(sound), **model.predict(sound, RATE_HZ)}
 
