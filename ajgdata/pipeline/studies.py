@@ -14,9 +14,16 @@ from ajgdata.types import NotPossibleError
 from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
-STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions", "materials")
+STUDIES: tuple[str, ...] = (
+    "verification",
+    "stability",
+    "accuracy",
+    "omissions",
+    "acoustics",
+    "materials",
+)
 #: Those that measure run time: nothing else shall run beside them.
-TIMED = ("accuracy", "omissions")
+TIMED = ("accuracy", "omissions", "acoustics")
 GALLERY = "gallery"
 
 

@@ -56,6 +56,11 @@ LEADS = {
         "What a plan leaves out of a scene, what it expected that to change, and what it does "
         "change when it is put back in.",
     ),
+    "acoustics": Lead(
+        "Losses, speaker and outside noise",
+        "How fast the gripper falls silent, what is heard of sound from outside, and what is not "
+        "known of walls, transducers and noise does to the feature.",
+    ),
     "materials": Lead(
         "Materials",
         "How far apart materials of the same shape sound, beside how far apart two grasps of one "

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ajgdata.report.accuracy_figures import ACCURACY
+from ajgdata.report.acoustics_figures import ACOUSTICS
 from ajgdata.report.blocks import TableFigure
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
 from ajgdata.report.format import Caption, number, words
@@ -275,6 +276,7 @@ FIGURES: dict[str, tuple[TableFigure, ...]] = {
     "stability": (TableFigure("stability", "energies", stability_caption, stability_figure),),
     "accuracy": ACCURACY,
     "omissions": (TableFigure("omissions", "expected", omissions_caption, omissions_figure),),
+    "acoustics": ACOUSTICS,
     "materials": (
         TableFigure("material_distances", "distances", distances_caption, distances_figure),
     ),

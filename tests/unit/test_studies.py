@@ -294,6 +294,35 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
     assert high.lines[1].get_ydata().tolist() == [0.5]
 
 
+def test_the_acoustics_figures_show_decays_levels_and_choices():
+    keys = ("medium", "losses", "admittance", "hz_500", "hz_1000")
+    rows = (
+        ("air", "least", 0.001, None, 0.2),
+        ("air", "most", 0.01, 0.05, 0.1),
+        ("plastic", "most", 0.01, None, None),
+    )
+    figure = drawn(table_of("decay", keys, rows), "decay")
+    lines = [line.get_xydata().tolist() for line in figure.axes[0].lines]
+    assert lines == [[[1000, 200]], [[500, 50], [1000, 100]]] and not figure.axes[1].lines
+    assert "in 50 to 200 ms" in title(figure)
+    none = tuple((*row[:3], None, None) for row in rows)
+    assert "faster than" in title(drawn(table_of("decay", keys, none), "decay"))
+
+    keys = ("scene", "hz", "band", "solved", "mass_law", "difference")
+    rows = (("a", 100.0, "50–200", -3.0, -1.0, -2.0), ("a", 400.0, "200–800", 5.0, -4.0, 9.0))
+    figure = drawn(table_of("from_outside", keys, rows), "outside")
+    assert [line.get_ydata().tolist() for line in figure.axes[0].lines] == [[-3, 5], [-1, -4]]
+    assert "9 dB more comes in at 200–800 Hz" in title(figure)
+
+    keys = ("choice", "scene", "change", "tolerance")
+    rows = (("x", "a", 0.1, 0.01), ("x", "b", 0.3, 0.01), ("y", "a", 0.002, 0.01))
+    figure = drawn(table_of("choices", keys, rows), "choices")
+    first, second, tolerance = (line.get_xydata().tolist() for line in figure.axes[0].lines)
+    assert first == [[0.1, 0], [0.002, 1]] and second == [[0.3, 0]] and tolerance[0][0] == 0.01
+    assert title(figure) == ("1 of 2 choices change the feature by less than 0.01; most does x")
+    assert title(drawn(table_of("choices", keys, rows[:2]), "choices")).startswith("No choice")
+
+
 def test_numbers_are_told_from_words():
     assert [numeric(TABLE, key) for key in ("case", "error", "passed")] == [False, True, False]
     infinite = Table("t", "", "", TABLE.columns[2:3], ({"error": "inf"}, {"error": None}))
