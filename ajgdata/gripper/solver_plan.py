@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.effect_estimates import Part, circuit
+from ajgdata.gripper.effect_estimates import OMEGA, Part, circuit
 from ajgdata.gripper.geometry import Cavity, cavity
 from ajgdata.gripper.grasped_object import grasped, judged, rigid, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
@@ -162,9 +162,8 @@ def _parts(
     absorbing += np.pi * (gripper.rim_radius_mm * MM) ** 2 if full else 0.0
     room = float(cells.volume.sum() - (cells.bed.sum() if full else 0.0))
     depth = where.depth if where else gripper.bed_depth_mm * MM
-    cavity_answer = circuit(
-        air, room, absorbing, packing, depth, where.total if where else float(cells.membrane.sum())
-    )
+    area = where.total if where else float(cells.membrane.sum())
+    cavity_answer = circuit(air, room, absorbing, packing, depth, area)
     skin = gripper.membrane
     free = replace(cavity_answer, area=float(cells.membrane.sum())).skin(
         (skin.mass_kg_m2, skin.resistance_pa_s_m, skin.stiffness_n_m3)
@@ -175,6 +174,9 @@ def _parts(
     poles = Part("poles", relaxing, None, f"{scene.numerics.poles} relaxation poles of the bed")
     worth: dict[PartName, float] = {"membrane": cavity_answer.effect(free)}
     balloon = judged(worth, scene.numerics, {"membrane": "the free balloon"})["membrane"]
+    if balloon.kept:
+        beside = membrane_walls(scene, cells).admittance(OMEGA)
+        cavity_answer = circuit(air, room, absorbing, packing, depth, area, beside)
     noise = Part("noise", False, None, "added when a take is recorded: the response needs none")
     on_object = (
         grasped(scene, shape, cells, cavity_answer, where)

@@ -152,7 +152,8 @@ def omissions_finding(table: Table) -> str:
     above = int(np.sum(left.numbers("measured") > tolerance))
     told = f"{above} of {len(left.rows)}" if above else f"None of {len(left.rows)}"
     changes = "changes" if above == 1 or not above else "change"
-    return f"{told} parts left out {changes} the feature by more than {number(tolerance)}"
+    what = f"any third octave by more than {number(tolerance)}"
+    return f"{told} parts left out {changes} {what}"
 
 
 def omissions_figure(table: Table) -> Figure:
@@ -196,8 +197,8 @@ def omissions_caption(table: Table) -> Caption:
         "Each part of each scene: what leaving it out was expected to change, and what it does "
         "change. Filled: solved. Hollow: left out. Dashed: the tolerance; a hollow marker "
         "above it is an error of the plan. Changes too small to be drawn lie on the edge.",
-        f"{omissions_finding(table)}. Measured against expected change of the feature by leaving "
-        "parts out, logarithmic.",
+        f"{omissions_finding(table)}. Measured against expected change of the worst third "
+        "octave, or of the feature, by leaving parts out, logarithmic.",
     )
 
 

@@ -242,10 +242,10 @@ def test_the_omissions_figure_sets_what_was_measured_against_what_was_expected()
     }
     assert sorted(points.values()) == [[[1e-5, 1e-5]], [[0.001, 0.002]], [[0.1, 0.05]]]
     assert {"frame", "motion", "as expected", "tolerance"} <= {t.get_text() for t in axes.texts}
-    assert title(figure) == "None of 2 parts left out changes the feature by more than 0.01"
+    assert title(figure) == "None of 2 parts left out changes any third octave by more than 0.01"
     worse = ("t", "motion", 0.001, 0.02, False, 0.01)
     told = drawn(table_of("omissions", keys, (*rows, worse)), "expected")
-    assert title(told) == "1 of 3 parts left out changes the feature by more than 0.01"
+    assert title(told) == "1 of 3 parts left out changes any third octave by more than 0.01"
 
 
 def test_the_distances_figure_has_a_panel_a_shape_and_a_mark_a_material():
