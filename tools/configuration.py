@@ -133,7 +133,13 @@ def default_of(field: FieldInfo) -> str:
     if isinstance(default, BaseModel):
         default = default.model_dump(mode="json", exclude_defaults=True)
         return f"`{json.dumps(default)}`" if default else "its defaults"
-    return f"`{json.dumps(default, ensure_ascii=False)}`" if default not in ("", (), {}) else "none"
+    if default in ("", (), {}):
+        return "none"
+    return f"`{json.dumps(default, ensure_ascii=False, default=_as_written)}`"
+
+
+def _as_written(model: BaseModel) -> dict[str, object]:
+    return model.model_dump(mode="json", exclude_defaults=True)
 
 
 def meaning_of(key: str, field: FieldInfo) -> str:

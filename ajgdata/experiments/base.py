@@ -69,13 +69,26 @@ class NewGrasps(Protocol):
         ...
 
 
+class Recordings(Protocol):
+    """The recordings themselves, of the data set and of those that the settings name."""
+
+    def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
+        """Yield the samples (n,) of recordings of a data set by name, ready for a spectrum with a
+        window of that length. Raises NotPossibleError for one that cannot be used."""
+        ...
+
+    def played(self, dataset: str, name: str) -> np.ndarray | None:
+        """Return what was played (m,) to a recording; None where its session does not have it."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Inputs:
     """Everything that a measurement may use of a task, of the stores it needs, and of recordings.
 
     `store` holds the recordings of the data set; `others` those of the data sets that the settings
-    name as `test_on`, or that of an embedding's `base`. `samples(names, window)` yields the samples
-    (n,) of recordings by name, ready for a spectrum with a window of that length; `render` makes
+    name as `test_on`, or that of an embedding's `base`. `recordings` are the recordings
+    themselves, where the experiment `reads_recordings`; `render` makes
     them again with other sounds, `new_grasps` makes more of them, where the data set is simulated
     and the experiment `renders`. Of an embedding, `task` is its name; `latents` are what its
     encoders made, `training_cost` what training these took, and `kinds` are of the columns that
@@ -98,7 +111,7 @@ class Inputs:
     min_groups: int = 0
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
-    samples: Callable[[Sequence[str], int], Iterator[np.ndarray]] | None = None
+    recordings: Recordings | None = None
     render: Render | None = None
     new_grasps: NewGrasps | None = None
     latents: Latents | None = None

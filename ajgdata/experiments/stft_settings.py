@@ -124,13 +124,15 @@ def features_of(
     """
     from ajgdata.features.spectrum import spectrum
 
-    if inputs.samples is None:
+    if inputs.recordings is None:
         raise ValueError("the recordings themselves are needed")
     features: list[list[np.ndarray]] = [[] for _ in tried]
     seconds: list[list[float]] = [[] for _ in tried]
     longest, names = max(one.window for one in tried), data.name.tolist()
     for start in range(0, len(names), BLOCK):
-        block = list(inputs.samples(names[start : start + BLOCK], longest))
+        block = list(
+            inputs.recordings.samples(inputs.dataset, names[start : start + BLOCK], longest)
+        )
         for one, made, times in zip(tried, features, seconds, strict=True):
             for samples in block:
                 begun = time.process_time()

@@ -6,7 +6,7 @@ Called while Snakemake parses, too: light imports only.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +15,9 @@ from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, T
 from ajgdata.features.axes import differing_axes
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
+from ajgdata.pipeline.recording_reader import RecordingReader
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
-from ajgdata.store.manifest import read_manifest
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import (
     AudioSettings,
@@ -29,8 +29,6 @@ from ajgdata.types import (
 )
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from ajgdata.report.paper import PaperFigure
     from ajgdata.store.features import Shard
 
@@ -105,6 +103,7 @@ def run_experiment(
     seed: int,
     tables: Path,
     cost: Path,
+    other_manifests: Mapping[str, Sequence[Path]] | None = None,
     encoders: Sequence[Path] = (),
     render: Render | None = None,
     new_grasps: NewGrasps | None = None,
@@ -112,7 +111,8 @@ def run_experiment(
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
-    `others` are the stores of further data sets; `encoders` the latents of an embedding and the
+    `others` are the stores of further data sets, `other_manifests` those of their sessions where
+    recordings are read; `encoders` the latents of an embedding and the
     cost of training, or nothing; `render` plays other sounds in the scenes of recordings, and
     `new_grasps` makes more of them. What is the same for the same inputs is written to `tables`,
     what is measured to `cost`. A task that lacks what the experiment needs is written as skipped,
@@ -132,7 +132,7 @@ def run_experiment(
         audio=audio,
         features=features,
         **_encoded(*encoders),
-        samples=_reader(root, manifests, audio),
+        recordings=RecordingReader(root, {dataset: manifests} | dict(other_manifests or {}), audio),
         render=render,
         new_grasps=new_grasps,
     )
@@ -167,34 +167,6 @@ def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> 
     if latents is None or training_cost is None:
         return {}
     return {"latents": read_latents(latents), "training_cost": read_json(training_cost)}
-
-
-def _reader(
-    root: Path, manifests: Sequence[Path], audio: AudioSettings
-) -> Callable[[Sequence[str], int], Iterator[np.ndarray]]:
-    """Return a function that yields the samples of recordings; manifests are read once.
-
-    The function raises ValueError for a recording that cannot be used.
-    """
-    where: dict[str, str] = {}
-    for path in manifests:
-        content = read_manifest(path)[0]
-        session = content["session_id"]
-        where |= {f"{session}/{e['recording_id']}": e["path"] for e in content["recordings"]}
-
-    def samples(names: Sequence[str], window: int) -> Iterator[np.ndarray]:
-        from ajgdata.pipeline.recordings import examine
-
-        for name in names:
-            found = examine(root / where[name], audio, window).samples
-            if found is None:
-                problem = f"recording {name!r} cannot be used with a window of {window}"
-                raise NotPossibleError(
-                    f"{problem}: see its data set's quarantine, or lower the window"
-                )
-            yield found
-
-    return samples
 
 
 def read_results(

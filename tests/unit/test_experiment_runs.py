@@ -16,7 +16,8 @@ from ajgdata.experiments.base import Inputs
 from ajgdata.experiments.stft_settings import features_of
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
-from ajgdata.pipeline.experiments import _reader, asked_for, read_results, run_experiment
+from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
+from ajgdata.pipeline.recording_reader import RecordingReader
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
@@ -164,13 +165,15 @@ def stft(project, changes=CHANGES, features=FEATURES):
 def test_the_own_settings_make_the_features_of_the_store(store):
     shard, seen = store.read_shard(), {}
 
-    def samples(names, window):
-        seen["window"] = window
-        read = _reader(store.root, [store.paths.audio_manifest("d", "s1")], AUDIO)
-        return read(names, window)
+    class Reader(RecordingReader):
+        def samples(self, dataset, names, window):
+            seen["window"] = window
+            return super().samples(dataset, names, window)
+
+    recordings = Reader(store.root, {"d": [store.paths.audio_manifest("d", "s1")]}, AUDIO)
 
     stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
-    inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, samples=samples)
+    inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, recordings=recordings)
     made = features_of(inputs, stored, SETTINGS)
     assert np.array_equal(made[0][0], stored.feature)
     assert [one.shape for one, _ in made] == [(12, 129), (12, 257), (12, 65)]

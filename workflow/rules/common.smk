@@ -126,6 +126,21 @@ def recordings_of(wildcards):
     return of_sessions(PATHS.audio_manifest)(wildcards)
 
 
+def sessions_of_others(wildcards):
+    """Data set and session of the recordings of other data sets, for one that reads them."""
+    one = asked(wildcards)
+    others = one.others if one.experiment.reads_recordings else ()
+    return [[other, session] for other in others for session in PLANS[other].sessions]
+
+
+def recordings_of_others(wildcards):
+    """Where these recordings are."""
+    return [
+        INPUTS.of(other, PATHS.audio_manifest(other, session))
+        for other, session in sessions_of_others(wildcards)
+    ]
+
+
 def encoders_of(wildcards):
     """What the encoders of an embedding made, and what training them took."""
     if not asked(wildcards).of_latents:

@@ -6,6 +6,7 @@ rule experiment:
             PATHS.merged(other) for other in asked(wildcards).others
         ],
         manifests=recordings_of,
+        other_manifests=recordings_of_others,
         encoders=encoders_of,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
@@ -20,6 +21,7 @@ rule experiment:
         settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
+        other_sessions=sessions_of_others,
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
             mode="json"

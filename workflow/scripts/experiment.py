@@ -9,6 +9,9 @@ from ajgdata.pipeline.rendering import new_grasps_of, renderer
 from ajgdata.types import AudioSettings, FeatureSettings
 
 params, wildcards = snakemake.params, snakemake.wildcards
+other_manifests: dict[str, list[Path]] = {}
+for (other, _), path in zip(params.other_sessions, snakemake.input.other_manifests, strict=True):
+    other_manifests.setdefault(other, []).append(Path(path))
 with logged(snakemake.log[0]):
     simulated = (Paths(), wildcards.dataset) if params.rendered else None
     run_experiment(
@@ -23,6 +26,7 @@ with logged(snakemake.log[0]):
         features=FeatureSettings(**params.features),
         root=Path(),
         manifests=[Path(path) for path in snakemake.input.manifests],
+        other_manifests=other_manifests,
         encoders=[Path(path) for path in snakemake.input.encoders],
         render=renderer(*simulated) if simulated else None,
         new_grasps=new_grasps_of(*simulated) if simulated else None,
