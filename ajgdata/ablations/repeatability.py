@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from ajgdata.ablations.base import Ablation, Hypothesis, Trial, folds_of, trial_table
 from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
 from ajgdata.acquire.source import Grasp
+from ajgdata.gripper.variation import Variation
 from ajgdata.types import Kind
 from ajgdata.types.table import Column, Table, Value
 
@@ -24,6 +26,8 @@ NOISIER = Hypothesis(
     "twice the scatter of grasps",
     "worse",
 )
+#: Of a setup: what is drawn by grasp, session and gripper.
+DRAWN = ("grasp", "assembly", "session")
 #: Grasps of each kind in the table of scatter.
 GRASPS = 4
 ORIGINS = {
@@ -33,6 +37,16 @@ ORIGINS = {
     "grains that bear the object": ("grain_force",),
     "temperature": ("temperature_k",),
     "all of them": NUISANCES,
+}
+#: What differs between grippers and between sessions, by the key of the setup that holds it.
+KEPT = {
+    "gripper: balloon askew": ("assembly", "askew_mm"),
+    "gripper: slope of the fill": ("assembly", "fill_slope_deg"),
+    "gripper: places of the transducers": ("assembly", "speaker_moved_mm", "microphone_moved_mm"),
+    "session: jig": ("session", "jig_mm"),
+    "session: warmth": ("session", "temperature_k"),
+    "session: fill": ("session", "fill_mm"),
+    "placement": ("grasp", "placed_mm", "placed_deg"),
 }
 
 
@@ -71,11 +85,15 @@ def _trials(
 
 
 def _scatter(data: AblationData, grasp: Grasp) -> Table:
-    setup = {key: value for key, value in grasp.setup.items() if key != "grasp"}
+    setup = {key: grasp.setup[key] for key in grasp.setup if key not in DRAWN}
     rows: list[dict[str, Value]] = []
+    for name, (part, *keys) in KEPT.items():
+        heard = [data.heard(*_kept(setup, part, keys, number)) for number in range(GRASPS)]
+        rows.append({"origin": name, "distance": _apart(heard)})
     for name, only in ORIGINS.items():
         still = [{"nuisance": nuisances(1, only), "seed": seed} for seed in range(GRASPS)]
-        rows.append({"origin": name, "distance": _apart([data.heard(setup, g) for g in still])})
+        apart = _apart([data.heard(setup, g) for g in still])
+        rows.append({"origin": f"grasp: {name}", "distance": apart})
     generator = np.random.default_rng(data.seed)
     for name, turn, shift in (("pose, 10° and 2 mm", 10, 2), ("pose, 90° and 10 mm", 90, 10)):
         drawn = generator.uniform(-1, 1, (GRASPS, 3)) * [turn, shift, shift]
@@ -88,10 +106,31 @@ def _scatter(data: AblationData, grasp: Grasp) -> Table:
         "scatter",
         "How far grasps of one object lie apart",
         f"Relative L2 distance of the feature, without noise, root mean square over the pairs of"
-        f" {GRASPS} grasps of the smallest cube that differ in nothing but what is named.",
+        f" {GRASPS} grasps of the smallest cube that differ in nothing but what is named, by the"
+        " defaults of a variation; grasps: each with a bed that is poured anew.",
         (Column("origin", "What differs"), Column("distance", "Distance")),
         tuple(rows),
     )
+
+
+def _kept(
+    setup: Mapping[str, Any], part: str, keys: Sequence[str], number: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return setup and grasp without scatter, with one draw of what a gripper or a session keeps.
+
+    `number` is that of the gripper, of the session or of the placement.
+    """
+    varied = Variation()
+    drawn = {
+        "assembly": varied.assembly(f"gripper {number}"),
+        "session": varied.offsets(number),
+        "grasp": varied.placement(number),
+    }
+    only = {key: drawn[part][key] for key in keys}
+    still = {"nuisance": nuisances(0)}
+    if part == "grasp":
+        return dict(setup), still | only
+    return {**setup, part: only}, still
 
 
 def _apart(features: Sequence[np.ndarray]) -> float:

@@ -370,8 +370,9 @@ _VARIATION = (
         "from one day to the next in one room",
     ),
     Parameter(
-        "variation.session.fill_mm", "session", 0, 5, "linear", "estimate",
-        "grains lost, added and settled",
+        "variation.session.fill_mm", "session", 0, 1.2, "linear", "estimate",
+        "grains that settle from random loose to random close packing lower a bed of 35 mm by "
+        "1.2 mm, as their volume is kept (Scott & Kilgour 1969, J. Phys. D 2, 863)",
     ),
     Parameter(
         "variation.session.placement_mm", "session", 0, 2, "linear", "estimate",

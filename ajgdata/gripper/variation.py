@@ -33,9 +33,12 @@ class GripperVariation(SceneModel):
 class SessionVariation(SceneModel):
     """Between sessions, and between the objects that were put down in one."""
 
+    one_sitting: bool = Field(
+        False, description="all sessions of the recipe are of one sitting: what is theirs is one"
+    )
     jig_mm: Amount = Field(2.5, description="jig and calibrated axis of the gripper, x and y")
     temperature_k: Amount = Field(2.0, description="of the air")
-    fill_mm: Amount = Field(2.5, description="depth of the bed")
+    fill_mm: Amount = Field(0.6, description="depth of the bed")
     placement_mm: Amount = Field(
         1.0, description="an object's place where it is put down: once a session in `order: blocks`"
     )

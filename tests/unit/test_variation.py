@@ -73,7 +73,8 @@ def test_what_is_drawn_lies_within_its_amounts_and_is_a_scene():
             (made.speaker_moved_mm, amounts.gripper.transducers_mm),
             (session.jig_mm, amounts.session.jig_mm),
             (grasp.placed_mm, amounts.session.placement_mm),
-            ((session.temperature_k, session.fill_mm), 2.5),
+            ((session.temperature_k,), amounts.session.temperature_k),
+            ((session.fill_mm,), amounts.session.fill_mm),
             ((grasp.placed_deg,), amounts.session.placement_deg),
         ):
             assert 0 < max(map(abs, pair)) <= most
@@ -95,6 +96,15 @@ def test_two_sessions_share_the_gripper_and_differ_in_all_else():
     assert first[0].session != second[0].session
     assert first[0].grasp.history.seed != second[0].grasp.history.seed
     assert first[0].grasp.placed_mm != second[0].grasp.placed_mm
+
+
+def test_sessions_of_one_sitting_share_what_is_of_the_session_and_nothing_else():
+    once = VARIED | {"variation": {"session": {"one_sitting": True}}}
+    first, second = (scenes(planned(once, name)) for name in ("virtual-01", "virtual-02"))
+    assert len({scene.session for scene in first + second}) == 1
+    assert first[0].session != scenes(planned(once, dataset="e"))[0].session
+    assert first[0].grasp.placed_mm != second[0].grasp.placed_mm
+    assert first[0].grasp.history.seed != second[0].grasp.history.seed
 
 
 def test_in_rounds_each_grasp_is_put_down_anew():
