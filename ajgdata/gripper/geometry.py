@@ -6,6 +6,7 @@ solver's grid, so that refining the grid refines the solution and not the scene.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
 from scipy.signal import fftconvolve
 
+from ajgdata.gripper.grippers import Bodies
 from ajgdata.gripper.random_fields import RandomField, normals
 from ajgdata.gripper.relief import RASTER_M, Relief, draped, relief
 from ajgdata.gripper.scene import Scene, as_met, derive_seed
@@ -67,6 +69,9 @@ def cavity(scene: Scene) -> Cavity:
     radius = np.hypot(x, y)
     taper = rim - gripper.roof_radius_mm * MM
     roof = np.clip((rim - radius) / taper, 0, 1) * roof_z
+    if gripper.bodies is not None:
+        for place in (gripper.speaker_mm, gripper.microphone_mm):
+            roof = np.minimum(roof, roof_z - _body(gripper.bodies, place, x, y))
     free = _balloon(scene, x, y)
     force = _force(scene)
     floor, contact, held, table = _press(scene, x, y, free, force)
@@ -86,6 +91,21 @@ def _balloon(scene: Scene, x: Real, y: Real) -> Real:
     inside = np.clip(1 - (np.hypot(x, y) / rim) ** 2, 0, None)
     radius = np.hypot(x - across * inside, y - along * inside)
     return -depth * np.sqrt(np.clip(1 - (radius / rim) ** 2, 0, None))
+
+
+def _body(bodies: Bodies, place_mm: tuple[float, float], x: Real, y: Real) -> Real:
+    """Depth below the roof (m) of a transducer's case at `place_mm`; 0 beside it.
+
+    Its face falls outwards, so that it looks at the axis.
+    """
+    angle = math.atan2(place_mm[1], place_mm[0])
+    east, north = x - place_mm[0] * MM, y - place_mm[1] * MM
+    outwards = east * math.cos(angle) + north * math.sin(angle)
+    across = north * math.cos(angle) - east * math.sin(angle)
+    half = bodies.side_mm * MM / 2
+    inside = [np.clip((half - np.abs(one)) / RASTER_M + 0.5, 0, 1) for one in (outwards, across)]
+    face = bodies.depth_mm * MM + math.tan(math.radians(bodies.tilt_deg)) * outwards
+    return np.asarray(inside[0] * inside[1] * np.maximum(face, 0))
 
 
 def _refuse_pinched(scene: Scene, floor: Real, free: Real, roof: Real) -> None:

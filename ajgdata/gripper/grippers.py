@@ -35,6 +35,22 @@ class Membrane(SceneModel):
     )
 
 
+class Bodies(SceneModel):
+    """Cases of the transducers: boxes that hang from the roof, their lower faces, in which the
+    sound leaves and enters, turned towards the axis."""
+
+    side_mm: Annotated[float, Field(ge=2, le=20)] = Field(8.0, description="of a square box")
+    depth_mm: Annotated[float, Field(ge=0, le=20)] = Field(
+        4.0, description="of the middle of its face below the roof"
+    )
+    tilt_deg: Annotated[float, Field(ge=0, le=60)] = Field(25.0, description="paper: 25")
+
+    @property
+    def lowest_mm(self) -> float:
+        """How far the lower edge hangs below the roof."""
+        return self.depth_mm + self.side_mm / 2 * math.tan(math.radians(self.tilt_deg))
+
+
 class Gripper(SceneModel):
     """Rigid conical housing with a half-ellipsoid balloon below; the paper gives no dimensions
     but the 70 mm between the transducers."""
@@ -56,6 +72,9 @@ class Gripper(SceneModel):
     microphone_mm: tuple[Coordinate, Coordinate] = (34.0, -5.0)
     transducer_sigma_mm: Annotated[float, Field(ge=0.5, le=10)] = Field(
         2.5, description="Gaussian volume of each transducer"
+    )
+    bodies: Bodies | None = Field(
+        None, description="cases of speaker and microphone; null: they are points in the roof"
     )
     port_mm: tuple[Coordinate, Coordinate] = Field(
         (18.0, 28.0), description="vacuum port on the roof"
@@ -112,10 +131,11 @@ class Gripper(SceneModel):
                 f"speaker_mm and microphone_mm are {apart:g} mm apart and would overlap: "
                 f"keep them {2 * self.transducer_sigma_mm:g} mm apart"
             )
-        if self.clearance_mm >= self.height_mm:
+        lowest = self.bodies.lowest_mm if self.bodies else 0.0
+        if lowest + self.clearance_mm >= self.height_mm:
             raise ValueError(
-                f"clearance_mm {self.clearance_mm:g} leaves no room below the roof: "
-                f"lower it, or raise height_mm {self.height_mm:g}"
+                f"clearance_mm {self.clearance_mm:g} leaves no room below the roof and what hangs "
+                f"from it: lower it, or raise height_mm {self.height_mm:g}"
             )
         deepest = self.balloon_depth_mm + self.height_mm - self.clearance_mm
         if self.bed_depth_mm > deepest:

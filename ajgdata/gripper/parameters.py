@@ -148,6 +148,18 @@ _GRIPPER = (
         "gripper.transducer_sigma_mm", "fixed", 1.5, 3.5, "linear", "estimate",
         "half of a case of about 5 mm; not the opening, which is smaller than a cell",
     ),
+    Parameter(
+        "gripper.bodies.side_mm", "fixed", 5, 12, "linear", "estimate",
+        "from a receiver's case to a small board; the paper gives none. Default: no case at all",
+    ),
+    Parameter(
+        "gripper.bodies.depth_mm", "fixed", 2, 6, "linear", "estimate",
+        "from a receiver's case to one in a holder; the paper gives none. Default: no case at all",
+    ),
+    Parameter(
+        "gripper.bodies.tilt_deg", "fixed", 25, 25, "linear", "paper",
+        "each tilted toward the contact region",
+    ),
     Parameter("gripper.port_mm.0", "fixed", 15, 21, "linear", "estimate", _LISTED),
     Parameter("gripper.port_mm.1", "fixed", 25, 31, "linear", "estimate", _LISTED),
     Parameter(

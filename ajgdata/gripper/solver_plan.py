@@ -141,6 +141,8 @@ def build_plan(scene: Scene) -> Plan:
         wide=wide,
     )
     roof, sigma = gripper.height_mm * MM, gripper.transducer_sigma_mm * MM
+    if gripper.bodies is not None:
+        roof -= gripper.bodies.depth_mm * MM
     speaker, microphone = (
         gaussian_probe(cells, system, (x * MM, y * MM, roof), sigma)
         for x, y in (gripper.speaker_mm, gripper.microphone_mm)

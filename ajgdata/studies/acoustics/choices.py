@@ -27,12 +27,13 @@ NUMERICS = {"decay_db": 160.0, "max_time_s": 0.1}
 
 
 class Choice(NamedTuple):
-    """What is changed: settings of the gripper and of the signal chain, from `beside` to those."""
+    """What is changed: settings of the gripper and of the signal chain, from those `beside`."""
 
     name: str
     gripper: dict[str, Any]
     signal: dict[str, Any]
     beside: dict[str, Any] = QUIET
+    gripper_beside: dict[str, Any] | None = None
 
 
 def all_choices() -> list[Choice]:
@@ -56,6 +57,10 @@ def all_choices() -> list[Choice]:
     limp = {**LOUD, "outside": "mass_law"}
     made.append(Choice("80 dB(A) outside: mass law instead of the membrane", {}, limp, LOUD))
     made.append(Choice("self-noise of the microphone: none", {}, QUIET, {}))
+    cases: dict[str, Any] = {"bodies": {}}
+    upright: dict[str, Any] = {"bodies": {"tilt_deg": 0.0}}
+    made.append(Choice("cases of the transducers", upright, QUIET))
+    made.append(Choice("tilt of their faces, 25°", cases, QUIET, QUIET, upright))
     return made
 
 
@@ -79,12 +84,13 @@ def choices(quick: bool = False) -> Table:
     rows: list[dict[str, Value]] = []
     for held, medium in HELD[:1] if quick else HELD:
         _heard(held, medium, {}, {**grid, "max_time_s": 0.001})  # compiles the kernels
-        plain, seconds = _heard(held, medium, {}, grid)
+        default = _heard(held, medium, {}, grid)
         for choice in all_choices():
-            response, taken = plain, seconds
-            if choice.gripper:
-                response, taken = _heard(held, medium, choice.gripper, grid)
-            before = _feature(plain, choice.beside)
+            (beside, seconds), (response, taken) = (
+                _heard(held, medium, gripper, grid) if gripper else default
+                for gripper in (choice.gripper_beside or {}, choice.gripper)
+            )
+            before = _feature(beside, choice.beside)
             after = _feature(response, choice.signal)
             rows.append(
                 {

@@ -2,8 +2,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
-from ajgdata.gripper import Scene, SceneError
+from ajgdata.gripper import Scene, SceneError, simulate
 from ajgdata.gripper.geometry import cavity
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.relief import RASTER_M, relief
@@ -251,3 +252,35 @@ def test_random_fields_live_in_space_and_have_their_statistics():
     assert np.mean(ensemble[:, 0] * ensemble[:, 1]) == pytest.approx(np.exp(-0.5), abs=4 * 0.026)
     other = RandomField(4, "packing", 3, 0.005)
     assert not np.allclose(other.on_axes(x[:2], x[:2], x), field.on_axes(x[:2], x[:2], x))
+
+
+def test_cases_of_transducers_hang_from_the_roof_and_look_at_the_axis():
+    bodies = {"side_mm": 8.0, "depth_mm": 4.0, "tilt_deg": 25.0}
+    gripper = {"speaker_mm": [-30.0, 0.0], "microphone_mm": [0.0, 28.0]}
+    plain, hung = (
+        cavity(Scene.model_validate({"object": None, "gripper": {**gripper, "bodies": given}}))
+        for given in (None, bodies)
+    )
+    depth = plain.roof - hung.roof
+    x, y = np.meshgrid(hung.axis, hung.axis)
+    # The faces' edges are a sample wide, and the tilt adds on one side what it takes on the other.
+    assert depth.sum() * RASTER_M**2 == pytest.approx(2 * 0.008**2 * 0.004, rel=0.02)
+    for toward, across in ((-x - 0.030, y), (y - 0.028, x)):
+        face = (np.abs(toward) < 3.6e-3) & (np.abs(across) < 3.6e-3)
+        expected = 0.004 + np.tan(np.deg2rad(25)) * toward[face]
+        np.testing.assert_allclose(depth[face], expected, atol=1e-12)
+        beside = (np.hypot(toward, across) > 6.5e-3) & (np.hypot(toward, across) < 9e-3)
+        assert not depth[beside].any()
+
+
+def test_cases_without_depth_and_tilt_are_none():
+    short = {"dx_mm": 6.0, "max_time_s": 0.01}
+    flat = {"bodies": {"depth_mm": 0.0, "tilt_deg": 0.0}}
+    plain, none, hung = (
+        simulate(Scene.model_validate({"gripper": gripper, "numerics": short})).samples
+        for gripper in ({}, flat, {"bodies": {}})
+    )
+    assert np.array_equal(plain, none)
+    assert np.linalg.norm(hung - plain) > 0.01 * np.linalg.norm(plain)
+    with pytest.raises(ValidationError, match="what hangs from it"):
+        Scene.model_validate({"gripper": {"height_mm": 20.0, "bodies": {"depth_mm": 15.0}}})
