@@ -39,7 +39,7 @@ SOURCES = "sources.bib"
 RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
 PAPER_KEYS = (
     "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
-    "result", "agrees", "parts_of_band", "train_s", "inference_ms_per_recording",
+    "result", "split", "agrees", "parts_of_band", "train_s", "inference_ms_per_recording",
 )  # fmt: skip
 #: What is measured of a model, by its name in the results.
 COSTS = ("train_s", "latency_s", "peak_rss_mb")
@@ -219,6 +219,7 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
             "source": row.source,
             "model": row.model,
             "result": row.result,
+            "split": row.split,
             "agrees": row.agrees,
             "parts_of_band": "; ".join(
                 f"{twin.band}: {twin.result}" + (f" ({twin.agrees})" if twin.agrees else "")
@@ -268,7 +269,10 @@ def _beside_paper(rows: Sequence[PaperComparison]) -> ShownTable:
     """Return the table beside the paper for people."""
     heads = ("Experiment", "Paper, real gripper", "Here", "Source", "Model", "Agrees")
     cells = (
-        (row.paper.where, row.paper.text, row.result, row.source, row.model, row.agrees)
-        for row in rows
+        (_where(row), row.paper.text, row.result, row.source, row.model, row.agrees) for row in rows
     )
     return ShownTable("Results beside those of the paper.", heads, tuple(cells))
+
+
+def _where(row: PaperComparison) -> str:
+    return ", ".join(filter(None, (row.paper.where, row.split)))

@@ -105,7 +105,8 @@ class PaperComparison:
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
     (default: the paper's); of one part, the paper's number is drawn among them. `label` names the
-    row among others of one figure, `page` is where all is told, `twins` stand beside it.
+    row among others of one figure, `page` is where all is told, `twins` stand beside it. Where the
+    same values stand there by several splits, `split` says by which, and `note` what that makes.
     """
 
     paper: PaperFigure
@@ -119,6 +120,8 @@ class PaperComparison:
     reasons: tuple[Reason, ...] = ()
     marks: tuple[Mark, ...] = ()
     label: str = ""
+    split: str = ""
+    note: str = ""
     shown_unit: str | None = None
     page: str = ""
     twins: tuple[Twin, ...] = ()
@@ -181,8 +184,9 @@ def evidence(reason: Reason) -> str:
 def in_papers_order(
     rows: Iterable[PaperComparison], paper: Iterable[PaperFigure]
 ) -> list[PaperComparison]:
-    """Return the first row of each figure of the paper and data set, in the paper's order."""
+    """Return the first row of each figure of the paper, data set and split, in the paper's
+    order."""
     listed = list(rows)
     order = list(dict.fromkeys(one.id for one in (*paper, *(row.paper for row in listed))))
-    first = {(row.paper.id, row.dataset): row for row in reversed(listed)}
+    first = {(row.paper.id, row.dataset, row.split): row for row in reversed(listed)}
     return sorted(reversed(first.values()), key=lambda row: order.index(row.paper.id))

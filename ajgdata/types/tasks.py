@@ -75,7 +75,8 @@ class Task(Strict):
     paper: str | dict[str, str] = Field(
         "",
         description="rows of the paper's figures to stand beside, e.g. ycb, or by part (known, "
-        "unknown, overall, a data set of test_on, or the name of an experiment): "
+        "known_by_recording with compare_random, unknown, overall, a data set of test_on, or the "
+        "name of an experiment): "
         "{known: size-known, size_80dba: noise}",
     )
 
@@ -106,6 +107,7 @@ class Task(Strict):
         if len(set(self.withhold)) != len(self.withhold):
             raise ValueError("withhold lists a value twice")
         parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
+        parts += ("known_by_recording",) if self.compare_random else ()
         parts += tuple(self.experiments)
         if CROSS_VALIDATION in self.experiments:
             raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")

@@ -66,6 +66,13 @@ def test_reasons_must_be_supported_and_point_to_the_paper():
     assert evidence(vague).endswith("within the spread of folds)")
 
 
+def test_rows_of_two_splits_both_stand_beside_one_figure():
+    first = paper_figure("a", 1.0)
+    splits = ["by grasp", "by recording"]
+    rows = [dataclasses.replace(row(YES, first, "d"), split=split) for split in splits]
+    assert [r.split for r in in_papers_order([*rows, *rows], (first,))] == splits
+
+
 def test_rows_stand_in_the_paper_s_order_one_a_figure_and_data_set():
     first, second = paper_figure("a", 1.0), paper_figure("b", 2.0)
     rows = [row(YES, second), row(YES, first, "d"), row(LOWER, first, "d"), row(YES, first, "e")]

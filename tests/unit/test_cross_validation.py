@@ -297,6 +297,7 @@ def test_what_is_read_back_from_files_is_what_was_measured(tmp_path):
     assert shown[0] == shown[1]
     assert [row.metric for row in shown[0][0]] == [
         "RMSE",
+        "RMSE, known by recording",
         "RMSE, unknown",
         "RMSE, overall",
         "RMSE, new",

@@ -132,7 +132,7 @@ def test_the_unit_is_not_said_twice():
 
 
 def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
-    cnn, knn = EXPERIMENT.rows(two_tasks()[0])
+    cnn, knn, recording = EXPERIMENT.rows(two_tasks()[0])
     assert (cnn.label, cnn.metric, cnn.value, cnn.chance) == (
         "CNN", "RMSE", "2.20 ± 0.30 mm", "8.2 mm",
     )  # fmt: skip
@@ -140,6 +140,8 @@ def test_rows_of_a_task_stand_beside_the_paper_with_the_best_marked():
     assert (knn.train_s, knn.inference_ms, knn.peak_memory_mb) == ("0", "0.05", "128")
     assert (knn.value, knn.paper, cnn.paper) == ("4.00 ± 0.40 mm", PAPER, PAPER)
     assert (cnn.best, knn.best, cnn.part) == (True, False, "")
+    assert (recording.metric, recording.value) == ("RMSE, known by recording", "1.10 ± 0.20 mm")
+    assert "split by recording" in recording.part and recording.paper is None
     (row,) = EXPERIMENT.rows(kinds())
     assert (row.metric, row.value, row.paper) == ("accuracy", "70.0 ± 5.0 %", None)
 
@@ -274,6 +276,27 @@ def test_each_part_is_set_beside_its_own_figure():
         "overall": ("2.40 ± 0.20 mm", YES),
         "size-80dba": ("5.0 ± 1.0 mm", "no: higher"),
     }
+
+
+def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_is_judged():
+    papers = {name: paper_figure("known", 1.2) for name in ("known", "known_by_recording")}
+    task = sizes(size_result(parts=random_split()), papers=papers)
+    grasp, recording = beside(task)
+    assert [(row.split, row.label) for row in (grasp, recording)] == [
+        ("by grasp", "known, by grasp"), ("by recording", "known, by recording"),
+    ]  # fmt: skip
+    # 2.2 ± 0.3 and 1.1 ± 0.2 mm beside 1.2 mm; of 2.2 mm a half is hidden.
+    assert (grasp.agrees, recording.agrees) == ("no: higher", YES)
+    assert recording.note == (
+        "There are 2 recordings of a grasp, and others of the one that is tested may be trained "
+        "on: that hides 50 % of the error (1.10 ± 0.20 mm against 2.20 ± 0.30 mm by grasp)."
+    )
+    assert "on both sides" in grasp.note
+
+
+def test_a_split_without_a_figure_of_the_paper_adds_no_comparison():
+    (row,) = beside(sizes(size_result(parts=random_split())))
+    assert (row.split, row.note, row.label) == ("", "", "")
 
 
 def test_classes_are_compared_in_per_cent_and_a_figure_without_a_number_is_told_alone():

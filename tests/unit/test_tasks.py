@@ -52,6 +52,10 @@ def test_the_papers_figures_by_part():
         ValidationError, match=r"paper.overall is no part of this task: it has known"
     ):
         Task(target="x", paper=parts)
+    both = {"known": "size-known", "known_by_recording": "size-known"}
+    assert Task(target="x", paper=both, compare_random=True).papers == both
+    with pytest.raises(ValidationError, match=r"paper.known_by_recording is no part of this task"):
+        Task(target="x", paper=both)
     with pytest.raises(ValidationError, match="withhold lists a value twice"):
         Task(target="x", withhold=(1.0, 2.0, 1.0))
 

@@ -38,8 +38,13 @@ class Terms(NamedTuple):
 
 HEADLINES = (
     Row("edge length, 12 cubes seen in training, RMSE", "size", "size", "grouped", "size-known"),
+    Row("the same, split by recording", "size", "size", "random", "size-known"),
     Row("edge length, 4 withheld cubes, RMSE", "size", "size", "withheld", "size-unknown"),
     Row("the same in 80 dBA of noise, trained at 45", "size", "noise", "on:size_80dba", "noise"),
+    Row(
+        "angle of a bar, known angles, RMSE", "orientation", "angle", "grouped", "orientation-known"
+    ),
+    Row("the same, split by recording", "orientation", "angle", "random", "orientation-known"),
     Row("angle of a bar, withheld angles, RMSE", "orientation", "angle", "withheld", "orientation"),
     Row("the same, learned as sine and cosine, RMSE", "orientation", "direction", "withheld"),
     Row("16 household objects, accuracy", "ycb", "object", "grouped", "ycb"),

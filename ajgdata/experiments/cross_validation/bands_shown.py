@@ -12,6 +12,7 @@ from ajgdata.experiments.cross_validation.bands import Band, band_label, bands_o
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
+    RANDOM,
     ModelResult,
     best_of,
     elsewhere,
@@ -60,7 +61,7 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
 
 
 def _parts(model: ModelResult) -> list[str]:
-    return [part for part, _ in model.parts]
+    return [part for part, _ in model.parts if part != RANDOM]  # bands are of the grouped folds
 
 
 def _named(results: TaskResults, part: str) -> str:
@@ -100,7 +101,7 @@ def figure(results: TaskResults) -> Figure:
     models, bands = models_of(results), bands_of(results)
     papers = dict(models[0].parts)
     parts = sorted(
-        papers, key=lambda part: (part != GROUPED, papers[part] is None, part == OVERALL)
+        _parts(models[0]), key=lambda part: (part != GROUPED, papers[part] is None, part == OVERALL)
     )[:PANELS]
     drawn = new_figure(
         (WIDTH_IN, PANEL_HEIGHT_IN),

@@ -24,7 +24,9 @@ SESSION_SPLITS = (WITHIN, ACROSS, AS_MANY)
 WITHHELD = "withheld"  #: part of the recordings that no fold trains on
 OVERALL = "overall"  #: known and withheld recordings together
 #: The paper's name for what is told of these parts.
-PAPER_PARTS = {GROUPED: "known", WITHHELD: "unknown", OVERALL: "overall"}
+PAPER_PARTS = {
+    GROUPED: "known", RANDOM: "known_by_recording", WITHHELD: "unknown", OVERALL: "overall",
+}  # fmt: skip
 #: The paper's own model, where a task has it.
 PAPER_MODEL = "cnn"
 #: The paper's figure on a task of many models: its number is that of k-NN.

@@ -14,6 +14,7 @@ from ajgdata.experiments.cross_validation import bands
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
+    RANDOM,
     WITHHELD,
     ModelResult,
     best_of,
@@ -56,6 +57,7 @@ def part_label(results: TaskResults, part: str) -> str:
         OVERALL: "known and withheld values together",
     }
     told |= {
+        RANDOM: "split by recording: other recordings of a grasp may be trained on",
         WITHIN: "folds within each session",
         ACROSS: "each session by a model of the others",
         AS_MANY: "each session by a model of as many grasps of the others as within",
@@ -76,7 +78,8 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             paper=results.papers.get("known"),
         )  # fmt: skip
     for part in dict.fromkeys(part for model in models for part, _ in model.parts[1:]):
-        name = {WITHHELD: "unknown"}.get(part, part.removeprefix("on:"))
+        name = {WITHHELD: "unknown", RANDOM: "known by recording"}.get(part, part)
+        name = name.removeprefix("on:")
         for model in (one for one in models if one.has(part)):
             yield ResultRow(
                 model.label,
@@ -171,7 +174,30 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
             scaled = Score(results.scale * score.mean, results.scale * score.sd)
             agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
             row = _row(paper, first, text, agrees, marks_of(models, first, part))
-            yield replace(row, twins=bands.beside(paper, first, part))
+            split, note = _of_two_splits(first, part)
+            row = replace(row, twins=bands.beside(paper, first, part), split=split, note=note)
+            yield replace(row, label=f"known, {split}") if split else row
+
+
+def _of_two_splits(model: ModelResult, part: str) -> tuple[str, str]:
+    """Return how known values were split and what that makes of them, where two splits of them
+    stand beside the paper: "" else."""
+    papers = dict(model.parts)
+    if part not in (GROUPED, RANDOM) or not (papers.get(GROUPED) and papers.get(RANDOM)):
+        return "", ""
+    group = words(model.task.groups.removesuffix("_id"))
+    if part == GROUPED:
+        return f"by {group}", f"No {group} is on both sides of the split."
+    copies = model.count("recordings") / model.count("groups")
+    lost = model.error.mean - model.normalise(model.score(RANDOM)).mean
+    share = lost / model.error.mean if model.error.mean > 0 else 0.0
+    hides = "hides no error here" if share <= 0 else f"hides {100 * share:.0f} % of the error"
+    return (
+        "by recording",
+        f"There are {number(copies, 2)} recordings of a {group}, and others of the one that is "
+        f"tested may be trained on: that {hides} ({model.shown(model.score(RANDOM))} against "
+        f"{model.shown(model.score(GROUPED))} by {group}).",
+    )
 
 
 def _row(
