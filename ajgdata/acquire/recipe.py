@@ -115,7 +115,8 @@ class _Varied(NamedTuple):
             return cls(None, {}, {})
         variation = Variation.model_validate(recipe.variation)
         design = scene.get("gripper", "default")
-        sitting = names[:-1] if variation.session.one_sitting else names
+        together = variation.session.one_sitting and names[-1] != NEW
+        sitting = names[:-1] if together else names
         return cls(variation, variation.assembly(design), variation.offsets(*sitting))
 
     def setup(

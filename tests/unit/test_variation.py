@@ -179,13 +179,15 @@ def test_scenes_are_shared_where_the_bed_went_through_the_same():
     assert not shares_scenes("d", one, "e", still)
 
 
-def test_new_grasps_are_of_the_same_gripper_and_of_a_session_of_their_own():
-    recipe = Recipe.model_validate(VARIED)
+@pytest.mark.parametrize("once", [False, True])
+def test_new_grasps_are_of_the_same_gripper_and_of_a_session_of_their_own(once):
+    varied = VARIED | {"variation": {"session": {"one_sitting": once}}}
+    recipe = Recipe.model_validate(varied)
     first, again, other = (
         new_grasp(recipe, "d", "10p0", number, look, "code").setup
         for number, look in ((1, 1), (1, 2), (2, 1))
     )
-    recorded = [g.setup for name in session_names(recipe) for g in planned(VARIED, name)]
+    recorded = [g.setup for name in session_names(recipe) for g in planned(varied, name)]
     assert {str(s["assembly"]) for s in (first, again, other)} == {str(recorded[0]["assembly"])}
     assert first["session"] == again["session"] == other["session"]
     assert first["session"] not in [s["session"] for s in recorded]
