@@ -111,6 +111,7 @@ SMALLER = {
     "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
     "conformal_intervals": lambda s: {"inner_folds": 2},
     "novelty": lambda s: {"models": []},
+    "across_sessions": lambda s: {"grasps": [1], "draws": 1},
     "drift": lambda s: {"references": [1, 6], "grasps": [1], "draws": 1},
 }
 MODELS = {"sorting": "linear", "drift": "linear"}  #: which need probabilities
@@ -244,7 +245,20 @@ def check_drift(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
     assert about["chance"] == 1 / len(recorded.objects)
 
 
+def check_across_sessions(asked: Asked, about: dict, tables: dict[str, Table]) -> None:
+    measures, recorded = tables["measured"], SPECS[asked.dataset].recipe
+    sessions = set(recipe_sessions(PATHS, asked.dataset)) - set(asked.settings.train_on)
+    assert set(measures.column("session")) == sessions
+    references = set(measures.column("references")) - {0}
+    assert references == ({recorded.references} if recorded.references else set())
+    assert {"as it is", "standardised", "CORAL", "1 grasp of each"} <= set(
+        measures.column("remedy")
+    )
+    assert about["sessions"] == len(sessions)
+
+
 CHECKS = {
+    "across_sessions": check_across_sessions,
     "drift": check_drift,
     "cross_validation": check_cross_validation,
     "learning_curve": check_curve,

@@ -61,6 +61,7 @@ SETTINGS: dict[str, dict] = {
                    "slow": [], "responses": 2},
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear"]},
     "tuning": {"models": ["linear", "knn"]},
+    "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear"], "inner_folds": 2},
     "drift": {"day_1": ["s1", "s2"], "models": ["linear"],
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
@@ -78,6 +79,7 @@ def declaration(name: str) -> dict:
             "folds": 3,
             "models": list(FAST),
             "compare_random": True,
+            "repeats": 2,
             "test_on": ["whole"],
             "experiments": {n: s for n, s in named.items() if kind in EXPERIMENTS[n].kinds},
         }

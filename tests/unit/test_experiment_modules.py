@@ -415,7 +415,7 @@ def test_a_task_asks_for_experiments_by_name_and_model():
     [
         (
             {"nope": {}},
-            "no experiment 'nope': there are conformal_intervals, cross_gripper",
+            "no experiment 'nope': there are across_sessions, conformal_intervals",
         ),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),

@@ -1,0 +1,192 @@
+"""Models in a session they have not met: what each remedy uses, and what it mends."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from drawn_figures import texts
+from experiment_samples import measured, numbers, small_inputs, task_results
+
+from ajgdata.evaluate.new_session import NONE, SessionData, on_new_sessions
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.report.canvas import draw
+from ajgdata.store.features import Column, Shard, text_column
+
+BINS, OBJECTS, GRASPS = 60, ("ball", "box", "rod"), 6
+SETTINGS = {"grasps": [1, 2, 9], "models": ["knn_plain"], "draws": 2}
+REFERENCE = "references, ratio"
+
+
+def store(sessions: int = 3, references: int = 3) -> Shard:
+    """Six grasps of three objects and some of nothing in each session, with gains of its own that
+    are larger than what tells the objects."""
+    rng = np.random.default_rng(0)
+    shapes = {held: 1.0 * rng.normal(size=BINS) for held in OBJECTS} | {"": np.zeros(BINS)}
+    rows, feature = [], []
+    for session in range(sessions):
+        gain = 3 * rng.normal(size=BINS)
+        for held in ("", *OBJECTS):
+            for n in range(GRASPS if held else references):
+                rows.append((f"s{session}/{held or 'empty'}{n}", held))
+                noise = (0.3 if held else 0.03) * rng.normal(size=BINS)
+                level = np.exp(shapes[held] + gain + noise)
+                feature.append(level / level.sum())
+    names = text_column([name for name, _ in rows])
+    held = [one for _, one in rows]
+    size = [float("nan") if not one else 10.0 * OBJECTS.index(one) for one in held]
+    columns = {"recording": names, "grasp_id": names, "object": text_column(held)}
+    columns["size"] = Column(np.array(size), {"units": "mm"})
+    attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
+    return Shard(np.array(feature, np.float32), np.arange(float(BINS)), columns, attrs)
+
+
+@pytest.fixture(scope="module")
+def outcome():
+    return measured("across_sessions", small_inputs(store=store()), "knn_plain", **SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def results(outcome):
+    return task_results("across_sessions", {"knn_plain": outcome}, settings=SETTINGS)
+
+
+def mean(outcome, remedy: str, metric: str = "accuracy") -> float:
+    (value,) = numbers(outcome.tables, part=f"sessions: {remedy}", metric=metric, statistic="mean")
+    return value
+
+
+def test_gains_of_a_session_are_mended_by_what_knows_them(outcome):
+    assert mean(outcome, NONE) < 0.6
+    for remedy in (REFERENCE, "standardised", "CORAL"):
+        assert mean(outcome, remedy) > mean(outcome, NONE) + 0.2, remedy
+    assert mean(outcome, REFERENCE) == 1.0
+
+
+def test_what_is_used_of_a_session_is_counted_and_the_same_is_tested(outcome):
+    measures = outcome.tables[1].where(metric="accuracy")
+    told = {r["remedy"]: (r["labelled"], r["unlabelled"], r["references"]) for r in measures.rows}
+    assert told == {
+        NONE: (0, 0, 0),
+        **{f"references, {one}": (0, 0, 3) for one in ("difference", "ratio", "stretch and ratio")},
+        "standardised": (0, 6, 0), "CORAL": (0, 6, 0),
+        "1 grasp of each": (3, 0, 0), "2 grasps of each": (6, 0, 0),
+    }  # fmt: skip
+    assert len(measures.rows) == 3 * 2 * 8 and outcome.about["too_many_grasps"] == [9]
+    assert set(measures.column("chance")) == {1 / 3}
+    folds = numbers(outcome.tables, part=f"sessions: {NONE}", metric="accuracy", statistic="fold 1")
+    by_hand = measures.where(session="s1", remedy=NONE).numbers("value")
+    assert folds == [pytest.approx(by_hand.mean())]
+    again = measured("across_sessions", small_inputs(store=store()), "knn_plain", **SETTINGS)
+    assert again.tables == outcome.tables
+
+
+def data(**changes) -> SessionData:
+    shard = store(2)
+    held = shard.columns["object"].values.astype(str)
+    names = shard.columns["recording"].values.astype(str)[held != ""]
+    given = {
+        "feature": shard.feature[held != ""], "value": held[held != ""], "group": names,
+        "session": np.array([name[:2] for name in names]), "hz": np.arange(float(BINS)),
+    }  # fmt: skip
+    return SessionData(**given | changes)
+
+
+def told(given: SessionData, **changes):
+    named = {
+        "tested": ["s1"],
+        "train_on": [],
+        "sizes": [2],
+        "draws": 1,
+        "model": "knn_plain",
+        "seed": 0,
+    }
+    return list(on_new_sessions(given, kind="classification", **named | changes))
+
+
+def test_a_group_that_is_tested_is_trained_on_in_no_session():
+    """Things that are grasped in both sessions, each known by a bin of its own that tells its
+    class: without the thing in the training nobody can know."""
+    names = np.array([name[3:] for name in data().group])
+    own = np.eye(len(set(names)))[np.unique(names, return_inverse=True)[1]] + 0.01
+    found = told(data(feature=own.astype(np.float32), group=names), model="linear_plain")
+    assert {one.tested for one in found} == {12} and found[0].labelled == 0
+    assert found[0].scores["accuracy"] < 0.7
+    leaky = told(
+        data(feature=own.astype(np.float32)), model="linear_plain"
+    )  # two things of two names
+    assert leaky[0].scores["accuracy"] == 1.0
+
+
+def test_labelled_grasps_teach_what_the_session_is_like():
+    found = {one.remedy: one.scores["accuracy"] for one in told(data(), model="linear_plain")}
+    assert found["2 grasps of each"] == 1.0 > found[NONE]
+
+
+def test_without_references_and_with_a_grasp_of_each_class_the_rest_is_tried():
+    assert [one.remedy for one in told(data())] == [
+        NONE,
+        "standardised",
+        "CORAL",
+        "2 grasps of each",
+    ]
+    found = told(data(), sizes=[6])  # of six grasps none would be left
+    assert [one.remedy for one in found] == [NONE, "standardised", "CORAL"]
+    assert [(one.unlabelled, one.tested) for one in found] == [(0, 9), (9, 9), (9, 9)]
+
+
+def test_a_number_is_read_in_sessions_that_the_settings_name():
+    ask = SETTINGS | {"train_on": ["s0", "s2"]}
+    inputs = small_inputs("regression", store=store(4))
+    outcome = measured("across_sessions", inputs, "knn_plain", **ask)
+    assert set(outcome.tables[1].column("session")) == {"s1", "s3"}
+    assert mean(outcome, REFERENCE, "rmse") < mean(outcome, NONE, "rmse") / 2
+
+
+@pytest.mark.parametrize(
+    ("sessions", "train_on", "reason"),
+    [(1, [], "all recordings are of one session"), (2, ["s0", "x"], "session 'x' has no recording"),
+     (2, ["s0", "s1"], "names every session")],
+)  # fmt: skip
+def test_why_there_is_no_new_session(sessions, train_on, reason):
+    inputs = small_inputs(store=store(sessions))
+    with pytest.raises(ValueError, match=reason):
+        measured("across_sessions", inputs, "knn_plain", **SETTINGS | {"train_on": train_on})
+
+
+def test_the_figure_names_every_remedy_with_what_it_needs(results, outcome):
+    (one,) = EXPERIMENTS["across_sessions"].figures(results)
+    written = texts(draw(one))
+    assert {NONE, "CORAL", "2 grasps of each"} <= set(written)
+    needs = next(text for text in written if text.startswith("3 of nothing; "))
+    assert needs.endswith(" ms")
+    before, after = (f"{100 * mean(outcome, r):.0f} %" for r in (NONE, REFERENCE))
+    assert one.caption.alt.startswith(f"k-NN, plain in a new session: accuracy {before}; ")
+    assert f"without its labels {after} at best" in one.caption.alt
+    assert "too few grasps for 9 of each" in one.caption.text
+
+
+def test_each_remedy_has_a_row(results, outcome):
+    rows = list(EXPERIMENTS["across_sessions"].rows(results))
+    assert len(rows) == 8
+    assert rows[0].metric == "accuracy in a new session, as it is"
+    assert rows[0].value.startswith(f"{100 * mean(outcome, NONE):.0f}")
+    assert rows[-1].part == "needs 6 labelled of the session"
+
+
+def test_chance_that_is_far_off_is_told_and_not_drawn():
+    """Sizes of 0 to 20 mm, guessed at 8 mm error; read to hundredths of one by references."""
+    inputs = small_inputs("regression", store=store())
+    outcome = measured("across_sessions", inputs, "knn_plain", **SETTINGS)
+    rows = [r | {"value": r["value"] / 100} for r in outcome.tables[0].rows]
+    far = [r | {"value": 100 * r["value"]} if r["statistic"] == "chance" else r for r in rows]
+    scores = dataclasses.replace(outcome.tables[0], rows=tuple(far))
+    outcome = dataclasses.replace(outcome, tables=(scores, outcome.tables[1]))
+    results = task_results(
+        "across_sessions", {"knn_plain": outcome}, "regression", settings=SETTINGS
+    )
+    (one,) = EXPERIMENTS["across_sessions"].figures(results)
+    figure = draw(one)
+    assert "chance" not in texts(figure)
+    assert any("chance is 8.16 mm" in text for text in texts(figure))
+    box, size = figure.get_tightbbox(), figure.get_size_inches()
+    assert box.min.min() >= -0.5 / 72 and (box.max <= size + 0.5 / 72).all()
