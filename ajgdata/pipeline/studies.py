@@ -21,9 +21,10 @@ STUDIES: tuple[str, ...] = (
     "omissions",
     "acoustics",
     "materials",
+    "effects",
 )
 #: Those that measure run time: nothing else shall run beside them.
-TIMED = ("accuracy", "omissions", "acoustics")
+TIMED = ("accuracy", "omissions", "acoustics", "effects")
 GALLERY = "gallery"
 
 

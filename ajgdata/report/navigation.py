@@ -66,6 +66,11 @@ LEADS = {
         "How far apart materials of the same shape sound, beside how far apart two grasps of one "
         "object do.",
     ),
+    "effects": Lead(
+        "What each effect is worth",
+        "How the membrane drapes, how much air it traps, whether a sphere is hollow and a plate as "
+        "thick as it should be: what each does to the sound, beside what another grasp does.",
+    ),
 }
 
 
