@@ -95,11 +95,14 @@ def _tested(
 
 def _confined(rows: TaskData) -> TaskData:
     """Return the same recordings within BAND_HZ, normalised again."""
+    from ajgdata.features.bands import within
     from ajgdata.features.spectrum import frequencies_hz
 
-    frequency = frequencies_hz(SAMPLE_RATE_HZ, FeatureSettings())
-    inside = rows.feature[:, (frequency >= BAND_HZ[0]) & (frequency < BAND_HZ[1])]
-    return rows._replace(feature=inside / inside.sum(axis=1, keepdims=True))
+    settings = FeatureSettings()
+    frequency = frequencies_hz(SAMPLE_RATE_HZ, settings)
+    return rows._replace(
+        feature=within(rows.feature, frequency, BAND_HZ, settings.normalisation)[0]
+    )
 
 
 def _row(model: str, trained: str, found: CrossValidation) -> dict[str, Value]:

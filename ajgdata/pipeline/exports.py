@@ -25,6 +25,7 @@ from ajgdata.report.exports import (
     results_latex,
     software_entry,
 )
+from ajgdata.report.format import DASH
 from ajgdata.report.page import STAGES, spectra_name
 from ajgdata.report.render import Picture, web_link
 from ajgdata.report.report_data import Report, Spectra
@@ -267,11 +268,19 @@ def _write_for_papers(paths: Paths, report: Report, folder: Path) -> None:
 
 def _beside_paper(rows: Sequence[PaperComparison]) -> ShownTable:
     """Return the table beside the paper for people."""
-    heads = ("Experiment", "Paper, real gripper", "Here", "Source", "Model", "Agrees")
+    bands = tuple(dict.fromkeys(twin.band for row in rows for twin in row.twins))
+    told = [{twin.band: twin.result for twin in row.twins} for row in rows]
+    heads = ("Experiment", "Paper, real gripper", "Here")
     cells = (
-        (_where(row), row.paper.text, row.result, row.source, row.model, row.agrees) for row in rows
+        (_where(row), row.paper.text, row.result, *(twins.get(band, DASH) for band in bands),
+         row.source, row.model, row.agrees)
+        for row, twins in zip(rows, told, strict=True)
+    )  # fmt: skip
+    return ShownTable(
+        "Results beside those of the paper, whose 1025 bins are the whole band.",
+        (*heads, *(f"Here, {band}" for band in bands), "Source", "Model", "Agrees"),
+        tuple(cells),
     )
-    return ShownTable("Results beside those of the paper.", heads, tuple(cells))
 
 
 def _where(row: PaperComparison) -> str:

@@ -19,7 +19,7 @@ from ajgdata.pipeline.exports import (
     write_exports,
 )
 from ajgdata.report.blocks import ResultRow, ShownTable
-from ajgdata.report.comparison import Cost, PaperComparison
+from ajgdata.report.comparison import Cost, PaperComparison, Twin
 from ajgdata.report.exports import (
     Entry,
     bibtex,
@@ -196,8 +196,9 @@ def test_a_figure_is_given_its_own_table(figure, tables):
 
 def test_a_report_is_written_whole(tmp_path):
     beside = PaperComparison(
-        PAPER, "size", "edge", "simulated", "2.2 ± 0.3 mm", "CNN", "no: lower", Cost(3.2, 0.21)
-    )
+        PAPER, "size", "edge", "simulated", "2.2 ± 0.3 mm", "CNN", "no: lower", Cost(3.2, 0.21),
+        twins=(Twin("60–6,000 Hz", "2.4 ± 0.2 mm", "yes"),),
+    )  # fmt: skip
     report = dataclasses.replace(sample_report(), comparisons=(beside,))
     tables, papers = tmp_path / "report" / "tables", tmp_path / "tables"
     tables.mkdir(parents=True)
@@ -206,11 +207,13 @@ def test_a_report_is_written_whole(tmp_path):
     assert {path.stem for path in tables.iterdir()} == set(names) and len(names) == len(set(names))
     (row,) = read((tables / "beside-paper.csv").read_text(encoding="utf-8"))
     assert (row["paper"], row["agrees"], row["train_s"]) == ("2.6", "no: lower", "3.2")
+    assert row["parts_of_band"] == "60–6,000 Hz: 2.4 ± 0.2 mm (yes)"
     spectra = read((tables / "spectra--size.csv").read_text(encoding="utf-8"))
     assert len(spectra) == 2 * 33 and spectra[33]["group"] == "<b>granite</b>"
     assert float(spectra[1]["frequency_hz"]) == report.datasets[0].spectra.frequency_hz[1]
     written = {path.name: path.read_text(encoding="utf-8") for path in papers.iterdir()}
     assert set(written) == {"size--edge.tex", "stones--kind.tex", "beside-paper.tex", "sources.bib"}
+    assert "Here, 60--6,000 Hz" in written["beside-paper.tex"]
     assert all(braces(text) == 0 for text in written.values())
     assert "<script>" not in "".join(t for n, t in written.items() if n.endswith(".tex"))
     cited = re.findall(r"\\cite{([^}]*)}", "".join(written.values()))
