@@ -7,7 +7,7 @@ and the one that is kept.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -38,7 +38,8 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     `candidates` are pairs of a name and an unfitted estimator, all of one kind. Classes count by
     accuracy, numbers by their mean square error, with a `period` the shortest way round. Without
     groups, or with one alone, nothing can be chosen without flattering: the first is taken, and
-    `reason_` says why. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_` and
+    `reason_` says why. `while_choosing` are settings of all candidates on the inner folds
+    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_` and
     `inner_scores_` (by name, higher is better, none without a choice).
     """
 
@@ -53,9 +54,11 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         candidates: Sequence[tuple[str, BaseEstimator]],
         period: float | None = None,
         random_state: int = 0,
+        while_choosing: Mapping[str, Any] | None = None,
     ) -> None:
         self.candidates = candidates
         self.period = period
+        self.while_choosing = while_choosing
         self.random_state = random_state
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
@@ -106,7 +109,8 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     def _scored(self, X: np.ndarray, y: np.ndarray, folds: Folds) -> np.ndarray:
         """Return the mean score of each candidate over folds, NaN for one that cannot be trained
         on all of them."""
-        estimators = [estimator for _, estimator in self.candidates]
+        cheaper = self.while_choosing or {}
+        estimators = [clone(one).set_params(**cheaper) for _, one in self.candidates]
         search = GridSearchCV(
             Pipeline([("candidate", estimators[0])]),
             {"candidate": estimators},

@@ -35,7 +35,7 @@ ASKED = [one for one in ALL if one not in (*RENDERS, *READS)]
 IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in ASKED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
-MODEL = "ridge"
+MODEL = "ridge_plain"
 SHARES = ("accuracy", "balanced_accuracy", "macro_f1")
 
 
@@ -114,7 +114,8 @@ SMALLER = {
     "across_sessions": lambda s: {"grasps": [1], "draws": 1},
     "drift": lambda s: {"references": [1, 6], "grasps": [1], "draws": 1},
 }
-MODELS = {"sorting": "linear", "drift": "linear"}  #: which need probabilities
+#: Which need probabilities, or something to choose.
+MODELS = {"sorting": "linear_plain", "drift": "linear_plain", "tuning": "ridge"}
 
 
 def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict[str, Table]]:

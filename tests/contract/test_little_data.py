@@ -31,7 +31,7 @@ from ajgdata.types import MODELS, AudioSettings, Recording, Session
 
 RATE_HZ = 44_100
 #: Two of one name to people where the target is a number, and one that needs several rows.
-FAST = ("linear", "ridge", "knn")
+FAST = ("linear_plain", "ridge_plain", "knn")
 #: One recording: class, grasp, object.
 Row = tuple[str, str, str]
 WHOLE = [(label, f"{label}{n}", f"{label}{n}") for n in range(8) for label in "ab"]
@@ -49,21 +49,21 @@ HOPELESS = ("no recording", "one recording")
 SETTINGS: dict[str, dict] = {
     "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
     "permutation_test": {"permutations": 3},
-    "sorting": {"models": ["linear"]},
-    "novelty": {"models": ["linear"], "inner_folds": 2},
+    "sorting": {"models": ["linear_plain"]},
+    "novelty": {"models": ["linear_plain"], "inner_folds": 2},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
     "reflected_energy": {"reference": "a", "band_hz": [100, 3000]},
     "stft_settings": {"settings": [{"window": 128, "hop": 64}], "models": ["knn"]},
     "feature_quantity": {"features": [{"quantity": "magnitude"}], "test_on": ["whole"],
                          "models": ["knn"]},
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
-    "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear"],
+    "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear_plain"],
                    "slow": [], "responses": 2},
-    "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear"]},
+    "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},
     "tuning": {"models": ["linear", "knn"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
-    "conformal_intervals": {"models": ["linear"], "inner_folds": 2},
-    "drift": {"day_1": ["s1", "s2"], "models": ["linear"],
+    "conformal_intervals": {"models": ["linear_plain"], "inner_folds": 2},
+    "drift": {"day_1": ["s1", "s2"], "models": ["linear_plain"],
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}

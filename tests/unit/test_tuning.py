@@ -163,6 +163,16 @@ def test_the_first_candidate_is_what_was_there_before_there_was_a_choice():
             assert repr(first) == repr(make_model(MODELS[name].plain, kind))
 
 
+def test_what_makes_choosing_cheaper_is_not_in_what_is_kept():
+    x, y, group = leaking()
+    rough = {"max_iter": 3, "tol": 1e9}
+    model = Tuned([("a", LogisticRegression(C=9)), ("b", LogisticRegression())], None, 0, rough)
+    fitted = model.fit(x, y, groups=group)
+    assert fitted.best_estimator_.tol == LogisticRegression().tol
+    assert fitted.best_estimator_.n_iter_[0] > 3
+    assert [one.tol for _, one in model.candidates] == [LogisticRegression().tol] * 2
+
+
 def test_equals_are_settled_for_the_first():
     x, y, group = leaking()
     model = Tuned([(name, LogisticRegression()) for name in ("today", "other")])
