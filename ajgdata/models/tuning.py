@@ -39,8 +39,8 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     accuracy, numbers by their mean square error, with a `period` the shortest way round. Without
     groups, or with one alone, nothing can be chosen without flattering: the first is taken, and
     `reason_` says why. `while_choosing` are settings of all candidates on the inner folds
-    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_` and
-    `inner_scores_` (by name, higher is better, none without a choice).
+    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
+    `inner_folds_` and `inner_scores_` (by name, higher is better, none without a choice).
     """
 
     best_estimator_: Any
