@@ -19,6 +19,7 @@ from ajgdata.types import DataError
 if TYPE_CHECKING:
     from ajgdata.live.control import Control
     from ajgdata.live.events import EventLog
+    from ajgdata.live.learning import Learnt
 
 live = typer.Typer()
 out = Console(emoji=False, highlight=False)
@@ -190,7 +191,9 @@ def _sort(file: Path, as_json: bool, page: tuple[str, int] | None, wait: bool) -
         try:
             done = run.run()
         finally:
-            where = f"recordings: {escape(run.name)}, log: {escape(str(run.log_file))}"
+            taken = any(one["event"] in ("take", "reference") for one in read_events(run.log_file))
+            made = f"recordings: {escape(run.name)}" if taken else "nothing was recorded"
+            where = f"{made}, log: {escape(str(run.log_file))}"
             with suppress(OSError):  # a terminal that is gone
                 err.print(where, soft_wrap=True)
     if not as_json:
@@ -265,7 +268,21 @@ def _learn(run: str) -> None:
         soft_wrap=True,
     )
     if learnt.labelled:
-        out.print("train on them: snakemake", soft_wrap=True)
+        out.print(f"train on them: ajgdata run {dataset}", soft_wrap=True)
+    else:
+        out.print(_why_nothing(learnt), soft_wrap=True)
+
+
+def _why_nothing(learnt: Learnt) -> str:
+    """Return why no recording was given a label, and what to do."""
+    if not learnt.unlabelled:
+        return "nothing to learn: each of them has its label already"
+    if sys.stdin.isatty():
+        return "nothing learnt: none was named"
+    return (
+        "nothing learnt: nobody named an object of this run, and here nobody can be asked; "
+        "call it at a terminal, or fill in recordings.csv"
+    )
 
 
 @contextmanager

@@ -36,7 +36,7 @@ from ajgdata.types import DataError
 #: reference: kind (empty silence) recording drift (ratio to the alarm's threshold, or null)
 #: drift: text ratio                       (the gripper has changed)
 #: paused, resumed: reason
-#: stopped: reason held ("" for nothing) sorts seconds
+#: stopped: reason held ("" for nothing) sorts seconds finished (as planned; old logs: without)
 #: problem: text                           (one line, with what to do)
 Kind = Literal[
     "start", "grasp", "step", "take", "prediction", "decision", "placed", "truth", "reference",

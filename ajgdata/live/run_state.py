@@ -244,7 +244,7 @@ def _resumed(state: RunState, event: Event) -> dict[str, Any]:
 
 
 def _stopped(state: RunState, event: Event) -> dict[str, Any]:
-    told = _some(event, ("reason", "held", "sorts", "seconds"))
+    told = _some(event, ("reason", "held", "sorts", "seconds", "finished"))
     return {"stopped": told, "paused": None, "step": ""}
 
 

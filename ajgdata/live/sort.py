@@ -120,7 +120,7 @@ class Sorter:
         try:
             reason, finished = self._sort_all(coming)
             self.control.end()
-            self._say_stopped(reason)
+            self._say_stopped(reason, finished=finished)
         except BaseException as error:
             ending = error  # worded only when nothing can come before the robot halts
             self._steps.halt(lambda: self._say_stopped(_why(ending)))
@@ -299,11 +299,12 @@ class Sorter:
             seconds=seconds,
         )  # fmt: skip
 
-    def _say_stopped(self, reason: str) -> None:
-        seconds = time.monotonic() - self._begun
+    def _say_stopped(self, reason: str, *, finished: bool = False) -> None:
+        seconds, held = time.monotonic() - self._begun, self._steps.held
         self.log.say(
-            "stopped", reason=reason, held=self._steps.held, sorts=self._sorts, seconds=seconds
-        )
+            "stopped", reason=reason, held=held, sorts=self._sorts, seconds=seconds,
+            finished=finished,
+        )  # fmt: skip
 
 
 def _why(error: BaseException) -> str:

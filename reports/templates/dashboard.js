@@ -57,7 +57,8 @@
     if (state.stopped) {
       const held = state.stopped.held ? `It still holds: ${words(state.stopped.held)}.` :
         "Nothing is held.";
-      return [state.stopped.held ? "alarm" : "", "■", "stopped", `${state.stopped.reason} · ${held}`];
+      const [mark, told] = state.stopped.finished ? ["✓", "finished"] : ["■", "stopped"];
+      return [state.stopped.held ? "alarm" : "", mark, told, `${state.stopped.reason} · ${held}`];
     }
     if (state.mode === "waiting") return ["", "▷", "waiting", "Press Start."];
     if (state.paused !== null || state.mode === "paused")

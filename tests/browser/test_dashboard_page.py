@@ -155,6 +155,8 @@ def test_probabilities_and_threshold_stand_on_the_page(shown):
         (Story().start().say("paused", reason="a person").events, "❚❚", "paused", "a person"),
         (Story().start().say("stopped", reason="no class is sure", held="screw", sorts=0,
                              seconds=1.0).events, "■", "stopped", "It still holds: screw."),
+        (Story().start().say("stopped", reason="all are sorted", held="", sorts=2, seconds=1.0,
+                             finished=True).events, "✓", "finished", "all are sorted"),
     ],
 )  # fmt: skip
 def test_a_verdict_is_a_mark_and_words_and_is_spoken(shown, events, mark, said, more):

@@ -291,10 +291,29 @@ def test_corrections_of_a_run_become_labels(run):
     rows = {row.recording_id: row for row in read_recordings(Paths().session("d", "sort-01"))[0]}
     assert rows["sort_0002_1_1"].labels["label"] == "box"
     for other in ("d/sort-01", Paths().session("d", "sort-01")):
-        assert "0 recordings labelled" in run("sort", "--learn", other).stdout
+        said = run("sort", "--learn", other).stdout
+        assert "0 recordings labelled" in said and "each of them has its label already" in said
     for wrong in ("d/sort-09", "nowhere"):
         with pytest.raises(DataError, match="there is no such run"):
             raise run("sort", "--learn", wrong).exception
+
+
+def test_what_nobody_named_teaches_nothing_and_the_command_says_so(run):
+    assert run("sort", plan(references=None)).exit_code == 0
+    folder = Paths().session("d", "sort-01")
+    rows, _ = read_recordings(folder)
+    for row in rows:
+        row.labels["label"] = ""
+    write_recordings(folder, [row.model_copy(update={"quality": "reject"}) for row in rows])
+    said = run("sort", "--learn", "d/sort-01").stdout
+    assert "nothing learnt: nobody named an object of this run" in said
+
+
+def test_a_run_that_ends_before_the_first_take_names_no_recordings(run):
+    broken = {"robot": "command", "robot_settings": {"command": ["false"]}}
+    done = run("sort", plan(references=None, **broken))
+    assert done.exit_code and "nothing was recorded, log: " in done.stderr
+    assert not Paths().session("d", "sort-01").exists()
 
 
 def test_a_misspelt_class_becomes_a_label_only_when_it_is_said_twice(run):
