@@ -24,7 +24,9 @@ def show_log(
     The run is played `speed` times as fast as it was; 0 shows how it ended. Raises DataError for a
     file that is no log and for a port that is taken.
     """
-    events = read_events(log)
+    events = [
+        {**one, "replay": True} if one["event"] == "start" else one for one in read_events(log)
+    ]  # the page says that it is one
     control = Control()
     with dashboard(control, port=port) as shown:
         try:

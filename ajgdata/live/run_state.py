@@ -23,7 +23,7 @@ PROBLEMS, NAMES, OTHERS = 3, 40, "others"
 UNSURE = "unsure"
 _PLAN = (
     "dataset", "task", "model", "unit", "classes", "threshold", "bins", "looks", "device", "robot",
-    "session", "source",
+    "session", "source", "replay",
 )  # fmt: skip
 _TAKE = ("recording", "look", "seconds", "peak_dbfs", "clipped", "xruns", "attempts", "spectrum")
 _PREDICTION = (

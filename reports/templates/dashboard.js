@@ -299,7 +299,7 @@
     const { dataset, task, model, device, robot, session } = state.plan;
     write("title", dataset ? `${dataset}/${task}` : "Live run");
     document.title = dataset ? `${dataset}/${task}: live run` : "Live run";
-    write("setup", [model, device, robot && `robot ${robot}`, session].filter(Boolean).map(words).join(" · "));
+    write("setup", [state.plan.replay && "replay of a log", model, device, robot && `robot ${robot}`, session].filter(Boolean).map(words).join(" · "));
     const badge = byId("source");
     badge.hidden = !state.plan.source;
     badge.className = `badge ${state.plan.source ?? ""}`;

@@ -52,6 +52,7 @@ def test_the_command_shows_the_end_of_a_run_until_ctrl_c(tmp_path):
             with urllib.request.urlopen(f"{address}state", timeout=120) as answer:
                 state = json.load(answer)
             assert (state["n"], state["correctable"]) == (len(run()) - 1, False)
+            assert state["plan"]["replay"] is True
             process.send_signal(signal.SIGINT)
             assert process.wait(120) == 0
         finally:
