@@ -354,7 +354,9 @@ def test_silence_of_another_task_says_nothing():
 
 def test_baselines_compare_the_baseline_and_name_the_best():
     paper = paper_figure("baselines", 47.5, unit="%")
-    knn = kind_result("knn", "k-NN", score=Score(0.5, 0.02, (0.48, 0.52)), cost=(1.0, 2.0, 3.0))
+    knn = kind_result(
+        "knn_plain", "k-NN", score=Score(0.5, 0.02, (0.48, 0.52)), cost=(1.0, 2.0, 3.0)
+    )
     (row,) = beside(kinds(kind_result(), knn, papers={"known": paper}))
     assert (row.model, row.agrees, row.cost) == ("k-NN", YES, (1.0, 2.0))
     assert row.result == "50.0 ± 2.0 %; best of 2: CNN, 70.0 ± 5.0 %"

@@ -23,14 +23,13 @@ def test_estimates_separate_what_is_worth_simulating():
     assert all(row["worth"] == (row["change"] > WORTH) for row in table.rows)
 
 
-def test_effects_bring_hard_materials_apart_but_not_out_of_the_scatter():
+def test_hard_balls_lie_apart_by_how_light_they_are_but_not_out_of_the_scatter():
     *_, before, last = STEPS
     table = distances(("80 mm sphere",), (before, last), grasps=2, dx_mm=5.5)
-    free, held = table.rows
-    for name in HARD:
-        # Below 2.5 kHz the weight on the rubber shows once the membrane no longer drowns it.
-        assert held[f"{name}_low"] > 3 * free[f"{name}_low"] > 0
-        for row in table.rows:
+    for row in table.rows:
+        # Low sound moves a ball on its rubber by 1/mass: wood, plastic, aluminium, from steel.
+        assert row["wood_low"] > row["plastic_low"] > row["aluminium_low"] > 0
+        for name in HARD:
             assert row[name] < row["scatter"] / 10 and row[f"{name}_low"] < row["scatter_low"]
             assert row[name] < row["styrofoam"] / 10
-    assert held["styrofoam"] > 0.1
+    assert table.rows[-1]["styrofoam"] > 0.1

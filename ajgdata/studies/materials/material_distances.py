@@ -40,10 +40,10 @@ SKIN: tuple[PartName, ...] = ("membrane", "compliance")
 STEPS = {
     "skin of the object yields": Physics(SKIN),
     "+ it moves on its contact with the ground": Physics((*SKIN, "motion")),
-    "+ it lies on rubber": Physics((*SKIN, "motion"), "rubber"),
-    "+ it bends and rings": Physics((*SKIN, "motion", "elastic"), "rubber"),
-    "+ grains carry sound to it": Physics((*SKIN, "motion", "elastic", "frame"), "rubber"),
-    "+ grains hold the membrane": Physics((*SKIN, "motion", "elastic", "frame"), "rubber", True),
+    "+ it lies on concave rubber": Physics((*SKIN, "motion"), "concave"),
+    "+ it bends and rings": Physics((*SKIN, "motion", "elastic"), "concave"),
+    "+ grains carry sound to it": Physics((*SKIN, "motion", "elastic", "frame"), "concave"),
+    "+ grains hold the membrane": Physics((*SKIN, "motion", "elastic", "frame"), "concave", True),
 }
 
 
