@@ -27,7 +27,7 @@ Real = NDArray[np.floating]
 #: 10 kHz errs by 0.4 dB.
 PATCH_M = 12e-3
 #: Directions that sound comes from, evenly over the sphere.
-DIRECTIONS = 48
+DIRECTIONS = 32
 #: Samples, half a millisecond, whose mean is what a response settles at.
 SETTLED = 22
 #: Frequencies of the transfer, evenly from 0 to half the sample rate.
@@ -79,12 +79,15 @@ def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.comple
     change = np.diff(push, axis=1, prepend=0.0, append=settled[:, None])
     whole = -(-change.shape[1] // length) * length
     padded = np.pad(change, ((0, 0), (0, whole - change.shape[1])))
-    spectrum = np.fft.rfft(padded.reshape(len(push), -1, length).sum(axis=1), axis=1)
+    folded = padded.reshape(len(push), whole // length, length).sum(axis=1)
+    spectrum = np.fft.rfft(folded, axis=1)
     iw = 1j * np.pi / step_s * np.linspace(0, 1, BINS)
     iw[0] = iw[1]  # a membrane without stiffness would move for ever
-    mass, resistance, stiffness = motion.T[:, :, None]
-    rate = iw / -np.expm1(-iw * step_s)
-    return np.asarray(spectrum * rate / (stiffness + iw * resistance + iw**2 * mass))
+    kinds, kind = np.unique(motion, axis=0, return_inverse=True)
+    mass, resistance, stiffness = kinds.T[:, :, None]
+    rate = iw / (-np.expm1(-iw * step_s) * (stiffness + iw * resistance + iw**2 * mass))
+    spectrum *= rate[kind.reshape(-1)]
+    return np.asarray(spectrum)
 
 
 def diffuse_gain(

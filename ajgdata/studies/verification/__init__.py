@@ -23,6 +23,7 @@ from ajgdata.studies.verification.identities import (
     Unused,
     WaveDispersion,
 )
+from ajgdata.studies.verification.membrane import ReciprocityOfMembrane
 from ajgdata.studies.verification.moving import (
     EnergyConstantWithModes,
     EnergyNeverGrowsWithModes,
@@ -50,6 +51,7 @@ CASES: dict[str, Case] = {
         *(Adjoint(scheme) for scheme in SCHEMES),
         Reciprocity(),
         ReciprocityWithModes(),
+        *(ReciprocityOfMembrane(scheme) for scheme in SCHEMES),
         Linearity(),
         BoxDispersion(),
         WaveDispersion(),

@@ -1,0 +1,72 @@
+"""Sound from outside: what presses on the membrane is heard as the membrane moves for the ear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ajgdata.gripper import Scene, build_plan
+from ajgdata.gripper.scene import Scheme
+from ajgdata.gripper.solver import at_rest, march
+from ajgdata.gripper.solver_plan import Plan
+from ajgdata.studies.verification.case import Identity
+
+Real = NDArray[np.floating]
+Chosen = NDArray[np.bool_] | int
+
+
+def pressed(plan: Plan, walls: Chosen, pressure: Sequence[float] | Real, steps: int) -> Real:
+    """Return the mean pressure at the microphone in each step, (steps,), while `pressure` (n,)
+    presses on `walls` from outside.
+
+    That is the same as less pressure inside, which is taken from the walls' momentum for a step.
+    """
+    state, heard = at_rest(plan.system), np.zeros(steps + 1)
+    push = np.zeros(len(state.momentum))
+    for n in range(steps):
+        push[walls] = pressure[n] if n < len(pressure) else 0.0
+        state.momentum[:] -= push
+        ear = plan.microphone
+        (heard[n + 1],) = march(plan.system, state, ear, ear, np.zeros(0), 1)
+        state.momentum[:] -= push
+    return (heard[1:] + heard[:-1]) / 2
+
+
+def moved(plan: Plan, steps: int) -> Real:
+    """Return the mean volume velocity of each wall in each step, (steps, walls), after a unit flow
+    at the microphone in the first."""
+    system, state = plan.system, at_rest(plan.system)
+    walls = system.walls
+    area = walls.coupling / (system.capacities.yield_[walls.cell] * walls.admittance)
+    found = np.zeros((steps, len(area)))
+    for n in range(steps):
+        before = state.momentum.copy()
+        march(system, state, plan.microphone, plan.microphone, np.ones(int(n == 0)), 1)
+        found[n] = (state.momentum + before) / walls.inertia * area / 2
+    return found
+
+
+@dataclass(eq=False)
+class ReciprocityOfMembrane(Identity):
+    """In a whole scene, on walls drawn from all: p of a pressure there is v S of a flow here."""
+
+    scheme: Scheme = "second"
+    title = "a press on the membrane is heard as the membrane moves for the microphone"
+    derived = "a few roundings a step, at random: 4 √steps ε, of the largest"
+    steps = 300
+    roundings = 4 * steps**0.5
+
+    def deviation(self, quick: bool) -> float:
+        """Return the largest difference over the largest velocity of each wall."""
+        numerics = {"dx_mm": 6.0, "precision": "float64", "scheme": self.scheme}
+        solid = {"kind": "cube", "edge_mm": 20.0, "material": "styrofoam"}
+        plan = build_plan(Scene.model_validate({"object": solid, "numerics": numerics}))
+        velocity = moved(plan, self.steps)
+        worst = 0.0
+        for wall in np.random.default_rng(0).choice(velocity.shape[1], 4, replace=False):
+            difference = pressed(plan, int(wall), [1.0], self.steps) - velocity[:, wall]
+            worst = max(worst, float(np.max(np.abs(difference)) / np.abs(velocity[:, wall]).max()))
+        return worst
