@@ -91,7 +91,8 @@ def test_what_the_tables_show_is_what_the_data_sets_declare(row):
     spec = read_dataset(Paths(ROOT), row.dataset)
     task = spec.tasks[row.task]
     withheld = ["withheld"] if task.withhold else []
-    assert row.part in ("grouped", *withheld, *(f"on:{name}" for name in task.test_on))
+    compared = ["random"] if task.compare_random else []
+    assert row.part in ("grouped", *compared, *withheld, *(f"on:{name}" for name in task.test_on))
     assert "cnn" in task.models
     if row in HEADLINES:
         assert task.bands == ((60, 6_000), (60, 1_200))

@@ -68,18 +68,25 @@ def scores(outcome, part):
     return outcome.tables[0].where(part=part, statistic="mean")
 
 
+def once(**changes) -> Settings:
+    """Settings without the further splits, which take no part in twins."""
+    return Settings(repeats=1, compare_sessions="none", **changes)
+
+
 def test_a_twin_is_the_task_with_a_feature_of_that_band_alone():
     """Bins 0 to 19 tell the object, those from 20 on hold noise."""
     band, store = (0.0, 19.0), small_store()
-    settings = Settings(bands=(band, (20.0, 59.0)), test_on=("b",))
+    settings = once(bands=(band, (20.0, 59.0)), test_on=("b",))
     others = {"b": small_store(1)}
     inputs = small_inputs(others=others)
-    found = measure(inputs, settings, "knn")
+    found = measure(inputs, settings, "linear_plain")
     feature, hz = within(store.feature, store.frequency_hz, band, "l1")
     alone = dataclasses.replace(store, feature=feature, frequency_hz=hz)
     feature, _ = within(others["b"].feature, hz_of(others), band, "l1")
     there = dataclasses.replace(others["b"], feature=feature, frequency_hz=hz)
-    same = measure(small_inputs(store=alone, others={"b": there}), Settings(test_on=("b",)), "knn")
+    same = measure(
+        small_inputs(store=alone, others={"b": there}), once(test_on=("b",)), "linear_plain"
+    )
     for part in ("grouped", "on:b"):
         twin, own = scores(found, f"{part} 0-19 Hz"), scores(same, part)
         assert twin.numbers("value").tolist() == own.numbers("value").tolist()
@@ -89,7 +96,7 @@ def test_a_twin_is_the_task_with_a_feature_of_that_band_alone():
         for band in ("0-19 Hz", "20-59 Hz")
     )
     assert told > 0.8 and noise < 0.6
-    whole = measure(inputs, Settings(test_on=("b",)), "knn")
+    whole = measure(inputs, once(test_on=("b",)), "linear_plain")
     kept = [row for row in found.tables[0].rows if "Hz" not in row["part"]]
     assert kept == list(whole.tables[0].rows)
     assert set(found.cost[0].column("part")) == {
@@ -103,9 +110,20 @@ def hz_of(others):
 
 def test_numbers_have_twins_of_withheld_and_all_values():
     inputs = small_inputs("regression", withhold=[10.0])
-    found = measure(inputs, Settings(bands=((0.0, 19.0),)), "linear")
+    found = measure(inputs, once(bands=((0.0, 19.0),)), "linear_plain")
     parts = set(found.tables[0].column("part"))
     assert {f"{part} 0-19 Hz" for part in ("grouped", "withheld", "overall")} < parts
+
+
+def test_a_split_by_recording_has_twins_as_well():
+    settings = once(bands=((0.0, 19.0),), compare_random=True)
+    found = measure(small_inputs(), settings, "knn_plain")
+    by_recording, by_grasp = (
+        scores(found, f"{split} 0-19 Hz").where(metric="accuracy").numbers("value")[0]
+        for split in ("random", "grouped")
+    )
+    assert by_recording > by_grasp  # the other recording of the grasp is all but a copy
+    assert "cost of random 0-19 Hz" in set(found.cost[0].column("part"))
 
 
 def twinned():

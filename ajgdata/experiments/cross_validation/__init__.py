@@ -155,7 +155,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
-        _cost_tables(model, splits | {part_within(GROUPED, b): one for b, one in twins.items()}),
+        _cost_tables(model, splits | {part_within(*key): one for key, one in twins.items()}),
         {"parts": about, "classes": list(grouped.classes), "no_sessions": further.no_sessions},
     )
 
@@ -177,18 +177,24 @@ def _overall_scores(
         yield model, OVERALL, metric, "sd", deviation(values)
 
 
-def _twins(inputs: Inputs, settings: Settings, model: str) -> dict[Band, CrossValidation]:
-    """Return the cross-validation of a task, with its further test sets, from each band alone."""
-    found = (evaluate(confined(inputs, band), model, settings.test_on) for band in settings.bands)
-    return {band: one.splits[GROUPED] for band, one in zip(settings.bands, found, strict=True)}
+def _twins(
+    inputs: Inputs, settings: Settings, model: str
+) -> dict[tuple[str, Band], CrossValidation]:
+    """Return the cross-validations of a task from each band alone, by split and band."""
+    named = settings.test_on, settings.compare_random
+    return {
+        (split, band): one
+        for band in settings.bands
+        for split, one in evaluate(confined(inputs, band), model, *named).splits.items()
+    }
 
 
 def _twin_scores(
-    model: str, twins: Mapping[Band, CrossValidation], inputs: Inputs
+    model: str, twins: Mapping[tuple[str, Band], CrossValidation], inputs: Inputs
 ) -> Iterator[tuple[str, str, str, str, float]]:
     """Yield rows of scores from each band alone, of every part that the whole band has."""
-    for band, found in twins.items():
-        parts: dict[str, CrossValidation | Tested] = {GROUPED: found, **found.extra_tests}
+    for (split, band), found in twins.items():
+        parts: dict[str, CrossValidation | Tested] = {split: found, **found.extra_tests}
         rows = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
         if inputs.kind == "regression":
             rows += _overall_scores(model, found, inputs.period_deg)
