@@ -20,7 +20,8 @@ def test_the_paper_s_objects_are_all_there():
     assert Counter(spec.category for spec in OBJECTS.values()) == {
         "cube": 16,
         "sphere": 8,
-        "plate": 4,
+        # Of each material also the thinnest and the thickest.
+        "plate": 12,
         "bar": 2,
         "spherical": 6,
         "cylindrical": 6,
@@ -116,7 +117,7 @@ def test_scenes_are_read_from_yaml_and_json():
 def test_the_scene_of_the_documentation_is_one_and_names_are_all_documented():
     page = (Path(__file__).parents[3] / "docs/virtual-gripper.md").read_text(encoding="utf-8")
     scene = parse_scene(page.split("```yaml")[1].split("```")[0])
-    assert scene.gripper == GRIPPERS["small"] and scene.support.kind == "rubber"
+    assert scene.gripper == GRIPPERS["small"] and scene.support.kind == "concave"
     assert [name for name in GRIPPERS if f"`{name}`" not in page] == []
 
 
