@@ -19,7 +19,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from ajgdata.evaluate.crossval import CrossValidation, cross_validate
+from ajgdata.evaluate.crossval import CrossValidation, Scores, cross_validate
+from ajgdata.evaluate.resampling import corrected_interval
 from ajgdata.evaluate.task_data import task_data
 from ajgdata.models import make_model
 from ajgdata.paths import Paths
@@ -81,7 +82,7 @@ def main(
     on the same grouped folds in three ways."""
     console = Console(width=170)
     every = Table("data set", "task", "model", "split", "folds", "n", "groups", "error or accuracy",
-                  "chance", "means by seed")  # fmt: skip
+                  "95 % interval, all seeds", "chance", "means by seed")  # fmt: skip
     tuning = Table("data set", "task", "model", "variant", "mean over seeds", "training, ratio",
                    "means by seed", "chosen, how often")  # fmt: skip
     present = {n: folder / f for n, f in FOLDERS.items() if (folder / f).is_dir()}
@@ -130,6 +131,13 @@ class Data(NamedTuple):
         ]  # fmt: skip
 
 
+def _interval(scores: Sequence[Scores], metric: str) -> str:
+    """Return the interval of the mean over all folds of all seeds, corrected for their overlap."""
+    values = [value for one in scores for value in one.per_fold[metric]]
+    low, high = corrected_interval(values, scores[0].folds, metric)
+    return f"{low:.3f} to {high:.3f}"
+
+
 def evaluated(store: Shard, task: dict, models: Sequence[str], seeds: int) -> list[list[str]]:
     """Return the rows of the first table for one task."""
     data, rows = Data.of(store, task), []
@@ -145,6 +153,7 @@ def evaluated(store: Shard, task: dict, models: Sequence[str], seeds: int) -> li
                     str(first.recordings),
                     str(first.groups),
                     f"{first.mean[data.metric]:.3f} ± {first.sd[data.metric]:.3f}",
+                    _interval(scores, data.metric),
                     f"{first.chance[data.metric]:.3f}",
                     " ".join(f"{s.mean[data.metric]:.3f}" for s in scores),
                 ]

@@ -14,7 +14,7 @@ CROSS_VALIDATION = "cross_validation"
 OWN = ("models", "compare_random", "compare_sessions", "repeats", "test_on", "bands")
 COMPARE_SESSIONS = (
     "also evaluate folds within each session and across sessions, where there are two or more; "
-    "auto: by linear models and k-NN, and by every model of at most 200 recordings"
+    "auto: by k-NN and the plain linear models, and by every model of at most 200 recordings"
 )
 REPEATS = (
     "grouped splits with other seeds, whose interval is corrected for their overlap; auto: 10 for "

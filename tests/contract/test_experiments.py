@@ -115,7 +115,10 @@ SMALLER = {
     "drift": lambda s: {"references": [1, 6], "grasps": [1], "draws": 1},
 }
 #: Which need probabilities, or something to choose.
-MODELS = {"sorting": "linear_plain", "drift": "linear_plain", "tuning": "ridge"}
+MODELS = {
+    "sorting": "linear_plain", "drift": "linear_plain", "tuning": "ridge",
+    "across_sessions": "ridge_plain",  # many trainings
+}  # fmt: skip
 
 
 def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict[str, Table]]:

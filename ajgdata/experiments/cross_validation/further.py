@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Tested
     from ajgdata.experiments.cross_validation import Evaluation, Settings
 
-#: Models that are always tried across sessions: they train in an instant.
-CHEAP = ("linear", "knn")
+#: Models that are always tried across sessions: they train in an instant, or (k-NN) are chosen in
+#: one. Folds of sessions cost up to four times as much as those of a task.
+CHEAP = ("knn", "linear_plain", "knn_plain", "ridge_plain")
 #: Up to so many recordings all models are.
 FEW_RECORDINGS = 200
 
