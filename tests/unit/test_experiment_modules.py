@@ -101,7 +101,7 @@ def test_a_test_against_chance_is_of_whole_grasps():
     outcome = measured("permutation_test", small_inputs(), permutations=19)
     assert numbers(outcome.tables, metric="p") == [1 / 20]
     assert len(outcome.tables[1].rows) == 19
-    assert outcome.about["model"] == "ridge"
+    assert outcome.about["model"] == "ridge_plain"
     number = small_inputs("regression", withhold=[10.0])
     outcome = measured("permutation_test", number, permutations=19)
     assert len(numbers(outcome.tables, metric="rmse")) == 1
@@ -405,7 +405,7 @@ def test_a_task_asks_for_experiments_by_name_and_model():
     asked = asked_of(spec(experiments={"learning_curve": {"groups": [1, 2]}}), "t")
     assert [one.kinds for one in asked] == [
         ("cross_validation-knn",),
-        ("learning_curve-cnn", "learning_curve-linear", "learning_curve-knn"),
+        ("learning_curve-cnn", "learning_curve-linear_plain", "learning_curve-knn_plain"),
     ]
     assert asked_of(spec(models=[]), "t") == []
 
