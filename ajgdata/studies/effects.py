@@ -71,10 +71,7 @@ def _effects() -> tuple[Effect, ...]:
         *(Effect("tension of 20 to 80 N/m", o, "range", *tension) for o in pressed[:2]),
         Effect("rounding of 0.75 to 3 mm", "cube_20p7", "range", *ends),
         *(Effect("trapped air", o, "default", film[0.0], film[1.0]) for o in held),
-        *(
-            Effect("trapped air of a quarter to four times", o, "range", film[0.25], film[4.0])
-            for o in held[1:3]
-        ),
+        *(Effect("trapped air × ¼ to × 4", o, "range", film[0.25], film[4.0]) for o in held[1:3]),
         *(
             Effect(f"hollow, {wall} mm", f"sphere80_{name}", "variant", *_hollow(material, wall))
             for name, material, wall in (
