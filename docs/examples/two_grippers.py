@@ -9,7 +9,7 @@ train, test = ajgdata.load_dataset("size").split("size", fold=0)
 with ajgdata.load_features("size_other_membrane") as other:
     other.load()
 
-model = make_model("linear", "regression", seed=0).fit(train.X, train.y)
+model = make_model("linear_plain", "regression", seed=0).fit(train.X, train.y)
 
 
 def rmse_mm(X, y):
