@@ -30,7 +30,8 @@ Repeats = int | Literal["auto"]
 
 
 class Interval(NamedTuple):
-    """Ends of a 95 % interval; NaN where a fold has no value."""
+    """Ends of a 95 % interval; NaN where a fold has no value, or all have the same: no deviation
+    is then known, and an interval without width would claim to know."""
 
     low: float
     high: float
@@ -61,7 +62,7 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
     '0.055 5.945'
     """
     found = np.asarray(values, float)
-    if len(found) < 2 or not np.isfinite(found).all():
+    if len(found) < 2 or not np.isfinite(found).all() or np.ptp(found) == 0:
         return Interval(math.nan, math.nan)
     reach = corrected_reach(float(found.var(ddof=1)), len(found), 1 / (folds - 1))
     least = 0.0 if metric not in ("", "r2") else -math.inf

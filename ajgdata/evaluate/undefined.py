@@ -21,4 +21,6 @@ def why_undefined(part: str, metric: str, statistic: str) -> str:
     for of_part, of_metric, reason in _REASONS:
         if part.startswith(of_part) and metric.startswith(of_metric):
             return reason
+    if statistic in ("low", "high"):
+        return "all folds have the same value: how far others would differ is not known"
     return "one value has no deviation" if statistic == "sd" else ""

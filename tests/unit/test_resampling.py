@@ -16,6 +16,7 @@ from ajgdata.evaluate.resampling import (
     repeated,
     repeats_of,
 )
+from ajgdata.evaluate.undefined import why_undefined
 
 
 def test_the_corrected_variance_of_fifty_folds_is_that_of_the_papers():
@@ -36,6 +37,11 @@ def test_an_interval_ends_where_the_metric_does():
     assert corrected_interval([0.0, 5.0, 1.0], 3, "rmse").low == 0.0
     assert corrected_interval([0.0, -5.0, 1.0], 3, "r2").low < -5.0
     assert all(map(math.isnan, corrected_interval([0.1, math.nan], 2)))
+
+
+def test_folds_that_are_all_right_claim_no_certainty():
+    assert all(map(math.isnan, corrected_interval([1.0] * 50, 5, "accuracy")))
+    assert "same value" in why_undefined("repeated", "accuracy", "low")
 
 
 def accuracies(x: np.ndarray, y: np.ndarray, generator: np.random.Generator) -> np.ndarray:
