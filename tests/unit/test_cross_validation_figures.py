@@ -353,16 +353,16 @@ def test_splits_are_drawn_where_both_were_measured():
 
 
 def test_sessions_are_drawn_in_the_order_within_as_many_across():
-    names = {"within session": 0.9, "across sessions, as many": 0.5, "across sessions": 0.7}
+    names = {"within session": 0.7, "across sessions, as many": 0.5, "across sessions": 0.9}
     parts = {name: ({"accuracy": Score(v, 0.02, (v, v))}, 0.6) for name, v in names.items()}
     one = illustrated(kinds(kind_result(parts=parts)))["within-against-across-sessions"]
     figure = styled(one.draw)()
-    assert [float(x) for x in markers(figure.axes[0])[:, 0]] == pytest.approx([0.25, 1.25, 0.75])
+    assert [float(x) for x in markers(figure.axes[0])[:, 0]] == pytest.approx([0.75, 1.25, 0.25])
     assert title(figure) == "A new session is read worse in 1 of 1 cases"
-    assert "90.0 ± 2.0 % → 50.0 ± 2.0 % → 70.0 ± 2.0 %" in texts(figure)
+    assert "70.0 ± 2.0 % → 50.0 ± 2.0 % → 90.0 ± 2.0 %" in texts(figure)
     assert {"within", "as many", "across"} <= set(texts(figure))
     assert fits(figure)
-    assert "folds within them hide: " in one.caption.text and "CNN: 67%." in one.caption.text
+    assert "folds within them hide: " in one.caption.text and "CNN: -200%." in one.caption.text
     assert "within-against-across-sessions" not in illustrated(kinds())
 
 

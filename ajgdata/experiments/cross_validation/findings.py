@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ajgdata.evaluate.sessions import ACROSS, WITHIN
+from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import TaskResults
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
@@ -114,8 +114,12 @@ def split_finding(compared: Sequence[ModelResult]) -> str:
 
 
 def session_finding(compared: Sequence[ModelResult]) -> str:
-    """Return how much of the error in a new session folds within sessions hide."""
-    shares = [share for _, share in lost_shares(compared, WITHIN, ACROSS)]
+    """Return where a new session is read worse, by as many grasps to learn from, than its own."""
+    shares = [
+        share
+        for model in compared
+        for _, share in lost_shares([model], WITHIN, AS_MANY if model.has(AS_MANY) else ACROSS)
+    ]
     if not shares:
         return "Within and across sessions beside each other"
     if max(shares) <= 0:
