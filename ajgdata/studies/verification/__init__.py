@@ -32,6 +32,7 @@ from ajgdata.studies.verification.moving import (
 )
 from ajgdata.studies.verification.piston import PISTONS, OnePiston, Piston
 from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
+from ajgdata.studies.verification.time_step import TimeStep
 from ajgdata.studies.verification.tube import BedAgainstTheory, BedLayer
 from ajgdata.types.table import Column, Table, Value
 
@@ -55,6 +56,7 @@ CASES: dict[str, Case] = {
         Linearity(),
         BoxDispersion(),
         WaveDispersion(),
+        TimeStep(),
         StaticPressure(),
         Unused(),
         *(kind(s) for kind in (BoxOnGrid, BoxOffGrid, SphereDipole) for s in SCHEMES),
