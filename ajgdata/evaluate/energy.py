@@ -39,6 +39,22 @@ def band_energy(
     return np.asarray(power, np.float64)[:, inside].sum(axis=1)
 
 
+def third_octave_bands(frequency_hz: np.ndarray) -> list[tuple[float, tuple[float, float]]]:
+    """Return centre and edges (Hz) of the third octaves that hold a frequency (f,) and end below
+    the highest: 1000 · 10^(k/10), edges 10^(±1/20) about it (IEC 61260-1, base 10).
+
+    A spectrum of n bins has none below its spacing.
+    """
+    frequency = np.asarray(frequency_hz, np.float64)
+    bands = []
+    for k in range(-20, 15):
+        centre = 1_000 * 10 ** (k / 10)
+        low, high = centre * 10**-0.05, centre * 10**0.05
+        if high <= frequency.max() and ((frequency >= low) & (frequency <= high)).any():
+            bands.append((centre, (low, high)))
+    return bands
+
+
 def relative_energies(
     energy: np.ndarray, label: np.ndarray, group: np.ndarray, matched: np.ndarray, reference: str
 ) -> list[RelativeEnergy]:

@@ -26,8 +26,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from ajgdata.evaluate.energy import RelativeEnergy
+
 #: Energies (%) that are ticks.
 TICKS_PERCENT = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
+#: Frequencies (Hz) that are ticks.
+TICKS_HZ = (63, 125, 250, 500, 1_000, 2_000, 4_000, 8_000, 16_000)
 
 
 class Settings(Strict):
@@ -53,15 +57,23 @@ def check(_: Settings, __: Kind, features: FeatureSettings) -> None:
 
 def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     """Return the energy of each class within the band against that of the reference."""
-    from ajgdata.evaluate.energy import band_energy, relative_energies
+    from ajgdata.evaluate.energy import band_energy, relative_energies, third_octave_bands
 
     data, columns = inputs.all_data(), inputs.store.columns
     names = columns["recording"].values, columns["object"].values
     held = dict(zip(*names, strict=True))
-    found = relative_energies(
-        band_energy(data.feature, inputs.store.frequency_hz, settings.band_hz),
-        data.value, data.group, np.array([held[name] for name in data.name]), settings.reference,
-    )  # fmt: skip
+    objects = np.array([held[name] for name in data.name])
+
+    def within(band_hz: tuple[float, float]) -> list[RelativeEnergy]:
+        energy = band_energy(data.feature, inputs.store.frequency_hz, band_hz)
+        return relative_energies(energy, data.value, data.group, objects, settings.reference)
+
+    found = within(settings.band_hz)
+    bands = [
+        {"label": one.label, "centre_hz": centre_hz, "mean": one.mean, "sd": one.sd}
+        for centre_hz, band_hz in third_octave_bands(inputs.store.frequency_hz)
+        for one in within(band_hz)
+    ]
     metric = f"energy relative to {settings.reference}"
     scores = []
     for one in found:
@@ -75,6 +87,15 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
         (
             score_table(scores, title),
             table_of("classes", title, grasps, label="Class", grasps="Grasps"),
+            table_of(
+                "bands",
+                f"{metric}, by third octave",
+                bands,
+                label="Class",
+                centre_hz="Third octave at, Hz",
+                mean="Mean",
+                sd="Over grasps",
+            ),
         ),
         about={"seed": None},  # nothing is drawn
     )
@@ -194,9 +215,88 @@ def caption(results: TaskResults) -> Caption:
     )
 
 
+class BandEnergy(NamedTuple):
+    """One class by third octave: centres (Hz), energy against the reference, sd over grasps."""
+
+    label: str
+    centre_hz: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+
+
+def band_energies(results: TaskResults) -> list[BandEnergy]:
+    """Return the classes but the reference, in the order of `energies`."""
+    table = results.results[0].tables["bands"]
+    found = []
+    for one in energies(results)[1:]:
+        rows = table.where(label=one.label).rows
+        columns = (np.array([row[key] for row in rows], float) for key in BandEnergy._fields[1:])
+        found.append(BandEnergy(one.label, *columns))
+    return found
+
+
+def band_finding(results: TaskResults) -> str:
+    """Return which classes return more than the reference in some third octave, and where most."""
+    reference = words(results.settings.reference)
+    most = max(band_energies(results), key=lambda one: one.mean.max(), default=None)
+    if most is None or most.mean.max() <= 1:
+        return f"No third octave in which more comes back than of {reference}"
+    at = int(most.mean.argmax())
+    return (
+        f"At {number(most.centre_hz[at])} Hz {words(most.label)} returns "
+        f"{number(most.mean[at])} times the energy of {reference}"
+    )
+
+
+def band_figure(results: TaskResults) -> Figure:
+    """Return a curve over frequency for each class; the reference is the line at 0 dB."""
+    from ajgdata.report.canvas import COLOURS, MARKERS, WIDTH_IN, new_figure, plain_ticks
+
+    reference = words(results.settings.reference)
+    drawn = new_figure(
+        (WIDTH_IN, 3.6),
+        band_finding(results),
+        f"{results.title}: energy by third octave, mean ± sd over grasps",
+        [results.source],
+    )
+    axes = drawn.subplots()
+    for i, one in enumerate(band_energies(results)):
+        mean, sd = 10 * np.log10(one.mean), np.nan_to_num(one.sd) / one.mean
+        colour = COLOURS[(i + 1) % len(COLOURS)]
+        axes.plot(
+            one.centre_hz, mean, color=colour, marker=MARKERS[i % len(MARKERS)], ms=4,
+            label=words(one.label),
+        )  # fmt: skip
+        spread = 10 * np.log10(1 + sd)
+        axes.fill_between(one.centre_hz, mean - spread, mean + spread, color=colour, alpha=0.15)
+    axes.axhline(0, color="k", lw=0.8)
+    axes.set(xscale="log", xlabel="third octave (Hz)", ylabel=f"energy (dB), {reference} = 0")
+    plain_ticks(axes.xaxis, TICKS_HZ)
+    axes.legend(loc="upper right")
+    return drawn
+
+
+def band_caption(results: TaskResults) -> Caption:
+    """Return the caption of `band_figure`."""
+    reference = words(results.settings.reference)
+    crossing = "; ".join(
+        f"{words(one.label)}: more than {reference} in {int((one.mean > 1).sum())} of "
+        f"{len(one.mean)} third octaves"
+        for one in band_energies(results)
+    )
+    return Caption(
+        f"{results.title}, {results.source}: the same energy by third octave, each against "
+        f"{reference} on the same object. {crossing}. Bands: one standard deviation over grasps.",
+        f"{sentence(band_finding(results))}. {crossing}.",
+    )
+
+
 def figures(results: TaskResults) -> list[Illustration]:
-    """Return the figure of all classes."""
-    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+    """Return the figure of all classes, and that by third octave."""
+    return [
+        Illustration(results.named(), caption(results), lambda: figure(results)),
+        Illustration(results.named("bands"), band_caption(results), lambda: band_figure(results)),
+    ]
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
