@@ -10,8 +10,13 @@ from numpy.typing import NDArray
 from scipy.signal import fftconvolve, sosfilt
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, ImpulseResponse, SignalChain
-from ajgdata.gripper.external_noise import REFERENCE_PA
-from ajgdata.gripper.signal_chain import PCM24_STEPS, transducers, volume_velocity
+from ajgdata.gripper.external_noise import REFERENCE_PA, TAPS, outside_taps
+from ajgdata.gripper.signal_chain import (
+    PCM24_STEPS,
+    gain_from_outside,
+    transducers,
+    volume_velocity,
+)
 
 #: A decimation filter is symmetric: its response begins so many samples before the sound (at most).
 #: A card can only be late, so both its inputs are.
@@ -42,6 +47,16 @@ def scene_response(ir: ImpulseResponse, chain: SignalChain) -> NDArray[np.float6
     return np.asarray(response[: kept[-1] + 1])
 
 
+def scene_noise(ir: ImpulseResponse, chain: SignalChain) -> NDArray[np.float64] | None:
+    """Return the filter (m,) that makes of unit white noise what a converter hears of the sound
+    outside, full scale 1; None where there is none."""
+    if chain.external_noise_dba is None:
+        return None
+    gain = gain_from_outside(ir, chain, TAPS)
+    taps = outside_taps(gain, chain.external_noise_dba, chain.coupling_hz) * _gain(chain)
+    return np.asarray(taps, np.float64)
+
+
 def noise_floor(chain: SignalChain) -> float:
     """Return the rms of the chain's own noise, of full scale 1; 0 for none."""
     if chain.noise_db_spl is None:
@@ -65,13 +80,18 @@ class Plant:
         self._noise, self._random = noise, np.random.default_rng(seed)
         self._tail: NDArray[np.float64] = np.zeros(0)
         self._late = np.zeros(LEAD, dtype=np.float32)
+        self._white: NDArray[np.float64] = np.zeros(0)
         self.set_response(response)
 
-    def set_response(self, response: NDArray[Any]) -> None:
-        """Use `response` (m,), full scale 1, from the next block on."""
+    def set_response(
+        self, response: NDArray[Any], outside: NDArray[np.float64] | None = None
+    ) -> None:
+        """Use `response` (m,), full scale 1, from the next block on, and with it sound from
+        `outside`: a filter (k,) of unit white noise, see `scene_noise`."""
         if response.ndim != 1 or not response.size or not np.all(np.isfinite(response)):
             raise ValueError("a response is (m,) and finite")
         self._system: tuple[NDArray[Any], dict[int, NDArray[Any]]] = (response, {})
+        self._outside = outside
 
     def process(self, played: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return (2, n) microphone and loop-back while the next block (n,) is played."""
@@ -86,7 +106,19 @@ class Plant:
         heard = total[:n]
         if self._noise:
             heard = heard + self._noise * self._random.standard_normal(n)
+        if self._outside is not None:
+            heard = heard + self._from_outside(n, self._outside)
         return np.stack([_converted(heard), late[:n]])
+
+    def _from_outside(self, n: int, taps: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the next n samples of sound from outside, (n,): white noise that goes on from
+        block to block, filtered."""
+        before = len(taps) - 1
+        if len(self._white) != before:
+            self._white = self._random.standard_normal(before)
+        white = np.concatenate([self._white, self._random.standard_normal(n)])
+        self._white = white[n:]
+        return fftconvolve(white, taps, mode="valid")
 
     def _convolved(self, block: NDArray[np.float64]) -> NDArray[np.float64]:
         response, spectra = self._system

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.acquire.card import CardSettings, Heard
-from ajgdata.acquire.plant import Plant, noise_floor, scene_response
+from ajgdata.acquire.plant import Plant, noise_floor, scene_noise, scene_response
 from ajgdata.acquire.recipe import NEW, new_setup
 from ajgdata.acquire.robot import Placement, Robot
 from ajgdata.acquire.simulated_card import DEVICE, PERIOD
@@ -55,10 +55,9 @@ class VirtualTable:
     def __init__(self, recipe: Recipe, seed: int, folder: Path) -> None:
         self._recipe, self._seed = recipe, seed
         self._chain = chain_of("recipe: signal", recipe.signal)
-        for key in ("external_noise_dba", "motor"):
-            if getattr(self._chain, key) is not None:
-                fix = "use a data set without, or `ajgdata device simulate`"
-                raise DataError("recipe.signal", f"{key} cannot be heard live", fix)
+        if self._chain.motor is not None:
+            fix = "use a data set without, or `ajgdata device simulate`"
+            raise DataError("recipe.signal", "motor cannot be heard live", fix)
         if self._chain.level_db_spl is None:
             raise DataError("recipe.signal", "the speaker is silent", "use another data set")
         self._solver = SerialSolver(folder)
@@ -75,7 +74,8 @@ class VirtualTable:
             raise DataError("objects", str(error), "correct its name") from None
         except SceneError as error:
             raise DataError(name, str(error), "correct the recipe") from None
-        self._plant.set_response(scene_response(response, self._chain))
+        sound = scene_response(response, self._chain)
+        self._plant.set_response(sound, scene_noise(response, self._chain))
 
     def card(self) -> SoundCard:
         """Return the sound card on which the gripper is heard."""

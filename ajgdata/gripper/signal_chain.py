@@ -157,7 +157,7 @@ def record(
         pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
     if chain.external_noise_dba is not None:
         own = derive_seed(seed, "outside")  # the floor stays as it is without
-        gain = _gain_from_outside(ir, chain, len(pressure))
+        gain = gain_from_outside(ir, chain, len(pressure))
         pressure += external_noise_pa(
             len(pressure), gain, chain.external_noise_dba, chain.coupling_hz, own
         )
@@ -168,8 +168,11 @@ def record(
     return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
 
 
-def _gain_from_outside(ir: ImpulseResponse, chain: SignalChain, count: int) -> Real:
-    """Gain of sound from outside, (n,), for `external_noise_pa` and `count` samples."""
+def gain_from_outside(ir: ImpulseResponse, chain: SignalChain, count: int) -> Real:
+    """Return the gain of sound from outside, (n,), for `external_noise_pa` and `count` samples.
+
+    Raises ValueError for a response that does not say what comes through the membrane.
+    """
     if chain.outside == "mass_law":
         return mass_law_gain(count, ir.membrane_kg_m2)
     if ir.outside is None:

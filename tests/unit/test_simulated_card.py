@@ -8,7 +8,7 @@ import pytest
 
 from ajgdata import gripper
 from ajgdata.acquire import simulated_card
-from ajgdata.acquire.plant import LEAD, Plant, noise_floor, scene_response
+from ajgdata.acquire.plant import LEAD, Plant, noise_floor, scene_noise, scene_response
 from ajgdata.acquire.simulated_card import switch
 from ajgdata.gripper import ImpulseResponse, SignalChain, excitation_sweep
 from ajgdata.types import DataError
@@ -111,6 +111,25 @@ def test_noise_has_the_level_of_the_chain_and_what_is_too_loud_is_clipped():
     assert noise_floor(QUIET) == 0
     loud = Plant(np.array([2.0])).process(np.array([1, -1], dtype=np.float32))[0]
     assert loud.tolist() == [1 - STEP, -1]
+
+
+def test_sound_from_outside_goes_on_over_blocks_with_the_spectrum_of_a_recording():
+    """Power in four bands against `gripper.record`, over 20 s: of B T degrees of freedom, a
+    deviation of 1/sqrt(B T) each; five times that, and the filter's edges are 20 Hz wide."""
+    chain = SignalChain(noise_db_spl=None, external_noise_dba=60, outside="mass_law")
+    silent = ImpulseResponse(np.zeros(1), 0.0, 44_100, 0, {}, membrane_kg_m2=0.3)
+    plant = Plant(np.zeros(1), seed=3)
+    plant.set_response(np.zeros(1), scene_noise(silent, chain))
+    assert scene_noise(silent, QUIET) is None
+    blocks = np.diff(np.linspace(0, 20 * 44_100, 900).astype(int))
+    live = np.concatenate([plant.process(np.zeros(n, np.float32))[0] for n in blocks])
+    takes = np.concatenate(
+        [gripper.record(silent, 0 * SWEEP, chain, seed=seed).samples for seed in range(20)]
+    )
+    spectra = [np.abs(np.fft.rfft(one)) ** 2 for one in (live, takes)]
+    for low, high in ((100, 200), (200, 1_000), (1_000, 4_000), (4_000, 16_000)):
+        mine, theirs = (one[20 * low : 20 * high].sum() for one in spectra)
+        assert mine / theirs == pytest.approx(1, abs=5 * 2 / np.sqrt(20 * (high - low)))
 
 
 def test_what_is_no_response_is_refused():

@@ -104,7 +104,7 @@ def test_another_robot_moves_along():
 
 @pytest.mark.parametrize(
     "signal, said",
-    [({"external_noise_dba": 60}, "external_noise_dba"), ({"level_db_spl": None}, "silent")],
+    [({"motor": {}}, "motor"), ({"level_db_spl": None}, "silent")],
 )
 def test_what_a_response_cannot_give_is_refused(signal, said, tmp_path):
     with pytest.raises(DataError, match=said):
