@@ -82,7 +82,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         for name, each in listed.items()
     ]
     scores = score_table(_scores(model, said, mended), TITLE)
-    cost = [(model, "cost of drift", key, "mean", value) for key, value in spent.items()]
+    cost = [(model, "cost of drift", key, "measured", value) for key, value in spent.items()]
     labels = np.unique(inputs.data().value, return_counts=True)[1]
     about = {"chance": float(labels.max() / labels.sum())}
     return Outcome((scores, *made), (score_table(cost, TITLE),), about)
