@@ -1,7 +1,8 @@
 """What each tuned model is chosen from, by the inner folds of its training part (see `tuning`).
 
 Declared before any score on tested folds was seen, and the same for all tasks, simulated and
-recorded. The first of each list is what all tasks had before there was a choice; it wins where nothing is better.
+recorded. The first of each list is what all tasks had before there was a choice; it wins where
+nothing is better.
 """
 
 from __future__ import annotations
