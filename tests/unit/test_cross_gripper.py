@@ -20,7 +20,7 @@ def gripper(shift: int, names: str = "g", seed: int = 0) -> ExtraTestSet:
 
 
 def made(own, other, **changes):
-    settings = {"kind": "classification", "model": "linear", "sizes": (0, 1, 5), "folds": 6}
+    settings = {"kind": "classification", "model": "linear_plain", "sizes": (0, 1, 5), "folds": 6}
     return cross_gripper(own, other, **settings | changes)
 
 
@@ -69,7 +69,7 @@ def test_a_number_is_calibrated_value_by_value():
     jitter = np.random.default_rng(0).uniform(1, 1.1, (2, len(size)))
     own = ExtraTestSet(np.column_stack([size * jitter[0], jitter[1]]), size, group)
     other = ExtraTestSet(np.column_stack([jitter[0], size * jitter[1]]), size, group)
-    points = made(own, other, kind="regression", model="knn")
+    points = made(own, other, kind="regression", model="knn_plain")
     error = {n: np.mean([p.scores["rmse"] for p in points if p.grasps == n]) for n in (0, 5)}
     assert error[0] > 100
     assert error[5] < 1e-9
