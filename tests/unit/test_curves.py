@@ -22,7 +22,7 @@ def grasps(
 
 def test_more_grasps_are_better_and_the_validation_grasps_stay():
     x, y, group = grasps(spread=2.0)
-    ask = {"kind": "classification", "model": "linear", "folds": 5, "seed": 1}
+    ask = {"kind": "classification", "model": "linear_plain", "folds": 5, "seed": 1}
     points = learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask)
     assert [(p.groups, p.repeat) for p in points[:4]] == [(1, 0), (2, 0), (8, 0), (1, 1)]
     assert {p.groups: p.recordings for p in points} == {1: 6, 2: 12, 8: 48}
@@ -38,7 +38,7 @@ def test_more_grasps_are_better_and_the_validation_grasps_stay():
 
 def test_a_class_needs_as_many_grasps_as_the_curve():
     x, y, group = grasps()
-    ask = {"kind": "classification", "model": "knn", "repeats": 1}
+    ask = {"kind": "classification", "model": "knn_plain", "repeats": 1}
     with pytest.raises(ValueError, match="up to 9 training groups per class: a class has 8"):
         learning_curve(x, y, group, sizes=(1, 9), **ask)
     with pytest.raises(ValueError, match="a group holds several classes"):
@@ -47,7 +47,9 @@ def test_a_class_needs_as_many_grasps_as_the_curve():
 
 def test_labels_that_are_told_differ_from_chance():
     x, y, group = grasps(told=2.0)
-    found = permutation_test(x, y, group, kind="classification", model="knn", permutations=49)
+    found = permutation_test(
+        x, y, group, kind="classification", model="ridge_plain", permutations=49
+    )
     assert (found.metric, found.value) == ("accuracy", 1.0)
     assert found.p == 1 / 50
     # chance is 1/3; the mean of 49 draws, each of 30 independent grasps: three deviations
@@ -58,7 +60,9 @@ def test_errors_count_as_good_when_they_are_small():
     x, _, group = grasps(classes=1, groups=20)
     y = np.log(x[:, 0].astype(float)) * 10
     y = np.repeat(y[::2], 2)
-    found = permutation_test(x[:, :4], y, group, kind="regression", model="linear", permutations=19)
+    found = permutation_test(
+        x[:, :4], y, group, kind="regression", model="linear_plain", permutations=19
+    )
     assert found.metric == "rmse"
     assert found.value < min(found.null)
     assert found.p == 1 / 20
@@ -70,7 +74,7 @@ def test_without_information_the_p_value_is_uniform():
     ps = []
     for seed in range(10):
         x, y, group = grasps(classes=2, groups=8, told=0.0, seed=seed)
-        ask = {"kind": "classification", "model": "knn", "permutations": 19}
+        ask = {"kind": "classification", "model": "knn_plain", "permutations": 19}
         ps.append(permutation_test(x, y, group, folds=4, **ask).p)
     assert sum(p <= 0.1 for p in ps) < 5
     assert len(set(ps)) > 3
@@ -80,5 +84,5 @@ def test_exchanging_single_recordings_is_refused():
     x, y, _ = grasps()
     with pytest.raises(ValueError, match="a group holds several labels"):
         permutation_test(
-            x, y, np.arange(len(y)) // 7, kind="classification", model="knn", permutations=3
+            x, y, np.arange(len(y)) // 7, kind="classification", model="knn_plain", permutations=3
         )
