@@ -41,7 +41,7 @@ def run(name: str) -> dict:
 def test_spectrum(in_project):
     found = run("spectrum")
     assert found["mean"].edge_mm.values.tolist() == list(EDGES_MM)
-    assert found["loudest_hz"] == 349 * 44_100 / 2048  # a bin of the spectrum
+    assert found["loudest_hz"] == 160 * 44_100 / 2048  # a bin of the spectrum
     with Image.open("spectrum.png") as image:
         assert image.size == (700, 400)
 
@@ -49,7 +49,7 @@ def test_spectrum(in_project):
 def test_own_model(in_project):
     found = run("own_model")
     # 600 steps in float32, whose sums differ between processors
-    assert found["rmse_mm"] == pytest.approx(0.775, rel=0.1)
+    assert found["rmse_mm"] == pytest.approx(1.134, rel=0.1)
     assert found["chance_mm"] == pytest.approx(5.4, abs=0.05)
     assert found["rmse_mm"] < found["chance_mm"] / 4
 
@@ -57,7 +57,7 @@ def test_own_model(in_project):
 def test_two_grippers(in_project):
     found = run("two_grippers")
     # a fit in float64 to float32 spectra
-    assert found["own_mm"] == pytest.approx(1.784, rel=0.01)
+    assert found["own_mm"] == pytest.approx(1.330, rel=0.01)
     assert found["other_mm"] == pytest.approx(1.90, rel=0.01)
     assert found["apart"] == pytest.approx(0.09, abs=0.005)
 
