@@ -20,7 +20,13 @@ HEAD = """# Parameters of the simulation
 Every physical setting, made from `ajgdata/gripper/parameters.py` by `tools/parameters.py`: do not
 edit. What has a source has its value from there. What has none has a range, and its default is the
 middle of it (the geometric one where the range spans more than a factor of 3), unless the source
-says why not. None was chosen by what a model makes of it."""
+says why not. None was chosen by what a model makes of it.
+
+The headings say at which level a setting would differ in a laboratory. What does differ between
+the scenes of a recipe are its variants, the nuisances of a grasp (standard deviations), what the
+recipe varies of the pose, and the amounts of `variation.…`: what is drawn lies evenly within ± the
+amount, on each axis (memory and grain_force are no amounts: they are used as they are). All else
+is the same in all scenes."""
 
 
 def page(sensitivity: Mapping[str, str] | None = None) -> str:
