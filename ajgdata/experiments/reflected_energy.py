@@ -286,7 +286,8 @@ def band_caption(results: TaskResults) -> Caption:
     )
     return Caption(
         f"{results.title}, {results.source}: the same energy by third octave, each against "
-        f"{reference} on the same object. {crossing}. Bands: one standard deviation over grasps.",
+        f"{reference} on the same object. {crossing}. Bands: one standard deviation over "
+        "grasps above, and as many dB below.",
         f"{sentence(band_finding(results))}. {crossing}.",
     )
 

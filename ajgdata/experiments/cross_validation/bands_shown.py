@@ -61,7 +61,8 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
 
 
 def _parts(model: ModelResult) -> list[str]:
-    return [part for part, _ in model.parts if part != RANDOM]  # bands are of the grouped folds
+    """Return what stands side by side; a split by recording stands beside the paper alone."""
+    return [part for part, _ in model.parts if part != RANDOM]
 
 
 def _named(results: TaskResults, part: str) -> str:
@@ -152,7 +153,7 @@ def _panel(
 
 def _caption(results: TaskResults) -> Caption:
     listed = "; ".join(
-        f"{model.label}: {model.shown()} ({WHOLE}), "
+        f"{model.label}: {model.shown(model.score(GROUPED))} ({WHOLE}), "
         + ", ".join(f"{model.shown(s)} ({band_label(b)})" for b, s in twins(model, GROUPED))
         for model in models_of(results)
     )

@@ -23,8 +23,8 @@ from ajgdata.report.labels import LABEL_PT, REFERENCES
 
 
 class Compared(NamedTuple):
-    """Splits that are drawn side by side: parts with their names, the first hollow, the last with
-    the error that counts; what the figure finds, explains, and counts of each model."""
+    """Splits that are drawn side by side: parts with their names, the first hollow, the next with
+    the error that it is held against; what the figure finds, explains, and counts of each model."""
 
     name: str
     parts: dict[str, str]
@@ -49,7 +49,8 @@ COMPARED = (
         "The same models and recordings, each grasp heard once. Within: folds inside each session. "
         "Across: each session by a model of all others; as many: of no more grasps of each class "
         "than within, where there are more than two sessions.",
-        "Error across sessions that folds within them hide",
+        "Error across sessions (of as many grasps, if there are more than two) that folds within "
+        "them hide",
     ),
 )
 
@@ -122,9 +123,10 @@ def split_caption(compared: Sequence[ModelResult], one: Compared) -> Caption:
         )
         for m in compared
     )
-    first, *_, last = one.parts
     gained = "; ".join(
-        f"{m.task.title}, {m.label}: {share:.0%}" for m, share in lost_shares(compared, first, last)
+        f"{m.task.title}, {m.label}: {share:.0%}".replace("-", "−")
+        for model in compared
+        for m, share in lost_shares([model], *list(_parts(model, one))[:2])
     )
     return Caption(
         f"{one.text} Error as a share of chance, mean ± one standard deviation over folds. "
