@@ -383,7 +383,7 @@ _VARIATION = (
     ),
     Parameter(
         "variation.session.fill_mm", "session", 0, 1.2, "linear", "estimate",
-        "grains that settle from random loose to random close packing lower a bed of 35 mm by "
+        "grains that settle from a porosity of 0.4 to random close packing lower a bed of 35 mm by "
         "1.2 mm, as their volume is kept (Scott & Kilgour 1969, J. Phys. D 2, 863)",
     ),
     Parameter(
