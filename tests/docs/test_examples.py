@@ -58,8 +58,8 @@ def test_two_grippers(in_project):
     found = run("two_grippers")
     # a fit in float64 to float32 spectra
     assert found["own_mm"] == pytest.approx(1.330, rel=0.01)
-    assert found["other_mm"] == pytest.approx(1.90, rel=0.01)
-    assert found["apart"] == pytest.approx(0.09, abs=0.005)
+    assert found["other_mm"] == pytest.approx(2.947, rel=0.01)
+    assert found["apart"] == pytest.approx(0.182, abs=0.005)
 
 
 def test_own_recordings(in_project):
