@@ -216,7 +216,8 @@ def test_training_on_fewer_grasps_holds_what_still_fewer_are_trained_on():
     every, some = (trained(data, "linear", 0, size) for size in (None, 4))
     assert (every.grasps, some.grasps) == (10, 4)
     assert len(every.label) == 60 and len(some.label) == 24
-    np.testing.assert_allclose(some.held_out.sum(axis=1), 1)
+    rounding = 4 * np.finfo("f4").eps  # three classes, in single precision
+    np.testing.assert_allclose(some.held_out.sum(axis=1), 1, rtol=rounding)
     plain, scaled = some.probabilities(data.feature[:5])
     np.testing.assert_array_equal(plain.argmax(axis=1), scaled.argmax(axis=1))
     with pytest.raises(NotPossibleError, match="ball has 10 grasps, not 11: lower grasps"):

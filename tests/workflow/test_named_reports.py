@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from collections import Counter
 
 import pytest
 import yaml
@@ -19,17 +20,31 @@ def declared(tmp_path_factory) -> Project:
 
 
 @pytest.mark.parametrize(
-    ("name", "jobs"),
+    ("name", "experiments"),
     [
-        ("media", {"acquire": 4, "features": 4, "merge": 1, "experiment": 1}),  # trains nothing
-        ("size", {"acquire": 4, "features": 4, "merge": 1, "experiment": 8}),
+        ("media", {"reflection/reflected_energy": 1}),  # trains nothing
+        (
+            "size",  # one job a model
+            {
+                "size/cross_validation": 3,
+                "size/conformal_intervals": 2,
+                "size/tuning": 3,
+                "size/across_sessions": 2,
+                "cube/cross_validation": 3,
+            },
+        ),
     ],
 )
-def test_an_experiment_needs_only_what_it_is_about(declared, name, jobs):
-    """No noise and no other gripper is recorded for the size."""
+def test_an_experiment_needs_only_what_it_is_about(declared, name, experiments):
+    """No noise and no other gripper is recorded for the size, and no other task measured."""
     planned = declared.jobs_of(f"report_{name}")
-    assert rules_of(planned) == {**jobs, "report_alone": 1, f"report_{name}": 1}
+    made = {"acquire": 4, "features": 4, "merge": 1, "experiment": sum(experiments.values())}
+    assert rules_of(planned) == {**made, "report_alone": 1, f"report_{name}": 1}
     assert {job[1] for job in planned if job[0] == "acquire"} == {name}
+    measured = Counter(
+        f"{job[2]}/{job[3].partition('-')[0]}" for job in planned if job[0] == "experiment"
+    )
+    assert measured == experiments
 
 
 def test_an_experiment_is_reported_alone_and_evaluated_once(project):
