@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ajgdata.experiments import EXPERIMENTS, Asked
-from ajgdata.experiments.stft_settings import variants
+from ajgdata.experiments import EXPERIMENTS, Asked, feature_quantity, stft_settings
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import asked_for, run_experiment
@@ -272,10 +271,18 @@ CHECKS = {
 }
 
 
-def test_settings_of_the_stft_can_be_made_of_what_a_recipe_records():
+#: Those that make features of recordings, by other settings than the data set's own.
+VARIANTS = {
+    "feature_quantity": feature_quantity.variants,
+    "stft_settings": stft_settings.variants,
+}
+
+
+def test_features_can_be_made_of_what_a_recipe_records():
+    assert {asked.experiment.name for asked in READS} == set(VARIANTS)
     for asked in READS:
         spec = SPECS[asked.dataset]
-        for one in variants(asked.settings, spec.features):
+        for one in VARIANTS[asked.experiment.name](asked.settings, spec.features):
             assert one.hop <= one.window <= spec.audio.sample_rate_hz  # recordings last a second
             assert not one.align
 
