@@ -238,8 +238,17 @@ def energy_results():
         rows += [("", part, metric, "mean", mean), ("", part, metric, "sd", sd)]
         rows += [("", part, metric, f"mean of {name}", value) for name, value in objects.items()]
         grasps.append({"label": label, "grasps": count})
+    bands = [
+        {"label": label, "centre_hz": hz, "mean": level * mean, "sd": sd}
+        for hz, level in ((100.0, 30.0), (1_000.0, 1.0))
+        for label, _, mean, sd, _ in classes
+    ]
     outcome = Outcome(
-        (score_table(rows, "e"), table_of("classes", "c", grasps, label="l", grasps="g"))
+        (
+            score_table(rows, "e"),
+            table_of("classes", "c", grasps, label="l", grasps="g"),
+            table_of("bands", "b", bands, label="l", centre_hz="f", mean="m", sd="s"),
+        )
     )
     return task_results(
         "reflected_energy", {"": outcome}, settings={"reference": "air", "band_hz": [100, 6000]},
@@ -264,6 +273,11 @@ def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
     ]
     assert rows[0].metric == "energy, air = 100 %, over grasps"
     assert "Energy lost: steel balls 50 %; coffee 90 %" in caption.text
+    bands = EXPERIMENTS["reflected_energy"].figures(results)[1]
+    assert bands.caption.alt.startswith("At 100 Hz steel balls returns 15 times the energy of air.")
+    assert "coffee: more than air in 1 of 2 third octaves" in bands.caption.text
+    drawn = [line.get_xydata()[0].tolist() for line in bands.draw().axes[0].lines[:2]]
+    np.testing.assert_allclose(drawn, [(100, 10 * np.log10(15)), (100, 10 * np.log10(3))])
     (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
     assert (row.result, row.agrees) == ("lost: coffee 90 %, steel_balls 50 %", "yes")
 
