@@ -1,12 +1,13 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
 import sys
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
+from ajgdata.draws import draw_names
 from ajgdata.experiments import experiment_modules, measure_entry, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
@@ -19,6 +20,7 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
+from ajgdata.pipeline.draws import DRAWS, draw_code, kept_files, sampled, tables_code
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,
@@ -43,6 +45,7 @@ from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
+from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
 
 min_version("9.10")
@@ -80,10 +83,17 @@ ASKED = {
     for kind in one.kinds
 }
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
+# The sweep of drawn grippers that is kept, if there is one.
+SWEPT = [str(path) for path in kept_files(PATHS)]
 # Further pages: why simulation and paper differ, and on the virtual gripper.
 PAGES = [
     name
-    for name in (*([ABLATIONS_PAGE] if ABLATED else []), GALLERY, *STUDIES)
+    for name in (
+        *([ABLATIONS_PAGE] if ABLATED else []),
+        *([DRAWS] if SWEPT else []),
+        GALLERY,
+        *STUDIES,
+    )
     if config["pages"] is None or name in config["pages"]
 ]
 
@@ -137,6 +147,7 @@ include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/pages.smk"
+include: "workflow/rules/draws.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

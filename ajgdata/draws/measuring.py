@@ -1,0 +1,64 @@
+"""One draw: its gripper, recorded and read row by row."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ajgdata.draws import draw_names
+from ajgdata.draws.readings import Reading, models_for, readings_of
+from ajgdata.draws.recordings import recipe_with, record_dataset
+from ajgdata.draws.rows import REDUCED, reduced
+from ajgdata.draws.sampling import SEED, values_of
+from ajgdata.gripper import derive_seed
+from ajgdata.types import DatasetSpec, NotPossibleError
+
+
+@dataclass(frozen=True)
+class Draw:
+    """What was drawn, and what was read of it; all but `seconds` is the same each time.
+
+    `missing` says by data set why its rows have no reading; `refused` counts grasps that could not
+    be made.
+    """
+
+    name: str
+    count: int
+    seed: int
+    values: Mapping[str, float]
+    readings: tuple[Reading, ...]
+    scenes: int
+    refused: int
+    missing: Mapping[str, str]
+    seconds: float
+
+
+def measure_draw(
+    specs: Mapping[str, DatasetSpec], number: int, count: int, seed: int = SEED, quick: bool = False
+) -> Draw:
+    """Return the draw `number` of `count`, all data sets of REDUCED recorded and read.
+
+    `specs` are their declarations, and those of data sets whose noise they are recorded in. The
+    gripper came out of its drawing as its own name says, and its grasps are its own. `quick`: a
+    few coarse scenes and the fastest model.
+    """
+    name, values = draw_names(count)[number], values_of(number, count, seed)
+    begin, own = time.process_time(), derive_seed("draw", seed, name)
+    readings: list[Reading] = []
+    scenes, refused, missing = 0, 0, {}
+    for dataset, by in REDUCED.items():
+        spec = specs[dataset]
+        if spec.recipe is None:
+            raise NotPossibleError(f"{dataset} has no recipe: only what is simulated can be drawn")
+        recipe = recipe_with(reduced(spec.recipe, by, quick), values, name, own)
+        task = spec.tasks[by.task]
+        noisy = specs[by.noisy].recipe if by.noisy else None
+        try:
+            recorded = record_dataset(spec, recipe, task.target, noisy.signal if noisy else None)
+            scenes, refused = scenes + recorded.scenes, refused + recorded.refused
+            readings += readings_of(dataset, recorded, task, models_for(quick))
+        except NotPossibleError as error:  # a gripper too small for a large object, say
+            missing[dataset] = str(error)
+    seconds = time.process_time() - begin
+    return Draw(name, count, seed, values, tuple(readings), scenes, refused, missing, seconds)
