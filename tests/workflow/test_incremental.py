@@ -20,6 +20,7 @@ from ajgdata.store.sealing import seal
 from ajgdata.store.tables import read_tables
 
 #: What follows from a changed store.
+PITCH = DECLARATION["tasks"]["pitch"]
 TASKS = {"experiment": 1, "report": 1}
 END = ("results/report/index.html",)
 #: Enough of a run where only the features are looked at.
@@ -138,11 +139,11 @@ def test_a_new_session_redoes_no_other(project):
         ({"features": {"hop": 256}}, {"features": 2, "merge": 1, **TASKS}),
         ({"audio": {"channel": "mean"}}, {"features": 2, "merge": 1, **TASKS}),
         (
-            {"tasks": {"pitch": {"target": "pitch", "folds": 2, "models": ["knn"]}}},
+            {"tasks": {"pitch": PITCH | {"folds": 2}}},
             {"experiment": 1, "report": 1},
         ),
         (
-            {"tasks": {"pitch": {"target": "pitch", "folds": 3, "models": ["knn", "linear"]}}},
+            {"tasks": {"pitch": PITCH | {"models": ["knn", "linear"]}}},
             {"experiment": 1, "report": 1},
         ),
     ],

@@ -8,7 +8,7 @@ import pytest
 import yaml
 from conftest import DECLARATION, ROOT, SESSIONS, Project, rules_of
 
-TASK = {"target": "pitch", "folds": 3, "models": ["knn"]}
+TASK = DECLARATION["tasks"]["pitch"]
 
 
 @pytest.fixture(scope="module")

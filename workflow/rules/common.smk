@@ -162,3 +162,9 @@ def tell_run():
     if specs:
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
         print("", *lines(PATHS, run, failed), "", sep="\n", file=sys.stderr, flush=True)
+
+
+@cache
+def sampled_recipes():
+    """Digests of the data sets that a draw takes after: read once, for all draws."""
+    return [settings_digest(read_dataset(PATHS, name)) for name in sampled()]

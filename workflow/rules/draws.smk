@@ -3,12 +3,6 @@
 DRAWN = draw_names(config["draws"])
 
 
-@cache
-def sampled_recipes():
-    """Digests of the data sets that a draw takes after: read once, for all draws."""
-    return [settings_digest(read_dataset(PATHS, name)) for name in sampled()]
-
-
 rule draws:
     input:
         table=PATHS.draws_table(config["draws"]),
