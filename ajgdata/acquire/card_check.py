@@ -21,11 +21,11 @@ from ajgdata.acquire.card_measures import (
     hum,
     pulse_delays,
     sweep_powers,
-    third_octaves,
 )
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.markers import framed
 from ajgdata.acquire.sound_card import SoundCard
+from ajgdata.features.bands import third_octaves
 from ajgdata.types import LogSweep
 
 SWEEP = LogSweep(length_s=1.0, low_hz=20.0, high_hz=20_000.0, amplitude=0.9)

@@ -14,6 +14,8 @@ import scipy.fft
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import correlate, periodogram
 
+from ajgdata.features.bands import third_octaves
+
 Real = NDArray[np.float64]
 
 #: Harmonics that are looked for; each needs its place before the response.
@@ -34,12 +36,6 @@ COMPARED = 1_024
 #: sweep). Noise alone reaches .25: the largest of 11,000 correlations of some 460 values each.
 ALIKE = 0.5
 _TINY = 1e-30
-
-
-def third_octaves(low_hz: float = 25.0, high_hz: float = 16_000.0) -> Real:
-    """Return the exact centres of third octaves, 1000 · 10^(k/10) Hz (IEC 61260), within limits."""
-    k = np.arange(np.ceil(10 * np.log10(low_hz / 1_000) - 1e-9), 10 * np.log10(high_hz / 1_000))
-    return np.asarray(1_000 * 10 ** (k / 10))
 
 
 def dbfs(mean_square: ArrayLike) -> Real:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ajgdata.features.bands import third_octaves
 from ajgdata.types import NotPossibleError
 
 
@@ -47,8 +48,7 @@ def third_octave_bands(frequency_hz: np.ndarray) -> list[tuple[float, tuple[floa
     """
     frequency = np.asarray(frequency_hz, np.float64)
     bands = []
-    for k in range(-20, 15):
-        centre = 1_000 * 10 ** (k / 10)
+    for centre in third_octaves(10.0, frequency.max()).tolist():
         low, high = centre * 10**-0.05, centre * 10**0.05
         if high <= frequency.max() and ((frequency >= low) & (frequency <= high)).any():
             bands.append((centre, (low, high)))

@@ -1,4 +1,4 @@
-"""Parts of the band of stored features: what recordings of that band alone would have given."""
+"""Bands of frequency: third octaves, and what recordings of a part of the band would have given."""
 
 from __future__ import annotations
 
@@ -34,3 +34,9 @@ def within(
         raise ValueError(f"no bin of the feature lies within {low:g} to {high:g} Hz")
     rows = [normalised(row, normalisation) for row in feature[:, inside].astype(np.float64)]
     return np.reshape(rows, (len(feature), -1)).astype(np.float32), frequency_hz[inside]
+
+
+def third_octaves(low_hz: float = 25.0, high_hz: float = 16_000.0) -> np.ndarray:
+    """Return the exact centres of third octaves, 1000 · 10^(k/10) Hz (IEC 61260), within limits."""
+    k = np.arange(np.ceil(10 * np.log10(low_hz / 1_000) - 1e-9), 10 * np.log10(high_hz / 1_000))
+    return np.asarray(1_000 * 10 ** (k / 10))

@@ -13,9 +13,9 @@ from ajgdata.acquire.card_measures import (
     hum,
     pulse_delays,
     sweep_powers,
-    third_octaves,
 )
 from ajgdata.acquire.markers import framed
+from ajgdata.features.bands import third_octaves
 from ajgdata.gripper import excitation_sweep
 
 RATE_HZ = 44_100
