@@ -276,6 +276,10 @@ class Paths:
         """Commit, seed, command and cost of `draws_table`."""
         return self.draws_table(count).with_suffix(".json")
 
+    def draws_tables(self, count: int | str) -> Path:
+        """Return the tables beside the paper that are made of it."""
+        return self.draws_table(count).with_name("tables.json")
+
     @property
     def sort_live(self) -> Path:
         """Return the file of what `make sort-live` found: sorting through a simulated card."""

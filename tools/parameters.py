@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ajgdata.gripper.parameters import PARAMETERS, Parameter, default_of
+from ajgdata.paths import Paths
+from ajgdata.pipeline.draws import kept_files
+from ajgdata.store.tables import read_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "parameters.md"
@@ -29,9 +32,28 @@ amount, on each axis (memory and grain_force are no amounts: they are used as th
 is the same in all scenes."""
 
 
+MOVES = """
+*Moves*: which rows of the paper a parameter moves among the drawn grippers of the report's page
+*Which gripper would have given this*, with the share of the row's variance that an emulator lays to
+it, alone and together with others (total Sobol index), from 5 % on and where it is more than twice
+its sampling error; — moves none so much."""
+
+
+def kept_sensitivity() -> dict[str, str] | None:
+    """What each parameter moves in the sweep that is kept; None if none is."""
+    files = kept_files(Paths(ROOT))
+    if not files:
+        return None
+    tables = {one.name: one for one in read_tables(files[0])[1]}
+    found: dict[str, list[str]] = {}
+    for row in tables["draws_sensitivity"].rows:
+        found.setdefault(row["setting"], []).append(f"{row['row']} {100 * row['total']:.0f} %")
+    return {setting: "; ".join(words) for setting, words in found.items()}
+
+
 def page(sensitivity: Mapping[str, str] | None = None) -> str:
     """The whole page; `sensitivity` says, by setting, which results move with it."""
-    lines = [HEAD]
+    lines = [HEAD, *([MOVES] if sensitivity is not None else [])]
     for level, title in LEVELS.items():
         rows = [one for one in PARAMETERS if one.level == level]
         if rows:
@@ -60,4 +82,4 @@ def table(rows: list[Parameter], sensitivity: Mapping[str, str] | None) -> list[
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(page(kept_sensitivity()), encoding="utf-8")

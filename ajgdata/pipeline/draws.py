@@ -16,10 +16,10 @@ from ajgdata.store.tables import plain, write_tables
 from ajgdata.types import DataError, NotPossibleError
 from ajgdata.types.table import table_of
 
-#: The page, and the folder of `reports/` that keeps the table it is made of.
+#: The page, and the folder of `reports/` that keeps what it is made of.
 DRAWS = "draws"
-#: Table and what made it: the result of a whole sweep, kept with the sources, as it takes hours.
-KEPT = (f"{DRAWS}/draws.csv", f"{DRAWS}/draws.json")
+#: Of a whole sweep, kept with the sources as it takes hours: tables, of draws, and what made them.
+KEPT = (f"{DRAWS}/tables.json", f"{DRAWS}/draws.csv", f"{DRAWS}/draws.json")
 
 
 def draw_code() -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def sampled() -> tuple[str, ...]:
 
 
 def kept_files(paths: Paths) -> list[Path]:
-    """Return table and record of the sweep that is kept in `reports/`; none if there is none."""
+    """Return the files of the sweep that is kept in `reports/`, its tables first; or none."""
     found = [report_file(paths, name) for name in KEPT]
     return found if all(path.is_file() for path in found) else []
 

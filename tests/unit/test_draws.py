@@ -276,14 +276,15 @@ def test_the_kept_table_becomes_a_page(tmp_path):
         about, b'{"quick": false, "command": "c", "code": "d", "seed": 1, "cpu_s": 9,'
         b' "git_commit": ["abc"]}',
     )  # fmt: skip
-    assert kept_files(paths) == [table, about]
-    draws_tables(paths, table, about, paths.study("draws"))
-    known, tables = read_tables(paths.study("draws"))
+    assert kept_files(paths) == []
+    draws_tables(paths, table, about, folder / "tables.json")
+    assert kept_files(paths) == [folder / "tables.json", table, about]
+    known, tables = read_tables(folder / "tables.json")
     assert known["git_commit"] == "abc"
     assert [one.name for one in tables][:2] == ["draws_rows", "draws_agreement"]
     write_bytes(table, b"draw,size_known.cnn\ndraw_000,1\n" * 1 + b"draw_001,2\n" * 6)
     with pytest.raises(DataError, match="is not of today's draws"):
-        draws_tables(paths, table, about, paths.study("draws"))
+        draws_tables(paths, table, about, folder / "tables.json")
 
 
 def test_a_table_of_draws_keeps_what_is_missing():

@@ -71,6 +71,8 @@ def tables_of_page(wildcards):
     """What a page beside the report shows: of a study, of all ablations; the gallery has none."""
     if wildcards.page == ABLATIONS_PAGE:
         return [PATHS.ablation(name) for name in ABLATED]
+    if wildcards.page == DRAWS:
+        return SWEPT[:1]
     return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
 
 

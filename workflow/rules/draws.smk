@@ -7,6 +7,7 @@ rule draws:
     input:
         table=PATHS.draws_table(config["draws"]),
         about=PATHS.draws_about(config["draws"]),
+        tables=PATHS.draws_tables(config["draws"]),
 
 
 rule draw:
@@ -54,25 +55,23 @@ rule join_draws:
         "../scripts/join_draws.py"
 
 
-# A sweep takes hours: its table is kept in reports/, and the page on it is made of that.
-if SWEPT:
-
-    rule draws_tables:
-        input:
-            table=SWEPT[0],
-            about=SWEPT[1],
-        output:
-            tables=PATHS.study(DRAWS),
-        log:
-            "results/logs/draws_tables.log",
-        benchmark:
-            "results/benchmarks/draws_tables.tsv"
-        conda:
-            "../../environment.yml"
-        params:
-            code=lambda wildcards: code_digest(*tables_code()),
-            paper=report_files_digest(PATHS, "paper.yaml"),
-        message:
-            "Drawn grippers beside the paper"
-        script:
-            "../scripts/draws_tables.py"
+# A sweep takes hours: what it gives is kept in reports/, and the page on it is made of that.
+rule draws_tables:
+    input:
+        table=PATHS.draws_table(config["draws"]),
+        about=PATHS.draws_about(config["draws"]),
+    output:
+        tables=PATHS.draws_tables(config["draws"]),
+    log:
+        "results/logs/draws_tables.log",
+    benchmark:
+        "results/benchmarks/draws_tables.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        code=lambda wildcards: code_digest(*tables_code()),
+        paper=report_files_digest(PATHS, "paper.yaml"),
+    message:
+        "Drawn grippers beside the paper"
+    script:
+        "../scripts/draws_tables.py"
