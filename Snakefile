@@ -7,7 +7,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
-from ajgdata.draws import draw_names
+from ajgdata.draws import DEFAULT, draw_names
 from ajgdata.experiments import experiment_modules, measure_entry, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ajgdata.draws import draw_names
+from ajgdata.draws import DEFAULT, draw_names
 from ajgdata.draws.readings import Reading, models_for, readings_of
 from ajgdata.draws.recordings import recipe_with, record_dataset
 from ajgdata.draws.rows import REDUCED, reduced
 from ajgdata.draws.sampling import SEED, values_of
 from ajgdata.gripper import derive_seed
-from ajgdata.types import DatasetSpec, NotPossibleError
+from ajgdata.types import DatasetSpec, NotPossibleError, Recipe
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,42 @@ def measure_draw(
     few coarse scenes and the fastest model.
     """
     name, values = draw_names(count)[number], values_of(number, count, seed)
-    begin, own = time.process_time(), derive_seed("draw", seed, name)
+    own = derive_seed("draw", seed, name)
+    return _measured(
+        specs,
+        name,
+        count,
+        seed,
+        values,
+        lambda recipe: recipe_with(recipe, values, name, own),
+        quick,
+    )
+
+
+def measure_default(
+    specs: Mapping[str, DatasetSpec], count: int, seed: int = SEED, quick: bool = False
+) -> Draw:
+    """Return the gripper of the declarations, read by the same reduced rows as `count` draws."""
+    return _measured(specs, DEFAULT, count, seed, {}, lambda recipe: recipe, quick)
+
+
+def _measured(
+    specs: Mapping[str, DatasetSpec],
+    name: str,
+    count: int,
+    seed: int,
+    values: Mapping[str, float],
+    drawn: Callable[[Recipe], Recipe],
+    quick: bool,
+) -> Draw:
+    begin = time.process_time()
     readings: list[Reading] = []
     scenes, refused, missing = 0, 0, {}
     for dataset, by in REDUCED.items():
         spec = specs[dataset]
         if spec.recipe is None:
             raise NotPossibleError(f"{dataset} has no recipe: only what is simulated can be drawn")
-        recipe = recipe_with(reduced(spec.recipe, by, quick), values, name, own)
+        recipe = drawn(reduced(spec.recipe, by, quick))
         task = spec.tasks[by.task]
         noisy = specs[by.noisy].recipe if by.noisy else None
         try:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.draws import DEFAULT
 from ajgdata.draws.measuring import Draw
 from ajgdata.draws.rows import BY_NAME, CHEAP, Row
 from ajgdata.draws.sampling import place_of
@@ -65,19 +66,25 @@ def _text(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A table of draws as arrays (n,), NaN where something is missing: `columns` by name."""
+    """A table of draws as arrays (n,), NaN where something is missing: `columns` by name; and the
+    default gripper, by the same names, where the table has it."""
 
     names: tuple[str, ...]
     columns: Mapping[str, Real]
+    default: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, rows: Sequence[Mapping[str, str]]) -> Sweep:
         """Return the table whose rows are text. Raises ValueError for what is no number."""
         keys = [key for key in rows[0] if key != "draw"] if rows else []
+        drawn = [row for row in rows if row["draw"] != DEFAULT]
         columns = {
-            key: np.array([float(row[key]) if row[key] else np.nan for row in rows]) for key in keys
+            key: np.array([float(row[key]) if row[key] else np.nan for row in drawn])
+            for key in keys
         }
-        return cls(tuple(row["draw"] for row in rows), columns)
+        default = next((row for row in rows if row["draw"] == DEFAULT), {})
+        known = {key: float(value) for key, value in default.items() if value and key in columns}
+        return cls(tuple(row["draw"] for row in drawn), columns, known)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -101,6 +108,10 @@ class Sweep:
         """Return a row's values (n,), or another of what is kept of them ("sd", …)."""
         key = f"{row.name}.{self.model_of(row)}" + (f".{what}" if what else "")
         return self.columns.get(key, np.full(len(self), np.nan))
+
+    def of_default(self, row: Row) -> float | None:
+        """Return the default gripper's value of a row, read as the draws are."""
+        return self.default.get(f"{row.name}.{self.model_of(row)}")
 
     def rows(self) -> list[Row]:
         """Return the rows of the paper that some draw has a value of."""

@@ -39,6 +39,7 @@ class Judged:
     values: Real
     tolerance: float
     missed: Real
+    default: float | None
 
 
 def judged(sweep: Sweep, targets: Mapping[str, float | None]) -> list[Judged]:
@@ -54,7 +55,8 @@ def judged(sweep: Sweep, targets: Mapping[str, float | None]) -> list[Judged]:
             continue
         values = sweep.read(row)
         missed = misses(values, target, tolerance, row.sense)
-        found.append(Judged(row, target, values, tolerance, missed))
+        default = sweep.of_default(row)
+        found.append(Judged(row, target, values, tolerance, missed, default))
     return found
 
 
@@ -119,7 +121,7 @@ def _rows_table(
         found.append(
             {
                 "row": one.row.title, "unit": one.row.unit, "sense": one.row.sense,
-                "paper": one.target, "tolerance": one.tolerance,
+                "paper": one.target, "default": one.default, "tolerance": one.tolerance,
                 "within": 100 * float(np.mean(one.missed <= 1)), "draws": len(known),
                 **{f"q{level}": float(end) for level, end in zip(DECILES, ends, strict=True)},
                 "below": 100 * float(np.mean(known < one.target)),
@@ -131,7 +133,8 @@ def _rows_table(
     worst = [one.row.title for one, met in zip(rows, share, strict=True) if met == min(share)]
     note = (
         "Deciles over the drawn grippers of each row of the paper, in its reduced version: fewer"
-        " grasps than the paper's, so that what depends on their number errs more than it would."
+        " grasps than the paper's, so that what depends on their number errs more than it would:"
+        " Default is the gripper of the other pages, read by these reduced rows."
         " Tolerance: twice the spread over folds or grasps, of the middle draw. Moved by: Sobol"
         " indices on an emulator; R² is its own on draws that it was not fitted to."
     )
@@ -139,7 +142,7 @@ def _rows_table(
         note += f" Met least often: {', '.join(worst)}."
     heads = (
         Column("row", "Row"), Column("unit", "Unit"), Column("sense", "Shall be"),
-        Column("paper", "Paper"), Column("tolerance", "Tolerance"),
+        Column("paper", "Paper"), Column("default", "Default"), Column("tolerance", "Tolerance"),
         Column("within", "Draws within", "%"), Column("below", "Draws below the paper", "%"),
         Column("draws", "Draws that can"),
         *(Column(f"q{level}", f"{level} %") for level in DECILES),

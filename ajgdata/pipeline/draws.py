@@ -48,16 +48,19 @@ def kept_files(paths: Paths) -> list[Path]:
 def run_draw(
     paths: Paths, name: str, count: int, out: Path, cost: Path, *, quick: bool = False
 ) -> None:
-    """Measure the draw `name` of `count`; write what was read to `out`, what it took to `cost`.
+    """Measure the draw `name` of `count`, or DEFAULT; write its readings to `out`, cost to `cost`.
 
     Raises DataError for a project without the data sets that it takes after.
     """
-    from ajgdata.draws import draw_names
-    from ajgdata.draws.measuring import measure_draw
+    from ajgdata.draws import DEFAULT, draw_names
+    from ajgdata.draws.measuring import measure_default, measure_draw
     from ajgdata.draws.sweep import as_json
 
     specs = {one: read_dataset(paths, one) for one in sampled()}
-    draw = measure_draw(specs, draw_names(count).index(name), count, quick=quick)
+    if name == DEFAULT:
+        draw = measure_default(specs, count, quick=quick)
+    else:
+        draw = measure_draw(specs, draw_names(count).index(name), count, quick=quick)
     write_bytes(out, json_bytes(as_json(draw)))
     write_bytes(cost, json_bytes({"cpu_s": draw.seconds, **software()}))
 
@@ -65,7 +68,10 @@ def run_draw(
 def join_draws(
     draws: Sequence[Path], costs: Sequence[Path], table: Path, about: Path, *, quick: bool
 ) -> None:
-    """Write the table of all draws (CSV), the same bytes each time, and what made it."""
+    """Write the table of all draws (CSV), the same bytes each time, and what made it.
+
+    The last is the default gripper, which is no draw.
+    """
     from ajgdata.draws.sampling import SEED
     from ajgdata.draws.sweep import joined
 
@@ -74,11 +80,11 @@ def join_draws(
     header, rows = joined(read)
     write_bytes(table, csv_bytes(header, rows))
     content = {
-        "command": f"snakemake draws --config draws={len(draws)}" + (" quick=True" * quick),
+        "command": f"snakemake draws --config draws={len(draws) - 1}" + (" quick=True" * quick),
         "git_commit": sorted({one["git_commit"] for one in spent}),
         "code": code_digest(*draw_code()),
         "seed": SEED,
-        "draws": len(draws),
+        "draws": len(draws) - 1,
         "quick": quick,
         "cpu_s": round(sum(one["cpu_s"] for one in spent)),
         "missing": {one["name"]: one["missing"] for one in read if one["missing"]},

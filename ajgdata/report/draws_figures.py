@@ -32,8 +32,8 @@ def rows_finding(table: Table) -> str:
 def rows_figure(table: Table) -> Figure:
     """Return a strip of deciles for each row, with the paper's figure."""
     about = (
-        "thin: all draws, thicker: middle 80 %, thickest: middle 40 %, white: median; upright: the"
-        " paper; reduced versions of its rows"
+        "thin: all draws, thicker: middle 80 %, thickest: middle 40 %, white: median; diamond:"
+        " the default gripper; upright: the paper; reduced versions of its rows"
     )
     count = len(table.rows)
     figure = new_figure((WIDTH_IN, 0.5 + 0.5 * count), rows_finding(table), about, ["simulated"])
@@ -48,6 +48,8 @@ def _strip(axes: Axes, row: dict) -> None:
         ends = [row[f"q{low}"], row[f"q{high}"]]
         axes.plot(ends, [0, 0], color=COLOURS[0], lw=width, solid_capstyle="butt")
     axes.plot(row["q50"], 0, "o", color="white", ms=4, mec=COLOURS[0])
+    if row["default"] is not None:
+        axes.plot(row["default"], 0, "d", color=COLOURS[1], ms=6, zorder=4)
     axes.axvline(row["paper"], label="paper", zorder=3, **REFERENCES["paper"])
     near, unit = row["sense"] == "near", str(row["unit"])
     said = with_unit(number(row["paper"]), unit)

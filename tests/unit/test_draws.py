@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from drawn_figures import fits
 
-from ajgdata.draws import draw_names, measuring
+from ajgdata.draws import DEFAULT, draw_names, measuring
 from ajgdata.draws.posterior import EVEN_SD, misses, shift_of, together, tolerance_of
 from ajgdata.draws.recordings import merged, recipe_with
+from ajgdata.draws.rows import BY_NAME as ROW_BY_NAME
 from ajgdata.draws.rows import REDUCED, ROWS, reduced
 from ajgdata.draws.sampling import (
     NOT_DRAWN,
@@ -27,7 +28,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.draws import draws_tables, join_draws, kept_files, run_draw
 from ajgdata.report.canvas import draw
 from ajgdata.report.study_figures import FIGURES
-from ajgdata.store.files import csv_bytes, read_json, write_bytes
+from ajgdata.store.files import csv_bytes, read_csv, read_json, write_bytes
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError, NotPossibleError
@@ -180,12 +181,13 @@ def made_up(count: int = 150, wrong: float = 0.0) -> Sweep:
         target = 5.0 if row.target is None else row.target
         columns[key] = target + wrong + 10 * (height - 0.5)
         columns |= {f"{key}.sd": np.full(count, 0.5), f"{key}.step": np.zeros(count)}
-    return Sweep(tuple(draw_names(count)), columns)
+    return Sweep(tuple(draw_names(count)), columns, {"size_known.cnn": 4.5})
 
 
 def test_a_sweep_beside_the_paper_finds_what_moves_it_and_who_is_near():
     tables = {one.name: one for one in sweep_tables(made_up(), TARGETS, points=256)}
     rows = tables["draws_rows"]
+    assert rows.column("default") == [4.5, None, None, None]
     assert len(rows.rows) == len(SOME)
     assert rows.column("q50") == pytest.approx(rows.column("paper"), abs=0.2)
     assert set(rows.column("moved_by")) == {"gripper.height_mm"}
@@ -214,18 +216,21 @@ def test_where_no_draw_is_like_the_paper_it_is_said():
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    """Three draws of a few coarse plates, made as jobs of the workflow are."""
+    """Three draws and the default gripper, a few coarse plates each, as jobs of the workflow."""
     out = Paths(tmp_path_factory.mktemp("draws"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(measuring, "REDUCED", {"plate": REDUCED["plate"]})
-        for name in draw_names(3):
+        for name in MADE:
             run_draw(Paths(), name, 3, out.draw(3, name), out.draw_cost(3, name), quick=True)
         yield out
 
 
+MADE = [*draw_names(3), DEFAULT]
+
+
 def join(out: Paths) -> bytes:
-    draws = [out.draw(3, name) for name in draw_names(3)]
-    costs = [out.draw_cost(3, name) for name in draw_names(3)]
+    draws = [out.draw(3, name) for name in MADE]
+    costs = [out.draw_cost(3, name) for name in MADE]
     join_draws(draws, costs, out.draws_table(3), out.draws_about(3), quick=True)
     return out.draws_table(3).read_bytes()
 
@@ -241,6 +246,19 @@ def test_a_sweep_that_goes_on_gives_the_same_bytes(swept):
     assert about["command"] == "snakemake draws --config draws=3 quick=True"
     assert about["draws"] == 3
     assert about["cpu_s"] > 0
+
+
+def test_the_default_gripper_stands_beside_the_draws_and_is_none_of_them(swept):
+    join(swept)
+    rows = read_csv(swept.draws_table(3), ["draw"])[1]
+    sweep = Sweep.of(rows)
+    assert sweep.names == tuple(draw_names(3))
+    assert rows[-1]["draw"] == DEFAULT and rows[-1]["gripper.height_mm"] == ""
+    told = read_json(swept.draw(3, DEFAULT))
+    read = {one["row"]: one["value"] for one in told["readings"]}
+    assert told["values"] == {}
+    assert sweep.of_default(ROW_BY_NAME["plate"]) == pytest.approx(read["plate"], rel=1e-5)
+    assert sweep.of_default(ROW_BY_NAME["objects"]) is None
 
 
 def test_draws_differ_and_say_what_they_read(swept):

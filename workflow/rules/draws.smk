@@ -1,6 +1,6 @@
 # Virtual grippers drawn from what is not known of the paper's: `snakemake draws --config draws=100`.
 # Each is a job of its own, so that a sweep goes on where it stopped, also on a cluster.
-DRAWN = draw_names(config["draws"])
+DRAWN = [*draw_names(config["draws"]), DEFAULT]
 
 
 rule draws:
@@ -19,7 +19,7 @@ rule draw:
     benchmark:
         "results/benchmarks/draw/{draw}.tsv"
     wildcard_constraints:
-        draw=r"draw_\d+",
+        draw=rf"draw_\d+|{DEFAULT}",
     conda:
         "../../environment.yml"
     params:
