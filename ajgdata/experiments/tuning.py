@@ -36,7 +36,10 @@ if TYPE_CHECKING:
 
 TUNED, PLAIN = "tuned", "plain"
 CHOICES = "choices"
-CHOICE_COLUMNS = {"fold": "Fold", "choice": "Chosen", "reason": "Why nothing was", "score": "Inner"}
+CHOICE_COLUMNS = {
+    "fold": "Fold", "choice": "Chosen", "reason": "Why nothing was", "score": "Inner",
+    "failed": "Candidates that could not be trained",
+}  # fmt: skip
 ROW_IN = 0.62
 
 
@@ -71,7 +74,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     scores = [row for part, one in found.items() for row in fold_scores(model, part, one.scores)]
     choices = (
         {"fold": fold, "choice": one["choice"], "reason": one["reason"]}
-        | {"score": one["scores"].get(one["choice"])}
+        | {"score": one["scores"].get(one["choice"]), "failed": len(one["failed"])}
         for fold, one in enumerate(found[TUNED].choices)
     )
     cost = (
@@ -86,7 +89,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
 class Compared(NamedTuple):
     """A tuned model beside its plain one: scores, by how much it is better (in the metric's unit),
-    training time over that of the plain one, and the choices with how many folds made each."""
+    training time over that of the plain one, the choices with how many folds made each, and how
+    many candidates could not be trained, in the fold where most could not."""
 
     label: str
     plain: Score
@@ -95,6 +99,7 @@ class Compared(NamedTuple):
     times: float
     choices: list[tuple[str, int]]
     reasons: list[str]
+    failed: int
 
 
 def compared(results: TaskResults, result: Result) -> Compared:
@@ -110,7 +115,10 @@ def compared(results: TaskResults, result: Result) -> Compared:
     counted = Counter(str(row["choice"]) for row in table.rows if not row["reason"])
     reasons = dict.fromkeys(str(row["reason"]) for row in table.rows if row["reason"])
     times = spent[f"cost of {TUNED}"] / shortest
-    return Compared(result.label, plain, tuned, gain, times, counted.most_common(), list(reasons))
+    failed = int(max(table.numbers("failed"), default=0))
+    return Compared(
+        result.label, plain, tuned, gain, times, counted.most_common(), list(reasons), failed
+    )
 
 
 def _score(result: Result, part: str, metric: str) -> Score:
@@ -224,12 +232,20 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
             mean_sd(one.tuned, results.shown_unit, results.scale),
             _gain(results, one),
             f"{number(one.times, 2)} ×",
-            "; ".join([*(f"{name}: {count}" for name, count in one.choices), *one.reasons]),
+            "; ".join(_told(one)),
         )
         for one in _all(results)
     )
     told = "A gain is how much better the tuned model is. Times are processor time of training."
     yield ShownTable(told, heads, rows)
+
+
+def _told(one: Compared) -> Iterator[str]:
+    """Yield what was chosen, why nothing was, and what could not be."""
+    yield from (f"{name}: {count}" for name, count in one.choices)
+    yield from one.reasons
+    if one.failed:
+        yield f"{one.failed} of the candidates could not be trained"
 
 
 EXPERIMENT = Experiment(

@@ -73,13 +73,15 @@ def fit_model(
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
     """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
-    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`."""
+    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`, and
+    the names of those that `failed`."""
     from ajgdata.models.tuning import Tuned
 
     if not isinstance(fitted, Tuned):
         return fitted, None
     about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
     about |= {"inner_folds": fitted.inner_folds_, "scores": fitted.inner_scores_}
+    about |= {"failed": list(fitted.failed_)}
     return fitted.best_estimator_, about
 
 

@@ -40,7 +40,8 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     groups, or with one alone, nothing can be chosen without flattering: the first is taken, and
     `reason_` says why. `while_choosing` are settings of all candidates on the inner folds
     alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
-    `inner_folds_` and `inner_scores_` (by name, higher is better, none without a choice).
+    `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice) and
+    `failed_`, the names of those that could not be trained on all inner folds.
     """
 
     best_estimator_: Any
@@ -48,6 +49,7 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     reason_: str
     inner_folds_: int
     inner_scores_: dict[str, float]
+    failed_: tuple[str, ...]
 
     def __init__(
         self,
@@ -77,11 +79,15 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     ) -> Tuned:
         """Return the same choice among wrapped candidates."""
         wrapped = [(name, wrap(estimator)) for name, estimator in self.candidates]
-        return Tuned(wrapped, period, self.random_state)
+        cheaper = self.while_choosing
+        if cheaper and wrapped:
+            place = _place(wrapped[0][1], self.candidates[0][1])
+            cheaper = {f"{place}{name}": value for name, value in cheaper.items()}
+        return Tuned(wrapped, period, self.random_state, cheaper)
 
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
-        self.reason_, self.inner_scores_, self.inner_folds_ = "", {}, 0
+        self.reason_, self.inner_scores_, self.inner_folds_, self.failed_ = "", {}, 0, ()
         best = self._chosen(np.asarray(X), np.asarray(y), groups)
         self.choice_, estimator = self.candidates[best]
         self.best_estimator_ = clone(estimator).fit(X, y)
@@ -98,11 +104,12 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
             self.reason_ = ONE_GROUP
             return 0
         score = self._scored(X, y, folds)
+        names = [name for name, _ in self.candidates]
+        self.failed_ = tuple(np.array(names)[~np.isfinite(score)].tolist())
         if not np.isfinite(score).any():
             self.reason_ = NO_SCORE
             return 0
         self.inner_folds_ = len(folds)
-        names = (name for name, _ in self.candidates)
         self.inner_scores_ = dict(zip(names, map(float, score), strict=True))
         return int(np.nanargmax(score))
 
@@ -159,6 +166,13 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         """Return probabilities (n, k) of `classes_` by the chosen estimator."""
         check_is_fitted(self, "best_estimator_")
         return self.best_estimator_.predict_proba(X)
+
+
+def _place(outer: BaseEstimator, inner: BaseEstimator) -> str:
+    """Return what the settings of `inner` begin with among those of `outer`, which wraps it."""
+    if outer is inner:
+        return ""
+    return next(f"{name}__" for name, one in outer.get_params().items() if one is inner)
 
 
 def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> Folds:

@@ -5,6 +5,7 @@ import pytest
 from sklearn.base import BaseEstimator, ClassifierMixin, RegressorMixin, clone
 from sklearn.compose import ColumnTransformer
 from sklearn.linear_model import LogisticRegression
+from sklearn.multioutput import MultiOutputRegressor
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
@@ -13,6 +14,7 @@ from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.models.candidates import SCALINGS
+from ajgdata.models.circular import Circular
 from ajgdata.models.scaling import AtLeast, OneScale
 from ajgdata.models.tuning import (
     LARGE,
@@ -173,6 +175,19 @@ def test_what_makes_choosing_cheaper_is_not_in_what_is_kept():
     assert [one.tol for _, one in model.candidates] == [LogisticRegression().tol] * 2
 
 
+def test_what_makes_choosing_cheaper_reaches_candidates_that_are_wrapped():
+    model = Tuned([("a", Constant(1.0)), ("b", Constant(2.0))], None, 0, {"value": 9.0})
+    wraps = (
+        lambda one: one,
+        lambda one: Circular(one, 180.0),
+        lambda one: Circular(MultiOutputRegressor(one), 180.0),
+    )
+    for wrapped in map(model.each, wraps):
+        (cheaper,) = wrapped.while_choosing.items()
+        (_, candidate), *_ = wrapped.candidates
+        assert candidate.get_params()[cheaper[0]] == 1.0 and cheaper[1] == 9.0
+
+
 def test_equals_are_settled_for_the_first():
     x, y, group = leaking()
     model = Tuned([(name, LogisticRegression()) for name in ("today", "other")])
@@ -185,7 +200,9 @@ def test_without_inner_folds_the_first_is_taken_and_the_reason_told():
     first = model.candidates[0][0]
     for groups, reason in ((None, NO_GROUPS), (np.zeros(len(y)), ONE_GROUP), (y, NO_SCORE)):
         about = chosen(fit_model(clone(model), x, y, groups))[1]
-        assert about == {"choice": first, "reason": reason, "inner_folds": 0, "scores": {}}
+        failed = [name for name, _ in model.candidates] if reason == NO_SCORE else []
+        none = {"inner_folds": 0, "scores": {}, "failed": failed}
+        assert about == {"choice": first, "reason": reason, **none}
 
 
 def test_a_candidate_that_needs_more_rows_is_passed_over():
@@ -193,6 +210,9 @@ def test_a_candidate_that_needs_more_rows_is_passed_over():
     fitted = fit_model(make_model("knn", "classification"), x, y, group)
     assert "k = 1" in fitted.choice_
     assert all(np.isnan(s) == ("k = 5" in name) for name, s in fitted.inner_scores_.items())
+    too_few = [name for name in fitted.inner_scores_ if "k = 5" in name]
+    assert len(too_few) == len(fitted.inner_scores_) / 2
+    assert chosen(fitted)[1]["failed"] == too_few
     with pytest.raises(NotPossibleError, match="4 recordings to learn from: 5 are needed"):
         make_model("knn_plain", "classification").fit(x, y)
 

@@ -45,9 +45,10 @@ def by_hand(plain, tuned, seconds=(2.0, 30.0), reason=""):
         )
     ]  # fmt: skip
     choices = [
-        {"fold": n, "choice": "L2" if n else "stored", "reason": reason, "score": 0.5}
+        {"fold": n, "choice": "L2" if n else "stored", "reason": reason, "score": 0.5,
+         "failed": n * (seconds[1] == 5)}
         for n in range(4)
-    ]
+    ]  # fmt: skip
     cost = [("m", f"cost of {p}", "train_cpu_s", "measured", s)
             for p, s in zip(("plain", "tuned"), seconds, strict=True)]  # fmt: skip
     tables = score_table(rows, ""), table_of("choices", "", choices, **CHOICE_COLUMNS)
@@ -75,6 +76,7 @@ def test_what_tuning_is_worth_and_costs_is_said():
     assert {"plain", "tuned", "k-NN", "SVM"} <= set(words)
     (table,) = EXPERIMENTS["tuning"].tables(results)
     assert table.rows[0][-2:] == ("15 ×", "L2: 3; stored: 1")
+    assert table.rows[1][-1].endswith("stored: 1; 3 of the candidates could not be trained")
     assert table.rows[2][-1] == "one group"
     assert "55.0 ± 5.8 % plain, 55.0 ± 5.8 % tuned; SVM" in picture.caption.alt
 
