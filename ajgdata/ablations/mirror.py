@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 Wave = Callable[[np.ndarray], np.ndarray]
 DATASET, PERIOD_DEG = "orientation", 180.0
 KNOWN, UNSEEN = "orientation-known", "orientation"
-#: What of a setup makes a gripper and a session differ from how they were drawn.
-DRAWN = ("assembly", "session")
-CAME_OUT = "default, as it came out: balloon, fill and jig a little off"
+#: What of a setup makes a gripper and a session differ from their design.
+OFF_DESIGN = ("assembly", "session")
+CAME_OUT = "default, as it came out: transducers, balloon, fill and jig a little off"
 #: Transducers off every mirror plane, a little and more; the rest is the default gripper.
 LOPSIDED = (
     Gripper(speaker_mm=(-35.0, 0.75), microphone_mm=(27.5, -5.0)),
@@ -173,8 +173,8 @@ def _readings(data: AblationData, grippers: dict[str, tuple[Gripper, TaskData]])
         "Misfit: how far the best mirror plane puts the transducers from where they are (0: the"
         " gripper is its own mirror image, or that with speaker and microphone exchanged). R² of"
         " what the mirror keeps (cosine) and flips (sine), and the error of the direction learned"
-        " as (sin, cos) of twice the angle; ridge, mean over folds. Transducers as drawn: balloon,"
-        " fill and jig lie a little off in all.",
+        " as (sin, cos) of twice the angle; ridge, mean over folds. Places, plane and misfit are of"
+        " the design: as a gripper came out, transducers, balloon, fill and jig lie a little off.",
         (
             Column("gripper", "Gripper"),
             Column("speaker", "Speaker", "mm"),
@@ -196,9 +196,9 @@ def _distances(data: AblationData, grasps: Sequence[Grasp]) -> Table:
     angles = np.array([20.0, 45.0, 70.0])
     rows: list[dict[str, Value]] = []
     default, as_it_is = GRIPPERS["default"], grasps[0].setup
-    drawn = {key: value for key, value in as_it_is.items() if key not in DRAWN}
-    setups = {"default": (default, drawn), CAME_OUT: (default, as_it_is)}
-    setups |= {name: (gripper, drawn) for name, gripper in _lopsided().items()}
+    designed = {key: value for key, value in as_it_is.items() if key not in OFF_DESIGN}
+    setups = {"default": (default, designed), CAME_OUT: (default, as_it_is)}
+    setups |= {name: (gripper, designed) for name, gripper in _lopsided().items()}
     for name, (gripper, made) in setups.items():
         axis, _ = mirror_plane(gripper)
         setup = {**made, "gripper": gripper.model_dump(mode="json")}
@@ -218,7 +218,7 @@ def _distances(data: AblationData, grasps: Sequence[Grasp]) -> Table:
         "Orientation: the mirror without a model",
         "Relative L2 distance of the feature, without noise, root mean square over three"
         " angles: from the bar's mirror image and from the bar turned by 90° (no scatter of"
-        " grasps), and between two grasps of the same angle. Grippers as drawn, but one.",
+        " grasps), and between two grasps of the same angle. Grippers as designed, but one.",
         (
             Column("gripper", "Gripper"),
             Column("mirrored", "Mirror image"),

@@ -66,7 +66,8 @@ def _table(rows: list[dict[str, Value]]) -> Table:
         "Components of the feature's variance, summed over its bins: analysis of variance of"
         " objects and sessions, with grasps in both and recordings in grasps. Objects in a session:"
         " how it was put down, and what one session makes of one object. A session of the data set"
-        f" {GRIPPERS} is another gripper. Scatter: the root of all but the object's, relative to"
+        f" {GRIPPERS} is another gripper. Of a data set with one recording of a grasp, grasps hold"
+        " what recordings differ by. Scatter: the root of all but the object's, relative to"
         " the mean feature. Simulated: the amounts are estimates (docs/parameters.md).",
         (
             Column("dataset", "Data set"),
@@ -79,13 +80,17 @@ def _table(rows: list[dict[str, Value]]) -> Table:
 
 
 def finding(table: Table) -> str:
-    """Return what of the whole band's variance lies between grasps, at least and at most."""
+    """Return what of the whole band's variance lies between grasps, at least and at most, of the
+    data sets whose recordings of one grasp tell it from theirs (of all, where none does)."""
     whole = next(iter(table.parted("band").values()))
-    percent = whole.numbers("grasp")
+    known = np.isfinite(whole.numbers("recording"))
+    chosen = known if known.any() else np.full(len(known), True)
+    percent = whole.numbers("grasp")[chosen]
     least, most = int(np.argmin(percent)), int(np.argmax(percent))
-    names = whole.column("dataset")
+    names = np.array(whole.column("dataset"))[chosen]
+    both = "" if known.any() else ", of one recording each,"
     return (
-        f"Between grasps of one object in one session lies {percent[least]:.0f} % "
+        f"Between grasps of one object in one session{both} lies {percent[least]:.0f} % "
         f"({names[least]}) to {percent[most]:.0f} % ({names[most]}) of the variance"
     )
 

@@ -122,6 +122,7 @@ def cross_validate(
     period: float | None = None,
     extra_tests: Mapping[str, ExtraTestSet] | None = None,
     parts: Folds | None = None,
+    inner_groups: Sequence[np.ndarray] | None = None,
     split: str = "",
     progress: Callable[[int, int], None] | None = None,
 ) -> CrossValidation:
@@ -133,7 +134,8 @@ def cross_validate(
     fold by inner folds of its training part, which divide no group either. A target with a `period`
     is one where y and y + period are the same, as the angle of a bar is after half a turn.
     `parts` are folds that were made before, of a split that has the name `split`, instead of
-    grouped or random ones. `progress(done, folds)` is called after each fold. BLAS and OpenMP get
+    grouped or random ones; `inner_groups` (n,) for each of them what inner folds must not divide
+    (default: `groups`). `progress(done, folds)` is called after each fold. BLAS and OpenMP get
     one thread: results do not depend on the number of cores, and jobs side by side do not fight.
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
@@ -159,7 +161,8 @@ def cross_validate(
     costs, choices, rss_mb = [], [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
-            fitted, cost = _fitted(estimator, features, target, group, train, test)
+            inner = inner_groups[fold] if inner_groups else group
+            fitted, cost = _fitted(estimator, features, target, inner, train, test)
             costs.append(cost)
             choices.append(chosen(fitted)[1])
             own_parts.append(_predict(fitted, features, test, fold, target[train]))

@@ -23,6 +23,8 @@ AS_MANY = "across sessions, as many"
 MOST_SESSIONS = 10
 #: Folds inside a session, at most.
 FOLDS = 5
+#: Of fewer sessions a model that chooses divides the training by groups: it would learn from one.
+ENOUGH_SESSIONS = 3
 
 
 def session_of(names: Iterable[object]) -> np.ndarray:
@@ -39,9 +41,9 @@ def session_splits(
     is tested by a model of all others (where a group has recordings in several sessions, by as many
     models as within, so that none meets a group that it is tested on). *As many*: each
     test part within a session, by a model of the others' groups, drawn to be as many of each class
-    as there are within; where there are more than two sessions. Raises NotPossibleError, with the
-    reason, for a single session, for sessions that are the groups or hold one class alone, and for
-    a class that one session alone has.
+    (of each value of a number, where the others have it) as there are within; where there are more
+    than two sessions. Raises NotPossibleError, with the reason, for a single session, for sessions
+    that are the groups or hold one class alone, and for a class that one session alone has.
     """
     y, groups, sessions = np.asarray(y), np.asarray(groups).astype(str), np.asarray(sessions)
     names = np.unique(sessions)
@@ -57,7 +59,7 @@ def session_splits(
         for name in tested
         for part in _inside(y, groups, np.flatnonzero(sessions == name), kind, folds, seed, name)
     ]
-    met = np.char.add(np.char.add(groups, "\n"), sessions.astype(str))  # a group in a session
+    met = _met(groups, sessions)
     spans = len(np.unique(met)) > len(np.unique(groups))
     whole = [np.flatnonzero(sessions == name) for name in tested]
     tests = [test for _, test in within] if spans else whole
@@ -122,8 +124,10 @@ def _as_many(
     kind: Kind,
     generator: np.random.Generator,
 ) -> np.ndarray:
-    """Return rows of `other`: as many groups of each class (of a number, in all) as `train` has."""
-    label = y if kind == "classification" else np.zeros(len(y), int)
+    """Return rows of `other`: as many groups of each class as `train` has; of a number as many of
+    each value where `other` has them, in all where it does not."""
+    by_value = kind == "classification" or _has_each(y, groups, train, other)
+    label = y if by_value else np.zeros(len(y), int)
     chosen = []
     for one in np.unique(label[train]):
         rows = other[label[other] == one]
@@ -132,6 +136,30 @@ def _as_many(
         drawn = generator.choice(known, wanted, replace=False)
         chosen.append(rows[np.isin(groups[rows], drawn)])
     return np.sort(np.concatenate(chosen))
+
+
+def _has_each(y: np.ndarray, groups: np.ndarray, train: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether `other` has as many groups of each value as `train`."""
+
+    def count(rows: np.ndarray, value: object) -> int:
+        return len(np.unique(groups[rows[y[rows] == value]]))
+
+    return all(count(other, value) >= count(train, value) for value in np.unique(y[train]))
+
+
+def choice_groups(groups: np.ndarray, sessions: np.ndarray, train: np.ndarray) -> np.ndarray:
+    """Return what inner folds must not divide (n,) for a model of the rows `train` that is to meet
+    another session: sessions, where there are as many as inner folds and no group is in two of
+    them; else groups.
+    """
+    enough = len(np.unique(sessions[train])) >= ENOUGH_SESSIONS
+    one_each = len(np.unique(_met(groups, sessions))) == len(np.unique(groups))
+    return sessions if enough and one_each else groups
+
+
+def _met(groups: np.ndarray, sessions: np.ndarray) -> np.ndarray:
+    """Return each group in each session as one label (n,)."""
+    return np.char.add(np.char.add(groups.astype(str), "\n"), sessions.astype(str))
 
 
 def _learnable(parts: Folds, y: np.ndarray) -> Folds:

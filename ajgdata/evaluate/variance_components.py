@@ -28,8 +28,9 @@ def balanced(
     """Return features (objects, sessions, grasps, recordings, f) from rows (n, f) and names (n,).
 
     Of objects that all sessions have, and of each as many grasps, and of these as many recordings,
-    as all have, the first by name. Raises NotPossibleError where fewer than two objects or grasps
-    are left.
+    as all have, the first by name. A grasp of one recording stands back where there are two of more
+    everywhere: it would leave one of all. Raises NotPossibleError where fewer than two objects or
+    grasps are left.
     """
     cells = {
         (one, session): [np.flatnonzero(grasps == g) for g in np.unique(grasps[there])]
@@ -37,6 +38,9 @@ def balanced(
         for session in np.unique(sessions)
         if (there := (objects == one) & (sessions == session)).any()
     }
+    repeated = {key: [rows for rows in some if len(rows) > 1] for key, some in cells.items()}
+    if all(len(some) > 1 for some in repeated.values()):
+        cells = repeated
     every = np.unique(sessions)
     whole = [one for one in np.unique(objects) if all((one, s) in cells for s in every)]
     kept = [cells[one, session] for one in whole for session in every]

@@ -26,7 +26,7 @@ from ajgdata.experiments.base import (
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
-from ajgdata.types.table import Table, table_of
+from ajgdata.types.table import Table, Value, table_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -159,12 +159,15 @@ def _deviation(values: Sequence[float]) -> float:
 
 
 class Line(NamedTuple):
-    """One remedy of one model: the metric as it is shown, over sessions; what it needs of the new
-    session, recordings of the mean session; and the time of correcting and training."""
+    """One remedy of one model: the metric as it is shown, over the sessions where the remedy is
+    possible, how many these are, and what the model as it is makes of the same; what it needs of
+    the new session, recordings of the mean session; and the time of correcting and training."""
 
     model: str
     remedy: str
     score: Score
+    sessions: int
+    plain: float
     chance: float
     needs: str
     cpu_s: float
@@ -172,17 +175,34 @@ class Line(NamedTuple):
 
 def lines_of(results: TaskResults, result: Result) -> list[Line]:
     """Return the remedies of a model, in the order of what they need."""
+    from ajgdata.evaluate.new_session import NONE
+
     rows = result.tables["measured"].where(metric=results.metric)
     scores, cost = result.tables[SCORES], result.cost[SCORES]
+    as_it_is = _by_session(rows.where(remedy=NONE))
     lines = []
     for remedy, table in rows.parted("remedy").items():
         told = scores.where(part=f"sessions: {remedy}", metric=results.metric)
         value = dict(zip(told.column("statistic"), told.numbers("value"), strict=True))
+        possible = dict.fromkeys(table.column("session"))
+        plain = results.scale * float(np.mean([as_it_is[name] for name in possible]))
         score = Score(results.scale * value["mean"], results.scale * value["sd"])
         (cpu_s,) = cost.where(part=f"{COST} {remedy}").numbers("value")
         chance = results.scale * value["chance"]
-        lines.append(Line(result.label, remedy, score, chance, _needs(table), float(cpu_s)))
+        lines.append(
+            Line(
+                result.label, remedy, score, len(possible), plain, chance, _needs(table),
+                float(cpu_s),
+            )
+        )  # fmt: skip
     return lines
+
+
+def _by_session(table: Table) -> dict[Value, float]:
+    """Return the mean value of each session, over draws."""
+    return {
+        name: float(one.numbers("value").mean()) for name, one in table.parted("session").items()
+    }
 
 
 def _needs(table: Table) -> str:
@@ -193,22 +213,30 @@ def _needs(table: Table) -> str:
 
 
 def best_line(results: TaskResults) -> tuple[Line, Line]:
-    """Return the first model as it is, and its remedy of least error that needs no labels (of all,
-    if there is none)."""
+    """Return the first model as it is, and of its remedies that need no labels (of all, if none
+    does) the one that mends most of what the model errs by in the same sessions."""
     first, *others = lines_of(results, results.results[0])
     free = [line for line in others if "labelled" not in line.needs.split()] or others
     sign = 1 if results.kind == "classification" else -1
-    return first, max(free, key=lambda line: sign * line.score.mean)
+    return first, max(free, key=lambda line: sign * (line.score.mean - line.plain))
 
 
 def finding(results: TaskResults) -> str:
     """Return what becomes of the first model in a new session, and what helps without labels."""
     plain, best = best_line(results)
     before, after = (
-        with_unit(number(line.score.mean, 2), results.shown_unit) for line in (plain, best)
+        with_unit(number(value, 2), results.shown_unit) for value in (best.plain, best.score.mean)
     )
-    name = METRIC_NAMES[results.metric]
-    return f"{plain.model} in a new session: {name} {before}; without its labels {after} at best"
+    name, few = METRIC_NAMES[results.metric], _few(results, best)
+    return (
+        f"{plain.model} in a new session{few}: {name} {before}; without its labels {after} at best"
+    )
+
+
+def _few(results: TaskResults, line: Line) -> str:
+    """Return ` (3 of 8 sessions)` for a remedy that is not possible in all."""
+    every = results.results[0].about["sessions"]
+    return f" ({line.sessions} of {every} sessions)" if line.sessions < every else ""
 
 
 def figure(results: TaskResults) -> Figure:
@@ -232,7 +260,8 @@ def figure(results: TaskResults) -> Figure:
         at = np.arange(len(lines)) + 0.16 * (i - (len(every) - 1) / 2)
         _dots(axes, lines, at, style)
     drawn.legend(loc="outside lower center", ncols=len(every))
-    axes.set_yticks(range(len(every[0])), [line.remedy for line in every[0]])
+    names = [f"{line.remedy}{_few(results, line)}" for line in every[0]]
+    axes.set_yticks(range(len(every[0])), names)
     axes.invert_yaxis()
     axes.set_xlabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
     axes.grid(False, axis="y")
@@ -255,7 +284,7 @@ def _dots(axes: Axes, lines: Sequence[Line], at: np.ndarray, style: dict[str, An
 def caption(results: TaskResults) -> Caption:
     """Return the caption of `figure`."""
     listed = "; ".join(
-        f"{line.model}, {line.remedy} ({line.needs}): {_told(results, line)}"
+        f"{line.model}, {line.remedy}{_few(results, line)} ({line.needs}): {_told(results, line)}"
         for result in results.results
         for line in lines_of(results, result)
     )
@@ -265,14 +294,18 @@ def caption(results: TaskResults) -> Caption:
         f"Models of {results.title}, {results.source}, in sessions that they have not met. "
         "Remedies see grasps of the new session that are set aside: without labels (mean, "
         "deviation and, for CORAL, correlations of bins), or with them; or recordings of nothing. "
-        "What is tested is the same for all. Times: correcting and training, of one processor."
+        "What is tested is the same for all; a remedy that some sessions do not allow is shown for "
+        "the others, beside the model as it is in these. Times: correcting and training, of one processor."
         f"{few if missing else ''}",
         f"{finding(results)}. {listed}.",
     )
 
 
 def _told(results: TaskResults, line: Line) -> str:
-    return mean_sd(line.score, results.shown_unit)
+    told = mean_sd(line.score, results.shown_unit)
+    if not _few(results, line):
+        return told
+    return f"{told} (as it is, there: {with_unit(number(line.plain, 2), results.shown_unit)})"
 
 
 def rows(results: TaskResults) -> list[ResultRow]:
@@ -280,7 +313,7 @@ def rows(results: TaskResults) -> list[ResultRow]:
     name = METRIC_NAMES[results.metric]
     return [
         ResultRow(
-            line.model, f"{name} in a new session, {line.remedy}",
+            line.model, f"{name} in a new session, {line.remedy}{_few(results, line)}",
             _told(results, line), mean_sd(Score(line.chance, 0.0), results.shown_unit),
             part=f"needs {line.needs} of the session",
         )

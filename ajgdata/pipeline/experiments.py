@@ -122,17 +122,20 @@ def run_experiment(
     one, shard = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(shard.attrs)}
+    compared = {other: _comparable(store, shard, path) for other, path in others.items()}
+    read = dict(other_manifests or {})
+    heard = {other: _audio_of(compared[other]) for other in read}
     inputs = Inputs(
         dataset=dataset,
         task=task,
         **split,
         seed=seed,
         store=shard,
-        others={other: _comparable(store, shard, path) for other, path in others.items()},
+        others=compared,
         audio=audio,
         features=features,
         **_encoded(*encoders),
-        recordings=RecordingReader(root, {dataset: manifests} | dict(other_manifests or {}), audio),
+        recordings=RecordingReader(root, {dataset: manifests} | read, {dataset: audio} | heard),
         render=render,
         new_grasps=new_grasps,
     )
@@ -158,6 +161,11 @@ def _comparable(store: Path, shard: Shard, path: Path) -> Shard:
         problem = f"its frequencies are not those of {store}: they do not compare"
         raise DataError(path, problem, "delete both, and run again")
     return other
+
+
+def _audio_of(shard: Shard) -> AudioSettings:
+    """Return how the recordings of a store were read."""
+    return AudioSettings.model_validate(json.loads(str(shard.attrs["settings"]))["audio"])
 
 
 def _encoded(latents: Path | None = None, training_cost: Path | None = None) -> dict[str, Any]:

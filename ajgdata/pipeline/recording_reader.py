@@ -12,15 +12,19 @@ from ajgdata.types import AudioSettings, NotPossibleError
 
 
 class RecordingReader:
-    """Samples of recordings, and what was played to them; `manifests` by data set, read once."""
+    """Samples of recordings, and what was played to them; `manifests`, read once, and settings of
+    audio by data set."""
 
     def __init__(
-        self, root: Path, manifests: Mapping[str, Sequence[Path]], audio: AudioSettings
+        self,
+        root: Path,
+        manifests: Mapping[str, Sequence[Path]],
+        audio: Mapping[str, AudioSettings],
     ) -> None:
-        self._root, self._audio = root, audio
+        self._root, self._audio = root, dict(audio)
         self._manifests: dict[tuple[str, str], dict] = {}
         self._where: dict[tuple[str, str], str] = {}
-        self._played: dict[str, np.ndarray | None] = {}
+        self._played: dict[tuple[str, str], np.ndarray | None] = {}
         for dataset, paths in manifests.items():
             for content in (read_manifest(path)[0] for path in paths):
                 session = content["session_id"]
@@ -37,7 +41,7 @@ class RecordingReader:
 
         for name in names:
             path = self._root / self._where[dataset, name]
-            found = examine(path, self._audio, window).samples
+            found = examine(path, self._audio[dataset], window).samples
             if found is None:
                 problem = f"recording {name!r} cannot be used with a window of {window}"
                 raise NotPossibleError(
@@ -50,7 +54,7 @@ class RecordingReader:
         from ajgdata.pipeline.recordings import read_excitation
 
         content = self._manifests[dataset, name.partition("/")[0]]
-        key = content["excitation"]["sha256"] if content["excitation"] else ""
+        key = dataset, content["excitation"]["sha256"] if content["excitation"] else ""
         if key not in self._played:
-            self._played[key] = read_excitation(self._root, content, self._audio)[0]
+            self._played[key] = read_excitation(self._root, content, self._audio[dataset])[0]
         return self._played[key]

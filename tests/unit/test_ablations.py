@@ -8,7 +8,7 @@ import yaml
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from ajgdata.ablations import ABLATIONS, ablation, possible
+from ajgdata.ablations import ABLATIONS, ablation, possible, variance
 from ajgdata.ablations.base import Folds, Hypothesis, Trial, reasons_of, trial_table
 from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
 from ajgdata.ablations.mirror import LOPSIDED, mirror_plane
@@ -254,10 +254,12 @@ def test_the_variance_figure_stacks_what_is_known_to_the_whole():
     parts = [
         {"object": 70, "gripper": None, "session": 5, "object_in_session": 5, "grasp": 20},
         {"object": 30, "gripper": 10, "session": None, "object_in_session": 0, "grasp": 60},
+        {"object": 5, "gripper": None, "session": 5, "object_in_session": 0, "grasp": 90},
     ]
+    recording = {"ball": 0, "cube": 0, "once": None}  # whose grasps hold what recordings add
     rows = [
-        {"dataset": dataset, "band": band, **part, "recording": None, "scatter": 0.1}
-        for dataset, part in zip(("ball", "cube"), parts, strict=True)
+        {"dataset": dataset, "band": band, **part, "recording": known, "scatter": 0.1}
+        for (dataset, known), part in zip(recording.items(), parts, strict=True)
         for band in ("whole", "low")
     ]
     axes = drawn("variance", table_of("variance", "t", rows, **{key: key for key in rows[0]}))
@@ -266,4 +268,7 @@ def test_the_variance_figure_stacks_what_is_known_to_the_whole():
         ends = [[bar.get_x() + bar.get_width() for bar in kind] for kind in one.containers]
         assert [end[0] for end in ends] == [70, 70, 75, 80, 100, 100]
         assert [end[1] for end in ends] == [30, 40, 40, 40, 100, 100]
-    assert [text.get_text() for text in axes[0].get_yticklabels()] == ["ball", "cube"]
+    assert [text.get_text() for text in axes[0].get_yticklabels()] == [*recording]
+    only = [row for row in rows if row["dataset"] == "once"]
+    told = variance.finding(table_of("variance", "t", only, **{key: key for key in rows[0]}))
+    assert told.startswith("Between grasps of one object in one session, of one recording each,")

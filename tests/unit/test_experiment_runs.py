@@ -171,7 +171,7 @@ def test_the_own_settings_make_the_features_of_the_store(store):
             seen["window"] = window
             return super().samples(dataset, names, window)
 
-    recordings = Reader(store.root, {"d": [store.paths.audio_manifest("d", "s1")]}, AUDIO)
+    recordings = Reader(store.root, {"d": [store.paths.audio_manifest("d", "s1")]}, {"d": AUDIO})
 
     stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
     inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, recordings=recordings)

@@ -78,7 +78,7 @@ def world(tmp_path_factory):
     for name, folder in (("d", "q"), ("loud", "l")):
         text = manifests[name][0].read_text().replace('"data/', f'"{folder}/data/')
         manifests[name][0].write_text(text)
-    recordings = RecordingReader(root, manifests, AUDIO)
+    recordings = RecordingReader(root, manifests, dict.fromkeys(manifests, AUDIO))
     return Inputs(
         "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, quiet, {"loud": loud},
         audio=AUDIO, features=FEATURES, recordings=recordings,
@@ -176,7 +176,7 @@ def test_a_sound_that_is_no_sweep_is_told_and_nothing_is_measured(tmp_path):
     manifests = {"d": [tmp_path / Paths().audio_manifest("d", "s1")]}
     inputs = Inputs(
         "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, store, audio=AUDIO,
-        features=FEATURES, recordings=RecordingReader(tmp_path, manifests, AUDIO),
+        features=FEATURES, recordings=RecordingReader(tmp_path, manifests, {"d": AUDIO}),
     )  # fmt: skip
     with pytest.raises(NotPossibleError, match=r"session s1: .* no sweep that can be tracked"):
         measure(inputs, Settings(features=CHANGES[1:2]), "")

@@ -7,8 +7,9 @@ import pytest
 from drawn_figures import texts
 from experiment_samples import measured, numbers, small_inputs, task_results
 
-from ajgdata.evaluate.new_session import NONE, SessionData, on_new_sessions
+from ajgdata.evaluate.new_session import BY_REFERENCES, NONE, SessionData, on_new_sessions
 from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.across_sessions import lines_of
 from ajgdata.report.canvas import draw
 from ajgdata.store.features import Column, Shard, text_column
 
@@ -17,16 +18,17 @@ SETTINGS = {"grasps": [1, 2, 9], "models": ["knn_plain"], "draws": 2}
 REFERENCE = "references, ratio"
 
 
-def store(sessions: int = 3, references: int = 3) -> Shard:
-    """Six grasps of three objects and some of nothing in each session, with gains of its own that
-    are larger than what tells the objects."""
+def store(sessions: int = 3, references: int = 3, without: str = "") -> Shard:
+    """Six grasps of three objects and some of nothing in each session but the one `without`, with
+    gains of its own that are larger than what tells the objects."""
     rng = np.random.default_rng(0)
     shapes = {held: 1.0 * rng.normal(size=BINS) for held in OBJECTS} | {"": np.zeros(BINS)}
     rows, feature = [], []
     for session in range(sessions):
         gain = 3 * rng.normal(size=BINS)
         for held in ("", *OBJECTS):
-            for n in range(GRASPS if held else references):
+            of_nothing = 0 if f"s{session}" == without else references
+            for n in range(GRASPS if held else of_nothing):
                 rows.append((f"s{session}/{held or 'empty'}{n}", held))
                 noise = (0.3 if held else 0.03) * rng.normal(size=BINS)
                 level = np.exp(shapes[held] + gain + noise)
@@ -163,6 +165,30 @@ def test_the_figure_names_every_remedy_with_what_it_needs(results, outcome):
     assert one.caption.alt.startswith(f"k-NN, plain in a new session: accuracy {before}; ")
     assert f"without its labels {after} at best" in one.caption.alt
     assert "too few grasps for 9 of each" in one.caption.text
+
+
+def test_a_remedy_of_some_sessions_stands_beside_the_model_in_the_same():
+    outcome = measured(
+        "across_sessions", small_inputs(store=store(without="s2")), "knn_plain", **SETTINGS
+    )
+    results = task_results("across_sessions", {"knn_plain": outcome}, settings=SETTINGS)
+    lines = {line.remedy: line for line in lines_of(results, results.results[0])}
+    assert {name: line.sessions for name, line in lines.items() if line.sessions < 3} == {
+        name: 2 for name in BY_REFERENCES
+    }
+    first, second, third = (
+        outcome.tables[1].where(session=name, remedy=NONE, metric="accuracy").numbers("value")
+        for name in ("s0", "s1", "s2")
+    )
+    there = 100 * np.mean([*first, *second])
+    assert lines[REFERENCE].plain == pytest.approx(there)
+    assert lines[NONE].plain == pytest.approx(100 * np.mean([*first, *second, *third]))
+    assert lines[NONE].plain == lines[NONE].score.mean
+    (one,) = EXPERIMENTS["across_sessions"].figures(results)
+    assert f"{REFERENCE} (2 of 3 sessions)" in texts(draw(one))
+    assert f"(as it is, there: {there:.2g} %)" in one.caption.alt
+    metrics = [row.metric for row in EXPERIMENTS["across_sessions"].rows(results)]
+    assert f"accuracy in a new session, {REFERENCE} (2 of 3 sessions)" in metrics
 
 
 def test_each_remedy_has_a_row(results, outcome):

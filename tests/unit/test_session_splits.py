@@ -8,6 +8,7 @@ from ajgdata.evaluate.sessions import (
     AS_MANY,
     MOST_SESSIONS,
     WITHIN,
+    choice_groups,
     session_of,
     session_splits,
 )
@@ -56,6 +57,28 @@ def test_as_many_grasps_of_each_class_as_within_are_drawn_from_all_other_session
             assert counts == [6, 6]
     used = {name for drawn, test in splits[AS_MANY] for name in session[drawn]}
     assert used == {"s0", "s1", "s2"}
+
+
+def test_as_many_of_each_value_of_a_number_are_drawn_where_others_have_them():
+    y, group, session = grasps(each=8)
+    size = np.where(y == "a", 10.0, 20.0)
+    splits = made(size, group, session, "regression", folds=4)
+    for (within, _), (drawn, _) in zip(splits[WITHIN], splits[AS_MANY], strict=True):
+        for value in (10.0, 20.0):
+            counts = [len(set(group[rows][size[rows] == value])) for rows in (within, drawn)]
+            assert counts[0] == counts[1]
+    own = made(group.astype(float), group, session, "regression", folds=4)  # no value comes again
+    for (within, _), (drawn, _) in zip(own[WITHIN], own[AS_MANY], strict=True):
+        assert len(set(group[within])) == len(set(group[drawn]))
+
+
+def test_a_model_that_is_to_meet_another_session_is_chosen_by_sessions():
+    _, group, session = grasps(sessions=4)
+    elsewhere, two = np.flatnonzero(session != "s0"), np.flatnonzero(session < "s2")
+    assert choice_groups(group, session, elsewhere) is session
+    assert choice_groups(group, session, two) is group
+    thing = group % 8  # met in every session
+    assert choice_groups(thing, session, elsewhere) is thing
 
 
 def test_two_sessions_have_as_many_anyway():

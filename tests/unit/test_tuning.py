@@ -92,6 +92,22 @@ def test_inner_folds_see_no_row_of_the_outer_test_part_and_divide_no_group(rows)
             assert set(fit) | set(held) == set(train)
 
 
+def test_inner_folds_divide_no_session_where_that_is_asked_for():
+    x = np.arange(48, dtype=float)[:, None]
+    y, groups, session = np.arange(48) // 2 % 2, np.arange(48) // 2, np.arange(48) // 12
+    parts = [(np.flatnonzero(session != one), np.flatnonzero(session == one)) for one in range(4)]
+    Spy.seen.clear()
+    cross_validate(
+        x, y, groups, kind="classification", model=Tuned([("a", Spy()), ("b", Spy())]),
+        parts=parts, inner_groups=[session] * 4,
+    )  # fmt: skip
+    assert len(Spy.seen) == 4 * 7  # two candidates on three inner folds, the best on the whole
+    for number, (fit, held) in enumerate(Spy.seen):
+        known = set(session[fit.astype(int)].tolist())
+        assert len(known) == (3 if number % 7 == 6 else 2)
+        assert not known & set(session[held.astype(int)].tolist())
+
+
 def leaking(groups=24, repeats=6):
     """Two bins that nearly tell the class, and two that tell the group exactly and nothing else."""
     generator = np.random.default_rng(2)

@@ -85,5 +85,9 @@ def test_balanced_takes_what_all_have_by_name():
     assert found.shape == (2, 2, 2, 2, 1)  # the third object has no session b
     assert set(found[0, 0, 0].ravel()) == {100, 101}
     assert set(found[1, 1, 1].ravel()) <= {1210, 1211, 1212}
+    left = value != 101  # a grasp of one recording, beside two of more
+    cut = balanced(value[left, None], objects[left], sessions[left], grasps[left])
+    assert cut.shape == (2, 2, 2, 2, 1)
+    assert set(cut[0, 0].ravel()) < {110, 111, 112, 120, 121, 122}
     with pytest.raises(NotPossibleError, match="two objects with two grasps each"):
         balanced(value[:, None], objects, np.array(["only", *sessions[1:]]), grasps)

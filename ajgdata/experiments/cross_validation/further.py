@@ -13,6 +13,7 @@ from ajgdata.types import NotPossibleError
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation, Tested
+    from ajgdata.evaluate.splits import Folds
     from ajgdata.experiments.cross_validation import Evaluation, Settings
 
 #: Models that are always tried across sessions: they train in an instant, or (k-NN) are chosen in
@@ -50,16 +51,18 @@ def _asked(settings: Settings, model: str, recordings: int) -> bool:
 
 def _by_session(inputs: Inputs, model: str, found: Evaluation) -> dict[str, CrossValidation]:
     from ajgdata.evaluate.crossval import cross_validate
-    from ajgdata.evaluate.sessions import session_of, session_splits
+    from ajgdata.evaluate.sessions import WITHIN, choice_groups, session_of, session_splits
 
-    data = found.data[GROUPED]
-    splits = session_splits(
-        data.value, data.group, session_of(data.name), inputs.kind, inputs.folds, inputs.seed
-    )
+    data, session = found.data[GROUPED], session_of(found.data[GROUPED].name)
+    splits = session_splits(data.value, data.group, session, inputs.kind, inputs.folds, inputs.seed)
+
+    def inner(parts: Folds) -> list[np.ndarray]:
+        return [choice_groups(data.group, session, train) for train, _ in parts]
+
     return {
         split: cross_validate(
             data.feature, data.value, data.group, model=model, parts=parts, split=split,
-            **inputs.split,
+            inner_groups=None if split == WITHIN else inner(parts), **inputs.split,
         )
         for split, parts in splits.items()
     }  # fmt: skip

@@ -1,0 +1,29 @@
+"""Recordings of several data sets, each read as its own declaration says."""
+
+import numpy as np
+import pytest
+import soundfile as sf
+from worlds import RATE_HZ, tone
+
+from ajgdata.pipeline.recording_reader import RecordingReader
+from ajgdata.types import AudioSettings, NotPossibleError
+
+
+def channel(number: int | str) -> AudioSettings:
+    return AudioSettings(sample_rate_hz=RATE_HZ, channel=number)
+
+
+def test_each_data_set_is_heard_on_its_own_channel(project):
+    (row,) = project.session(tones={"a": 500.0})
+    both = np.column_stack([tone(500.0), tone(1000.0)])
+    sf.write(project.folder() / row.file, both, RATE_HZ, subtype="PCM_24")
+    project.write([row.model_copy(update={"sha256": ""})])
+    project.refresh()
+    manifests = {name: [project.paths.audio_manifest("d", "s1")] for name in "dem"}
+    settings = {"d": channel(0), "e": channel(1), "m": channel("mono")}
+    reader = RecordingReader(project.root, manifests, settings)
+    for dataset, expected in (("d", both[:, 0]), ("e", both[:, 1])):
+        (samples,) = reader.samples(dataset, ["s1/a"], 256)
+        np.testing.assert_allclose(samples, expected, atol=2.0**-23)
+    with pytest.raises(NotPossibleError, match="recording 's1/a' cannot be used"):
+        list(reader.samples("m", ["s1/a"], 256))
