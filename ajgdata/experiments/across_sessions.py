@@ -295,7 +295,8 @@ def caption(results: TaskResults) -> Caption:
         "Remedies see grasps of the new session that are set aside: without labels (mean, "
         "deviation and, for CORAL, correlations of bins), or with them; or recordings of nothing. "
         "What is tested is the same for all; a remedy that some sessions do not allow is shown for "
-        "the others, beside the model as it is in these. Times: correcting and training, of one processor."
+        "the others, beside the model as it is in these. Times: correcting and training, of one "
+        "processor."
         f"{few if missing else ''}",
         f"{finding(results)}. {listed}.",
     )
