@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-browser lint format bench demo-live sort-live docs findings lock clean
+.PHONY: reproduce real test test-browser test-cluster lint format bench demo-live sort-live docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -20,6 +20,10 @@ test: $(VENV)/.test
 # Pages in a real browser: a small report, results/report if it is there, the dashboard; AJGDATA_SCREENSHOTS=1 writes the dashboard's pictures. Needs Debian's chromium and chromium-driver.
 test-browser: $(VENV)/.test $(VENV)/.browser
 	AJGDATA_REQUIRE_BROWSER=1 $(BIN)/pytest -n 0 -m browser tests/browser
+
+# A small project on a SLURM that the tests start on this machine (docs/cluster.md); as root. Debian: slurmctld slurmd slurm-client munge.
+test-cluster: $(VENV)/.test $(VENV)/.cluster
+	AJGDATA_REQUIRE_CLUSTER=1 $(BIN)/pytest -n 0 -m cluster tests/cluster
 
 lint: $(VENV)/.lint
 	$(BIN)/ruff check .
