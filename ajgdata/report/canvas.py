@@ -7,7 +7,8 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -85,12 +86,21 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(["default", STYLE]):
             figure = draw(*args, **kwargs)
-            figure.draw_without_rendering()
-            figure.set_layout_engine("none")
+            _lay_out(figure)
+            figure.set_layout_engine(None)  # not "none", with which each save would draw twice
             settle(figure)
         return figure
 
     return wrapper
+
+
+def _lay_out(figure: Figure) -> None:
+    """Put everything but labels in its place; drawing it all for that would take twice as long."""
+    engine = figure.get_layout_engine()
+    if engine and figure.axes:
+        engine.execute(figure)
+    else:
+        figure.draw_without_rendering()
 
 
 def draw(illustration: Illustration) -> Figure:
@@ -183,10 +193,25 @@ def pareto_front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
 def encode(figure: Figure, suffix: str) -> bytes:
     """Return the figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
     buffer = io.BytesIO()
-    with matplotlib.style.context(["default", STYLE]):
+    with matplotlib.style.context(["default", STYLE]), _lean_fonts():
         dpi = SVG_DPI if suffix == "svg" else STYLE["savefig.dpi"]
         figure.savefig(buffer, format=suffix, dpi=dpi, metadata=_METADATA[suffix])
     return buffer.getvalue()
+
+
+@contextmanager
+def _lean_fonts() -> Iterator[None]:
+    """Leave how letters join out of the fonts that a PDF embeds: its letters have their places, and
+    reading these tables is most of the time of a save. Matplotlib has no setting for it.
+    """
+    from fontTools.subset import Options
+
+    kept = Options._drop_tables_default
+    Options._drop_tables_default = [*kept, "GDEF", "GPOS", "GSUB"]
+    try:
+        yield
+    finally:
+        Options._drop_tables_default = kept
 
 
 def save_figure(figure: Figure, stem: Path) -> list[Path]:

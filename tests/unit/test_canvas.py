@@ -1,0 +1,48 @@
+"""Figures as files: drawn once for each, and with fonts that publishers take."""
+
+from fontTools.subset import Options
+from matplotlib.figure import Figure
+
+from ajgdata.report.blocks import Illustration
+from ajgdata.report.canvas import draw, encode, new_figure
+from ajgdata.report.format import Caption
+
+
+def illustration():
+    def drawn():
+        figure = new_figure((4, 3), "Error falls with size", "of cubes", ["simulated"])
+        axes = figure.subplots()
+        axes.plot([1, 2, 3], [3, 1, 2])
+        axes.set(xlabel="Edge, mm", ylabel="Error, mm")
+        return figure
+
+    return Illustration("one", Caption("One.", "One."), drawn)
+
+
+def test_a_file_takes_one_drawing_of_its_figure(monkeypatch):
+    figure, drawings = draw(illustration()), []
+    once = Figure.draw
+    monkeypatch.setattr(
+        Figure, "draw", lambda self, renderer: drawings.append(once(self, renderer))
+    )
+    for number, suffix in enumerate(("svg", "png", "pdf"), 1):
+        encode(figure, suffix)
+        assert len(drawings) == number
+
+
+def test_axes_stand_clear_of_the_head_before_anything_is_saved():
+    figure = draw(illustration())
+    (axes,) = figure.axes
+    renderer = figure.canvas.get_renderer()
+    head = min(text.get_window_extent(renderer).y0 for text in figure.texts)
+    box = axes.get_tightbbox(renderer)
+    assert box.y1 < head
+    assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+
+
+def test_a_pdf_embeds_truetype_and_leaves_font_tools_as_they_were():
+    before = Options().drop_tables
+    pdf = encode(draw(illustration()), "pdf")
+    assert b"/CIDFontType2" in pdf  # Type 3 is what publishers refuse
+    assert b"/Type3" not in pdf
+    assert Options().drop_tables == before
