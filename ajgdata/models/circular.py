@@ -24,15 +24,22 @@ class Circular(MetaEstimatorMixin, RegressorMixin, BaseEstimator):
 
     def fit(self, X: Any, y: Any) -> Self:
         """Train on features (n, n_features) and targets (n,) in any turn."""
-        turn = 2 * np.pi * np.asarray(y, np.float64) / self.period
         self.estimator_ = clone(self.estimator)
-        self.estimator_.fit(X, np.column_stack([np.sin(turn), np.cos(turn)]))
+        self.estimator_.fit(X, self.coordinates(y))
         return self
 
-    def predict(self, X: Any) -> np.ndarray:
-        """Return the target (n,): the direction of the predicted point, however near to the
-        centre."""
-        check_is_fitted(self)
-        sine, cosine = self.estimator_.predict(X).T
+    def coordinates(self, y: Any) -> np.ndarray:
+        """Return the point (n, 2) that stands for each target (n,)."""
+        turn = 2 * np.pi * np.asarray(y, np.float64) / self.period
+        return np.column_stack([np.sin(turn), np.cos(turn)])
+
+    def targets(self, points: np.ndarray) -> np.ndarray:
+        """Return the target (n,) that each point (n, 2) stands for, however near to the centre."""
+        sine, cosine = points.T
         turns = np.arctan2(sine, cosine) / (2 * np.pi)
         return turns % 1.0 % 1.0 * self.period  # twice: -1e-17 % 1.0 is 1.0
+
+    def predict(self, X: Any) -> np.ndarray:
+        """Return the target (n,): the direction of the predicted point."""
+        check_is_fitted(self)
+        return self.targets(self.estimator_.predict(X))

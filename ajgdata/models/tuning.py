@@ -6,18 +6,19 @@ and the one that is kept.
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
 from sklearn.base import BaseEstimator, MetaEstimatorMixin, clone
-from sklearn.exceptions import FitFailedWarning
-from sklearn.model_selection import GridSearchCV, GroupKFold, StratifiedGroupKFold
-from sklearn.pipeline import Pipeline
+from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
 from sklearn.utils import get_tags
 from sklearn.utils.metaestimators import _BaseComposition, available_if
 from sklearn.utils.validation import check_is_fitted
+
+from ajgdata.models.shared_steps import SharedPart
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
 #: Inner folds, and how many where more than LARGE recordings are trained on: candidates then differ
@@ -117,28 +118,18 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         """Return the mean score of each candidate over folds, NaN for one that cannot be trained
         on all of them."""
         cheaper = self.while_choosing or {}
-        estimators = [clone(one).set_params(**cheaper) for _, one in self.candidates]
-        search = GridSearchCV(
-            Pipeline([("candidate", estimators[0])]),
-            {"candidate": estimators},
-            scoring=self._score,
-            cv=folds,
-            refit=False,
-        )
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", FitFailedWarning)
-            warnings.filterwarnings(
-                "ignore", "(Scoring failed|One or more of the test)", UserWarning
-            )
-            try:
-                search.fit(X, y)
-            except ValueError:  # every candidate failed on every fold
-                return np.full(len(estimators), np.nan)
-        return search.cv_results_["mean_test_score"]
+        score = np.full((len(self.candidates), len(folds)), np.nan)
+        for fold, (train, test) in enumerate(folds):
+            part = SharedPart(X[train], y[train], X[test])
+            for number, (_, candidate) in enumerate(self.candidates):
+                # not one to train on these rows: as of too few, or of one class
+                with contextlib.suppress(ValueError):
+                    predicted = part.predicted(clone(candidate).set_params(**cheaper))
+                    score[number, fold] = self._score(predicted, y[test])
+        return score.mean(axis=1)
 
-    def _score(self, fitted: Any, X: np.ndarray, y: np.ndarray) -> float:
+    def _score(self, predicted: np.ndarray, y: np.ndarray) -> float:
         """Return accuracy, or minus the mean square error."""
-        predicted = fitted.predict(X)
         if get_tags(self).estimator_type == "classifier":
             return float(np.mean(predicted == y))
         away = predicted - y
