@@ -11,16 +11,16 @@ import os
 import secrets
 import shutil
 import signal
+import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol")
 #: Where every program of SLURM looks: the executor passes no SLURM_CONF on to its jobs.
 CONFIGURATION = Path("/etc/slurm/slurm.conf")
-CONTROLLER_PORT = 16817
 #: States of jobs that are over.
 ENDED = {"COMPLETED", "FAILED", "CANCELLED", "NODE_FAIL", "OUT_OF_MEMORY", "TIMEOUT"}
 #: Seconds after which a program that should have answered is given up.
@@ -63,6 +63,15 @@ NODE = (
     " RealMemory={mb} State=UNKNOWN\n"
 )
 PARTITION = "PartitionName=main Nodes=ALL Default=YES MaxTime=INFINITE State=UP\n"
+
+
+def free_ports(number: int) -> list[int]:
+    """Return ports of the loopback that nobody listens on."""
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(number)]
+        for one in sockets:
+            one.bind(("127.0.0.1", 0))
+        return [one.getsockname()[1] for one in sockets]
 
 
 def missing() -> str:
@@ -158,11 +167,10 @@ def loopback_slurm(
     munge.mkdir(parents=True, mode=0o700)
     (munge / "munge.key").write_bytes(secrets.token_bytes(128))
     (munge / "munge.key").chmod(0o400)
-    text = TEMPLATE.format(host=host, port=CONTROLLER_PORT, folder=folder, node_timeout_s=20)
-    for n, name in enumerate(names):
-        text += NODE.format(
-            name=name, host=host, port=CONTROLLER_PORT + 1 + n, cpus=cpus, mb=memory_mb
-        )
+    controller, *ports = free_ports(1 + nodes)
+    text = TEMPLATE.format(host=host, port=controller, folder=folder, node_timeout_s=20)
+    for name, port in zip(names, ports, strict=True):
+        text += NODE.format(name=name, host=host, port=port, cpus=cpus, mb=memory_mb)
     (folder / "slurm.conf").write_text(text + PARTITION)
     (folder / "state").mkdir()
     CONFIGURATION.parent.mkdir(exist_ok=True)

@@ -2,25 +2,20 @@
 
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 import yaml
+from runs import Project
+from tones import SHARD, TARGETS, make_tones
 
-from ajgdata.paths import Paths
 from tools.loopback_slurm import Slurm, loopback_slurm, missing
 
-ROOT = Path(__file__).resolve().parents[2]
 #: Set it to fail, rather than skip, where SLURM cannot be started.
 REQUIRED = "AJGDATA_REQUIRE_CLUSTER"
-#: Seconds after which a run is given up: a busy machine takes ten times as long as an idle one.
-PATIENCE_S = 1800
 SESSIONS = tuple(f"day{n}" for n in range(1, 5))
-REPORT = "results/report/index.html"
 TONES = {
     "name": "tones",
     "description": "Sines of two pitches, for tests.",
@@ -68,53 +63,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.cluster)
 
 
-class Project:
-    """A project folder, run on this machine or through SLURM."""
-
-    def __init__(self, root: Path) -> None:
-        self.root, self.paths = root, Paths(root)
-
-    def command(self, *arguments: str) -> list[str]:
-        given = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-        return [*given, "--configfile", "settings.yaml", *arguments]
-
-    def run_here(self, *arguments: str) -> None:
-        profile = ("--workflow-profile", str(ROOT / "profiles/default"), "--cores", "2")
-        done = subprocess.run(
-            self.command(*profile, *arguments),
-            check=False, cwd=self.root, capture_output=True, text=True, timeout=PATIENCE_S,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    def submit(self, *arguments: str) -> "Submitted":
-        """Start a run through SLURM: groups of two sessions, one CPU each."""
-        profile = ("--workflow-profile", str(ROOT / "profiles/slurm"), "--cores", "1")
-        quick = ("--slurm-init-seconds-before-status-checks", "1", "--latency-wait", "20")
-        groups = ("--group-components", "features=2", "acquire=2", "merge=2")
-        return Submitted(self, self.command(*profile, *quick, *groups, *arguments))
-
-
-class Submitted:
-    """A run of Snakemake whose jobs SLURM executes."""
-
-    def __init__(self, project: Project, command: list[str]) -> None:
-        self.log = project.root / "submitted.log"
-        with self.log.open("w") as log:
-            self.process = subprocess.Popen(
-                command, cwd=project.root, stdout=log, stderr=log, stdin=subprocess.DEVNULL
-            )
-
-    def finish(self) -> str:
-        """Wait for its end, which must be a good one; returns what it said."""
-        try:
-            code = self.process.wait(PATIENCE_S)
-        finally:
-            self.process.kill()
-        said = self.log.read_text()
-        assert code == 0, said
-        return said
-
-
 @pytest.fixture(scope="session")
 def _can_start() -> None:
     absent = missing()
@@ -134,8 +82,6 @@ def slurm(_can_start, tmp_path: Path) -> Iterator[Slurm]:
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory) -> Project:
     """Tones recorded on four days, and cubes that the workflow still has to record."""
-    from tones import make_tones
-
     root = tmp_path_factory.mktemp("recorded")
     project = Project(root)
     for declared in (TONES, CUBES):
@@ -153,7 +99,17 @@ def reference(_can_start, recorded, tmp_path_factory) -> Project:
     root = tmp_path_factory.mktemp("reference") / "project"
     shutil.copytree(recorded.root, root)
     project = Project(root)
-    project.run_here(REPORT)
+    project.run_here(*TARGETS)
+    return project
+
+
+@pytest.fixture(scope="session")
+def features(_can_start, recorded, tmp_path_factory) -> Project:
+    """The same after the features of one session were made without SLURM."""
+    root = tmp_path_factory.mktemp("features") / "project"
+    shutil.copytree(recorded.root, root)
+    project = Project(root)
+    project.run_here(SHARD)
     return project
 
 

@@ -6,11 +6,12 @@ import signal
 import time
 from pathlib import Path
 
+from runs import Submitted
+from tones import SHARD, TARGETS
+
 from tools.loopback_slurm import Slurm, wait_until
 
 PATIENCE_S = 900
-TARGETS = ("results/report/index.html", "results/metrics.csv")
-SHARD = "results/features/tones/day1.nc"
 
 
 def assert_same_files(one: Path, other: Path, kind: str) -> None:
@@ -28,18 +29,19 @@ def metrics(root: Path) -> list[dict[str, str]]:
         return [row for row in csv.DictReader(file) if row["statistic"] != "measured"]
 
 
-def running(slurm: Slurm) -> dict[str, str]:
+def running(slurm: Slurm, run: Submitted) -> dict[str, str]:
     """The first job that runs."""
 
     def found() -> list[dict[str, str]]:
+        assert run.process.poll() is None, run.log.read_text()
         return [job for job in slurm.jobs() if job["state"] == "RUNNING"]
 
     wait_until(found, "a running job", PATIENCE_S)
     return found()[0]
 
 
-def processes_of(job: str) -> list[int]:
-    """All processes of a job, those of SLURM that watch over it too."""
+def processes_of(job: str, *, watchers: bool) -> list[int]:
+    """All processes of a job; those of SLURM that watch over it too, if its node is to be lost."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -48,13 +50,13 @@ def processes_of(job: str) -> list[int]:
         except OSError:  # it ended
             continue
         step = command.startswith(f"slurmstepd: [{job}.".encode())
-        if step or f"SLURM_JOB_ID={job}".encode() in environment:
+        if (step and watchers) or f"SLURM_JOB_ID={job}".encode() in environment:
             found.append(int(folder.name))
     return found
 
 
-def kill(job: str) -> None:
-    for pid in processes_of(job):
+def kill(job: str, *, watchers: bool = False) -> None:
+    for pid in processes_of(job, watchers=watchers):
         try:
             os.kill(pid, signal.SIGKILL)
         except ProcessLookupError:
@@ -92,45 +94,46 @@ def test_a_project_has_the_bytes_of_a_run_without_it(slurm, project, reference):
     assert {job["node"] for job in jobs} == set(slurm.nodes)
 
 
-def test_a_killed_job_is_submitted_again_and_avoids_a_drained_node(slurm, project, reference):
+def test_a_killed_job_is_submitted_again_and_avoids_a_drained_node(slurm, project, features):
     run = project.submit(SHARD)
-    job = running(slurm)
+    job = running(slurm, run)
     slurm.control("update", f"nodename={job['node']}", "state=drain", "reason=test")
     kill(job["id"])
     run.finish()
-    assert_same_files(project.root, reference.root, SHARD)
+    assert_same_files(project.root, features.root, SHARD)
     (_, failed, _), (_, state, node) = ended(slurm)
     assert failed != "COMPLETED"
     assert (state, node) == ("COMPLETED", other(slurm, job["node"]))
 
 
-def test_jobs_of_a_lost_node_are_started_again_on_another(slurm, project, reference):
+def test_jobs_of_a_lost_node_are_started_again_on_another(slurm, project, features):
     run = project.submit(SHARD)
-    job = running(slurm)
+    job = running(slurm, run)
     slurm.stop(job["node"], signal.SIGKILL)
-    kill(job["id"])
+    kill(job["id"], watchers=True)
     slurm.control("update", f"nodename={job['node']}", "state=down", "reason=test")
     run.finish()
-    assert_same_files(project.root, reference.root, SHARD)
+    assert_same_files(project.root, features.root, SHARD)
     assert ended(slurm) == [(job["id"], "COMPLETED", other(slurm, job["node"]))]
 
 
-def test_a_controller_that_restarts_loses_no_job(slurm, project, reference):
+def test_a_controller_that_restarts_loses_no_job(slurm, project, features):
     run = project.submit(SHARD)
-    job = running(slurm)
+    job = running(slurm, run)
     slurm.stop("slurmctld")
     time.sleep(3)
     assert run.process.poll() is None
     slurm.start("slurmctld")
     run.finish()
-    assert_same_files(project.root, reference.root, SHARD)
+    assert_same_files(project.root, features.root, SHARD)
     assert ended(slurm) == [(job["id"], "COMPLETED", job["node"])]
 
 
-def test_a_job_over_its_memory_gets_more_at_the_next_attempt(slurm, project, reference):
+def test_a_job_over_its_memory_gets_more_at_the_next_attempt(slurm, project, features):
     # Snakemake alone takes more than 100 MB
-    project.submit(SHARD, "--set-resources", "features:mem_mb=100 + 1900 * (attempt - 1)").finish()
-    assert_same_files(project.root, reference.root, SHARD)
+    more = ("--set-resources", "features:mem_mb=100 + 1900 * (attempt - 1)")
+    project.submit(SHARD, more=more).finish()
+    assert_same_files(project.root, features.root, SHARD)
     jobs = {job["memory"]: job["state"] for job in slurm.jobs()}
     assert jobs.pop("2000M") == "COMPLETED"
     assert list(jobs) == ["100M"]

@@ -11,6 +11,9 @@ from ajgdata.store.sessions import write_session
 from ajgdata.types import Recording, Session
 
 RATE_HZ = 44_100
+#: What runs are asked for: all, and the features of one session.
+TARGETS = ("results/report/index.html", "results/metrics.csv")
+SHARD = "results/features/tones/day1.nc"
 
 
 def make_tones(paths: Paths, sessions: Sequence[str]) -> None:
