@@ -13,6 +13,7 @@ from scipy.linalg import eigh
 
 from ajgdata.gripper.contact import Spring, plane_modulus
 from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.quadrature import gauss
 
 Real = NDArray[np.floating]
 #: Polynomials along each edge: the first five bending modes to 1e-4.
@@ -64,14 +65,14 @@ class Plate:
     @cached_property
     def points(self) -> tuple[Real, Real, Real]:
         """Gauss's points u, v (m) and their areas (m²), exact for products of the shapes."""
-        x, gauss = legendre.leggauss(2 * POLYNOMIALS)
+        x, weight = gauss(2 * POLYNOMIALS)
         if not self.round:
             u, v = np.meshgrid(x, x, indexing="ij")
-            area = np.outer(gauss, gauss) / 4
+            area = np.outer(weight, weight) / 4
         else:
             radius, turn = (x[:, None] + 1) / 2, 2 * np.pi * np.arange(AROUND) / AROUND
             u, v = radius * np.cos(turn), radius * np.sin(turn)
-            area = gauss[:, None] / 8 * radius * (2 * np.pi / AROUND) * np.ones_like(turn)
+            area = weight[:, None] / 8 * radius * (2 * np.pi / AROUND) * np.ones_like(turn)
         return (
             u.ravel() * self.length / 2,
             v.ravel() * self.width / 2,

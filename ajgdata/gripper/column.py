@@ -20,6 +20,7 @@ from scipy.linalg import eigh
 
 from ajgdata.gripper.contact import Frame, Spring
 from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.quadrature import gauss
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]
@@ -189,7 +190,7 @@ def _rods(body: Body, low: float, high: float, count: int) -> tuple[Real, Real]:
     """
     step = (high - low) / count
     # Three points of Gauss in each element resolve the cones.
-    nodes, weights = np.polynomial.legendre.leggauss(3)
+    nodes, weights = gauss(3)
     z = low + (np.arange(count)[:, None] + (nodes + 1) / 2) * step
     carrying, section = rod_areas(body, z), body.section(z)
     flexibility = (weights / 2 / carrying).sum(1) * step / body.material.young_pa

@@ -47,9 +47,11 @@ def _finer(height: Real, shape: tuple[int, int]) -> Real:
     return fine[: shape[0], : shape[1]]
 
 
-@njit(nogil=True, cache=True)
+# By numpy's rules of division, because Python's test for zero would keep loops from vectorising.
+@njit(nogil=True, cache=True, error_model="numpy")
 def _slack(height, step, right, down):
-    """1/√(1+|∇w|²) in the faces to the right (rows, columns - 1) and down (rows - 1, columns)."""
+    """1/√(1+|∇w|²) in the inner faces: right (rows, columns + 1) of samples j - 1 and j, and down
+    (rows + 1, columns) of i - 1 and i; the border's stay 0."""
     rows, columns = height.shape
     square = step * step
     for i in range(rows):
@@ -58,40 +60,64 @@ def _slack(height, step, right, down):
             along = height[i, j + 1] - height[i, j]
             across = height[below, j] + height[below, j + 1] - height[above, j]
             across = (across - height[above, j + 1]) / 4
-            right[i, j] = 1 / np.sqrt(1 + (along * along + across * across) / square)
+            right[i, j + 1] = 1 / np.sqrt(1 + (along * along + across * across) / square)
     for i in range(rows - 1):
-        for j in range(columns):
-            left, beyond = max(j - 1, 0), min(j + 1, columns - 1)
-            along = height[i + 1, j] - height[i, j]
-            across = height[i, beyond] + height[i + 1, beyond] - height[i, left]
-            across = (across - height[i + 1, left]) / 4
-            down[i, j] = 1 / np.sqrt(1 + (along * along + across * across) / square)
+        down[i + 1, 0] = _slack_below(height, i, 0, 0, 1, square)
+        down[i + 1, columns - 1] = _slack_below(
+            height, i, columns - 1, columns - 2, columns - 1, square
+        )
+        for j in range(1, columns - 1):
+            down[i + 1, j] = _slack_below(height, i, j, j - 1, j + 1, square)
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, error_model="numpy")
+def _slack_below(height, i, j, left, beyond, square):
+    along = height[i + 1, j] - height[i, j]
+    across = height[i, beyond] + height[i + 1, beyond] - height[i, left]
+    across = (across - height[i + 1, left]) / 4
+    return 1 / np.sqrt(1 + (along * along + across * across) / square)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def _relax(height, obstacle, load, step, sweeps):
-    """Projected over-relaxation in place, red samples before black ones."""
+    """Projected over-relaxation in place, red samples before black ones.
+
+    A row's samples are computed whatever their colour, which vectorises, and every second is kept.
+    """
     rows, columns = height.shape
-    right, down = np.zeros((rows, columns)), np.zeros((rows, columns))
+    right, down = np.zeros((rows, columns + 1)), np.zeros((rows + 1, columns))
+    share, wanted = np.zeros((rows, columns)), np.zeros(columns)
     for sweep in range(sweeps):
         if sweep % LOOK == 0:
             _slack(height, step, right, down)
+            for i in range(rows):
+                for j in range(columns):
+                    share[i, j] = OMEGA / (
+                        right[i, j] + right[i, j + 1] + down[i, j] + down[i + 1, j]
+                    )
         for colour in range(2):
             for i in range(rows):
+                _wanted(height, right, down, share, load, i, wanted)
                 for j in range((i + colour) % 2, columns, 2):
-                    total = pulled = 0.0
-                    if j > 0:
-                        total += right[i, j - 1]
-                        pulled += right[i, j - 1] * height[i, j - 1]
-                    if j < columns - 1:
-                        total += right[i, j]
-                        pulled += right[i, j] * height[i, j + 1]
-                    if i > 0:
-                        total += down[i - 1, j]
-                        pulled += down[i - 1, j] * height[i - 1, j]
-                    if i < rows - 1:
-                        total += down[i, j]
-                        pulled += down[i, j] * height[i + 1, j]
-                    wanted = (pulled - load) / total
-                    new = height[i, j] + OMEGA * (wanted - height[i, j])
-                    height[i, j] = max(new, obstacle[i, j])
+                    height[i, j] = max(wanted[j], obstacle[i, j])
+
+
+@njit(nogil=True, cache=True)
+def _wanted(height, right, down, share, load, i, wanted):
+    """Height to which each sample of row `i` would go; faces of the border pull nothing."""
+    rows, columns = height.shape
+    above, below = max(i - 1, 0), min(i + 1, rows - 1)
+    for j in (0, columns - 1):
+        left, beyond = max(j - 1, 0), min(j + 1, columns - 1)
+        wanted[j] = _pulled(height, right, down, share, load, i, j, above, below, left, beyond)
+    for j in range(1, columns - 1):
+        wanted[j] = _pulled(height, right, down, share, load, i, j, above, below, j - 1, j + 1)
+
+
+@njit(nogil=True, cache=True)
+def _pulled(height, right, down, share, load, i, j, above, below, left, beyond):
+    # Differences and not heights, so that what is level stays level to the last bit.
+    here = height[i, j]
+    pull = right[i, j] * (height[i, left] - here) + right[i, j + 1] * (height[i, beyond] - here)
+    pull += down[i, j] * (height[above, j] - here) + down[i + 1, j] * (height[below, j] - here)
+    return here + share[i, j] * (pull - load)

@@ -104,6 +104,17 @@ class Fluid:
         )
         return self.density + self.drag / iw, np.asarray(self.compressibility * relaxed)
 
+    def sensitivities(self, omega: Real) -> tuple[Complex, Complex]:
+        """Relative change of density per log ρ∞ and log σ', (2, ω), and of compressibility per log
+        C∞, each log cj and each log τj, (1 + 2 poles, ω)."""
+        rho, compressibility = self.response(omega)
+        delay = 1j * omega * np.array(self.times)[:, None]
+        part = np.array(self.strengths)[:, None] / (1 + delay)
+        share = self.compressibility / compressibility
+        density = np.stack([self.density / rho, self.drag / (1j * omega * rho)])
+        one = np.ones((1, len(omega)))
+        return density, np.concatenate([one, part * share, -part * delay / (1 + delay) * share])
+
 
 def air_fluid(air: Air) -> Fluid:
     """Free air has neither drag nor relaxation at this scale."""
@@ -142,10 +153,19 @@ def fit_fluid(packing: Packing, air: Air, poles: int = 2) -> Fluid:
         error = np.concatenate([(k_fit - k) * FIT_PATH_M, z_fit / z - 1])
         return np.concatenate([error.real, error.imag])
 
+    def slopes(logs: Real) -> Real:
+        trial = fluid(logs)
+        of_rho, of_c = trial.sensitivities(omega)
+        k_fit, z_fit = wave(*trial.response(omega), omega)
+        # k = ω√(ρC), z = √(ρ/C): half the relative change of ρ, plus or minus that of C.
+        bend = [np.concatenate([of_rho, sign * of_c]) / 2 for sign in (1, -1)]
+        change = np.concatenate([bend[0] * k_fit * FIT_PATH_M, bend[1] * z_fit / z], axis=1).T
+        return np.concatenate([change.real, change.imag])
+
     fastest, slowest = np.log(0.2 / omega[-1]), np.log(1 / omega[0])
     times = np.linspace(np.log(1 / omega[-1]), slowest, poles + 2)[1:-1]
     start = np.concatenate([np.zeros(3), np.full(poles, np.log(0.1)), times])
     low = np.concatenate([start[: 3 + poles] - 5, np.full(poles, fastest)])
     high = np.concatenate([start[: 3 + poles] + 5, np.full(poles, slowest)])
-    fitted = least_squares(misfit, start, bounds=(low, high), xtol=1e-10, ftol=1e-10)
+    fitted = least_squares(misfit, start, slopes, (low, high), xtol=1e-10, ftol=1e-10)
     return fluid(fitted.x)

@@ -13,6 +13,7 @@ between membrane and table is not modelled: neither its shadow nor its resonance
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Air
+from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.walls import WallList
 
 Real = NDArray[np.floating]
@@ -60,6 +62,7 @@ def skin(walls: WallList, cells: Cells) -> Skin:
     return Skin(walls.cell.astype(np.uint64), patch, walls.area, centre, groups[:, 3:])
 
 
+@cache
 def directions(count: int = DIRECTIONS) -> Real:
     """Return unit vectors (count, 3), evenly over the sphere: a Fibonacci lattice."""
     turn = np.arange(count) * np.pi * (3 - np.sqrt(5))
@@ -95,10 +98,34 @@ def diffuse_gain(
 ) -> Real:
     """Return the rms pressure at the microphone per rms pressure in the room, (BINS,), for the
     `velocity` (patches, BINS) of each patch per volume velocity at the microphone."""
-    delay = directions() @ centre.T / air.sound_speed
-    turn = np.exp(1j * np.pi / step_s / (BINS - 1) * delay)
-    phase, power = np.ones_like(turn), np.zeros(BINS)
-    for n in range(BINS):
-        power[n] = np.mean(np.abs(phase @ velocity[:, n]) ** 2)
-        phase *= turn
-    return np.sqrt(2 * power)
+    delay = np.einsum("dk,ck->dc", directions(), centre) / air.sound_speed
+    turn = np.ascontiguousarray(np.pi / step_s / (BINS - 1) * delay.T)
+    spectrum = np.ascontiguousarray(velocity.T)
+    return np.sqrt(2 * _power(spectrum.real, spectrum.imag, np.cos(turn), np.sin(turn)))
+
+
+@njit(nogil=True, cache=True)
+def _power(real, imag, cosine, sine):
+    """Mean over directions of |Σ patches turnⁿ velocity_n|², (bins,), in a fixed order.
+
+    The velocity, in parts, is (bins, patches), `cosine` and `sine` of a bin's turn (patches,
+    directions): directions are innermost, so that it vectorises without reordering a sum.
+    """
+    bins, patches = real.shape
+    count = cosine.shape[1]
+    power = np.zeros(bins)
+    a, b = np.ones((patches, count)), np.zeros((patches, count))
+    across, along = np.empty(count), np.empty(count)
+    for n in range(bins):
+        across[:], along[:] = 0.0, 0.0
+        for k in range(patches):
+            x, y = real[n, k], imag[n, k]
+            for d in range(count):
+                now, beside = a[k, d], b[k, d]
+                across[d] += now * x - beside * y
+                along[d] += now * y + beside * x
+                a[k, d] = now * cosine[k, d] - beside * sine[k, d]
+                b[k, d] = now * sine[k, d] + beside * cosine[k, d]
+        for d in range(count):
+            power[n] += across[d] * across[d] + along[d] * along[d]
+    return power / count

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.gripper.levels import History
+from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.scene import derive_seed
 
 MODES = 200
@@ -78,9 +79,21 @@ def _values(field: RandomField, *positions: tuple[float, ...]) -> Real:
         factor = np.exp(1j * np.outer(along, vectors[:, axis]))
         waves = (waves[:, None, :] * factor[None]).reshape(-1, MODES)
     last = np.exp(1j * np.outer(axes[-1], vectors[:, -1]))
-    # Not a matrix product: BLAS rounds differently with another number of threads.
-    values = np.einsum("am,bm->ab", waves.real, last.real)
-    values -= np.einsum("am,bm->ab", waves.imag, last.imag)
+    values = _real_product(waves, np.ascontiguousarray(last.T))
     values = values.reshape([len(axis) for axis in axes]) * np.sqrt(2 / MODES)
     values.flags.writeable = False
+    return values
+
+
+@njit(nogil=True, cache=True)
+def _real_product(left, right):
+    """Real part of left @ right, (a, m) and (m, b), summed in a fixed order: BLAS rounds
+    differently with another number of threads."""
+    values = np.zeros((left.shape[0], right.shape[1]))
+    real, imag = right.real.copy(), right.imag.copy()
+    for a in range(left.shape[0]):
+        for m in range(left.shape[1]):
+            x, y = left[a, m].real, left[a, m].imag
+            for b in range(right.shape[1]):
+                values[a, b] += x * real[m, b] - y * imag[m, b]
     return values

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord
@@ -115,6 +117,7 @@ def _mean_and_unrest(system: System, state: State) -> tuple[float, float]:
     return mean, float(np.sum(mass * (p - mean) ** 2) / mass.sum())
 
 
+@cache
 def lowpass(factor: int) -> tuple[Real, int]:
     """Linear-phase low pass (taps,) at `factor` times 44.1 kHz and its delay in samples at 44.1
     kHz.
@@ -129,5 +132,6 @@ def lowpass(factor: int) -> tuple[Real, int]:
     taps, beta = kaiserord(80.0, (STOP_HZ - PASS_HZ) / (rate / 2))
     latency = int(np.ceil(taps / 2 / factor))
     cutoff = (PASS_HZ + STOP_HZ) / 2
-    pulse = firwin(2 * latency * factor + 1, cutoff, window=("kaiser", beta), fs=rate)
-    return factor * pulse, latency
+    pulse = factor * firwin(2 * latency * factor + 1, cutoff, window=("kaiser", beta), fs=rate)
+    pulse.flags.writeable = False
+    return pulse, latency

@@ -16,6 +16,7 @@ from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.one_thread import one_thread
 from ajgdata.gripper.outside import Skin, skin
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
@@ -117,7 +118,11 @@ def build_plan(scene: Scene) -> Plan:
     >>> [part.name for part in plan.parts if part.kept]
     ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'film', 'frame']
     """
-    scene = as_met(scene)
+    with one_thread():
+        return _planned(as_met(scene))
+
+
+def _planned(scene: Scene) -> Plan:
     gripper, h = scene.gripper, scene.numerics.dx_mm * MM
     shape = cavity(scene)
     cells = cut_cells(
