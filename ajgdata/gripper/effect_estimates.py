@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper.column import StackModes
 from ajgdata.gripper.medium import Air, Packing, wave
 from ajgdata.gripper.scene_model import PartName
-from ajgdata.gripper.system import WEAKEST
+from ajgdata.gripper.walls import WEAKEST
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

@@ -17,7 +17,7 @@ from numpy.typing import DTypeLike, NDArray
 from ajgdata.gripper.grid import Cells
 from ajgdata.gripper.medium import Fluid
 from ajgdata.gripper.modes import NO_MODES, ModeList, Modes, coupled
-from ajgdata.gripper.walls import NO_WALLS, WallList, Walls, connected
+from ajgdata.gripper.walls import NO_WALLS, WEAKEST, WallList, Walls, connected
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
@@ -29,8 +29,6 @@ ROUNDS = 40
 #: bytes, because loads across two cache lines take twice the time.
 LANES = 8
 LINE = 64
-#: A wall of less impedance (Pa s/m) than this, 1e-8 of air, is a vacuum to the sound.
-WEAKEST = 1e-6
 
 
 class Faces(NamedTuple):

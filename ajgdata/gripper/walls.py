@@ -18,6 +18,8 @@ from ajgdata.gripper.numba_cache import njit
 
 Real = NDArray[np.floating]
 Integer = NDArray[np.int64]
+#: A wall of less impedance (Pa s/m) than this, 1e-8 of air, is a vacuum to the sound.
+WEAKEST = 1e-6
 
 
 class Walls(NamedTuple):
@@ -54,7 +56,8 @@ class WallList:
         kinds, which = np.unique(kinds, axis=1, return_inverse=True)
         area = np.bincount(which.ravel(), self.area, kinds.shape[1])[:, None]
         mass, resistance, stiffness = kinds[:, :, None]
-        return np.sum(area / (resistance + 1j * omega * mass + stiffness / (1j * omega)), axis=0)
+        impedance = WEAKEST + resistance + 1j * omega * mass + stiffness / (1j * omega)
+        return np.sum(area / impedance, axis=0)
 
     def __add__(self, other: WallList) -> WallList:
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, build_plan
-from ajgdata.gripper.medium import FIT_BAND_HZ, Air, Packing, fit_fluid, wave
+from ajgdata.gripper.medium import FIT_BAND_HZ, Air, Fluid, Packing, fit_fluid, wave
+from ajgdata.gripper.one_thread import one_thread
 from ajgdata.gripper.scene import GRAINS
 
 OMEGA = 2 * np.pi * np.geomspace(*FIT_BAND_HZ, 200)
@@ -27,6 +29,41 @@ def test_two_poles_fit_the_grains_in_any_weather(kind, celsius, pascal):
     error = _reflection(*fitted, air) - _reflection(*exact, air)
     # Two poles err by 0.03 at 20 °C (docs/virtual-gripper.md); weather must not add to that.
     assert np.sqrt(np.mean(np.abs(error) ** 2)) < 0.03
+
+
+def test_sensitivities_of_a_fluid_are_its_slopes():
+    values = np.array([2.0, 3e3, 8e-6, 0.2, 0.1, 2e-4, 3e-5])
+
+    def responses(logs):
+        density, drag, compressibility, *poles = values * np.exp(logs)
+        return Fluid(density, drag, compressibility, tuple(poles[:2]), tuple(poles[2:]))
+
+    def slope(n, which, step=1e-4):
+        up, down = (
+            np.log(responses(sign * step * np.eye(7)[n]).response(OMEGA)[which]) for sign in (1, -1)
+        )
+        return (up - down) / (2 * step)
+
+    of_density, of_compressibility = responses(np.zeros(7)).sensitivities(OMEGA)
+    # Central differences err by the third derivative, of order 1, times step²/6, and by rounding
+    # of logarithms of up to 12, eps * 12 / step.
+    bound = 1e-8 + np.finfo(float).eps * 12 / 1e-4
+    for number, n in enumerate((0, 1)):
+        assert np.abs(of_density[number] - slope(n, 0)).max() < bound
+    for number, n in enumerate((2, 3, 4, 5, 6)):
+        assert np.abs(of_compressibility[number] - slope(n, 1)).max() < bound
+
+
+def test_linear_algebra_keeps_to_one_thread_and_gives_the_others_back():
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = _blas_threads()
+        with one_thread():
+            assert set(_blas_threads()) == {1}
+        assert _blas_threads() == before
+
+
+def _blas_threads():
+    return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
 
 
 def test_scenes_up_to_30_degrees_share_a_time_step_and_hotter_ones_shorten_theirs():
