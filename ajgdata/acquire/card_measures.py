@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.fft
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import correlate, periodogram
 
 from ajgdata.features.bands import third_octaves
 
@@ -46,6 +45,8 @@ def dbfs(mean_square: ArrayLike) -> Real:
 def band_powers(samples: NDArray[Any], rate_hz: int, centres_hz: Real) -> Real:
     """Return the mean square of samples (n,) in each third octave (bands,): by Parseval's theorem
     they add up to that of all frequencies between the outer edges."""
+    from scipy.signal import periodogram  # half a second
+
     frequency, power = periodogram(samples, rate_hz, detrend=False, scaling="spectrum")
     edges = np.asarray(centres_hz)[:, None] * 10 ** (np.array([-0.05, 0.05]))
     inside = (frequency >= edges[:, :1]) & (frequency < edges[:, 1:])
@@ -99,6 +100,8 @@ def hum(silence: NDArray[Any], rate_hz: int, mains_hz: int) -> Hum:
     A line is what lies within 1.5 Hz of a multiple of `mains_hz`; its neighbourhood, of the same
     width in sum, is the median of what lies within 10 Hz.
     """
+    from scipy.signal import periodogram
+
     if len(silence) < rate_hz:
         raise ValueError("hum needs a second of silence")
     frequency, power = periodogram(silence, rate_hz, "hann", detrend="constant", scaling="spectrum")
@@ -214,6 +217,8 @@ def pulse_delays(
 ) -> Pulses:
     """Return the delays of pulses (m,) that were played `every` samples, `count` times, up to
     `reach` samples more or less, to parts of a sample."""
+    from scipy.signal import correlate
+
     pad = np.r_[np.zeros(reach), heard, np.zeros(reach + len(pulse))]
     length = 2 * reach + len(pulse)
     whole = correlate(pad[:length], pulse, "valid", "fft")

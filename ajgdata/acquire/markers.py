@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import chirp, correlate
 
 MARKER_S = 0.02
 #: Silence on both sides of the sound: the gripper has died away before what comes next.
@@ -80,6 +79,8 @@ def framed(played: NDArray[Any], sample_rate_hz: int, tail: int = 0) -> Framed:
 
 def arrival(heard: NDArray[Any], sound: Framed) -> Arrival:
     """Return where `sound` arrived in `heard` (n,), which began with it. Silence is not found."""
+    from scipy.signal import correlate  # half a second
+
     if len(heard) < len(sound.sound) or not np.any(heard) or not np.any(sound.marker):
         return Arrival(0, 0, 0.0)
     # A compressed marker begins before it arrives: there is room for that, whatever the latency.
@@ -140,6 +141,8 @@ def _compressed(
     heard: NDArray[np.float64], marker: NDArray[np.float64], at: int, reach: int
 ) -> tuple[int, NDArray[np.float64]]:
     """Return the correlation of `heard` with the marker around `at`, and where it begins."""
+    from scipy.signal import correlate
+
     begin = max(at - reach, 0)
     part = heard[begin : at + reach + RESPONSE + len(marker)]
     return begin, np.asarray(correlate(part, marker, "valid", "fft"))
@@ -147,6 +150,8 @@ def _compressed(
 
 def _marker(sample_rate_hz: int) -> NDArray[np.float64]:
     """Return 20 ms of a linear chirp, 2 to 12 kHz, faded in and out over its whole length."""
+    from scipy.signal import chirp
+
     n = round(MARKER_S * sample_rate_hz)
     high = min(12_000.0, 0.4 * sample_rate_hz)
     time = np.arange(n) / sample_rate_hz

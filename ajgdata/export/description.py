@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import get_window
 
 from ajgdata.export import numpy_runtime
 from ajgdata.export.layers import CannotExportError, Layer, layers_of
 from ajgdata.features.spectrum import frequencies_hz
+from ajgdata.features.windows import periodic_window
 from ajgdata.types import AudioSettings, FeatureSettings
 
 #: What of a model's calibration (`evaluate.in_use`) a file holds; None is what could not be found.
@@ -84,7 +84,7 @@ def describe(
     about |= {"features": features.model_dump(mode="json"), "bins": [first, first + len(band)]}
     about["calibration"] = {key: calibration.get(key, CALIBRATION[key]) for key in CALIBRATION}
     about |= {"provenance": dict(provenance), "verdicts": list(numpy_runtime.VERDICTS)}
-    window = get_window(features.window_shape, features.window, fftbins=True).astype(np.float32)
+    window = periodic_window(features.window_shape, features.window).astype(np.float32)
     exported = Exported(about, layers, window, guard)
     about["self_test"] = self_test(exported)
     return exported

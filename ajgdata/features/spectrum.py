@@ -28,8 +28,8 @@ import numpy as np
 import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import get_window
 
+from ajgdata.features.windows import periodic_window
 from ajgdata.types import FeatureSettings
 
 Float32 = NDArray[np.float32]
@@ -180,7 +180,7 @@ def _summed(
 @lru_cache(maxsize=8)
 def _window(shape: str, length: int) -> Float32:
     """Return a periodic window (length,), float32."""
-    return get_window(shape, length, fftbins=True).astype(np.float32)
+    return periodic_window(shape, length).astype(np.float32)
 
 
 def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:

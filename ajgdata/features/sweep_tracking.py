@@ -25,9 +25,9 @@ import numpy as np
 import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import get_window
 
 from ajgdata.features.spectrum import Float32, spectrum
+from ajgdata.features.windows import periodic_window
 from ajgdata.types import FeatureSettings
 
 #: Energy over the largest in the bin, or over the mean of all bins: -40 dB, as the transfer
@@ -98,7 +98,7 @@ def _heard(played: NDArray[np.float64], settings: FeatureSettings) -> NDArray[np
     whole = max(len(played), window)
     padded = np.pad(played, (0, window + -(whole - window) % hop + whole - len(played)))
     frames = sliding_window_view(padded, window)[::hop]
-    shape = get_window(settings.window_shape, window, fftbins=True)
+    shape = periodic_window(settings.window_shape, window)
     energy = np.abs(scipy.fft.rfft(frames * shape)) ** 2
     largest = energy.max(axis=0)
     heard = (energy >= HEARD * largest) & (largest >= HEARD * largest.mean())

@@ -28,7 +28,6 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.signal import fftconvolve
 
 from ajgdata.features.spectrum import Float32, in_band, normalised
 from ajgdata.types import FeatureSettings
@@ -77,6 +76,8 @@ class Deconvolution:
 
         Raises ValueError for a recording that is not (n,) or not finite.
         """
+        from scipy.signal import fftconvolve  # half a second
+
         heard = np.asarray(recording, np.float64)
         if heard.ndim != 1 or not np.isfinite(heard).all():
             raise ValueError(f"need finite samples of shape (n,), got {heard.shape}")
@@ -109,6 +110,8 @@ def _covariance(played: Real, taps: int, first: int) -> Real:
     Each element below the first row is the one up and left of it, with the product that comes in
     and without the one that leaves: R[i+1, j+1] = R[i, j] + x[f-1-i] x[f-1-j] - x[n-1-i] x[n-1-j].
     """
+    from scipy.signal import fftconvolve
+
     before = np.concatenate([np.zeros(taps), played])
     entering = before[first : first + taps][::-1]  # x[f - 1], x[f - 2], ...
     leaving = before[len(played) : len(played) + taps][::-1]

@@ -32,13 +32,8 @@ rule summary:
     shell:
         "wc -c {{input}} > {{output}} 2> {{log}}"
 """
-#: Every script that serves several rules is run by one of them here.
-MORE = {
-    "experiments": {
-        "learning_curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]},
-        "permutation_test": {"permutations": 20},
-    },
-}
+#: The script of all experiments is run here.
+MORE = {"experiments": {"learning_curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]}}}
 
 
 def test_the_workflow_runs_as_a_module_with_a_prefix(project):
