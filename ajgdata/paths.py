@@ -180,9 +180,13 @@ class Paths:
         """Every recording as every network of an embedding sees it."""
         return self.embedding(dataset, embedding) / "latents.nc"
 
+    def models(self, dataset: str) -> Path:
+        """Folder of all models of a data set."""
+        return self.results / "models" / dataset
+
     def model(self, dataset: str, task: str, model: str) -> Path:
-        """Folder of a model trained on all recordings."""
-        return self.results / "models" / dataset / task / model
+        """Folder of a model trained on all recordings of a task."""
+        return self.models(dataset) / task / model
 
     @property
     def exported(self) -> Path:
@@ -238,6 +242,11 @@ class Paths:
     def verified(self) -> Path:
         """Return what the checks of a run's results ended with."""
         return self.of_run / "verify" / "summary.txt"
+
+    @property
+    def verified_solver(self) -> Path:
+        """Return what the long checks of the solver ended with: of no run's results."""
+        return self.results / "verify" / "solver.txt"
 
     def log(self, rule: str) -> Path:
         """Return the log of a rule that has one job a run."""

@@ -130,7 +130,7 @@ def lines(paths: Paths, run: RunSummary, failed: Sequence[str] = ()) -> list[str
     """Return the summary for a console; `failed` names the jobs that ended in an error."""
     used, left_out = (sum(getattr(one, key) for one in run.data) for key in ("used", "left_out"))
     told = [
-        f"{_many(len(run.data), 'data set')}: {_many(used, 'recording')} used, {left_out} left out"
+        f"{many(len(run.data), 'data set')}: {many(used, 'recording')} used, {left_out} left out"
     ]
     for one in run.data:
         if one.left_out:
@@ -142,7 +142,7 @@ def lines(paths: Paths, run: RunSummary, failed: Sequence[str] = ()) -> list[str
     skipped = sum(not kind.startswith(TRAINING) for one in run.skipped for kind in one.kinds)
     gone = sum(f": {TRAINING}" not in one for one in run.absent)
     told.append(
-        f"{_many(run.asked, 'measurement')}: {run.asked - skipped - gone} made, {skipped} skipped, "
+        f"{many(run.asked, 'measurement')}: {run.asked - skipped - gone} made, {skipped} skipped, "
         f"{gone} not made"
     )
     for some, word in ((run.wanting, "skipped "), (_optional(run), "optional")):
@@ -162,7 +162,8 @@ def _optional(run: RunSummary) -> list[Skipped]:
     return [one for one in run.skipped if one.optional]
 
 
-def _many(count: int, noun: str) -> str:
+def many(count: int, noun: str) -> str:
+    """Return `1 job` or `2,000 jobs`."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,27 @@ from ajgdata.store.files import json_bytes, write_bytes
 from ajgdata.store.models import ABOUT_FILE, write_estimator, write_guard, write_network
 from ajgdata.store.tables import plain
 from ajgdata.types import Kind, NotPossibleError
+
+
+def train_models(
+    store: Path,
+    *,
+    tasks: Mapping[str, Mapping[str, Any]],
+    seed: int,
+    folder: Path,
+    progress: Callable[[int], Callable[[], object]],
+) -> None:
+    """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
+    `folder`/task/model."""
+    wanted = [(task, model) for task, one in tasks.items() for model in one["models"]]
+    done = progress(len(wanted))
+    for task, model in wanted:
+        print(f"{task}: {model}")
+        place = folder / task / model
+        train_model(
+            store, **tasks[task]["settings"], task=task, model=model, seed=seed, folder=place
+        )
+        done()
 
 
 def train_model(

@@ -1,4 +1,4 @@
-"""The last rule: tests on what was built, and those too long for the test suite."""
+"""Tests of what was built, and those of the solver that are too long for the test suite."""
 
 from __future__ import annotations
 
@@ -12,16 +12,29 @@ from ajgdata.store.files import write_bytes
 from ajgdata.types import DataError
 
 
-def verify(tests: Path, summary: Path, *, quick: bool, run: str, log: Path) -> None:
-    """Run the tests of the built results and, unless `quick`, the slow tier; write pytest's closing
-    line.
+def verify(tests: Path, summary: Path, *, run: str, log: Path) -> None:
+    """Run the tests of the built results and write pytest's closing line.
 
     `run` names a run of some data sets alone, "" is a whole one. Raises DataError when a test
     fails; pytest's output is in the `log`.
     """
-    built = [str(tests / "artefacts"), "-m", "artefact", "-n", "0"]  # to collect all takes longer
-    chosen = built if quick else [str(tests), "-m", "artefact or slow"]
-    command = [sys.executable, "-m", "pytest", *chosen, "-p", "no:cacheprovider"]
+    built = [str(tests / "artefacts"), "-m", "artefact"]  # to collect all takes longer
+    write_bytes(summary, _tested(tests, built, "a check of the results failed", log, run))
+
+
+def verify_solver(tests: Path, summary: Path, *, log: Path) -> None:
+    """Run the tests too long for the test suite, and write pytest's closing line.
+
+    They look at no result: a run makes them beside everything else. Raises DataError when one
+    fails; pytest's output is in the `log`.
+    """
+    chosen = [str(tests), "-m", "slow"]
+    write_bytes(summary, _tested(tests, chosen, "a check of the solver failed", log))
+
+
+def _tested(tests: Path, chosen: list[str], problem: str, log: Path, run: str = "") -> bytes:
+    """Return the closing line of pytest, in this job's one process."""
+    command = [sys.executable, "-m", "pytest", *chosen, "-n", "0", "-p", "no:cacheprovider"]
     done = subprocess.run(
         [*command, "--rootdir", str(tests.parent)],
         check=False,
@@ -31,5 +44,5 @@ def verify(tests: Path, summary: Path, *, quick: bool, run: str, log: Path) -> N
     )
     print(done.stdout, done.stderr)
     if done.returncode:
-        raise DataError(tests, "a check of the results failed", f"see {log}")
-    write_bytes(summary, (done.stdout.strip().splitlines()[-1].strip("= ") + "\n").encode())
+        raise DataError(tests, problem, f"see {log}")
+    return (done.stdout.strip().splitlines()[-1].strip("= ") + "\n").encode()

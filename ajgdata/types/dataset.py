@@ -168,3 +168,10 @@ class DatasetSpec(Strict):
     def training(self, task: str) -> dict[str, Any]:
         """Return what training a model for `task` must know, by name."""
         return {k: v for k, v in self.task_settings(task).items() if k in TRAINING}
+
+    def trainings(self) -> dict[str, dict[str, Any]]:
+        """Return the `models` of each task, and the `settings` of their training, by task."""
+        return {
+            name: {"models": list(task.models), "settings": self.training(name)}
+            for name, task in self.tasks.items()
+        }

@@ -9,7 +9,7 @@ import pytest
 from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.paths import Paths
-from ajgdata.pipeline.train import train_model
+from ajgdata.pipeline.train import train_model, train_models
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 from ajgdata.types import DataError, NotPossibleError
 
@@ -89,6 +89,24 @@ def test_a_network_is_the_same_bytes_twice(store):
     for file in ("model.json", "model.safetensors", "guard.safetensors"):
         assert (folders[0] / file).read_bytes() == (folders[1] / file).read_bytes()
         assert (folders[0] / file).stat().st_mode & 0o777 == 0o666 & ~umask
+
+
+def test_models_trained_one_after_the_other_are_those_trained_alone(store):
+    alone = train(store, "kind", "cnn", "alone")
+    settings = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
+    tasks = {"what": {"models": ["forest", "cnn"], "settings": settings}}
+    steps = []
+    folder = store.parent / "all"
+    train_models(
+        store, tasks=tasks, seed=3, folder=folder,
+        progress=lambda total: lambda: steps.append(total),
+    )  # fmt: skip
+    assert steps == [2, 2]
+    assert (folder / "what/forest/model.skops").is_file()
+    for file in ("model.safetensors", "guard.safetensors"):
+        assert (folder / "what/cnn" / file).read_bytes() == (alone / file).read_bytes()
+    about, own = (json.loads((f / "model.json").read_text()) for f in (folder / "what/cnn", alone))
+    assert about == own | {"task": "what"}
 
 
 def test_what_cannot_be_trained_says_why(store):

@@ -2,7 +2,13 @@ def process_mode():
     """Tell whether this process executes jobs: known when Snakemake builds their graph."""
     if not workflow.is_main_process:
         return "job"
-    return "look" if workflow.executor_plugin is None or workflow.dryrun else "run"
+    if workflow.executor_plugin is None or workflow.dryrun:
+        return "look"
+    if workflow.local_exec:
+        # A limit of jobs a second lets Snakemake look at all waiting jobs again a second after
+        # each look, in one chain of timers more for each job that ended: for nothing here.
+        workflow.scheduling_settings.max_jobs_per_timespan = None
+    return "run"
 
 
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
@@ -84,6 +90,13 @@ def opening_sessions(path):
     ]
 
 
+def registered_by(wildcards):
+    """Packages that the models of a data set come from, with their versions, by model."""
+    tasks = SPECS[wildcards.dataset].tasks.values()
+    models = dict.fromkeys(model for task in tasks for model in task.models)
+    return {model: MODELS.origin(model) for model in models}
+
+
 def embedding_settings(wildcards):
     """The embedding of a job as plain values, defaults included."""
     declared = SPECS[wildcards.dataset].embeddings
@@ -151,6 +164,23 @@ def encoders_of(wildcards):
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
 
 
+STARTED_S = time.monotonic()
+
+
+def taken():
+    """Return what this run took."""
+    dag = workflow.dag
+    jobs = [job for job in dag.jobs if not job.is_norun]
+    ran = [job for job in jobs if dag.needrun(job) and dag.finished(job)]
+    return effort(
+        time.monotonic() - STARTED_S,
+        len(ran),
+        sum(not dag.needrun(job) for job in jobs),
+        [Path(job.log[0]) for job in ran if job.rule.name == "features"],
+        local=workflow.local_exec,
+    )
+
+
 def tell_run():
     """Print what the run did, of all that was asked for, on the console."""
     outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
@@ -163,7 +193,8 @@ def tell_run():
     ]
     if specs:
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
-        print("", *lines(PATHS, run, failed), "", sep="\n", file=sys.stderr, flush=True)
+        told = [*lines(PATHS, run, failed), effort_line(taken(), run.data)]
+        print("", *told, "", sep="\n", file=sys.stderr, flush=True)
 
 
 @cache

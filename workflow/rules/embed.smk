@@ -8,6 +8,7 @@ rule embed:
         "results/logs/embed/{dataset}.{embedding}.log",
     benchmark:
         "results/benchmarks/embed/{dataset}.{embedding}.tsv"
+    priority: 1  # of what takes longest; experiments wait for it
     conda:
         "../../environment.yml"
     params:

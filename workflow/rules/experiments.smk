@@ -15,6 +15,8 @@ rule experiment:
         "results/logs/experiment/{dataset}.{task}.{kind}.log",
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
+    # What simulates takes longest: it begins first, or the other cores would wait for it at the end.
+    priority: lambda wildcards: int(asked(wildcards).experiment.renders)
     conda:
         "../../environment.yml"
     params:

@@ -1,23 +1,24 @@
 from ajgdata.types import MODELS
 
 
+# All models of a data set in one job: what trains them is imported once.
 rule train:
     input:
         store=PATHS.merged("{dataset}"),
     output:
-        folder=directory(PATHS.model("{dataset}", "{task}", "{model}")),
+        folder=directory(PATHS.models("{dataset}")),
     log:
-        "results/logs/train/{dataset}.{task}.{model}.log",
+        "results/logs/train/{dataset}.log",
     benchmark:
-        "results/benchmarks/train/{dataset}.{task}.{model}.tsv"
+        "results/benchmarks/train/{dataset}.tsv"
     conda:
         "../../environment.yml"
     params:
-        task=lambda wildcards: SPECS[wildcards.dataset].training(wildcards.task),
+        tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
-        code=code_of("ajgdata.pipeline.train:train_model"),
-        registered_by=lambda wildcards: MODELS.origin(wildcards.model),
+        code=code_of("ajgdata.pipeline.train:train_models"),
+        registered_by=registered_by,
     message:
-        "Training {wildcards.model} for {wildcards.task} on all of {wildcards.dataset}"
+        "Training every model of {wildcards.dataset} on all of it"
     script:
         "../scripts/train.py"

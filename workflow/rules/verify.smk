@@ -1,7 +1,3 @@
-# The solver is checked where it made recordings.
-WITHOUT_SOLVER = config["quick"] or not VIRTUAL
-
-
 rule verify:
     input:
         runs=PATHS.runs,
@@ -10,24 +6,38 @@ rule verify:
         summary=PATHS.verified,
     log:
         str(PATHS.log("verify")),
+    benchmark:
+        str(PATHS.benchmark("verify"))
     conda:
         "../../environment.yml"
     params:
-        quick=WITHOUT_SOLVER,
         run=PATHS.run,
-        code=code_of(
-            "ajgdata.pipeline.verify:verify",
-            *([] if WITHOUT_SOLVER else ["ajgdata.gripper"]),
-        ),
+        code=code_of("ajgdata.pipeline.verify:verify"),
     message:
         "Checking the results"
-        + (
-            ""
-            if WITHOUT_SOLVER
-            else ", and the solver on runs too long for the test suite"
-        )
     script:
         "../scripts/verify.py"
+
+
+# Minutes of runs too long for the test suite: they wait for no result, so that the end of a run
+# does not wait for them.
+rule verify_solver:
+    input:
+        tests=HERE / "tests/verification/test_cases.py",
+    output:
+        summary=PATHS.verified_solver,
+    log:
+        "results/logs/verify_solver.log",
+    benchmark:
+        "results/benchmarks/verify_solver.tsv"
+    conda:
+        "../../environment.yml"
+    params:
+        code=code_of("ajgdata.pipeline.verify:verify_solver", "ajgdata.gripper"),
+    message:
+        "Checking the solver on runs too long for the test suite"
+    script:
+        "../scripts/verify_solver.py"
 
 
 # Last of all: fails, when everything else is there, if something that was asked for was skipped.

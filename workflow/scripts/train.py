@@ -3,14 +3,15 @@
 from pathlib import Path
 
 from ajgdata.pipeline.log import logged
-from ajgdata.pipeline.train import train_model
+from ajgdata.pipeline.progress import lines
+from ajgdata.pipeline.train import train_models
 
+params = snakemake.params
 with logged(snakemake.log[0]):
-    train_model(
+    train_models(
         Path(snakemake.input.store),
-        **snakemake.params.task,
-        task=snakemake.wildcards.task,
-        model=snakemake.wildcards.model,
-        seed=snakemake.params.seed,
+        tasks=params.tasks,
+        seed=params.seed,
         folder=Path(snakemake.output.folder),
+        progress=lines(f"models of {snakemake.wildcards.dataset}", parts=4),
     )

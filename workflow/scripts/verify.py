@@ -9,7 +9,6 @@ with logged(snakemake.log[0]):
     verify(
         Path(snakemake.input.tests).parents[1],
         Path(snakemake.output.summary),
-        quick=snakemake.params.quick,
         run=snakemake.params.run,
         log=Path(snakemake.log[0]),
     )
