@@ -108,23 +108,22 @@ def table(jobs: Sequence[Job]) -> str:
     told = ["| rule | jobs | wall, s | processor, s | median, s | shortest, s | largest, MB |"]
     told.append("|---|---:|---:|---:|---:|---:|---:|")
     by_rule = groupby(sorted(jobs, key=lambda job: job.rule), key=lambda job: job.rule)
-    rows = []
+    rows: list[tuple[str, int, float, float, float, float, float]] = []
     for rule, some in by_rule:
         of_rule = list(some)
         wall, cpu = (_sum(of_rule, rule, key) for key in ("wall_s", "cpu_s"))
         each = [job.cpu_s for job in of_rule if not math.isnan(job.cpu_s)] or [math.nan]
         largest = max((j.peak_mb for j in of_rule if not math.isnan(j.peak_mb)), default=math.nan)
         rows.append((rule, len(of_rule), wall, cpu, statistics.median(each), min(each), largest))
-    rows.sort(key=lambda row: -row[3])
-    rows.append(("all", len(jobs), *(sum(row[n] for row in rows) for n in (2, 3))))
-    for row in rows:
-        figures = [
-            f"{row[1]}",
-            *(f"{value:,.1f}" for value in row[2:6]),
-            *(f"{v:,.0f}" for v in row[6:]),
-        ]
-        told.append(f"| {' | '.join([row[0], *figures, *[''] * (6 - len(figures))])} |")
+    for rule, count, *took, largest in sorted(rows, key=lambda row: -row[3]):
+        told.append(_line(rule, f"{count}", *(f"{s:,.1f}" for s in took), f"{largest:,.0f}"))
+    wall, cpu = (sum(row[n] for row in rows) for n in (2, 3))
+    told.append(_line("all", f"{len(jobs)}", f"{wall:,.1f}", f"{cpu:,.1f}", "", "", ""))
     return "\n".join(told)
+
+
+def _line(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
 
 
 def main() -> None:
