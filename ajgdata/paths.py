@@ -116,6 +116,10 @@ class Paths:
         """Raw sessions of one data set."""
         return self.data / dataset / "sessions"
 
+    def recordings(self, dataset: str) -> Path:
+        """Return the folder of all that was recorded of one data set."""
+        return self.data / dataset
+
     def session(self, dataset: str, session: str) -> Path:
         """One raw session."""
         return self.sessions(dataset) / session

@@ -24,17 +24,17 @@ from ajgdata.acquire.protocol import (
     whole_grasps,
 )
 from ajgdata.acquire.session_setup import (
-    alone,
     check_setup,
     create,
     discard,
     is_empty,
+    recording_alone,
     setup_digest,
 )
 from ajgdata.acquire.writer import SETUP_COLUMN
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import remove_abandoned
+from ajgdata.store.locks import remove_abandoned
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
 from ajgdata.types import DataError, ExcitationSpec, Recording
 
@@ -213,7 +213,7 @@ def live_session(
     types.Session. Raises DataError if another process records into it, or if it was recorded with
     another setup.
     """
-    with alone(folder):
+    with recording_alone(folder):
         if is_empty(folder):  # whatever it was made for
             discard(folder)
         if not folder.exists():

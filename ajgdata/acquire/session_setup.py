@@ -7,17 +7,17 @@ import json
 import math
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.files import replacing_folder
+from ajgdata.store.locks import alone
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import Acquisition, DataError, Excitation, ExcitationSpec, Session
@@ -28,20 +28,10 @@ def setup_digest(setup: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(setup, sort_keys=True).encode()).hexdigest()
 
 
-@contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Hold the session's lock, which the system takes back from a process that ends, however."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    lock = FileLock(folder.with_name(f".{folder.name}.lock"), timeout=0)
-    try:
-        lock.acquire()
-    except Timeout:
-        fix = "stop that one, or record into another --session"
-        raise DataError(folder, "another process is recording into this session", fix) from None
-    try:
-        yield
-    finally:
-        lock.release()
+def recording_alone(folder: Path) -> AbstractContextManager[None]:
+    """Return what holds the session's lock. Raises DataError if another process records into it."""
+    fix = "wait for that one, or record into another session"
+    return alone(folder, "recording into this session", fix)
 
 
 def create(

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ajgdata.acquire.session_setup import recording_alone
 from ajgdata.acquire.source import Grasp, GraspError, Source
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import remove_abandoned
+from ajgdata.store.locks import remove_abandoned
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, write_recordings, write_session
 from ajgdata.types import DataError, Excitation, Recording, Session
@@ -47,8 +48,20 @@ def acquire_session(
     is left out and named in session.yaml; the rest goes on.
 
     A virtual session then holds exactly `grasps`. What a real source recorded cannot be made again:
-    it is never removed, and DataError is raised when it would have to be replaced.
+    it is never removed, and DataError is raised when it would have to be replaced; so it is while
+    another process records into the session.
     """
+    with recording_alone(folder):
+        return _acquired(folder, source, grasps, notes, progress)
+
+
+def _acquired(
+    folder: Path,
+    source: Source,
+    grasps: Sequence[Grasp],
+    notes: str,
+    progress: Callable[[], object],
+) -> Acquired:
     held = _held(folder)
     planned = [(grasp, _rows(folder, source, grasp, held)) for grasp in grasps]
     missing = [grasp for grasp, rows in planned if not all(row.sha256 for row in rows)]

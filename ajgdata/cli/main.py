@@ -21,6 +21,7 @@ from ajgdata.cli.live import live
 from ajgdata.cli.project import looking
 from ajgdata.cli.publish import publishing
 from ajgdata.pipeline.progress import bar, when_slow
+from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
 app = typer.Typer(
@@ -50,8 +51,11 @@ def main() -> None:
     """Run the command; what is wrong with the data is said in one line."""
     try:
         app()
-    except (DataError, OSError) as error:
-        err.print(f"[red]error[/red] {escape(str(error))}", soft_wrap=True)
+    except (DataError, OSError, MemoryError, RuntimeError) as error:
+        known = error if isinstance(error, DataError) else machine_trouble(error)
+        if known is None and isinstance(error, RuntimeError):
+            raise  # a bug
+        err.print(f"[red]error[/red] {escape(str(known or error))}", soft_wrap=True)
         sys.exit(1)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ajgdata.acquire.live_session import REJECTED
-from ajgdata.acquire.session_setup import alone
+from ajgdata.acquire.session_setup import recording_alone
 from ajgdata.live.events import Event
 from ajgdata.live.kept import LOOK, PREDICTED, SORT, VERDICT
 from ajgdata.live.prediction import Verdict
@@ -67,7 +67,7 @@ def learn(
     label is no longer rejected. A look in which nothing was held, among others of its sort in which
     something was, gets none but that of its own cell. Raises DataError while the run goes on.
     """
-    with alone(folder):
+    with recording_alone(folder):
         rows, findings = read_recordings(folder)
         if findings:
             raise DataError(folder, findings[0].problem, findings[0].fix)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import shutil
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from zipfile import ZipFile
@@ -25,6 +26,7 @@ from ajgdata.store.files import (
     sha256_of,
     write_bytes,
 )
+from ajgdata.store.locks import BRINGING, alone
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.checks import DISTRUST, feature_defects
 from ajgdata.store.publishing.checksums import read_checksums
@@ -74,10 +76,28 @@ def fetch(
     are checked against each other only. `each` goes through the files that are fetched.
 
     Interrupted, it goes on there. Raises DataError, and changes nothing in the project, for
-    anything that is wrong, and for a name that is taken.
+    anything that is wrong, for a name that is taken, and while another process fetches the same.
     """
-    tree, hashes, cache = _brought(paths, source, sha256, each, retries)
-    spec, dropped = _declared(paths, tree, name)
+    with ExitStack() as held:
+        if is_web(source):
+            held.enter_context(alone(cache_of(paths.fetched, source), f"fetching {source}"))
+        tree, hashes, cache = _brought(paths, source, sha256, each, retries)
+        spec, dropped = _declared(paths, tree, name)
+        held.enter_context(alone(paths.recordings(spec.name), BRINGING))
+        return _registered(paths, tree, hashes, cache, spec, dropped, renamed=bool(name))
+
+
+def _registered(
+    paths: Paths,
+    tree: Tree,
+    hashes: Mapping[str, str],
+    cache: Path | None,
+    spec: DatasetSpec,
+    dropped: tuple[str, ...],
+    *,
+    renamed: bool,
+) -> Fetched:
+    """Make what was brought a data set of the project; its cache is removed when that is done."""
     rows = _rows(tree, hashes)
     for defect in feature_defects(tree, hashes):
         raise DataError(tree / defect.file, defect.problem, DISTRUST)
@@ -87,14 +107,14 @@ def fetch(
         sessions[session].append((file, recording))
     with (
         archive.reading(tree / tree.ARCHIVE) as packed,
-        replacing_folder(paths.sessions(spec.name).parent) as folder,
+        replacing_folder(paths.recordings(spec.name)) as folder,
     ):
         _check_archive(tree, packed)
         for session, members in sorted(sessions.items()):
             _write_session(tree, hashes, packed, folder / "sessions" / session, members)
         for kept in KEPT:
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
-    if not name:
+    if not renamed:
         write_bytes(paths.features(spec.name), (tree / tree.FEATURES).read_bytes())
     write_dataset(paths, spec)
     if cache:
@@ -105,7 +125,7 @@ def fetch(
 
 def folder_sums(paths: Paths, dataset: str) -> Path:
     """Return the path of the SHA256SUMS of a data set that was fetched."""
-    return paths.sessions(dataset).parent / "published" / Tree.SUMS
+    return paths.recordings(dataset) / "published" / Tree.SUMS
 
 
 def _brought(
@@ -229,7 +249,7 @@ def _check_free(paths: Paths, name: str, tree: Tree) -> None:
     """Raise DataError if something is there, unless an interrupted `fetch` of the same left it."""
     if paths.dataset(name).exists():
         raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
-    held, sums = paths.sessions(name).parent, folder_sums(paths, name)
+    held, sums = paths.recordings(name), folder_sums(paths, name)
     same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
     if held.exists() and not same:
         raise DataError(held, "there are recordings of this name", "give --name")

@@ -15,6 +15,7 @@ from ajgdata.pipeline.label_kinds import (
 )
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.importing import How, Imported, import_scan
+from ajgdata.store.locks import BRINGING, alone, remove_abandoned
 from ajgdata.store.scan import Scan, scan, slug, target_column
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -46,7 +47,7 @@ def import_folder(
     under `imports`, else by the starter kit's convention); `convert` decodes audio that is not read
     as it is into new files. `started(total)` returns what is called once a recording. The notes of
     the scan say how targets were understood. Nothing is written when the folder cannot be
-    understood.
+    understood, nor while another process brings recordings into this data set.
     """
     declared = read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
     if convert and not copy:
@@ -63,12 +64,14 @@ def import_folder(
     found = _understood(found, spec, told)
     how = How(copy=copy, replace=replace, replace_labels=replace_labels, prune=prune)
     advance = started(len(found.files))
-    try:
-        result = import_scan(paths, dataset, folder, found, how, progress=advance)
-    finally:
-        if declared is None and list_sessions(paths, dataset):
-            spec = _with_audio(paths, spec) if convert else spec
-            write_dataset(paths, spec)
+    with alone(paths.recordings(dataset), BRINGING):
+        try:
+            result = import_scan(paths, dataset, folder, found, how, progress=advance)
+        finally:
+            if declared is None and list_sessions(paths, dataset):
+                spec = _with_audio(paths, spec) if convert else spec
+                write_dataset(paths, spec)
+        remove_abandoned(paths.recordings(dataset))  # by imports that were killed
     return spec, found, result
 
 

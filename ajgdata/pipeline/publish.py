@@ -15,6 +15,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.code_digest import code_digest
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, write_bytes, yaml_bytes
+from ajgdata.store.locks import alone
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.about import About
@@ -72,7 +73,7 @@ def publish(
     features (default: those that `ajgdata.load_features` gives); what they hold is what is
     published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
     may show how far it is. Raises DataError, and leaves what was there, when the features are
-    missing or not of the recordings as they are now.
+    missing or not of the recordings as they are now, and while another process publishes there.
 
     >>> from pathlib import Path
     >>> from ajgdata.paths import find_project
@@ -94,7 +95,7 @@ def publish(
     sessions = _sessions(paths, dataset, content)
     sources = _sources(paths, dataset, sessions, content)
     table = table_of(content, [s.path.suffix.lower() for s in sources], features)
-    with replacing_folder(out) as folder:
+    with alone(out, "publishing into it"), replacing_folder(out) as folder:
         tree = Tree(folder)
         _write_audio(tree, table, sources, each)
         _write(tree, tree.METADATA, table.encoded())

@@ -12,8 +12,7 @@ import numpy as np
 
 from ajgdata.evaluate.task_data import TaskData, frequent_classes, task_data
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.models import ABOUT_FILE, write_estimator, write_guard, write_network
+from ajgdata.store.models import write_about, write_estimator, write_guard, write_network
 from ajgdata.store.tables import plain
 from ajgdata.types import Kind, NotPossibleError
 
@@ -72,7 +71,7 @@ def train_model(
     try:
         unfitted = make_model(model, kind, seed, period_deg)
     except ValueError as error:  # of another package's model, which cannot be imported
-        write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
+        write_about(folder, {**about, "skipped": str(error)})
         return
     try:
         if min_groups:
@@ -82,7 +81,7 @@ def train_model(
             fitted = fit_model(unfitted, data.feature, data.value, data.group)
             estimator, choice = chosen(fitted)
     except NotPossibleError as error:
-        write_bytes(folder / ABOUT_FILE, json_bytes({**about, "skipped": str(error)}))
+        write_about(folder, {**about, "skipped": str(error)})
         return
     grasp = _grasps(shard, data)
     found = calibration(
@@ -100,7 +99,7 @@ def train_model(
         write_network(folder, arrays)
     else:
         write_estimator(folder, estimator)
-    write_bytes(folder / ABOUT_FILE, json_bytes(plain(about)))
+    write_about(folder, plain(about))
 
 
 def _grasps(shard: Shard, data: TaskData) -> np.ndarray:

@@ -85,7 +85,9 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
     with replacing(path) as temporary, h5netcdf.File(temporary, "w", libver=FORMAT) as store:
         store.attrs.update({"Conventions": CONVENTIONS, **shard.attrs})
         store.dimensions = {"recording": rows, "frequency": bins}
-        axis = store.create_variable("frequency", ("frequency",), data=shard.frequency_hz)
+        axis = store.create_variable(
+            "frequency", ("frequency",), data=shard.frequency_hz, chunks=(bins,), fletcher32=True
+        )
         axis.attrs.update(
             {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
         )
@@ -126,7 +128,7 @@ def write_column(store: h5netcdf.File, name: str, column: Column) -> None:
     """Write a column along `recording`, a dimension of `store` that is there already."""
     values = column.values
     if values.dtype.kind != "U":
-        chunks = {} if len(values) else _NO_CHUNKS
+        chunks = {"chunks": values.shape, "fletcher32": True} if len(values) else _NO_CHUNKS
         variable = store.create_variable(name, ("recording",), data=values, **chunks)
     else:
         encoded = np.char.encode(values, "utf-8") if len(values) else np.empty(0, "S1")

@@ -15,45 +15,27 @@ from typing import Any
 
 import yaml
 
+from ajgdata.store.locks import own_folder
 from ajgdata.types import DataError
+
+#: Key of the hash of all else in a JSON document.
+SEAL = "content_sha256"
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary neighbour of `path`; on success it is synced and takes the place of `path`.
+    """Yield a temporary file near `path`; on success it is synced and takes the place of `path`.
 
-    Whenever the process dies, `path` is the old file or the new one, never something between.
+    Whenever the process dies, `path` is the old file or the new one, never something between. What
+    a killed process left goes when the same file is next written, or by `remove_abandoned`.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    # Short enough for the file system however long the name is.
-    temporary = path.with_name(f".{path.name[:40]}.{os.getpid()}.tmp")
-    temporary.unlink(missing_ok=True)  # of a process that had this number and was killed
-    try:
+    with own_folder(path) as folder:
+        temporary = folder / path.name
         yield temporary
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
         temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def remove_abandoned(folder: Path) -> None:
-    """Remove the temporary files below `folder` whose process is gone; living ones still write."""
-    for path in folder.rglob(".*.tmp"):
-        writer = path.name.split(".")[-2]
-        if not (writer.isdecimal() and _alive(int(writer))):
-            path.unlink(missing_ok=True)
-
-
-def _alive(process: int) -> bool:
-    """Return True if a process of this machine has that number."""
-    try:
-        os.kill(process, 0)  # sends nothing
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:  # somebody else's
-        return True
-    return True
 
 
 @contextmanager
@@ -246,6 +228,28 @@ def read_json(path: Path) -> Any:
 def json_bytes(content: Any) -> bytes:
     """Return JSON with sorted keys; NaN is refused, since JSON has none."""
     return (json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
+
+
+def sealed_json_bytes(content: Mapping[str, Any]) -> bytes:
+    """Return JSON that holds its own hash, which `read_sealed_json` checks."""
+    return json_bytes({**content, SEAL: _seal(content)})
+
+
+def read_sealed_json(path: Path) -> dict[str, Any]:
+    """Return what `sealed_json_bytes` was given; raises DataError for anything that differs. What
+    has no seal is read as it is."""
+    content = read_json(path)
+    if not isinstance(content, dict):
+        raise DataError(path, "holds no keys", "delete it and run again")
+    seal = content.pop(SEAL, None)
+    if seal is not None and seal != _seal(content):
+        problem = "is not what was written (sha256 differs)"
+        raise DataError(path, problem, "delete it and run again")
+    return content
+
+
+def _seal(content: Mapping[str, Any]) -> str:
+    return sha256_of(json.dumps(content, sort_keys=True, allow_nan=False).encode())
 
 
 def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[dict[str, str]]]:

@@ -14,6 +14,7 @@ import numpy as np
 from ajgdata.store.features import (
     CONVENTIONS,
     DAMAGE,
+    FORMAT,
     Column,
     axes_of,
     plain,
@@ -51,7 +52,7 @@ class Latents:
 def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
     folds = {VALIDATION_FOLD: latents.validation_fold, UNSEEN_FOLD: latents.unseen_fold}
-    with replacing(path) as temporary, h5netcdf.File(temporary, "w") as store:
+    with replacing(path) as temporary, h5netcdf.File(temporary, "w", libver=FORMAT) as store:
         store.attrs.update({"Conventions": CONVENTIONS, **latents.attrs})
         store.dimensions["recording"] = len(latents.validation_fold)
         for name, column in sorted(latents.columns.items()):
@@ -73,7 +74,8 @@ def _write(
     for dimension, length in zip(dimensions, values.shape, strict=True):
         if dimension not in store.dimensions:
             store.dimensions[dimension] = length
-    variable = store.create_variable(name, dimensions, data=values.astype(np.float32))
+    checked = {"chunks": (1, 1, *values.shape[2:]), "fletcher32": True} if values.size else {}
+    variable = store.create_variable(name, dimensions, data=values.astype(np.float32), **checked)
     variable.attrs.update({"long_name": "latent", "units": "1", "coordinates": coordinates})
 
 

@@ -9,7 +9,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ajgdata.store.files import read_json, replacing, write_bytes
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.files import read_sealed_json, replacing, sealed_json_bytes, write_bytes
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ ABOUT_FILE = "model.json"
 NETWORK_FILE = "model.safetensors"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
+FILES = (NETWORK_FILE, ESTIMATOR_FILE, GUARD_FILE)
 
 
 def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -77,9 +79,22 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
         raise _unreadable(folder / ESTIMATOR_FILE, error) from None
 
 
+def write_about(folder: Path, about: Mapping[str, Any]) -> None:
+    """Write what is known of a trained model, with the hashes of its files: last, since a folder
+    without it holds no model."""
+    held = [name for name in FILES if (folder / name).is_file()]
+    hashes = {name: file_sha256(folder / name) for name in held}
+    write_bytes(folder / ABOUT_FILE, sealed_json_bytes({**about, "files": hashes}))
+
+
 def read_about(folder: Path) -> dict[str, Any]:
-    """Return what is known of a trained model. Raises DataError when it could not be trained."""
-    about = read_json(folder / ABOUT_FILE)
+    """Return what is known of a trained model. Raises DataError when it could not be trained, and
+    when a file of it is not what was written."""
+    about = read_sealed_json(folder / ABOUT_FILE)
+    for name, digest in about.get("files", {}).items():
+        if name not in FILES or file_sha256(folder / name) != digest:
+            problem = "is not what was written (sha256 differs)"
+            raise DataError(folder / name, problem, "delete its folder and run again")
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "mend the task first")
     return about

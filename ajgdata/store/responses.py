@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from ajgdata import gripper
 from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
+from ajgdata.store.locks import remove_if_abandoned
 from ajgdata.types import DataError, describe
 
 log = logging.getLogger(__name__)
@@ -108,6 +109,9 @@ class ResponseStore:
         held = []
         with os.scandir(newest.parent) as entries:
             for entry in entries:
+                if entry.name.startswith("."):  # somebody writes, or was killed
+                    remove_if_abandoned(Path(entry.path))
+                    continue
                 try:
                     stat = entry.stat()
                 except FileNotFoundError:  # another process removed it, or gave it its name

@@ -1,6 +1,7 @@
 """Fetching: the same features and metrics elsewhere, or one line and nothing changed."""
 
 import http.server
+import io
 import os
 import shutil
 import threading
@@ -11,6 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import requests
 import yaml
 from published import (
     TARGETS,
@@ -36,7 +38,8 @@ from ajgdata.pipeline.plan import plan
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv
-from ajgdata.store.publishing.download import CHUNK_BYTES
+from ajgdata.store.locks import alone
+from ajgdata.store.publishing.download import CHUNK_BYTES, Download, cache_of
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
 
@@ -72,6 +75,12 @@ class Handler(http.server.SimpleHTTPRequestHandler):
         if not path.is_file():
             self.send_error(404)
             return
+        if (leads := self.server.moved.get(name)) and "again" not in self.path:
+            self.send_response(302)
+            self.send_header("Location", leads)
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+            return
         content = path.read_bytes()
         start = 0
         if self.server.ranges and (asked := self.headers.get("Range")):
@@ -90,7 +99,7 @@ class Handler(http.server.SimpleHTTPRequestHandler):
 def server(tree):
     handler = partial(Handler, directory=str(tree.root))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
-        made.asked, made.cut, made.ranges = [], {}, True
+        made.asked, made.cut, made.ranges, made.moved = [], {}, True, {}
         thread = threading.Thread(target=made.serve_forever, args=(0.02,))
         thread.start()
         yield made
@@ -387,3 +396,46 @@ def test_the_command_says_what_came(tree, elsewhere, monkeypatch):
     assert file_sha256(tree / tree.SUMS) in done.output
     assert len(recordings(tree)) == 12
     assert np.isfinite(read_store(tree / tree.FEATURES).feature).all()
+
+
+def test_a_way_from_https_to_anything_else_is_not_gone(monkeypatch, tmp_path):
+    """The answers are made up: there is no https here. What matters is what is asked."""
+    asked = []
+
+    def answer(self, url, **_):
+        asked.append(url)
+        made = requests.Response()
+        made.url, made.status_code, made.raw = url, 302, io.BytesIO()
+        made.headers["location"] = ways[url]
+        return made
+
+    monkeypatch.setattr(requests.Session, "get", answer)
+    start = f"https://a.example/{Tree.SUMS}"
+    for leads in ("http://a.example/x", "ftp://a.example/x", "file:///etc/passwd"):
+        ways = {start: "https://b.example/y", "https://b.example/y": leads}
+        asked.clear()
+        with pytest.raises(DataError, match="which is not https"):
+            Download("https://a.example", tmp_path, retries=0).sums()
+        assert asked == [start, "https://b.example/y"]
+    ways = {start: start}
+    with pytest.raises(DataError, match="leads on more than 10 times"):
+        Download("https://a.example", tmp_path, retries=0).sums()
+
+
+def test_a_way_within_http_is_gone(world, server, elsewhere):
+    server.moved = {"README.md": "LICENSE"}  # a wrong file: its hash tells that it was followed
+    with pytest.raises(DataError, match=r"README.md: cannot be fetched"):
+        fetch(elsewhere.paths, address(server), retries=0)
+    assert ("LICENSE", "") in server.asked
+    server.moved = {"README.md": "./README.md?again"}
+    assert fetch(elsewhere.paths, address(server)).name == "d"
+
+
+@pytest.mark.parametrize("what", ["cache", "name"])
+def test_a_second_fetch_says_who_is_at_it(server, tree, elsewhere, what):
+    source, paths = address(server), elsewhere.paths
+    held = cache_of(paths.fetched, source) if what == "cache" else paths.recordings("d")
+    with alone(held, "busy"), pytest.raises(DataError, match=r"another process is busy \(pid "):
+        fetch(paths, source if what == "cache" else str(tree.root))
+    assert not paths.dataset("d").exists()
+    assert fetch(paths, source).recordings == 12

@@ -20,15 +20,17 @@ from ajgdata.store.files import (
     numbered_rows,
     read_csv,
     read_json,
+    read_sealed_json,
     read_text,
     read_yaml,
-    remove_abandoned,
     replacing,
     replacing_folder,
+    sealed_json_bytes,
     write_bytes,
     write_if_changed,
     yaml_bytes,
 )
+from ajgdata.store.locks import alone, remove_abandoned
 from ajgdata.types import DataError
 
 WRITER = """
@@ -78,18 +80,27 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
     assert target.read_bytes() == b"old"
 
 
-def test_the_temporary_of_a_killed_process_with_the_same_number_is_no_obstacle(tmp_path):
-    target = tmp_path / "target"
-    with replacing(target) as temporary:
-        temporary.write_bytes(b"new")
-        stale = temporary
+def test_what_a_killed_process_left_goes_when_the_file_is_next_written(tmp_path):
+    target, stale = tmp_path / "target", tmp_path / ".target.tmp" / "target"
+    stale.parent.mkdir()
     stale.write_bytes(b"stale")
+    (stale.parent / ".lock").write_bytes(b"")  # nobody holds it
     source = tmp_path / "source"
     source.write_bytes(b"linked")
     with replacing(target) as temporary:
+        assert temporary == stale
         os.link(source, temporary)
     assert target.read_bytes() == b"linked"
-    assert not stale.exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["source", "target"]
+
+
+def test_two_writers_of_one_file_do_not_share_a_temporary(tmp_path):
+    target = tmp_path / "target"
+    with replacing(target) as one, replacing(target) as other:
+        one.write_bytes(b"one")
+        other.write_bytes(b"other")
+    assert target.read_bytes() == b"one"  # which ended last
+    assert list(tmp_path.iterdir()) == [target]
 
 
 HOLDER = """
@@ -119,8 +130,6 @@ def test_only_temporaries_of_dead_processes_are_removed(tmp_path):
         process.communicate(b"go on\n" if not killed else None)
     assert (folder / "take.wav").read_bytes() == b"whole"
     assert temporary.is_file()
-    for stranger in (".x.tmp", f".x.{2**40}.tmp"):  # no number, and one that none can have
-        (folder / stranger).write_bytes(b"")
     remove_abandoned(tmp_path)
     assert [path.name for path in folder.iterdir()] == ["take.wav"]
 
@@ -289,3 +298,37 @@ def test_the_size_of_files_and_folders(tmp_path):
     assert bytes_below(tmp_path / "d/a") == 3
     assert bytes_below(tmp_path / "d") == 8
     assert bytes_below(tmp_path / "absent") == 0
+
+
+def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_path):
+    code = "import sys; from pathlib import Path; from ajgdata.store.locks import alone\n"
+    code += "with alone(Path(sys.argv[1]), 'baking'): print(flush=True); sys.stdin.readline()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, tmp_path / "cake"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+    process.stdout.readline()
+    with pytest.raises(DataError) as caught, alone(tmp_path / "cake", "eating"):
+        pass
+    assert f"another process is baking (pid {process.pid} on " in one_line(caught)
+    process.kill()
+    process.communicate()
+    with alone(tmp_path / "cake", "eating"):
+        pass
+
+
+def test_every_changed_value_of_a_sealed_document_is_found(tmp_path):
+    path, content = tmp_path / "x.json", {"rmse": [1.25, 3], "name": "ä", "none": None}
+    whole = sealed_json_bytes(content)
+    path.write_bytes(whole)
+    assert read_sealed_json(path) == content
+    named = 0
+    for at in range(len(whole)):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+        try:
+            held = read_sealed_json(path)
+        except DataError as error:
+            named += str(path) in str(error)
+        else:  # white space, or the name of the seal itself
+            assert {key: held[key] for key in content} == content
+    assert named > len(whole) / 2

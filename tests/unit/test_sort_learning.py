@@ -3,7 +3,7 @@
 import pytest
 from sorting_lab import BALL, CUBE, EMPTY, STRANGE, UNSURE, Cell, plan
 
-from ajgdata.acquire.session_setup import alone
+from ajgdata.acquire.session_setup import recording_alone
 from ajgdata.live.events import read_events
 from ajgdata.live.learning import Learnt, labels_of, learn, truths
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings
@@ -100,7 +100,7 @@ def test_a_target_that_is_the_object_itself_needs_no_column():
 
 
 def test_not_while_the_run_goes_on(cell):
-    with alone(cell.folder), pytest.raises(DataError, match="another process"):
+    with recording_alone(cell.folder), pytest.raises(DataError, match="another process"):
         learn(cell.folder, SPEC, "label", {3: "rod"})
 
 

@@ -10,17 +10,23 @@ import hashlib
 import logging
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
-from urllib.parse import quote, urlsplit
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote, urljoin, urlsplit
 
 from ajgdata.paths import Tree
 from ajgdata.store.publishing.archive import MAX_BYTES, MAX_TEXT_BYTES
 from ajgdata.types import DataError
 
+if TYPE_CHECKING:
+    from requests import Response
+
 AGAIN = "run it again: what is complete is kept"
 _TIMEOUT_S = 30
 #: A cut connection loses less than this.
 CHUNK_BYTES = 2**14
+#: Where an address may lead on to, by its scheme: never to what is less safe.
+_ALLOWED = {"https": ("https",), "http": ("http", "https")}
+MAX_REDIRECTS = 10
 
 
 def is_web(source: str) -> bool:
@@ -89,7 +95,7 @@ class Download:
         part = self.cache / f".{hashlib.sha256(url.encode()).hexdigest()[:16]}.part"
         have = part.stat().st_size if part.is_file() else 0
         asked = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
-        with requests.get(url, stream=True, timeout=_TIMEOUT_S, headers=asked) as answer:
+        with _answer(url, asked) as answer:
             if have and answer.status_code == requests.codes.requested_range_not_satisfiable:
                 part.unlink()
             answer.raise_for_status()
@@ -102,3 +108,28 @@ class Download:
                         raise DataError(url, "is absurdly large", "do not use this data set")
                     stream.write(block)
         part.replace(output)
+
+
+def _answer(url: str, headers: Mapping[str, str]) -> Response:
+    """Return the answer to `url`, wherever that leads. Raises DataError for a way from https to
+    anything else: who listens in could send other bytes."""
+    import requests
+
+    with requests.Session() as session:
+        answer = session.get(
+            url, stream=True, timeout=_TIMEOUT_S, headers=headers, allow_redirects=False
+        )
+        for _ in range(MAX_REDIRECTS):
+            target = session.get_redirect_target(answer)
+            if target is None:
+                return answer
+            answer.close()
+            leads = urljoin(answer.url, target)
+            if urlsplit(leads).scheme not in _ALLOWED[urlsplit(answer.url).scheme]:
+                problem = f"leads to {leads[:200]}, which is not https"
+                raise DataError(url, problem, "do not use it, or ask who keeps it for another one")
+            answer = session.get(
+                leads, stream=True, timeout=_TIMEOUT_S, headers=headers, allow_redirects=False
+            )
+    answer.close()
+    raise DataError(url, f"leads on more than {MAX_REDIRECTS} times", "name where it ends")

@@ -1,0 +1,124 @@
+"""What one process alone may do: locks that the system frees when their process ends, however.
+
+Who holds a lock is written into its file. Process numbers are told to people and decide nothing:
+they are used again, and mean nothing on another machine.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import platform
+import shutil
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
+from pathlib import Path
+
+from ajgdata.types import DataError
+
+#: Temporary folders end with it, and their lock has this name.
+TEMPORARY, LOCK = ".tmp", ".lock"
+#: What imports and fetches do; they exclude each other.
+BRINGING = "bringing recordings into this data set"
+
+
+@contextmanager
+def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
+    """Hold the lock of `path`, a file or folder that need not be there, to do what `doing` says.
+
+    Raises DataError, with who does it now and since when, if another process holds it.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = path.with_name(f".{path.name}{LOCK}")
+    with _lock(file) as is_held:
+        if not is_held:
+            raise DataError(path, f"another process is {doing} ({holder(file)})", fix)
+        file.write_text(described(), encoding="utf-8")
+        yield
+
+
+def described() -> str:
+    """Return who this process is, for `holder`."""
+    now = datetime.now().astimezone().isoformat(" ", "seconds")
+    return f"pid {os.getpid()} on {platform.node() or 'this machine'} since {now}"
+
+
+def holder(lock: Path) -> str:
+    """Return who wrote itself into the file of a lock."""
+    with contextlib.suppress(OSError, UnicodeDecodeError):
+        if said := " ".join(lock.read_text(encoding="utf-8").split()):
+            return said
+    return "since a moment ago"
+
+
+@contextmanager
+def _lock(file: Path) -> Iterator[bool]:
+    """Yield whether this process holds the lock in `file`; it is free again at the end."""
+    from filelock import FileLock, Timeout  # most of what imports this module never locks
+
+    lock = FileLock(file, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        yield False
+        return
+    try:
+        yield True
+    finally:
+        lock.release()
+
+
+@contextmanager
+def own_folder(path: Path) -> Iterator[Path]:
+    """Yield a temporary folder beside `path` that is this process's alone and empty but for its
+    lock; it is removed at the end. What a killed process left in it is removed at the start."""
+    with ExitStack() as stack:
+        for number in itertools.count():
+            # Short enough for the file system however long the name is.
+            name = f".{path.name[:40]}{f'.{number}' if number else ''}{TEMPORARY}"
+            if stack.enter_context(_owned(path.with_name(name))):
+                yield path.with_name(name)
+                return
+
+
+@contextmanager
+def _owned(folder: Path) -> Iterator[bool]:
+    """Yield whether `folder` is this process's now; if so it is emptied, and removed at the end."""
+    folder.mkdir(exist_ok=True)
+    is_ours = False
+    try:
+        with _lock(folder / LOCK) as is_ours:
+            if is_ours:
+                _empty(folder)
+            try:
+                yield is_ours
+            finally:
+                if is_ours:
+                    _empty(folder)
+                    (folder / LOCK).unlink(missing_ok=True)
+    finally:
+        if is_ours:
+            with contextlib.suppress(OSError):  # another process has just taken it
+                folder.rmdir()
+
+
+def _empty(folder: Path) -> None:
+    for left in folder.iterdir():
+        if left.name != LOCK:
+            shutil.rmtree(left) if left.is_dir() else left.unlink(missing_ok=True)
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove the temporary folders below `folder` whose process is gone; living ones still
+    write."""
+    for path in sorted(folder.rglob(f".*{TEMPORARY}")):
+        remove_if_abandoned(path)
+
+
+def remove_if_abandoned(path: Path) -> None:
+    """Remove a temporary folder unless a process writes into it."""
+    if path.is_dir():
+        with _owned(path):
+            pass

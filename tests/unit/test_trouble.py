@@ -1,0 +1,74 @@
+"""What the machine lacks is one line, at the command and in the log of a job."""
+
+import errno
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from ajgdata.cli import main as command
+from ajgdata.pipeline.log import logged
+from ajgdata.store.trouble import machine_trouble
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        (errno.ENOSPC, "a/b: the disk is full; make room"),
+        (errno.EROFS, "a/b: it can only be read, not written; write elsewhere"),
+        (errno.EACCES, "a/b: the system does not permit it; check who owns it"),
+        (errno.EMFILE, "a/b: too many files are open; raise the limit"),
+    ],
+)
+def test_the_system_says_no(number, said):
+    assert str(machine_trouble(OSError(number, "whatever", "a/b"))).startswith(said)
+
+
+def test_what_libraries_wrap_is_seen_and_bugs_are_not():
+    with pytest.raises(ValueError, match="library") as caught:
+        try:
+            raise OSError(errno.ENOSPC, "no room")
+        except OSError as error:
+            raise ValueError("of a library") from error
+    assert "the disk is full" in str(machine_trouble(caught.value))
+    assert machine_trouble(ValueError("a bug")) is None
+    assert machine_trouble(RuntimeError("a bug")) is None
+    assert machine_trouble(FileNotFoundError(errno.ENOENT, "none", "x")) is None
+
+
+def test_hdf5_on_a_full_disk(tmp_path):
+    """/dev/full has no room for anything."""
+    with pytest.raises(OSError) as caught, h5py.File("/dev/full", "w") as file:
+        file["x"] = np.ones(10)
+    assert "the disk is full" in str(machine_trouble(caught.value))
+
+
+def test_memory():
+    with pytest.raises(MemoryError) as caught:
+        np.empty(2**58, np.int8)
+    assert str(machine_trouble(caught.value)).startswith("memory: there is not enough; close")
+    torch = RuntimeError(
+        "[enforce fail at alloc_cpu.cpp] . DefaultCPUAllocator: can't allocate memory"
+    )
+    assert "there is not enough" in str(machine_trouble(torch))
+
+
+def test_a_job_ends_with_the_line_and_keeps_the_traceback_in_its_log(tmp_path):
+    log = tmp_path / "log"
+    with pytest.raises(SystemExit) as ended, logged(str(log)):
+        raise OSError(errno.ENOSPC, "No space left on device", "store.nc")
+    assert ended.value.code.startswith("store.nc: the disk is full; ")
+    assert "Traceback" in log.read_text()
+
+
+def test_the_command_says_one_line(monkeypatch, capsys):
+    def full():
+        raise OSError(errno.ENOSPC, "No space left on device", "store.nc")
+
+    monkeypatch.setattr(sys.modules["ajgdata.cli.main"], "app", full)
+    with pytest.raises(SystemExit, match="1"):
+        command()
+    assert capsys.readouterr().err == (
+        "error store.nc: the disk is full; make room, then run it again: what is complete is kept\n"
+    )
