@@ -355,6 +355,16 @@ class Paths:
         return self.cache / "fetched"
 
     @property
+    def run_lock(self) -> Path:
+        """Return the file that every living run of the workflow holds; see `pipeline.running`."""
+        return self.cache / "run.lock"
+
+    @property
+    def snakemake_locks(self) -> Path:
+        """Return the folder in which Snakemake notes that a run is at work."""
+        return self.root / ".snakemake" / "locks"
+
+    @property
     def hash_cache(self) -> Path:
         """Known hashes by size, times and inode."""
         return self.cache / "hashes.json"

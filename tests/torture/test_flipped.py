@@ -1,0 +1,99 @@
+"""One bit of one byte changes: it is named, or what is read is the same; never another number."""
+
+import hashlib
+
+import numpy as np
+import pytest
+from forked import Forked
+from tally import trials
+
+from ajgdata.loading import read_model
+from ajgdata.paths import Paths, Tree
+from ajgdata.store import manifest
+from ajgdata.store.features import read_store
+from ajgdata.store.publishing.checks import defects
+from ajgdata.store.tables import read_tables
+from ajgdata.types import DataError
+
+pytestmark = pytest.mark.torture
+PROMISE = "One flipped bit is named, or changes nothing that is read"
+FOUND, SAME = 10, 0
+
+
+def store(path):
+    """All that a store says."""
+    shard = read_store(path)
+    columns = {n: (c.values.tolist(), dict(c.attrs)) for n, c in sorted(shard.columns.items())}
+    return shard.feature.tobytes(), shard.frequency_hz.tobytes(), columns, dict(shard.attrs)
+
+
+def model(path):
+    """What a model predicts, and what is told of it."""
+    estimator, about = read_model(path.parent)
+    heard = np.linspace(0, 1, len(about["frequency_hz"]), dtype=np.float32)
+    return estimator.predict(heard[None]).tolist(), {**about, "files": None}
+
+
+def tree(path):
+    """A published tree without its defects, which are raised."""
+    found = defects(Tree(next(p for p in path.parents if p.name == "knock")))
+    if found:
+        raise DataError(path, str(found[0]), "publish it again")
+
+
+def of_session(path):
+    """What the manifests of its session would be: of a changed file it is a finding."""
+    root = next(p for p in path.parents if p.name == "trial")
+    (session,) = {p.name for p in (root / "data/knock/sessions").iterdir() if p.name[0] != "."}
+    held = manifest.contents(Paths(root), "knock", session, manifest.HashCache(root / "none"))
+    found = held[Paths(root).audio_manifest("knock", session)].decode()
+    if "sha256 differs" in found:
+        raise DataError(path, "changed", "restore it")
+    return found
+
+
+def refreshed(path):
+    """A manifest after the next run has looked at its session: it is made from that."""
+    root = next(p for p in path.parents if p.name == "trial")
+    manifest.refresh(Paths(root), "knock")
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+KINDS = {
+    "recording (WAV)": ("data/knock/sessions/*/audio/*.wav", of_session),
+    "shard of features": ("results/features/knock/*.nc", store),
+    "features of a data set": ("results/features/knock.nc", store),
+    "model": ("results/models/knock/material/knn/*", model),
+    "table of results": ("results/tasks/knock/material/cross_validation-knn.json", read_tables),
+    "manifest": ("results/manifest/knock/*", refreshed),
+    "published tree": ("results/published/knock/**/*.*", tree),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_flipped_bit(deeds, place, tally, kind):
+    pattern, read = KINDS[kind]
+    root = place(deeds["publish"].end)
+    files = sorted(p for p in root.glob(pattern) if p.is_file())
+    assert files, pattern
+    for random in trials(f"flip {kind}", 30):
+        path = random.choice(files)
+        whole, before = path.read_bytes(), read(path)
+        at = random.randrange(len(whole))
+        changed = bytearray(whole)
+        changed[at] ^= 1 << random.randrange(8)
+        path.write_bytes(changed)
+
+        def look(_, path=path, before=before):
+            try:
+                raise SystemExit(SAME if read(path) == before else 1)
+            except DataError as error:
+                print(error)
+                raise SystemExit(FOUND) from None
+
+        ended = Forked(look, root).ended(within_s=60)
+        path.write_bytes(whole)
+        name = path.relative_to(root).as_posix()
+        wrong = "" if ended.code in (FOUND, SAME) else f"byte {at} of {name}: {ended}"
+        tally.add(PROMISE, kind, wrong)
+    assert not [one for one in tally.failures if f"; {kind}: " in one]

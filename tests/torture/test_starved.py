@@ -1,0 +1,140 @@
+"""A full disk, a folder that can only be read, no open files or memory left: one line, nothing
+damaged, and it goes on afterwards."""
+
+import os
+import resource
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+import world
+from forked import run
+from tally import trials
+
+from ajgdata.store.files import bytes_below
+
+pytestmark = pytest.mark.torture
+PROMISE = "One line says what is missing; nothing is damaged; it goes on once it is there"
+DEEDS = ("import", "acquire", "jobs", "publish", "fetch")
+
+
+def by(name: str, wrong: list[str]) -> list[str]:
+    return [f"[{name}] {one}" for one in wrong]
+
+
+def failed(tally, name: str, how: str) -> list[str]:
+    return [one for one in tally.failures if f"[{name}" in one and how in one]
+
+
+def mounted(*words) -> bool:
+    done = subprocess.run(["mount", *map(str, words)], check=False, capture_output=True)
+    return done.returncode == 0
+
+
+@pytest.fixture
+def place_of_trial(deeds):
+    """The place at which all states were made, empty; whatever is mounted there goes again."""
+    trial = deeds["import"].start.parent / "trial"
+    shutil.rmtree(trial, ignore_errors=True)
+    trial.mkdir()
+    yield trial
+    while os.path.ismount(trial):
+        subprocess.run(["umount", "-l", str(trial)], check=True)
+
+
+def filled(trial, state) -> None:
+    for path in trial.iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    shutil.copytree(state, trial, symlinks=True, dirs_exist_ok=True)
+
+
+def judged(deed, root, ended, words, resume) -> list[str]:
+    """What is wrong of a deed that ended this way, and of one that is done again after `resume`."""
+    wrong = []
+    if ended.code:
+        told = [line for line in ended.said.splitlines() if any(word in line for word in words)]
+        if not told or "Traceback" in ended.said or ended.code < 0:
+            wrong.append(f"ended with {ended.code}: {ended.said[-400:]}")
+        wrong += [f"{one} is torn" for one in world.torn(root, deed.whole)]
+    resume()
+    if ended.code:
+        again = run(deed.what, root)
+        wrong += [f"again: {again}"] if again.code else []
+    return wrong + world.differing(root, deed.whole)
+
+
+@pytest.mark.parametrize("name", DEEDS)
+def test_a_full_disk(deeds, place_of_trial, tally, name):
+    deed, trial = deeds[name], place_of_trial
+    if not mounted("-t", "tmpfs", "-o", "size=64m", "none", trial):
+        pytest.skip("no file system can be mounted here")
+    before, after = (bytes_below(state) for state in (deed.start, deed.end))
+    for random in trials(f"full {name}", 4):
+        filled(trial, deed.start)
+        room = shutil.disk_usage(trial).free - int(random.uniform(0, 1) * (after - before))
+        with (trial / "ballast").open("wb") as ballast:
+            os.posix_fallocate(ballast.fileno(), 0, max(room, 1))
+        ended = run(deed.what, trial)
+        words = ("full", "No space left", "room", "space")
+        wrong = judged(deed, trial, ended, words, (trial / "ballast").unlink)
+        tally.add(PROMISE, "disk that fills up at a random point", by(name, wrong))
+    assert not failed(tally, name, "fills up")
+
+
+@pytest.mark.parametrize("name", DEEDS)
+def test_a_folder_that_can_only_be_read(deeds, place_of_trial, tally, name):
+    deed, trial = deeds[name], place_of_trial
+    filled(trial, deed.start)
+    if not mounted("--bind", trial, trial) or not mounted("-o", "remount,ro,bind", trial):
+        pytest.skip("no folder can be mounted here")
+    ended = run(deed.what, trial)
+    wrong = [] if ended.code else ["it was not noticed"]
+    wrong += judged(
+        deed, trial, ended, ("only be read", "Read-only"),
+        lambda: subprocess.run(["umount", "-l", str(trial)], check=True),
+    )  # fmt: skip
+    tally.add(PROMISE, "folder that can only be read", by(name, wrong))
+    assert not wrong
+
+
+@pytest.mark.parametrize("name", DEEDS)
+def test_no_open_files_left(deeds, place_of_trial, tally, name):
+    deed, trial = deeds[name], place_of_trial
+    for random in trials(f"files {name}", 3):
+        filled(trial, deed.start)
+        left = random.randint(0, 8)
+
+        def starve(left=left):
+            most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+            held = max(int(one.name) for one in Path("/proc/self/fd").iterdir())
+            resource.setrlimit(resource.RLIMIT_NOFILE, (held + left, most))
+
+        ended = run(deed.what, trial, starve)
+        words = ("open files", "files are open")
+        wrong = judged(deed, trial, ended, words, lambda: None)
+        tally.add(PROMISE, "file handles used up", by(f"{name}, {left} left", wrong))
+    assert not failed(tally, name, "handles")
+
+
+@pytest.mark.parametrize("name", DEEDS)
+def test_no_memory_left(deeds, place_of_trial, tally, name):
+    deed, trial = deeds[name], place_of_trial
+    for random in trials(f"memory {name}", 3):
+        filled(trial, deed.start)
+        left = random.choice([2**20, 2**22, 2**24, 2**26])
+
+        def starve(left=left):
+            pages = int(Path("/proc/self/statm").read_text().split()[0])
+            held = pages * resource.getpagesize()
+            resource.setrlimit(resource.RLIMIT_AS, (held + left, resource.RLIM_INFINITY))
+
+        ended = run(deed.what, trial, starve)
+        words = ("not enough", "memory")
+        wrong = judged(deed, trial, ended, words, lambda: None)
+        tally.add(
+            PROMISE,
+            "memory limit (`ulimit -v`)",
+            [f"{name}, {left >> 20} MB: {one}" for one in wrong],
+        )
+    assert not failed(tally, name, "ulimit")
