@@ -11,6 +11,8 @@ import world
 from forked import run
 from tally import Tally, write_block
 
+from ajgdata.store.provenance import commit_date, software
+
 ROOT = Path(__file__).resolve().parents[2]
 RECORDINGS = os.environ.get("AJGDATA_TORTURE_RECORDINGS")
 _TALLY, _MADE_WITH = Tally(), []
@@ -41,6 +43,8 @@ def deeds(tmp_path_factory):
     base = tmp_path_factory.mktemp("torture")
     source, kind = world.source_folder(Path(RECORDINGS) if RECORDINGS else None, base / "knocks")
     _MADE_WITH.append(kind)
+    software()  # git is asked once, before the first fork
+    commit_date()
     trial = base / "trial"  # one place for all: some files name their folder
     empty = world.declare(base / "empty")
     fresh = base / "fresh"
