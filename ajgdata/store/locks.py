@@ -34,8 +34,8 @@ def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") ->
     file = path.with_name(f".{path.name}{LOCK}")
     with _lock(file) as is_held:
         if not is_held:
-            raise DataError(path, f"another process is {doing} ({holder(file)})", fix)
-        file.write_text(described(), encoding="utf-8")
+            raise DataError(path, f"another process is {holder(file)}", fix)
+        file.write_text(f"{doing} ({described()})", encoding="utf-8")
         yield
 
 
@@ -46,11 +46,11 @@ def described() -> str:
 
 
 def holder(lock: Path) -> str:
-    """Return who wrote itself into the file of a lock."""
+    """Return what whoever holds a lock wrote into its file."""
     with contextlib.suppress(OSError, UnicodeDecodeError):
         if said := " ".join(lock.read_text(encoding="utf-8").split()):
             return said
-    return "since a moment ago"
+    return "at it since a moment ago"
 
 
 @contextmanager
