@@ -60,7 +60,7 @@ def refreshed(path):
 
 
 KINDS = {
-    "recording (WAV)": ("data/knock/sessions/*/audio/*.wav", of_session),
+    "recording (WAV)": ("data/knock/sessions/*/audio/**/*.wav", of_session),
     "shard of features": ("results/features/knock/*.nc", store),
     "features of a data set": ("results/features/knock.nc", store),
     "model": ("results/models/knock/material/knn/*", model),

@@ -52,11 +52,11 @@ def snakemake(root, *words):
     """Start the workflow on the project, in a session of its own."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
     command += ["--directory", str(root), "--configfile", str(root / "settings.yaml")]
-    said = (root.parent / "said").open("w")
-    return subprocess.Popen(
-        [*command, "--cores", "2", "results/metrics.json", *words],
-        stdout=said, stderr=subprocess.STDOUT, start_new_session=True, cwd=root,
-    )  # fmt: skip
+    with (root.parent / "said").open("w") as said:
+        return subprocess.Popen(
+            [*command, "--cores", "2", "results/metrics.json", *words],
+            stdout=said, stderr=subprocess.STDOUT, start_new_session=True, cwd=root,
+        )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
