@@ -20,13 +20,13 @@ def project(tmp_path: Path) -> Project:
 
 @pytest.fixture
 def snapshot():
-    """Bytes and modification time of every file below a folder."""
+    """Bytes and modification time of every file below a folder, but for locks."""
 
     def take(folder: Path) -> dict[str, tuple[bytes, int]]:
         return {
             str(p.relative_to(folder)): (p.read_bytes(), p.stat().st_mtime_ns)
             for p in sorted(folder.rglob("*"))
-            if p.is_file()
+            if p.is_file() and not (p.name[0] == "." and p.suffix == ".lock")
         }
 
     return take

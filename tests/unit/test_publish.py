@@ -202,7 +202,7 @@ def test_a_changed_recording_is_not_published_and_the_old_tree_stays(project, tm
     with pytest.raises(DataError, match="bytes changed since its features were made"):
         published(project, out)
     assert contents(out) == before
-    assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == []
+    assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == [".out.lock"]
 
 
 def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
