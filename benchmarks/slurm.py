@@ -3,8 +3,7 @@
 Starts a SLURM of its own on this machine (as root; tools/loopback_slurm.py) and has the features
 of a few short sessions made through profiles/slurm, one by one and all together. Every Python
 process tells the CPU seconds that it took, which a busy machine does not change; what SLURM itself
-takes, from submission to the end of an empty job, is wall time. `--declarations datasets` makes
-the jobs read all of this project's data sets, as they would in its own folder.
+takes, from submission to the end of an empty job, is wall time.
 """
 
 from __future__ import annotations
@@ -101,15 +100,12 @@ def empty_job_s(repeats: int) -> float:
 
 def main(
     sessions: Annotated[int, typer.Option(min=2)] = 4,
-    declarations: Annotated[Path | None, typer.Option(help="folder of further data sets")] = None,
 ) -> None:
     """Print the cost of a submission and of a job, and the work above which they are below 10 %."""
     if reason := missing():
         sys.exit(reason)
     with tempfile.TemporaryDirectory() as temporary:
         root, counter = Path(temporary) / "project", Path(temporary) / "counter"
-        if declarations:
-            shutil.copytree(declarations, Paths(root).datasets)
         targets = declare(Paths(root), sessions)
         counter.mkdir()
         (counter / "sitecustomize.py").write_text(COUNTER)
