@@ -366,8 +366,12 @@ class Paths:
 
     @property
     def hash_cache(self) -> Path:
-        """Known hashes by size, times and inode."""
-        return self.cache / "hashes.json"
+        """Folder of known hashes by size, times and inode."""
+        return self.cache / "hashes"
+
+    def surveyed(self, dataset: str) -> Path:
+        """Return the file of which sessions were found in order, and what they looked like."""
+        return self.cache / "surveyed" / f"{dataset}.json"
 
 
 def brought(name: str) -> Path:

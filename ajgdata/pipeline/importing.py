@@ -39,15 +39,17 @@ def import_folder(
     replace_labels: bool = False,
     prune: bool = False,
     convert: bool = False,
+    rehash: bool = False,
     started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` say how file names or a table are read (what they leave open: as dataset.yaml says
     under `imports`, else by the starter kit's convention); `convert` decodes audio that is not read
-    as it is into new files. `started(total)` returns what is called once a recording. The notes of
-    the scan say how targets were understood. Nothing is written when the folder cannot be
-    understood, nor while another process brings recordings into this data set.
+    as it is into new files, `rehash` reads every file, be it known or not. `started(total)` returns
+    what is called once a recording. The notes of the scan say how targets were understood. Nothing
+    is written when the folder cannot be understood, nor while another process brings recordings
+    into this data set.
     """
     declared = read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
     if convert and not copy:
@@ -62,7 +64,8 @@ def import_folder(
     else:
         spec, told = declare(dataset, folder, found, chosen, targets)
     found = _understood(found, spec, told)
-    how = How(copy=copy, replace=replace, replace_labels=replace_labels, prune=prune)
+    labels = {"replace_labels": replace_labels, "prune": prune}
+    how = How(copy=copy, replace=replace, rehash=rehash, **labels)
     advance = started(len(found.files))
     with alone(paths.recordings(dataset), BRINGING):
         try:

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ajgdata.store.features import Shard, concatenate, feature_attrs, read_store, write_store
+import numpy as np
+
+from ajgdata.store.features import (
+    Shard,
+    concatenate,
+    feature_attrs,
+    read_labels,
+    read_spectra,
+    write_blocks,
+)
 from ajgdata.store.files import link_or_copy, read_csv, sha256_of
 from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
@@ -29,26 +38,37 @@ def merge(
 
     A recording whose target is no number, that is marked `reject`, or that stands a second time is
     left out and listed in `quarantine`, together with what the shards found. Of a rejected one only
-    that it is rejected is told.
+    that it is rejected is told. Spectra pass through memory one shard at a time, however many there
+    are.
     """
     found = [finding for path in findings for finding in read_findings(path)]
     parts = []
     notes: list[Finding] = []
-    for shard_path, label_path in zip(shards, labels, strict=True):
-        shard = read_store(shard_path)
+    for number, (shard_path, label_path) in enumerate(zip(shards, labels, strict=True)):
+        shard = read_labels(shard_path)
         session = shard_path.stem
         table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
         kept, told = select(shard, table, targets, session)
         found += told
         notes += rejected(session, table).values()
-        parts.append(labelled(kept, table, targets, session))
+        place = np.insert(kept.feature, 0, number, axis=1)  # of the shard, of the row in it
+        parts.append(dataclasses.replace(labelled(kept, table, targets, session), feature=place))
     columns = {name for part in parts for name in part.columns}
     merged = concatenate([with_columns(part, columns, targets) for part in parts])
     merged, told = without_copies(merged, [*targets])
     found = [*without_rejected(found, notes), *told]
-    write_store(store, with_attributes(merged, dataset), feature_attrs(merged.attrs))
+    blocks = _spectra(shards, merged.feature)
+    write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
     write_findings(quarantine, found)
     link_or_copy(store, published)
+
+
+def _spectra(shards: Sequence[Path], places: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the spectra (m, f) of each shard that has rows among `places` (n, 2)."""
+    for number, path in enumerate(shards):
+        rows = places[places[:, 0] == number, 1]
+        if len(rows):
+            yield read_spectra(path, rows)
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

@@ -24,8 +24,9 @@ from ajgdata.pipeline.recordings import (
 )
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
+from ajgdata.store.hashes import HashCache
 from ajgdata.store.labels import bad_label, copies, label_problem
-from ajgdata.store.manifest import WHOLE_SESSION, HashCache, survey
+from ajgdata.store.manifest import WHOLE_SESSION, survey
 from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding

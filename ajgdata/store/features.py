@@ -7,7 +7,7 @@ stored as fixed-length characters, which compress and which every netCDF reader 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -77,21 +77,25 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
 
     The same content gives the same bytes: HDF5 keeps no times, and no clock is asked.
     """
-    rows, bins = shard.feature.shape
-    if not np.isfinite(shard.feature).all():
-        raise ValueError(f"{path}: a feature is NaN or infinite; no store is written")
-    if shard.frequency_hz.shape != (bins,):
-        raise ValueError(f"{path}: {bins} bins but {shard.frequency_hz.shape} frequencies")
+    write_blocks(path, shard, [shard.feature], feature_attrs)
+
+
+def write_blocks(
+    path: Path, labels: Shard, blocks: Iterable[np.ndarray], feature_attrs: Mapping[str, str]
+) -> None:
+    """Write what `write_store` does, with the spectra of `blocks`, each (m, f), one after another,
+    in place of those of `labels`: one block is held at a time."""
+    rows, bins = len(labels.feature), len(labels.frequency_hz)
     with replacing(path) as temporary, h5netcdf.File(temporary, "w", libver=FORMAT) as store:
-        store.attrs.update({"Conventions": CONVENTIONS, **shard.attrs})
+        store.attrs.update({"Conventions": CONVENTIONS, **labels.attrs})
         store.dimensions = {"recording": rows, "frequency": bins}
         axis = store.create_variable(
-            "frequency", ("frequency",), data=shard.frequency_hz, chunks=(bins,), fletcher32=True
+            "frequency", ("frequency",), data=labels.frequency_hz, chunks=(bins,), fletcher32=True
         )
         axis.attrs.update(
             {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
         )
-        for name, column in sorted(shard.columns.items()):
+        for name, column in sorted(labels.columns.items()):
             if len(column.values) != rows:
                 raise ValueError(f"{path}: column {name} has {len(column.values)} of {rows} rows")
             write_column(store, name, column)
@@ -101,10 +105,34 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
             "f4",
             **_checked_chunks(min(CHUNK_ROWS, rows), bins),
         )
-        coordinates = " ".join(sorted(c for c in shard.columns if c != "recording"))
+        coordinates = " ".join(sorted(c for c in labels.columns if c != "recording"))
         feature.attrs.update({**feature_attrs, "coordinates": coordinates})
-        if rows:
-            feature[...] = shard.feature.astype(np.float32, copy=False)
+        done = 0
+        for spectra in _by_chunks(path, blocks, bins):
+            if done + len(spectra) <= rows:  # else it is told below
+                feature[done : done + len(spectra)] = spectra
+            done += len(spectra)
+        if done != rows:
+            raise ValueError(f"{path}: {done} spectra for {rows} rows")
+
+
+def _by_chunks(path: Path, blocks: Iterable[np.ndarray], bins: int) -> Iterator[np.ndarray]:
+    """Yield the rows of `blocks` in pieces that end where the chunks of a store do, so that each
+    chunk is written once. Raises ValueError for spectra that are not finite or of another width."""
+    left = np.empty((0, bins), np.float32)
+    for block in blocks:
+        if block.shape[1:] != (bins,):
+            raise ValueError(f"{path}: {block.shape[1]} bins but ({bins},) frequencies")
+        if not np.isfinite(block).all():
+            raise ValueError(f"{path}: a feature is NaN or infinite; no store is written")
+        whole = block.astype(np.float32, copy=False)
+        whole = np.concatenate([left, whole]) if len(left) else whole
+        end = len(whole) - len(whole) % CHUNK_ROWS
+        if end:
+            yield whole[:end]
+        left = whole[end:]
+    if len(left):
+        yield left
 
 
 def _checked_chunks(rows: int, width: int) -> dict[str, Any]:
@@ -161,6 +189,22 @@ def read_store(path: Path) -> Shard:
         spectra, frequency, columns, attrs = contents(store)
         feature = spectra[...]
     return Shard(feature, frequency.values, columns, attrs)
+
+
+def read_labels(path: Path) -> Shard:
+    """Return a store as `read_store` does, but for the spectra: in their place, `feature` (n, 1)
+    holds the number of each row. Raises DataError for a file that is none."""
+    with reading(path) as store:
+        spectra, frequency, columns, attrs = contents(store)
+        rows = np.arange(len(spectra))[:, np.newaxis]
+    return Shard(rows, frequency.values, columns, attrs)
+
+
+def read_spectra(path: Path, rows: np.ndarray) -> np.ndarray:
+    """Return the spectra (m, f) of the rows of that number, rising, of a store."""
+    with reading(path) as store:
+        spectra = _variables(store)["feature"][...]
+    return spectra if len(rows) == len(spectra) else spectra[rows]
 
 
 @contextmanager

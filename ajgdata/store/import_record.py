@@ -22,6 +22,7 @@ class Origin(Strict):
     source: str = Field(description="path inside it")
     sha256: str = Field(description="of that file")
     cells: dict[str, str]
+    sample_rate_hz: int = Field(0, description="of the recording; 0 if it cannot be read")
 
 
 class ImportRecord(Strict):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ajgdata.paths import (
@@ -44,6 +44,14 @@ class ImportedSession:
     is_old: bool
     is_emptied: bool = False
     played: str = ""
+    _found: tuple[object, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Keep what was there, by which a change is told."""
+        self._found = self._content()
+
+    def _content(self) -> tuple[object, ...]:
+        return self.declared, dict(self.held), dict(self.origins), self.played
 
     def source(self, recording_id: str) -> str:
         """Return the path inside the folder from which a recording came."""
@@ -97,6 +105,8 @@ class ImportedSession:
 
     def write(self) -> None:
         """Write table, declaration and record, each if it changed."""
+        if self.is_old and self._found == self._content():
+            return  # the longest part of importing many files again
         rows = sorted(self.held.values(), key=lambda one: one.recording_id)
         write_session(self.folder, self.declared, rows)
         write_record(self.folder, ImportRecord(recordings=self.origins, played=self.played))

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Paths
-from ajgdata.store.audio import file_sha256, inspect_audio
+from ajgdata.store.audio import inspect_audio
 from ajgdata.store.decoding import decoded
 from ajgdata.store.files import remove_empty_folders, replacing, sha256_of, write_bytes
+from ajgdata.store.hashes import HashCache
 from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
 from ajgdata.store.import_rows import check_space, ids_of, recording_of
 from ajgdata.store.imported_session import ImportedSession, open_sessions
@@ -57,6 +58,7 @@ class How:
     replace: bool
     replace_labels: bool = False
     prune: bool = False
+    rehash: bool = False
 
 
 def import_scan(
@@ -73,8 +75,9 @@ def import_scan(
     Running it again adds what is new and takes over labels that changed in the folder. It keeps
     labels that were changed here since (unless `replace_labels`), further columns, recordings that
     are no longer in the folder (unless `prune`, and all others could be read), and what was
-    completed in session.yaml. A file that was moved in the folder keeps its recording, under its
-    new name. A recording, or a played sound, whose bytes differ from those held is left alone and
+    completed in session.yaml. A file of which size, times and inode are what they were is not read
+    again (unless `rehash`). One that was moved in the folder keeps its recording, under its new
+    name. A recording, or a played sound, whose bytes differ from those held is left alone and
     listed in `conflicts`, unless `replace`. A file that
     cannot be read is listed in `failed`, and nothing of it is written. Whatever ends it, each file
     that was written stands in its session's table. Raises DataError, before anything is written,
@@ -84,10 +87,14 @@ def import_scan(
     sessions = open_sessions(paths, dataset, folder, names, copy=how.copy)
     if how.copy:
         check_space(paths, folder, scanned, sessions)
-    one = _Import(folder, how, sessions, Imported(sessions=len(names)))
+    members_of = defaultdict(list)
+    for entry in scanned.files:
+        members_of[entry.session].append(entry)
+    hashes = HashCache(paths.hash_cache, forget=how.rehash)
+    one = _Import(folder, how, sessions, Imported(sessions=len(names)), hashes)
     try:
         for name in sorted(names):
-            members = [entry for entry in scanned.files if entry.session == name]
+            members = members_of[name]
             played = scanned.excitations.get(name)
             for entry, recording_id in zip(members, ids_of(members, sessions[name]), strict=True):
                 one.take(entry, recording_id)
@@ -98,6 +105,7 @@ def import_scan(
         one.look_for_gone(prune=how.prune and not (scanned.missing or one.result.failed))
     finally:
         one.write()
+        hashes.save()
     return one.result
 
 
@@ -105,9 +113,15 @@ class _Import:
     """One import: what it found so far, and what is to be removed once the tables are written."""
 
     def __init__(
-        self, folder: Path, how: How, sessions: Mapping[str, ImportedSession], result: Imported
+        self,
+        folder: Path,
+        how: How,
+        sessions: Mapping[str, ImportedSession],
+        result: Imported,
+        hashes: HashCache,
     ) -> None:
         self.folder, self.how, self.sessions, self.result = folder, how, sessions, result
+        self.hashes = hashes
         self.root = str(folder.absolute())
         self.obsolete: list[Path] = []
         self.unfinished: Path | None = None
@@ -142,7 +156,7 @@ class _Import:
 
     def _take(self, entry: ScannedFile, recording_id: str) -> None:
         session = self.sessions[entry.session]
-        digest = file_sha256(self.folder / entry.path)
+        digest = self.hashes.sha256(self.folder / entry.path)
         recording = recording_of(self.folder, entry, recording_id, copy=self.how.copy)
         old, before = session.held.get(recording_id), session.before(recording_id)
         moved_from = None if old else next(iter(self.homeless.get(digest, ())), None)
@@ -161,9 +175,15 @@ class _Import:
             self._forget(*moved_from)
             session.take_over(moved_from[0])
             self.result.moved.append((moved_from[1], recording_id))
+        last = session.origins.get(recording_id)
+        same = old is not None and last is not None and old.sha256 == recording.sha256
         session.held[recording_id] = recording
         session.origins[recording_id] = Origin(
-            folder=self.root, source=entry.path.as_posix(), sha256=digest, cells=found
+            folder=self.root,
+            source=entry.path.as_posix(),
+            sha256=digest,
+            cells=found,
+            sample_rate_hz=last.sample_rate_hz if last and same else 0,
         )
         self.unfinished = None
         if old is None:
@@ -201,7 +221,7 @@ class _Import:
             self.unfinished = destination
         if entry.decode:
             return self._with_decoded(entry, destination, recording, session)
-        if self.how.copy and not _holds(destination, digest):
+        if self.how.copy and not self._holds(destination, digest):
             with replacing(destination) as temporary:
                 shutil.copyfile(self.folder / entry.path, temporary)
         return recording
@@ -212,7 +232,7 @@ class _Import:
         """Return a recording with the hash of its decoded file, which is made where it is not."""
         known = session.held.get(recording.recording_id)
         same = session.origin_sha256(recording.recording_id) == recording.sha256
-        if known and same and _holds(destination, known.sha256):
+        if known and same and self._holds(destination, known.sha256):
             labels = {**recording.labels, DECODED_FROM: known.labels.get(DECODED_FROM, "")}
             return recording.model_copy(update={"sha256": known.sha256, "labels": labels})
         content, made_by = decoded(self.folder / entry.path)
@@ -220,6 +240,9 @@ class _Import:
         self.result.decoded += 1
         labels = {**recording.labels, DECODED_FROM: f"{entry.path.name} ({made_by})"}
         return recording.model_copy(update={"sha256": sha256_of(content), "labels": labels})
+
+    def _holds(self, path: Path, digest: str) -> bool:
+        return path.is_file() and self.hashes.sha256(path) == digest
 
     def _forget(self, session: ImportedSession, recording_id: str) -> None:
         """Take a recording out of its session; its copy goes once the tables are written."""
@@ -243,9 +266,8 @@ class _Import:
         """Complete what session.yaml says of rate and played sound."""
         before = session.declared.sample_rate_hz if session.is_old else None
         base = session.folder if self.how.copy else self.folder
-        held = session.held.items()
-        files = [base / one.file for name, one in held if session.source(name) in sources]
-        rates = {before} - {None} | self._rates(files)
+        names = [name for name in session.held if session.source(name) in sources]
+        rates = {before} - {None} | self._rates(session, base, names)
         changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
         session.declared = session.declared.model_copy(update=changed)
         if played is None:
@@ -257,14 +279,22 @@ class _Import:
             reason = f"the played sound cannot be read or written ({error.strerror})"
             self._fail(played, reason)
 
-    def _rates(self, files: Iterable[Path]) -> set[int]:
-        """Return the rates of recordings; what cannot be read is imported as it is, and said."""
+    def _rates(self, session: ImportedSession, base: Path, names: Iterable[str]) -> set[int]:
+        """Return the rates of recordings, of which those that are not known are looked at; what
+        cannot be read is imported as it is, and said each time."""
         rates = set()
-        for file in files:
+        for name in names:
+            origin, file = session.origins.get(name), base / session.held[name].file
+            rate = origin.sample_rate_hz if origin and not self.how.rehash else 0
             try:
-                rates.add(inspect_audio(file).sample_rate_hz)
+                rate = rate or inspect_audio(file).sample_rate_hz
             except DataError as error:
                 self.result.unreadable.append((file.name, error.problem))
+                continue
+            rates.add(rate)
+            if origin and origin.sample_rate_hz != rate:
+                found = {"sample_rate_hz": rate}
+                session.origins[name] = origin.model_copy(update=found)
         return rates
 
     def write(self) -> None:
@@ -294,7 +324,3 @@ def _is_gone(path: Path) -> bool:
     except OSError:
         return False
     return False
-
-
-def _holds(path: Path, digest: str) -> bool:
-    return path.is_file() and file_sha256(path) == digest

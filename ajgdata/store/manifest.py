@@ -7,8 +7,6 @@ Files and hashes (input of the features) are kept apart from labels (joined on m
 
 from __future__ import annotations
 
-import hashlib
-import time
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,9 +17,9 @@ from ajgdata.store.files import (
     json_bytes,
     read_json,
     why_no_file,
-    write_bytes,
     write_if_changed,
 )
+from ajgdata.store.hashes import HashCache
 from ajgdata.store.sessions import (
     audio_path,
     inside,
@@ -29,54 +27,11 @@ from ajgdata.store.sessions import (
     read_recordings,
     read_session,
 )
+from ajgdata.store.surveyed import Surveyed
 from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
 
 LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
 WHOLE_SESSION = "*"
-#: A file that changed less than this before it was hashed is hashed again next time: its clock may
-#: be too coarse (2 s on FAT) to tell a second change.
-COARSEST_CLOCK_NS = 2_000_000_000
-
-
-class HashCache:
-    """SHA-256 of files, recomputed only when size, times or inode changed."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.known = _known_hashes(path)
-        self.changed = False
-
-    def sha256(self, file: Path) -> str:
-        """Return the hash of `file`; raises OSError when it cannot be read."""
-        stat = file.stat()
-        key = str(file.absolute())
-        mark = [stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino]
-        entry = self.known.get(key, [])
-        if entry[:4] == mark:
-            return str(entry[4])
-        now = time.time_ns()
-        with file.open("rb") as stream:
-            digest = hashlib.file_digest(stream, "sha256").hexdigest()
-        if now - max(stat.st_mtime_ns, stat.st_ctime_ns) > COARSEST_CLOCK_NS:
-            self.known[key] = [*mark, digest]
-            self.changed = True
-        return digest
-
-    def save(self) -> None:
-        """Write the cache if it learnt anything."""
-        if self.changed:
-            write_bytes(self.path, json_bytes(self.known))
-
-
-def _known_hashes(path: Path) -> dict[str, list[Any]]:
-    """Return the hashes in a cache file; none if it cannot be read, since they can be made
-    again."""
-    try:
-        known = read_json(path)
-    except DataError:
-        return {}
-    entries = known.items() if isinstance(known, dict) else ()
-    return {k: entry for k, entry in entries if isinstance(entry, list) and len(entry) == 5}
 
 
 def refresh(
@@ -90,11 +45,15 @@ def refresh(
     Idempotent, and writes nothing when nothing changed. Sessions of `incomplete` are still being
     acquired and get no manifest. `each` goes through the sessions, and may show how far it is.
     """
-    cache = HashCache(paths.hash_cache)
+    cache, surveyed = HashCache(paths.hash_cache), Surveyed(paths, dataset)
     sessions = [name for name in list_sessions(paths, dataset) if name not in incomplete]
     for name in each(sessions):
-        write(paths, dataset, name, cache)
+        if not surveyed.is_current(name):
+            began = surveyed.marks_of_tables(name)
+            write(paths, dataset, name, cache)
+            surveyed.note(name, cache.seen | began)
     cache.save()
+    surveyed.save(sessions)
     _drop_others(paths, dataset, keep=sessions)
     return sessions
 
@@ -109,10 +68,12 @@ def outdated(
 
     A session that has no manifest yet is not read: the content of its manifests is given as empty.
     """
-    cache = HashCache(paths.hash_cache)
+    cache, surveyed = HashCache(paths.hash_cache), Surveyed(paths, dataset)
     changed: dict[Path, bytes] = {}
     sessions = [name for name in list_sessions(paths, dataset) if name not in incomplete]
     for name in each(sessions):
+        if surveyed.is_current(name):
+            continue
         files = paths.audio_manifest(dataset, name), paths.label_manifest(dataset, name)
         if all(file.is_file() for file in files):
             new = contents(paths, dataset, name, cache)

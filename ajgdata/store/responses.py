@@ -69,21 +69,7 @@ class ResponseStore:
 
     def read(self, scene: gripper.Scene) -> gripper.ImpulseResponse | None:
         """Return the kept response of `scene`; None if there is none that can be read."""
-        path = self.path(scene)
-        try:
-            content = path.read_bytes()
-        except (FileNotFoundError, NotADirectoryError):
-            return None
-        except OSError as error:
-            log.warning("%s cannot be read (%s): simulated again", path, error.strerror)
-            return None
-        head, _, body = content.partition(b"\n")
-        if head != _head(body):
-            log.warning("%s is damaged: simulated again and replaced", path)
-            return None
-        with contextlib.suppress(OSError):
-            os.utime(path)  # used now; times of reading are often not kept by the file system
-        return _decode(body)
+        return read_response(self.path(scene))
 
     def write(self, scene: gripper.Scene, response: gripper.ImpulseResponse) -> None:
         """Keep `response`, unless the folder does not let us."""
@@ -121,6 +107,25 @@ class ResponseStore:
             room -= stat.st_size
             if others and room < 0:
                 Path(path).unlink(missing_ok=True)
+
+
+def read_response(path: Path) -> gripper.ImpulseResponse | None:
+    """Return the response that is kept in a file, which is noted as used now; None if there is none
+    that can be read."""
+    try:
+        content = path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        log.warning("%s cannot be read (%s): simulated again", path, error.strerror)
+        return None
+    head, _, body = content.partition(b"\n")
+    if head != _head(body):
+        log.warning("%s is damaged: simulated again and replaced", path)
+        return None
+    with contextlib.suppress(OSError):
+        os.utime(path)  # used now; times of reading are often not kept by the file system
+    return _decode(body)
 
 
 def _limit_mb() -> float:

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from worlds import tone, write_tone
 
-from ajgdata.store import manifest
-from ajgdata.store.manifest import HashCache, read_manifest
+from ajgdata.store import hashes, manifest
+from ajgdata.store.hashes import HashCache
+from ajgdata.store.manifest import read_manifest
 from ajgdata.store.sessions import read_recordings
 
 
@@ -163,8 +164,8 @@ def test_the_played_sound_is_checked_too(project):
 
 def age(monkeypatch, seconds):
     """Let the clock of the cache run ahead of the files."""
-    real = manifest.time.time_ns
-    monkeypatch.setattr(manifest.time, "time_ns", lambda: real() + int(seconds * 1e9))
+    real = hashes.time.time_ns
+    monkeypatch.setattr(hashes.time, "time_ns", lambda: real() + int(seconds * 1e9))
 
 
 def test_hashes_are_remembered(tmp_path, monkeypatch):
@@ -172,22 +173,26 @@ def test_hashes_are_remembered(tmp_path, monkeypatch):
     files = [tmp_path / name for name in "ab"]
     for path in files:
         path.write_bytes(path.name.encode())
-    cache = HashCache(tmp_path / "cache.json")
+    cache = HashCache(tmp_path / "cache")
     first = [cache.sha256(path) for path in files]
     cache.save()
-    assert len(json.loads(cache.path.read_bytes())) == 2
+    (kept,) = cache.folder.iterdir()
+    known = json.loads(kept.read_bytes())
+    assert sorted(known["files"]) == ["a", "b"]
     # a wrong hash put into the cache comes back: the file is not read again
-    known = json.loads(cache.path.read_bytes())
-    known[str(files[0])][4] = "remembered"
-    cache.path.write_text(json.dumps(known))
-    again = HashCache(cache.path)
+    known["files"]["a"][4] = "remembered"
+    kept.write_text(json.dumps(known))
+    before = kept.stat().st_ino
+    again = HashCache(cache.folder)
     assert [again.sha256(path) for path in files] == ["remembered", first[1]]
-    assert not again.changed
+    again.save()
+    assert kept.stat().st_ino == before
+    assert HashCache(cache.folder, forget=True).sha256(files[0]) == first[0]
     stat = files[0].stat()
     files[0].write_bytes(b"A")
     os.utime(files[0], ns=(stat.st_atime_ns, stat.st_mtime_ns))
     monkeypatch.undo()
-    fresh = HashCache(cache.path)
+    fresh = HashCache(cache.folder)
     ctime_differs = files[0].stat().st_ctime_ns != stat.st_ctime_ns
     assert (fresh.sha256(files[0]) != "remembered") == ctime_differs
 
@@ -195,20 +200,87 @@ def test_hashes_are_remembered(tmp_path, monkeypatch):
 def test_a_file_that_may_yet_change_within_the_clocks_tick_is_not_remembered(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(b"1")
-    cache = HashCache(tmp_path / "cache.json")
+    cache = HashCache(tmp_path / "cache")
     one = cache.sha256(path)
     stat = path.stat()
     path.write_bytes(b"2")
     os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     assert cache.sha256(path) != one
-    assert cache.known == {}
+    cache.save()
+    assert not cache.folder.exists()
 
 
-@pytest.mark.parametrize("content", [b"{", b"[1]", b"\xff", b'{"x": 3, "y": [1]}'])
-def test_a_spoilt_cache_is_forgotten(tmp_path, content):
-    path = tmp_path / "cache.json"
-    path.write_bytes(content)
-    assert HashCache(path).known == {}
+@pytest.mark.parametrize(
+    "content", [b"{", b"[1]", b"\xff", b'{"files": 3}', b'{"files": {"a": 3, "b": [1]}}']
+)
+def test_a_spoilt_cache_is_forgotten(tmp_path, monkeypatch, content):
+    age(monkeypatch, 10)
+    path = tmp_path / "a"
+    path.write_bytes(b"1")
+    cache = HashCache(tmp_path / "cache")
+    right = cache.sha256(path)
+    cache.save()
+    (kept,) = cache.folder.iterdir()
+    kept.write_bytes(content)
+    assert HashCache(cache.folder).sha256(path) == right
+
+
+def surveyed(monkeypatch):
+    """Names of the sessions that are read from now on."""
+    read = []
+
+    def survey(paths, dataset, name, cache):
+        read.append(name)
+        return real(paths, dataset, name, cache)
+
+    real = manifest.survey
+    monkeypatch.setattr(manifest, "survey", survey)
+    return read
+
+
+@pytest.mark.parametrize("gone", [False, True])
+def test_only_sessions_of_which_something_changed_are_read_again(made, monkeypatch, gone):
+    age(monkeypatch, 10)
+    read = surveyed(monkeypatch)
+    made.refresh()
+    made.refresh()
+    assert read == ["s1", "s2"]
+    manifests = made.paths.audio_manifest("d", "s2")
+    path, before = made.folder("s2") / "audio" / "a.wav", manifests.read_bytes()
+    path.unlink() if gone else write_tone(path, 123)
+    del read[:]
+    assert list(manifest.outdated(made.paths, "d")) == [manifests]
+    made.refresh()
+    assert read == ["s2", "s2"]
+    assert manifests.read_bytes() != before
+    made.refresh()  # what is wrong may be mended elsewhere: read again
+    assert read == ["s2", "s2", "s2"]
+
+
+@pytest.mark.parametrize("file", ["s1.audio.json", "s1.labels.csv"])
+def test_a_manifest_that_somebody_changed_is_made_again(made, monkeypatch, file):
+    age(monkeypatch, 10)
+    made.refresh()
+    path = made.paths.results / "manifest" / "d" / file
+    right = path.read_bytes()
+    for spoilt in (b"", b"{}", right.replace(b"b", b"x", 1)):
+        path.write_bytes(spoilt)
+        made.refresh()
+        assert path.read_bytes() == right
+
+
+def test_a_corrected_label_and_a_new_declaration_are_seen(made, monkeypatch):
+    age(monkeypatch, 10)
+    made.refresh()
+    for file, old, new in (
+        ("recordings.csv", b"750.0", b"751.0"),
+        ("session.yaml", b"medium: unknown", b"medium: sugar"),
+    ):
+        path = made.folder() / file
+        path.write_bytes(path.read_bytes().replace(old, new))
+        made.refresh()
+        labels = made.paths.label_manifest("d", "s1").read_bytes()
+        assert new.split()[-1] in labels
 
 
 def test_row_order_does_not_matter(made):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ajgdata
+from ajgdata.store.features import CHUNK_ROWS
 from ajgdata.store.sessions import read_recordings
 from ajgdata.types import Target
 
@@ -51,6 +52,44 @@ def test_values_and_names(two):
         chosen = features.sel(recording="s2/d")
         assert float(chosen["edge_mm"]) == 1210
         np.testing.assert_array_equal(chosen["feature"], shards[1][1])
+
+
+def test_rows_and_chunks_that_do_not_end_together(project):
+    """Spectra pass shard by shard, and are written chunk by chunk: each stays with its row."""
+    names = {session: 100 + 10 * number for number, session in enumerate("rstu")}
+    for session, count in names.items():
+        base = 300 + 1000 * "rstu".index(session)
+        project.session(session, {f"x{n:03d}": base + float(n) for n in range(count)})
+    project.refresh()
+    for session in names:
+        project.shard(session)
+    relabel(project, "s", x005={"quality": "reject"})
+    store, _ = project.merge(*names)
+    shards = [project.read_shard(session) for session in names]
+    expected = {
+        f"{session}/{name}": feature
+        for session, shard in zip(names, shards, strict=True)
+        for name, feature in zip(shard.columns["recording"].values, shard.feature, strict=True)
+    }
+    del expected["s/x005"]
+    assert len(store.feature) == len(expected) > 3 * CHUNK_ROWS
+    for name, feature in zip(store.columns["recording"].values, store.feature, strict=True):
+        np.testing.assert_array_equal(feature, expected[name])
+
+
+def test_one_more_recording_gives_the_store_that_is_made_from_nothing(two):
+    two.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0, "d": 1250.0})
+    two.refresh()
+    assert two.shard("s1") == (1, 3)
+    two.merge("s1", "s2")
+    path = two.paths.features("d")
+    grown = path.read_bytes()
+    for folder in (two.paths.results, two.paths.cache):
+        shutil.rmtree(folder)
+    two.refresh()
+    assert [two.shard("s1"), two.shard("s2")] == [(4, 0), (2, 0)]
+    two.merge("s1", "s2")
+    assert path.read_bytes() == grown
 
 
 def test_same_bytes_twice(two):

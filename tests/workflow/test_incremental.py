@@ -3,6 +3,7 @@
 import csv
 import os
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -111,6 +112,21 @@ def test_an_edit_that_keeps_size_and_time_is_noticed(project):
     os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
     assert path.stat().st_size == stat.st_size
     assert project.planned(*END) == {"features": 1, "merge": 1, **TASKS}
+
+
+def test_the_features_that_people_load_are_a_target(project):
+    target, store = "results/features/tones.nc", project.paths.features("tones")
+    assert project.planned(target) == {}
+    edit_table(project, "day1", lambda rows: rows[0].update(pitch="high"))
+    assert project.planned(target) == {"merge": 1}
+    project.snakemake(target)
+    assert store.samefile(project.paths.merged("tones"))
+    assert read_store(store).columns["pitch"].values[0] == "high"
+    assert project.planned(*END) == TASKS
+    store.unlink()
+    shutil.rmtree(project.paths.merged("tones").parent)
+    project.snakemake(target)
+    assert store.samefile(project.paths.merged("tones"))
 
 
 def test_a_new_label_recomputes_no_feature(project):

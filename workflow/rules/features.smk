@@ -41,3 +41,20 @@ rule merge:
         "Features and labels of {wildcards.dataset}"
     script:
         "../scripts/merge.py"
+
+
+# Asked for by name alone: whoever wants the features and nothing else. Never deleted beforehand,
+# since somebody may be reading it.
+rule store:
+    input:
+        ancient(rules.merge.output.store),  # merging links it itself
+    output:
+        update(PATHS.features("{dataset}")),
+    log:
+        "results/logs/store/{dataset}.log",
+    conda:
+        "../../environment.yml"
+    message:
+        "Features of {wildcards.dataset}, as people load them"
+    script:
+        "../scripts/store.py"
