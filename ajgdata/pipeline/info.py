@@ -10,7 +10,7 @@ import numpy as np
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.paths import Paths
 from ajgdata.pipeline.plan import recorded_sessions
-from ajgdata.store.features import Column, read_store
+from ajgdata.store.features import Column, read_labels
 from ajgdata.store.files import bytes_below
 from ajgdata.store.findings import read_findings
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
@@ -92,8 +92,8 @@ def _features(paths: Paths, spec: DatasetSpec) -> dict[str, str]:
     if not store.is_file():
         declared = {f"target {n}": f"{t.kind} {t.unit}".strip() for n, t in spec.targets.items()}
         return {**declared, "features": f"not made yet; `ajgdata run {spec.name}` makes them"}
-    shard = read_store(store)
-    rows, bins = shard.feature.shape
+    shard = read_labels(store)
+    rows, bins = len(shard.feature), len(shard.frequency_hz)
     low, high = shard.frequency_hz[[0, -1]]
     facts = {
         f"target {name}": _values(shard.columns[name], target.unit)
