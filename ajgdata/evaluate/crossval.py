@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
 from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
-from ajgdata.models import chosen, fit_model, make_model
+from ajgdata.models import chosen, fit_model, make_model, recordings_used
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -97,6 +97,8 @@ class CrossValidation:
     extra_tests: dict[str, Tested]
     #: How each fold's model was chosen (see `models.chosen`); empty for one that is not tuned.
     choices: tuple[dict[str, Any], ...] = ()
+    #: Recordings that each fold's model learned from, and had; empty where it learned from all.
+    thinned: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -158,13 +160,14 @@ def cross_validate(
     estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
-    costs, choices, rss_mb = [], [], memory_mb("VmRSS")
+    costs, choices, used, rss_mb = [], [], [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
             inner = inner_groups[fold] if inner_groups else group
             fitted, cost = _fitted(estimator, features, target, inner, train, test)
             costs.append(cost)
             choices.append(chosen(fitted)[1])
+            used.append((recordings_used(fitted, len(train)), len(train)))
             own_parts.append(_predict(fitted, features, test, fold, target[train]))
             for name, tests in extra.items():
                 new = np.flatnonzero(~np.isin(tests.groups, group[train]))
@@ -181,7 +184,8 @@ def cross_validate(
         tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
     predictions = _predictions(own, own_parts, in_order=True)
     tuned = tuple(choice for choice in choices if choice)
-    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested, tuned)
+    thinned = tuple(used) if any(some < every for some, every in used) else ()
+    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested, tuned, thinned)
 
 
 def _validated(

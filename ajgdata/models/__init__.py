@@ -61,14 +61,29 @@ def fit_model(
     """Return `model` trained on features (n, n_features) and `target` (n,).
 
     `groups` (n,) are what its inner folds must not divide, if it is tuned: those of the outer
-    split. None: nothing is chosen.
+    split. None: nothing is chosen. Of more recordings than its limit (see `models.limits`) it
+    learns from some of each group.
     """
     from sklearn.utils.validation import has_fit_parameter
 
+    from ajgdata.models.limits import learned_rows
+
     estimator: Any = model
+    rows = learned_rows(model, groups, len(target))
+    if rows is not None:
+        features, target = features[rows], target[rows]
+        groups = None if groups is None else groups[rows]
     if groups is not None and has_fit_parameter(estimator, "groups"):
         return estimator.fit(features, target, groups=groups)
     return estimator.fit(features, target)
+
+
+def recordings_used(fitted: BaseEstimator, given: int) -> int:
+    """Return how many of the `given` recordings a fitted model has learned from."""
+    from ajgdata.models.limits import most_recordings
+
+    most = most_recordings(chosen(fitted)[0])
+    return given if most is None else min(given, most)
 
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:

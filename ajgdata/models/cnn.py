@@ -48,6 +48,7 @@ class _Cnn(BaseEstimator):
 
     module_: SpectrumCnn
     n_features_in_: int
+    most_recordings = 10_000  #: each takes more than one step; see `models.limits`
 
     def __init__(
         self,

@@ -18,6 +18,7 @@ from sklearn.utils import get_tags
 from sklearn.utils.metaestimators import _BaseComposition, available_if
 from sklearn.utils.validation import check_is_fitted
 
+from ajgdata.models.limits import MOST_TO_CHOOSE, learned_rows, thinned
 from ajgdata.models.shared_steps import SharedPart
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
@@ -39,10 +40,11 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     `candidates` are pairs of a name and an unfitted estimator, all of one kind. Classes count by
     accuracy, numbers by their mean square error, with a `period` the shortest way round. Without
     groups, or with one alone, nothing can be chosen without flattering: the first is taken, and
-    `reason_` says why. `while_choosing` are settings of all candidates on the inner folds
-    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
-    `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice) and
-    `failed_`, the names of those that could not be trained on all inner folds.
+    `reason_` says why. Of more than MOST_TO_CHOOSE recordings some of each group choose.
+    `while_choosing` are settings of all candidates on the inner folds alone, which make them
+    cheaper. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_`, `inner_scores_` (by
+    name, higher is better, none without a choice) and `failed_`, the names of those that could not
+    be trained on all inner folds.
     """
 
     best_estimator_: Any
@@ -89,9 +91,15 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
         self.reason_, self.inner_scores_, self.inner_folds_, self.failed_ = "", {}, 0, ()
-        best = self._chosen(np.asarray(X), np.asarray(y), groups)
+        X, y = np.asarray(X), np.asarray(y)
+        best = self._chosen(X, y, groups)
         self.choice_, estimator = self.candidates[best]
-        self.best_estimator_ = clone(estimator).fit(X, y)
+        rows = learned_rows(estimator, groups, len(y))
+        self.best_estimator_ = clone(estimator)
+        if rows is None:
+            self.best_estimator_.fit(X, y)
+        else:
+            self.best_estimator_.fit(X[rows], y[rows])
         return self
 
     def _chosen(self, X: np.ndarray, y: np.ndarray, groups: Any) -> int:
@@ -99,6 +107,9 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         if groups is None:
             self.reason_ = NO_GROUPS
             return 0
+        if len(y) > MOST_TO_CHOOSE:
+            some = thinned(np.asarray(groups), MOST_TO_CHOOSE)
+            X, y, groups = X[some], y[some], np.asarray(groups)[some]
         classes = get_tags(self).estimator_type == "classifier"
         folds = inner_folds(y, np.asarray(groups), classes, self.random_state)
         if not folds:

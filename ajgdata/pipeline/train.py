@@ -63,7 +63,7 @@ def train_model(
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_model, make_model, network_state
+    from ajgdata.models import chosen, fit_model, make_model, network_state, recordings_used
 
     shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
@@ -93,6 +93,8 @@ def train_model(
     about |= {"classes": np.unique(data.value).tolist() if kind == "classification" else []}
     about |= {"calibration": found.plain()}
     about |= {"tuning": choice} if choice else {}
+    used = recordings_used(estimator, len(data.name))
+    about |= {"trained_on": used} if used < len(data.name) else {}
     write_guard(folder, _guarding(shard, target, kind, data, grasp))
     if state := network_state(estimator):
         arrays, about["network"] = state

@@ -30,6 +30,7 @@ from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
     RANDOM,
+    TRAINED_ON,
     WITHHELD,
     elsewhere,
     training_cost,
@@ -137,6 +138,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     twins = _twins(inputs, settings, model)
     scores = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
     scores += interval_scores(model, further.repeated, grouped.folds)
+    scores += _thinned_scores(model, splits)
     values: Iterable[Mapping[str, Any]] = ()
     if inputs.kind == "regression":
         values = _by_value(found.splits[GROUPED], inputs.period_deg)
@@ -158,6 +160,15 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         _cost_tables(model, splits | {part_within(*key): one for key, one in twins.items()}),
         {"parts": about, "classes": list(grouped.classes), "no_sessions": further.no_sessions},
     )
+
+
+def _thinned_scores(
+    model: str, splits: Mapping[str, CrossValidation]
+) -> Iterator[tuple[str, str, str, str, float]]:
+    """Yield on how many recordings a fold's model was trained, of how many, where not on all."""
+    for split, found in splits.items():
+        for name, counts in zip(TRAINED_ON, zip(*found.thinned, strict=True), strict=False):
+            yield model, f"training of {split}", name, "mean", float(np.mean(counts))
 
 
 def _overall_scores(

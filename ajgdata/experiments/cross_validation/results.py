@@ -23,6 +23,8 @@ REPEATED = "repeated"  #: the grouped split with other seeds, too
 SESSION_SPLITS = (WITHIN, ACROSS, AS_MANY)
 WITHHELD = "withheld"  #: part of the recordings that no fold trains on
 OVERALL = "overall"  #: known and withheld recordings together
+#: Metrics of the part "training of SPLIT": recordings that a model learned from, and had.
+TRAINED_ON = ("trained_on", "available")
 #: The paper's name for what is told of these parts.
 PAPER_PARTS = {
     GROUPED: "known", RANDOM: "known_by_recording", WITHHELD: "unknown", OVERALL: "overall",
@@ -118,6 +120,12 @@ class ModelResult:
         folds = tuple(v for statistic, v in values.items() if statistic.startswith("fold "))
         ends = values.get("low", math.nan), values.get("high", math.nan)
         return Score(values["mean"], values["sd"], folds, *ends)
+
+    @property
+    def thinned(self) -> str:
+        """Return on how many recordings of a fold it was trained, of how many; "" if on all."""
+        counts = [self._scores.get((f"training of {GROUPED}", name)) for name in TRAINED_ON]
+        return " of ".join(f"{round(one['mean']):,}" for one in counts if one)
 
     @property
     def random(self) -> Score | None:

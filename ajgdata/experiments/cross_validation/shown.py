@@ -104,6 +104,8 @@ def summary(results: TaskResults) -> str:
     spread = f", given as {first.spread}" if first.score().has_interval else ""
     missing = next((why for m in models if (why := m.result.about.get("no_sessions"))), "")
     alone = f" Sessions are not compared: {missing}." if missing else ""
+    thinned = "; ".join(f"{m.label} on {m.thinned}" for m in models if m.thinned)
+    alone += f" Recordings of a fold that were trained on: {thinned}." if thinned else ""
     return (
         f"{results.kind.capitalize()} of {results.target}{unit} from {counts} "
         f"({results.groups}), {first.count('folds')} folds{spread}. "

@@ -1,0 +1,133 @@
+"""What training a model on many recordings costs, with its limit and without.
+
+    python benchmarks/models.py results/features/ycb.nc --target object [--models knn_plain,svm_plain]
+        [--sizes 500,5000,50000] [--most-s 60]
+
+Recordings beyond those of the file are the same with 5 % of noise, as further recordings of the same
+grasps: a test of scale, which says nothing of errors. Each model and size runs in a process of its
+own; processor time of one thread, and the largest memory. Without its limit a model is tried only as
+far as `--most-s` s let expect, by the exponent of its last two sizes; what is not tried is estimated
+by that exponent, and marked by ~.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+from threadpoolctl import threadpool_limits
+
+from ajgdata.evaluate.cost import memory_mb
+from ajgdata.models import fit_model, limits, make_model, recordings_used
+from ajgdata.store.features import read_store
+
+NOISE = 0.05
+ASKED = 1_000  # recordings that are predicted
+MODELS = "linear_plain,ridge_plain,knn_plain,svm_plain,boosting,forest,mlp,cnn,knn,svm,linear"
+
+
+def repeated(
+    store: Path, target: str, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return features (count, bins), target and grasp (count,)."""
+    shard = read_store(store)
+    column = shard.columns[target].values.astype(str)
+    known = np.flatnonzero(~np.isin(column, ["", "nan"]))
+    generator = np.random.default_rng(0)
+    rows = generator.permutation(known)[np.arange(count) % len(known)]
+    features = shard.feature[rows]
+    features *= 1 + NOISE * generator.standard_normal(features.shape, np.float32)
+    return features, column[rows], shard.columns["grasp_id"].values.astype(str)[rows]
+
+
+def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
+    """Return s of training, s of predicting a thousand, and the largest memory in MB."""
+    features, y, grasp = repeated(store, target, count)
+    if not limited:
+        limits.most_recordings = lambda _: None  # as for a model that declares none
+        from ajgdata.models import tuning
+
+        tuning.MOST_TO_CHOOSE = sys.maxsize
+    before = memory_mb("VmRSS")
+    with threadpool_limits(limits=1):
+        begun = time.process_time()
+        fitted = fit_model(make_model(model, "classification"), features, y, grasp)
+        trained = time.process_time()
+        fitted.predict(features[:ASKED])
+        asked = time.process_time()
+    return {
+        "train_s": trained - begun,
+        "predict_s": asked - trained,
+        "memory_mb": memory_mb("VmHWM") - before,
+        "used": recordings_used(fitted, count),
+    }
+
+
+def apart(*named: object) -> dict[str, float]:
+    """Return `one` of a process of its own."""
+    call = [sys.executable, __file__, "--alone", json.dumps([str(name) for name in named])]
+    return json.loads(subprocess.run(call, check=True, capture_output=True, text=True).stdout)
+
+
+def rows_of(
+    store: Path, target: str, model: str, sizes: list[int], most_s: float
+) -> list[tuple[str, ...]]:
+    """Return a row of the table for each size."""
+    free: dict[int, float] = {}
+    rows = []
+    for count in sizes:
+        found = apart(store, target, model, count, "limited")
+        used = int(found["used"])
+        expected = extrapolated(free, count)
+        chosen = model in ("knn", "svm", "linear", "ridge") and count > limits.MOST_TO_CHOOSE
+        if used == count and not chosen:
+            free[count], without = found["train_s"], ""
+        elif expected is None or expected <= most_s:
+            free[count] = apart(store, target, model, count, "free")["train_s"]
+            without = f"{free[count]:.3g}"
+        else:
+            without = f"~{expected:.2g}"
+        told = (f"{found['train_s']:.3g}", f"{found['predict_s']:.2g}", f"{found['memory_mb']:.0f}")
+        rows.append((model, f"{count:,}", f"{used:,}", *told, without))
+    return rows
+
+
+def extrapolated(free: dict[int, float], count: int) -> float | None:
+    """Return s of training without a limit by the exponent of the last two sizes, if there are."""
+    if len(free) < 2:
+        return None
+    (n, s), (m, t) = sorted(free.items())[-2:]
+    return t * (count / m) ** (np.log(t / s) / np.log(m / n))
+
+
+def main(
+    store: Annotated[Path | None, typer.Argument(help="features of a data set")] = None,
+    target: str = "object",
+    models: str = MODELS,
+    sizes: str = "500,5000,50000",
+    most_s: float = 60.0,
+    alone: Annotated[str, typer.Option(hidden=True)] = "",
+) -> None:
+    if alone:
+        path, target, model, count, limited = json.loads(alone)
+        print(json.dumps(one(Path(path), target, model, int(count), limited == "limited")))
+        return
+    if store is None:
+        raise typer.BadParameter("name the file of features")
+    heads = ("Model", "Recordings", "Trained on", "Training, s", "1,000 asked, s", "Memory, MB")
+    table = Table(*heads, "Without limit, s")
+    for model in models.split(","):
+        for row in rows_of(store, target, model, [int(n) for n in sizes.split(",")], most_s):
+            table.add_row(*row)
+            print(*row, sep="\t", file=sys.stderr, flush=True)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    typer.run(main)
