@@ -1,13 +1,13 @@
 """What training a model on many recordings costs, with its limit and without.
 
-    python benchmarks/models.py results/features/ycb.nc --target object [--models knn_plain,svm_plain]
+    python benchmarks/models.py results/features/ycb.nc --target object [--models knn_plain,cnn]
         [--sizes 500,5000,50000] [--most-s 60]
 
-Recordings beyond those of the file are the same with 5 % of noise, as further recordings of the same
-grasps: a test of scale, which says nothing of errors. Each model and size runs in a process of its
-own; processor time of one thread, and the largest memory. Without its limit a model is tried only as
-far as `--most-s` s let expect, by the exponent of its last two sizes; what is not tried is estimated
-by that exponent, and marked by ~.
+Recordings beyond those of the file are the same with 5 % of noise, as further recordings of the
+same grasps: a test of scale, which says nothing of errors. Each model and size runs in a process
+of its own; processor time of one thread, and the largest memory. Without its limit a model is
+tried only as far as `--most-s` s let expect, by the exponent of its last two sizes; what is not
+tried is estimated by that exponent, and marked by ~.
 """
 
 import json
@@ -32,9 +32,7 @@ ASKED = 1_000  # recordings that are predicted
 MODELS = "linear_plain,ridge_plain,knn_plain,svm_plain,boosting,forest,mlp,cnn,knn,svm,linear"
 
 
-def repeated(
-    store: Path, target: str, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return features (count, bins), target and grasp (count,)."""
     shard = read_store(store)
     column = shard.columns[target].values.astype(str)

@@ -22,7 +22,13 @@ from ajgdata.gripper.signal_settings import SignalChain
 
 if TYPE_CHECKING:
     from ajgdata.gripper.external_noise import external_noise_pa
-    from ajgdata.gripper.signal_chain import ImpulseResponse, Take, excitation_sweep, record
+    from ajgdata.gripper.signal_chain import (
+        ImpulseResponse,
+        Player,
+        Take,
+        excitation_sweep,
+        record,
+    )
     from ajgdata.gripper.simulation import simulate
     from ajgdata.gripper.solver_plan import Plan, build_plan
 
@@ -31,6 +37,7 @@ _HOME = {
     "build_plan": "solver_plan",
     "simulate": "simulation",
     "ImpulseResponse": "signal_chain",
+    "Player": "signal_chain",
     "Take": "signal_chain",
     "excitation_sweep": "signal_chain",
     "record": "signal_chain",
@@ -41,6 +48,7 @@ __all__ = [
     "SAMPLE_RATE_HZ",
     "ImpulseResponse",
     "Plan",
+    "Player",
     "Scene",
     "SceneError",
     "SignalChain",

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import bilinear_zpk, fftconvolve, sosfilt, zpk2sos
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import bilinear_zpk, sosfilt, zpk2sos
 
 from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa, mass_law_gain
 from ajgdata.gripper.motor import motor_sound
@@ -146,26 +148,83 @@ def record(
     >>> take.samples.shape, bool(np.all(take.samples * 2**23 % 1 == 0))
     ((44100,), True)
     """
-    excitation = np.asarray(excitation, dtype=np.float64)
-    if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
-        raise ValueError("excitation must be one-dimensional and finite")
-    pressure: Real = np.zeros(len(excitation))
-    if chain.level_db_spl is not None:
-        pressure = _played(ir, excitation, chain)
+    (take,) = Player([excitation], chain).record(ir, seed, angle_deg)
+    return take
+
+
+class Player:
+    """Plays each of `sounds` (n,) in one scene after another, and records it as `record` does.
+
+    What a sound is behind the speaker is the same in all scenes, noise the same for all sounds of a
+    length: both are computed once. Raises ValueError for sounds that `record` refuses.
+    """
+
+    def __init__(self, sounds: Sequence[Real], chain: SignalChain = DEFAULT_CHAIN) -> None:
+        self._chain = chain
+        self._sounds = [_Driven(one, chain) for one in sounds]
+
+    def record(self, ir: ImpulseResponse, seed: int = 0, angle_deg: float = 0.0) -> list[Take]:
+        """Return what is recorded of each sound in the scene of `ir`, with the noise of `seed`."""
+        chain, takes = self._chain, []
+        full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
+        responses: dict[int, Real] = {}
+        noises: dict[int, list[Real]] = {}
+        for sound in self._sounds:
+            if sound.count not in noises:
+                noises[sound.count] = list(_noises(ir, chain, sound.count, seed, angle_deg))
+            pressure = sound.heard(ir, responses) * volume_velocity(chain)
+            for noise in noises[sound.count]:
+                pressure += noise
+            takes.append(_convert(pressure * 10 ** (chain.gain_db / 20) / full_scale))
+        return takes
+
+
+class _Driven:
+    """An excitation (count,) behind the speaker, and its spectra; of a silent one zeros."""
+
+    def __init__(self, excitation: Real, chain: SignalChain) -> None:
+        excitation = np.asarray(excitation, dtype=np.float64)
+        if excitation.ndim != 1 or not np.all(np.isfinite(excitation)):
+            raise ValueError("excitation must be one-dimensional and finite")
+        self.count = len(excitation)
+        self._is_silent = chain.level_db_spl is None
+        if not self._is_silent:
+            self._samples = sosfilt(transducers(chain), excitation)
+            self._sum = np.cumsum(self._samples)
+            self._spectra: dict[int, Real] = {}
+
+    def heard(self, ir: ImpulseResponse, responses: dict[int, Real]) -> Real:
+        """Return the pressure (Pa) at the microphone per m³/s, (count,); `responses` keeps spectra
+        of `ir` by length."""
+        if self._is_silent:
+            return np.zeros(self.count)
+        late = ir.latency_samples
+        full = self.count + len(ir.samples) - 1
+        size = next_fast_len(full, real=True)
+        if size not in self._spectra:
+            self._spectra[size] = rfft(self._samples, size)
+        if size not in responses:
+            responses[size] = rfft(ir.samples, size)
+        pressure = irfft(self._spectra[size] * responses[size], size)[:full]
+        pressure = pressure[late : late + self.count]
+        pressure += ir.static * self._sum
+        return np.asarray(pressure)
+
+
+def _noises(
+    ir: ImpulseResponse, chain: SignalChain, count: int, seed: int, angle_deg: float
+) -> Iterator[Real]:
+    """Yield the pressure (Pa) of each noise of a take at the microphone, (count,)."""
     if chain.noise_db_spl is not None:
         floor = REFERENCE_PA * 10 ** (chain.noise_db_spl / 20)
-        pressure += floor * np.random.default_rng(seed).standard_normal(len(pressure))
+        yield floor * np.random.default_rng(seed).standard_normal(count)
     if chain.external_noise_dba is not None:
         own = derive_seed(seed, "outside")  # the floor stays as it is without
-        gain = gain_from_outside(ir, chain, len(pressure))
-        pressure += external_noise_pa(
-            len(pressure), gain, chain.external_noise_dba, chain.coupling_hz, own
-        )
+        gain = gain_from_outside(ir, chain, count)
+        yield external_noise_pa(count, gain, chain.external_noise_dba, chain.coupling_hz, own)
     if chain.motor is not None:
         own = derive_seed(seed, "motor")
-        pressure += motor_sound(len(pressure), chain.motor, angle_deg, own)
-    full_scale = np.sqrt(2) * REFERENCE_PA * 10 ** (chain.full_scale_db_spl / 20)
-    return _convert(pressure * 10 ** (chain.gain_db / 20) / full_scale)
+        yield motor_sound(count, chain.motor, angle_deg, own)
 
 
 def gain_from_outside(ir: ImpulseResponse, chain: SignalChain, count: int) -> Real:
@@ -178,15 +237,6 @@ def gain_from_outside(ir: ImpulseResponse, chain: SignalChain, count: int) -> Re
     if ir.outside is None:
         raise ValueError("the response does not say what comes through the membrane: use mass_law")
     return ir.outside
-
-
-def _played(ir: ImpulseResponse, excitation: Real, chain: SignalChain) -> Real:
-    """Pressure (Pa) of the speaker at the microphone, (n,)."""
-    late = ir.latency_samples
-    driven = sosfilt(transducers(chain), excitation)
-    pressure = fftconvolve(driven, ir.samples)[late : late + len(excitation)]
-    pressure += ir.static * np.cumsum(driven)
-    return np.asarray(pressure * volume_velocity(chain))
 
 
 def volume_velocity(chain: SignalChain) -> float:

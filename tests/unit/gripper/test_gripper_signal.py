@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from scipy.signal import sosfreqz
+from scipy.signal import sosfilt, sosfreqz
 
 from ajgdata.gripper.external_noise import (
     a_weighting,
@@ -10,7 +10,13 @@ from ajgdata.gripper.external_noise import (
     transmission,
 )
 from ajgdata.gripper.medium import Air
-from ajgdata.gripper.signal_chain import excitation_sweep, record, transducers, volume_velocity
+from ajgdata.gripper.signal_chain import (
+    Player,
+    excitation_sweep,
+    record,
+    transducers,
+    volume_velocity,
+)
 from ajgdata.gripper.signal_settings import SignalChain
 from ajgdata.gripper.simulation import ImpulseResponse, lowpass
 
@@ -262,3 +268,23 @@ def test_decimation_is_flat_and_does_not_alias(factor):
 def test_a_chain_that_cannot_be_is_refused(chain, said):
     with pytest.raises(ValidationError, match=said):
         SignalChain.model_validate(chain)
+
+
+def test_sounds_played_together_are_recorded_as_each_alone():
+    generator = np.random.default_rng(4)
+    decay = np.exp(-np.arange(300) / 40)
+    irs = [_response(decay * generator.normal(size=300), static=0.1, latency=7) for _ in "ab"]
+    chain = SignalChain(external_noise_dba=60.0, outside="mass_law")
+    sounds = [0.3 * generator.uniform(-1, 1, n) for n in (900, 1200, 900)]
+    player = Player(sounds, chain)
+    for seed, ir in enumerate(irs):
+        for sound, take in zip(sounds, player.record(ir, seed), strict=True):
+            alone = record(ir, sound, chain, seed)
+            np.testing.assert_array_equal(take.samples, alone.samples)
+            driven = sosfilt(transducers(chain), sound)
+            heard = np.convolve(driven, ir.samples)[7 : 7 + len(sound)] + 0.1 * np.cumsum(driven)
+            floor = record(ir, sound, chain.model_copy(update={"level_db_spl": None}), seed)
+            gain = 10 ** (chain.gain_db / 20) / 10 ** (chain.full_scale_db_spl / 20)
+            scaled = heard * volume_velocity(chain) * gain / (np.sqrt(2) * 20e-6)
+            # each of the two recordings is rounded to 24 bits
+            np.testing.assert_allclose(take.samples - floor.samples, scaled, atol=1.01 / 2**23)
