@@ -53,11 +53,11 @@ def precision_at(
         order = np.argsort(distance, axis=1, kind="stable")[:, : max(at)]
         found.append(np.take_along_axis(wanted[enough], order, axis=1))
         shares.append(wanted[enough].sum(axis=1) / (~own[enough]).sum(axis=1))
-    is_same_thing = np.concatenate(found)
-    if not len(is_same_thing):
+    if not sum(map(len, found)):
         raise NotPossibleError(
             f"no thing has {max(at)} recordings besides those of a query's grasp"
         )
+    is_same_thing = np.concatenate(found)
     return Retrieved(
         precision=tuple(float(is_same_thing[:, :k].mean()) for k in at),
         chance=float(np.mean(np.concatenate(shares))),
