@@ -139,11 +139,16 @@ rule all:
         PATHS.complete,
 
 
+onstart:
+    begin_report()
+
+
 onsuccess:
     tell_run()
 
 
 onerror:
+    stop_report()
     tell_run()
 
 

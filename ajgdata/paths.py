@@ -365,6 +365,11 @@ class Paths:
         return self.root / ".snakemake" / "locks"
 
     @property
+    def growing(self) -> Path:
+        """Return the note of what a report waits for, while it is still to come."""
+        return self.cache / "growing.json"
+
+    @property
     def hash_cache(self) -> Path:
         """Folder of known hashes by size, times and inode."""
         return self.cache / "hashes"

@@ -18,6 +18,7 @@ from ajgdata.paths import (
     TABLES,
     Paths,
 )
+from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
@@ -73,6 +74,8 @@ def build_report(
     from ajgdata.report.render import draw_figures
 
     watch = Stopwatch()
+    if page == paths.report:
+        growing.end(paths)
     folder = page.parent / FIGURES
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
@@ -125,7 +128,7 @@ def _assembled(
         datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in specs),
         sections=tuple(_sections(paths, specs, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
-        comparisons=tuple(_comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
+        comparisons=tuple(comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
         highlights=tuple(_highlights(results)),
         across={"": tuple(_across(results))}
         | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
@@ -264,7 +267,7 @@ def _left_out(results: TaskResults) -> str:
     return f"Classes left out as too rare (min_groups), with their groups: {named}."
 
 
-def _comparisons(
+def comparisons(
     results: Sequence[TaskResults], paper: Mapping[str, PaperFigure], reasons: Sequence[Reason]
 ) -> list[PaperComparison]:
     """Return what stands beside the paper, with its cost and the reasons that were found."""

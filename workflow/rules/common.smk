@@ -181,6 +181,38 @@ def taken():
     )
 
 
+# Whose results are told first: the data set that waits for the fewest jobs.
+FIRST = min(
+    (name for name, spec in SPECS.items() if spec.tasks),
+    key=lambda name: len(PLANS[name].sessions) + sum(key[0] == name for key in ASKED),
+    default="",
+)
+
+
+def first_results(wildcards):
+    """Priority of the jobs of one data set, so that a first result is there soon."""
+    return int(wildcards.dataset == FIRST)
+
+
+def begin_report():
+    """Write the first page of a report that this run is to make, which grows with its results."""
+    made = {str(file) for job in workflow.dag.needrun_jobs() for file in job.output}
+    if str(PATHS.report) in made and not workflow.touch:
+        from ajgdata.pipeline.growing import (
+            begin,
+        )  # templates, which no other run needs
+
+        begin(PATHS, list(PLANS), MEASURED)
+
+
+def stop_report():
+    """Say on that page that there is no more to come, if there is not."""
+    if PATHS.growing.is_file():
+        from ajgdata.pipeline.growing import stop
+
+        stop(PATHS)
+
+
 def tell_run():
     """Print what the run did, of all that was asked for, on the console."""
     outputs = {str(file) for job in workflow.dag.jobs for file in job.output}

@@ -15,8 +15,10 @@ rule experiment:
         "results/logs/experiment/{dataset}.{task}.{kind}.log",
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
-    # What simulates takes longest: it begins first, or the other cores would wait for it at the end.
-    priority: lambda wildcards: int(asked(wildcards).experiment.renders)
+    # First what is told first, then what simulates, which takes longest: others would wait for it.
+    priority:
+        lambda wildcards: 2 * first_results(wildcards)
+        + int(asked(wildcards).experiment.renders)
     conda:
         "../../environment.yml"
     params:

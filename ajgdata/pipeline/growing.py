@@ -1,0 +1,133 @@
+"""A run whose report is still to come -> its first page, which grows with the results.
+
+When a run begins, it notes what its report waits for; while the note is there, jobs that measure
+write the page anew. The report itself is made at the end, from nothing of this: it takes the note
+away first, so that its page is the same as if nothing had stood there.
+"""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+
+from ajgdata.experiments import EXPERIMENTS, Asked
+from ajgdata.experiments.base import TaskResults
+from ajgdata.paths import Paths
+from ajgdata.pipeline.experiments import TaskKey, asked_for, read_results
+from ajgdata.report.growing import Growing, Waiting, render_growing
+from ajgdata.report.panel import Panel, panels
+from ajgdata.report.paper import PaperFigure, parse_paper
+from ajgdata.report.report_data import Part, TaskSection
+from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.report_files import read_paper
+from ajgdata.store.sessions import read_dataset
+from ajgdata.types import DatasetSpec
+
+#: Jobs that end sooner after the last one leave the page as it is.
+EVERY_S = 20.0
+
+
+def begin(paths: Paths, datasets: Sequence[str], tasks: Sequence[TaskKey]) -> None:
+    """Note what the report on `datasets` and `tasks` waits for, and write its first page, unless a
+    report is there: an older one stays until the new one is made."""
+    if paths.report.is_file() and not paths.growing.is_file():
+        return
+    note = {"run": paths.run, "datasets": list(datasets), "tasks": [list(one) for one in tasks]}
+    write_bytes(paths.growing, json_bytes(note))
+    with _harmless():
+        _write(paths)
+
+
+def grow(root: Paths) -> None:
+    """Write the page of the run of project `root` anew, if a report is to come, and some time has
+    passed."""
+    with _harmless():
+        if root.growing.is_file():
+            paths = replace(root, run=read_json(root.growing)["run"])
+            page = paths.report
+            if not page.is_file() or time.time() - page.stat().st_mtime >= EVERY_S:
+                _write(paths)
+
+
+def stop(paths: Paths) -> None:
+    """Say on the page that the run ended without its report, if it did."""
+    if paths.growing.is_file():
+        with _harmless():
+            _write(paths, stopped=True)
+
+
+def end(paths: Paths) -> None:
+    """Take the note away: the report is being made."""
+    paths.growing.unlink(missing_ok=True)
+
+
+@contextmanager
+def _harmless() -> Iterator[None]:
+    """Tell of a mistake, and go on: what the page is told of is not lost because the page is."""
+    try:
+        yield
+    except Exception:
+        traceback.print_exc()
+
+
+def _write(paths: Paths, *, stopped: bool = False) -> None:
+    note = read_json(paths.growing)
+    tasks = [(dataset, task) for dataset, task in note["tasks"]]
+    specs = {name: read_dataset(paths, name) for name in note["datasets"]}
+    paper = parse_paper(read_paper(paths))
+    asked = asked_for(specs, tasks)
+    made = [one for one in asked if _is_made(paths, one)]
+    read = [read_results(paths, one, specs, paper)[0] for one in made]
+    results = [one for one in read if one.results]
+    content = Growing(
+        title="Acoustic sensing with jamming grippers",
+        made=len(made),
+        asked=len(asked),
+        panels=tuple(_panels(results, paper)),
+        sections=tuple(_sections(results)),
+        waiting=tuple(_waiting(specs, [one for one in asked if one not in made])),
+        stopped=stopped,
+    )
+    write_bytes(paths.report, render_growing(content, paths).encode())
+
+
+def _is_made(paths: Paths, asked: Asked) -> bool:
+    """Return whether all results of an experiment on a task are there."""
+    places = ((asked.dataset, asked.task, kind) for kind in asked.kinds)
+    return all(
+        paths.experiment(*one).is_file() and paths.experiment_cost(*one).is_file() for one in places
+    )
+
+
+def _panels(results: Sequence[TaskResults], paper: Mapping[str, PaperFigure]) -> Iterator[Panel]:
+    """Yield what stands beside the paper so far; its pages are not there yet."""
+    from ajgdata.pipeline.report import comparisons
+
+    for one in panels(comparisons(results, paper, ()), paper.values()):
+        if one.source is not None:
+            yield replace(one, link="")
+
+
+def _sections(results: Sequence[TaskResults]) -> Iterator[TaskSection]:
+    """Yield the rows of the table of results so far, by task."""
+    for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
+        own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
+        parts = tuple(_part(one) for one in own)
+        yield TaskSection(dataset, task, own[0].title, own[0].source, parts)
+
+
+def _part(results: TaskResults) -> Part:
+    one = EXPERIMENTS[results.experiment]
+    rows = tuple(one.rows(results))
+    return Part(one.name, results.named(), results.page, one.title, "", "", rows, (), ())
+
+
+def _waiting(specs: Mapping[str, DatasetSpec], asked: Sequence[Asked]) -> Iterator[Waiting]:
+    """Yield what is still computed, by data set."""
+    for dataset in dict.fromkeys(one.dataset for one in asked):
+        own = [one for one in asked if one.dataset == dataset]
+        titles = dict.fromkeys(EXPERIMENTS[one.experiment.name].title for one in own)
+        yield Waiting(specs[dataset].title or dataset, len(own), tuple(titles))

@@ -1,0 +1,76 @@
+"""The first page is there before the report is, grows with the results, and leaves nothing."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from ajgdata.pipeline import growing
+
+END = "results/report/index.html"
+TASKS = [("tones", "pitch")]
+
+
+@pytest.fixture
+def unreported(project):
+    """The finished project without its report; what its one experiment found is beside."""
+    shutil.rmtree(project.paths.report.parent)
+    (found,) = (project.paths.results / "tasks" / "tones" / "pitch").glob("*[!t].json")
+    return project, found
+
+
+def page_of(project):
+    return project.paths.report.read_text()
+
+
+def test_the_page_says_what_it_waits_for_and_then_what_came_out(unreported):
+    project, found = unreported
+    away = found.rename(found.with_suffix(".away"))
+    growing.begin(project.paths, ["tones"], TASKS)
+    assert "<b>0</b> of 1 experiments" in page_of(project)
+    assert "Still being computed" in page_of(project) and "Results so far" not in page_of(project)
+    away.rename(found)
+    growing.grow(project.paths)
+    assert "<b>0</b> of 1" in page_of(project)  # a moment ago is soon enough
+    os.utime(project.paths.report, (0, 0))
+    growing.grow(project.paths)
+    page = page_of(project)
+    assert "<b>1</b> of 1 experiments" in page and "Still being computed" not in page
+    assert "Results so far" in page and "accuracy" in page
+    growing.stop(project.paths)
+    assert "The run stopped before its report was made" in page_of(project)
+
+
+def test_an_older_report_stays_until_the_new_one_is_made(project):
+    before = page_of(project)
+    growing.begin(project.paths, ["tones"], TASKS)
+    growing.grow(project.paths)
+    growing.stop(project.paths)
+    assert page_of(project) == before and not project.paths.growing.exists()
+
+
+def test_a_spoilt_result_spoils_neither_the_job_nor_the_run(unreported, capsys):
+    project, found = unreported
+    found.write_text("{")
+    growing.begin(project.paths, ["tones"], TASKS)
+    growing.grow(project.paths)
+    assert found.name in capsys.readouterr().err
+
+
+def test_a_run_shows_it_and_replaces_it_by_the_whole_report(unreported):
+    project, _ = unreported
+    growing.begin(project.paths, ["tones"], TASKS)  # as a killed run leaves it
+    assert set(project.planned(END)) == {"report"}
+    project.paths.report.unlink()
+    run = [sys.executable, "-m", "snakemake", *project.arguments(END)]
+    said, seen = project.root / "said.txt", ""
+    with said.open("w") as stream, subprocess.Popen(run, stdout=stream, stderr=stream) as job:
+        while job.poll() is None and "experiments are there" not in seen:
+            seen = page_of(project) if project.paths.report.is_file() else ""
+    assert job.returncode == 0, said.read_text()
+    assert "<b>1</b> of 1 experiments are there" in seen
+    assert "experiments are there" not in page_of(project) and "took <b>" in page_of(project)
+    assert not project.paths.growing.exists()
+    assert project.planned(END) == {}
