@@ -365,6 +365,11 @@ class Paths:
         return self.root / ".snakemake" / "locks"
 
     @property
+    def figure_cache(self) -> Path:
+        """Return the folder of figures that were drawn before, by what they show."""
+        return self.cache / "figures"
+
+    @property
     def growing(self) -> Path:
         """Return the note of what a report waits for, while it is still to come."""
         return self.cache / "growing.json"

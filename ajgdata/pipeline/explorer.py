@@ -19,6 +19,8 @@ from ajgdata.types import AudioSettings
 
 #: All sounds of an explorer together, as text in the page; and the longest piece of one.
 MOST_SOUND_MB, LONGEST_S, SHORTEST_S = 10.0, 3.0, 0.2
+#: Of more recordings, this many are shown: a page is to open at once, and to stay below a megabyte.
+MOST_SHOWN = 2000
 #: Peak of the loudest clip.
 LOUDEST = 0.9
 
@@ -41,11 +43,17 @@ def build_explorer(
     from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
     from ajgdata.experiments.embedding_projections import projections_of
     from ajgdata.report.explorer import Explored, render_explorer
+    from ajgdata.report.projections import thinned
 
     spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
     shown = None if "skipped" in about else projections_of({one.name: one for one in tables})
     recordings = shown.recording.tolist() if shown else []
-    clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
+    if shown and len(recordings) > MOST_SHOWN:
+        shown, clips = thinned(shown, MOST_SHOWN), {}
+        count = f"{MOST_SHOWN:,} of {len(recordings):,} recordings"
+        told = f"{count} are shown, drawn evenly in their order; there are too many to be heard."
+    else:
+        clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
     place = paths.explorer(dataset, embedding)
     here = place.relative_to(paths.report.parent).as_posix()
     one = Explored(

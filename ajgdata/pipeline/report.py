@@ -29,6 +29,7 @@ from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order
 from ajgdata.report.format import Source
+from ajgdata.report.kept_figures import made_of
 from ajgdata.report.navigation import FIXED, Group, experiment_link
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
@@ -62,14 +63,17 @@ def build_report(
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
     opening: Path | None = None,
+    code: str = "",
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and name.
 
     `page` is its first; the others, its figures, and what it is about, are written beside it. `nav`
     leads to all of them, `pages` are those that other jobs write, `ablations` those that say why
     simulation and paper differ; `published` the data sets whose trees are there, `opening` says
-    what the first picture shows.
+    what the first picture shows. Figures are kept by `code`, the digest of what draws them; without
+    it each is drawn anew.
     """
+    from ajgdata.report.kept_figures import KeptFigures
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
@@ -91,7 +95,9 @@ def build_report(
         costs=tuple(_costs(results, studies)),
         checks=tuple(_checks(studies)),
     )
-    figures = draw_figures(illustrations(report), folder)
+    kept = KeptFigures(paths.figure_cache, code)
+    figures = draw_figures(illustrations(report), folder, kept)
+    kept.tidy()
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
     report = dataclasses.replace(report, stages=stages)
@@ -171,12 +177,13 @@ def _costs(
     for name in dict.fromkeys(one.experiment for one in results):
         own = [one for one in results if one.experiment == name]
         if drawing := EXPERIMENTS[name].cost_panel(own):
+            drawing = drawing._replace(made_of=made_of(own))
             pages = {one.page for one in own}
             more = experiment_link(own[0].page) if len(pages) == 1 else FIXED["results"].link
             yield drawing, more
     for name, tables in studies.items():
         if drawing := simulation_panel(tables):
-            yield drawing, f"{name}.html"
+            yield drawing._replace(made_of=made_of(tables)), f"{name}.html"
 
 
 def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:
@@ -191,8 +198,10 @@ def _across(results: Sequence[TaskResults], page: str = "") -> Iterator[Illustra
     """Yield the figures of several tasks together; those of a page are named after it."""
     for name in dict.fromkeys(one.experiment for one in results):
         own = [one for one in results if one.experiment == name]
+        digest = made_of(own)
         for drawing in EXPERIMENTS[name].across(own):
-            yield drawing._replace(name=f"{drawing.name}--{page}") if page else drawing
+            called = f"{drawing.name}--{page}" if page else drawing.name
+            yield drawing._replace(name=called, made_of=digest)
 
 
 def _highlights(results: Sequence[TaskResults]) -> Iterator[tuple[Highlight, str, Source]]:
@@ -245,7 +254,7 @@ def _sections(
 
 
 def _part(paths: Paths, results: TaskResults) -> Part:
-    one = EXPERIMENTS[results.experiment]
+    one, digest = EXPERIMENTS[results.experiment], made_of(results)
     return Part(
         experiment=one.name,
         name=results.named(),
@@ -254,7 +263,7 @@ def _part(paths: Paths, results: TaskResults) -> Part:
         summary=" ".join(filter(None, (one.summary(results), _left_out(results)))),
         text=read_experiment_text(paths, one.name),
         rows=tuple(one.rows(results)),
-        figures=tuple(one.figures(results)),
+        figures=tuple(f._replace(made_of=digest) for f in one.figures(results)),
         tables=tuple(one.tables(results)),
     )
 

@@ -7,7 +7,7 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -214,9 +214,19 @@ def _lean_fonts() -> Iterator[None]:
         Options._drop_tables_default = kept
 
 
+def encoded(figure: Figure) -> dict[str, bytes]:
+    """Return the figure as a file of each format, by suffix."""
+    return {suffix: encode(figure, suffix) for suffix in FIGURE_FORMATS}
+
+
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
     """Write `stem`.svg, .png and .pdf, each in one step; return them in this order."""
-    targets = {suffix: stem.with_name(f"{stem.name}.{suffix}") for suffix in FIGURE_FORMATS}
+    return write_figure(encoded(figure), stem)
+
+
+def write_figure(files: Mapping[str, bytes], stem: Path) -> list[Path]:
+    """Write files of a figure, by suffix, beside `stem`; return them."""
+    targets = {suffix: stem.with_name(f"{stem.name}.{suffix}") for suffix in files}
     for suffix, target in targets.items():
-        write_bytes(target, encode(figure, suffix))
+        write_bytes(target, files[suffix])
     return list(targets.values())

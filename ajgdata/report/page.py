@@ -12,6 +12,7 @@ from ajgdata.paths import INDEX, Paths
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import evidence
 from ajgdata.report.format import DASH
+from ajgdata.report.kept_figures import made_of
 from ajgdata.report.navigation import EXPLORERS, FIXED, Group, Link, experiment_link
 from ajgdata.report.panel import SIGNS, Panel, highlight_panel, panels
 from ajgdata.report.render import Picture, all_shown, render, web_link
@@ -32,7 +33,8 @@ def illustrations(report: Report) -> Iterator[Illustration]:
         yield from drawings
     for d in report.datasets:
         if d.spectra is not None:
-            yield Illustration(spectra_name(d.name), spectra_caption(d), partial(spectra_figure, d))
+            draw = partial(spectra_figure, d)
+            yield Illustration(spectra_name(d.name), spectra_caption(d), draw, made_of=made_of(d))
     for section in report.sections:
         for part in section.parts:
             yield from part.figures
@@ -40,8 +42,8 @@ def illustrations(report: Report) -> Iterator[Illustration]:
     yield from {pair.name: pair.figure for pair in pairs}.values()
     if report.stages:
         sources = tuple(d.source for d in report.datasets)
-        draw = partial(stages_figure, report.stages, sources)
-        yield Illustration(STAGES, stages_caption(report.stages), draw)
+        stages = partial(stages_figure, report.stages, sources)
+        yield Illustration(STAGES, stages_caption(report.stages), stages)
 
 
 def spectra_name(dataset: str) -> str:

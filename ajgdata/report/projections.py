@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,3 +109,18 @@ def text_colours(values: NDArray[np.str_]) -> dict[str, str]:
     # dark ones first, then their light neighbours: names that follow one another differ
     palette = palette[::2] + palette[1::2]
     return {name: palette[i % MANY] for i, name in enumerate(present)}
+
+
+def thinned(shown: Projections, most: int) -> Projections:
+    """Return `most` recordings at even distances of the order in which they are, the first and the
+    last among them; all, if there are no more."""
+    count = len(shown.recording)
+    if count <= most:
+        return shown
+    places = np.linspace(0, count - 1, most).round().astype(int)
+    return Projections(
+        recording=shown.recording[places],
+        training=shown.training[places],
+        columns={name: values[places] for name, values in shown.columns.items()},
+        projections=tuple(replace(one, points=one.points[places]) for one in shown.projections),
+    )

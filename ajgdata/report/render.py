@@ -19,6 +19,7 @@ from markupsafe import Markup
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import DASH, Caption, mean_sd, number, value, words
+from ajgdata.report.kept_figures import KeptFigures
 from ajgdata.store.report_files import template_folders
 
 
@@ -43,12 +44,15 @@ def picture(illustration: Illustration, folder: str) -> Picture:
     return Picture(name, illustration.caption, links["svg"], links, illustration.folded)
 
 
-def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[str, Picture]:
+def draw_figures(
+    illustrations: Iterable[Illustration], folder: Path, kept: KeptFigures | None = None
+) -> dict[str, Picture]:
     """Draw figures, save them to `folder`, one of the report's, and return them by name.
 
-    Raises ValueError, before anything is drawn, if two would share a file name.
+    What is in `kept` is not drawn again, and what is drawn goes there. Raises ValueError, before
+    anything is drawn, if two would share a file name.
     """
-    from ajgdata.report.canvas import draw, save_figure
+    from ajgdata.report.canvas import draw, encoded, write_figure
 
     listed = list(illustrations)
     names = Counter(one.name for one in listed)
@@ -59,7 +63,12 @@ def draw_figures(illustrations: Iterable[Illustration], folder: Path) -> dict[st
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
     drawn = {}
     for one in listed:
-        save_figure(draw(one), folder / one.name)
+        files = kept.read(one) if kept else {}
+        if not files:
+            files = encoded(draw(one))
+            if kept:
+                kept.keep(one, files)
+        write_figure(files, folder / one.name)
         drawn[one.name] = picture(one, folder.name)
     return drawn
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Caption, Source, number
+from ajgdata.report.kept_figures import made_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +80,8 @@ class SoundPair(NamedTuple):
     @property
     def figure(self) -> Illustration:
         """Return the two spectra on one scale, not drawn yet."""
-        return Illustration(self.name, pair_caption(self), partial(pair_figure, self))
+        draw = partial(pair_figure, self)
+        return Illustration(self.name, pair_caption(self), draw, made_of=made_of(self))
 
 
 class SoundPairs(NamedTuple):

@@ -215,6 +215,19 @@ def test_every_recording_that_can_be_read_can_be_heard(made):
     assert built(made) == html
 
 
+def test_of_too_many_recordings_some_are_shown_evenly_and_the_page_says_so(made, monkeypatch):
+    whole = heard(built(made))
+    monkeypatch.setattr(explorer, "MOST_SHOWN", 6)
+    html = built(made)
+    some, places = heard(html), [0, 2, 4, 6, 8, 10]
+    assert some["recordings"] == [whole["recordings"][i] for i in places]
+    for fact, every in zip(some["facts"], whole["facts"], strict=True):
+        assert fact["values"] == [every["values"][i] for i in places]
+    assert all(len(space["points"]) == 6 for space in some["spaces"])
+    assert not any(some["clips"])
+    assert "6 of 11 recordings are shown" in " ".join(Page(html).words)
+
+
 def test_an_embedding_that_was_not_trained_has_a_page_that_says_why(made):
     said = Page(built(made, skipped="one thing only")).words
     assert "There are no projections: one thing only" in said
