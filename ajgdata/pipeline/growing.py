@@ -2,7 +2,7 @@
 
 When a run begins, it notes what its report waits for; while the note is there, jobs that measure
 write the page anew. The report itself is made at the end, from nothing of this: it takes the note
-away first, so that its page is the same as if nothing had stood there.
+away before it writes its pages, which are the same as if nothing had stood there.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def stop(paths: Paths) -> None:
 
 
 def end(paths: Paths) -> None:
-    """Take the note away: the report is being made."""
+    """Take the note away: the report is made."""
     paths.growing.unlink(missing_ok=True)
 
 

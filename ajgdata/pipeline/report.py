@@ -79,7 +79,7 @@ def build_report(
 
     watch = Stopwatch()
     if page == paths.report:
-        growing.end(paths)
+        growing.grow(paths)  # its last state stands until the pages are whole
     folder = page.parent / FIGURES
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
@@ -108,6 +108,8 @@ def build_report(
         papers=paths.paper_tables if page == paths.report else None,
     )  # fmt: skip
     figures = {name: with_tables(one, tables) for name, one in figures.items()}
+    if page == paths.report:
+        growing.end(paths)
     for name, html in render_pages(report, figures, nav, published, project=paths).items():
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
