@@ -116,9 +116,9 @@ def _registered(
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
     if not renamed:
         write_bytes(paths.features(spec.name), (tree / tree.FEATURES).read_bytes())
-    write_dataset(paths, spec)
     if cache:
         shutil.rmtree(cache, ignore_errors=True)
+    write_dataset(paths, spec)  # last: with it all is there, and a second fetch is refused
     digest = file_sha256(folder_sums(paths, spec.name))
     return Fetched(spec.name, digest, len(rows), len(sessions), dropped)
 
