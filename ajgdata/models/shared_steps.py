@@ -66,7 +66,7 @@ class SharedPart:
             if isinstance(step, AtLeast):  # whose result is the same whatever it asks for
                 step.fit(rows.train)
                 settings = {}
-            key = (*key, (type(step), tuple(sorted(settings.items()))))
+            key = (*key, (type(step), repr(sorted(settings.items()))))
             if key not in self._made:
                 fitted = step.fit(rows.train, target)
                 made = _Rows(fitted.transform(rows.train), fitted.transform(rows.test))

@@ -27,6 +27,7 @@ Folds = list[tuple[np.ndarray, np.ndarray]]
 INNER_FOLDS, LARGE, LARGE_FOLDS = 3, 200, 2
 NO_GROUPS = "no groups were given to divide the training recordings by"
 ONE_GROUP = "the training recordings are of one group: two are needed"
+ONE_ROW = "candidates would be trained on one recording: two are needed"
 NO_SCORE = "no candidate can be trained on the inner folds"
 
 
@@ -39,10 +40,10 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
 
     `candidates` are pairs of a name and an unfitted estimator, all of one kind. Classes count by
     accuracy, numbers by their mean square error, with a `period` the shortest way round. Without
-    groups, or with one alone, nothing can be chosen without flattering: the first is taken, and
-    `reason_` says why. Of more than MOST_TO_CHOOSE recordings some of each group choose.
-    `while_choosing` are settings of all candidates on the inner folds alone, which make them
-    cheaper. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_`, `inner_scores_` (by
+    groups, or with one alone, nothing can be chosen without flattering, nor by training on one
+    recording: the first is taken, and `reason_` says why. Of more than MOST_TO_CHOOSE recordings
+    some of each group choose. `while_choosing` are settings of all candidates on the inner folds
+    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_`, `inner_scores_` (by
     name, higher is better, none without a choice) and `failed_`, the names of those that could not
     be trained on all inner folds.
     """
@@ -114,6 +115,9 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         folds = inner_folds(y, np.asarray(groups), classes, self.random_state)
         if not folds:
             self.reason_ = ONE_GROUP
+            return 0
+        if min(len(train) for train, _ in folds) < 2:
+            self.reason_ = ONE_ROW
             return 0
         score = self._scored(X, y, folds)
         names = [name for name, _ in self.candidates]

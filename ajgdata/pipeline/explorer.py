@@ -49,7 +49,7 @@ def build_explorer(
     shown = None if "skipped" in about else projections_of({one.name: one for one in tables})
     recordings = shown.recording.tolist() if shown else []
     if shown and len(recordings) > MOST_SHOWN:
-        shown, clips = thinned(shown, MOST_SHOWN), {}
+        shown, clips = thinned(shown, MOST_SHOWN), dict[str, bytes]()
         count = f"{MOST_SHOWN:,} of {len(recordings):,} recordings"
         told = f"{count} are shown, drawn evenly in their order; there are too many to be heard."
     else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from ajgdata.paths import Paths
 from ajgdata.report.page import paper_cells
@@ -12,7 +11,8 @@ from ajgdata.report.render import render
 from ajgdata.report.report_data import TaskSection
 
 
-class Waiting(NamedTuple):
+@dataclass(frozen=True)
+class Waiting:
     """What is still computed of one data set: how many experiments, and which."""
 
     title: str

@@ -22,6 +22,7 @@ from ajgdata.models.tuning import (
     NO_GROUPS,
     NO_SCORE,
     ONE_GROUP,
+    ONE_ROW,
     Tuned,
     inner_folds,
 )
@@ -214,7 +215,13 @@ def test_without_inner_folds_the_first_is_taken_and_the_reason_told():
     x, y, _ = leaking()
     model = make_model("linear", "classification")
     first = model.candidates[0][0]
-    for groups, reason in ((None, NO_GROUPS), (np.zeros(len(y)), ONE_GROUP), (y, NO_SCORE)):
+    lone = np.arange(len(y)) > 0  # the first recording alone on one side
+    for groups, reason in (
+        (None, NO_GROUPS),
+        (np.zeros(len(y)), ONE_GROUP),
+        (lone, ONE_ROW),
+        (y, NO_SCORE),
+    ):
         about = chosen(fit_model(clone(model), x, y, groups))[1]
         failed = [name for name, _ in model.candidates] if reason == NO_SCORE else []
         none = {"inner_folds": 0, "scores": {}, "failed": failed}
