@@ -172,7 +172,8 @@ def verdict(sweep: Sweep, rows: list[Judged], all_missed: Real) -> str:
         f"None of {len(sweep)} drawn grippers is within tolerance of all {figures} figures of the"
         f" paper at once; the nearest, {sweep.names[best]}, misses by up to"
         f" {all_missed[best]:.1f} tolerances ({', '.join(wrong)}): something is missing that no"
-        " parameter of this simulation stands for, or the ranges are too narrow."
+        " parameter of this simulation stands for, the ranges are too narrow, or the rows too"
+        " reduced (the default gripper tells, which has its full rows on the other pages)."
     )
 
 

@@ -43,9 +43,9 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     groups, or with one alone, nothing can be chosen without flattering, nor by training on one
     recording: the first is taken, and `reason_` says why. Of more than MOST_TO_CHOOSE recordings
     some of each group choose. `while_choosing` are settings of all candidates on the inner folds
-    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`, `inner_folds_`, `inner_scores_` (by
-    name, higher is better, none without a choice) and `failed_`, the names of those that could not
-    be trained on all inner folds.
+    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
+    `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice) and
+    `failed_`, the names of those that could not be trained on all inner folds.
     """
 
     best_estimator_: Any

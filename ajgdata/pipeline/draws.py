@@ -42,7 +42,8 @@ def sampled() -> tuple[str, ...]:
 def kept_files(paths: Paths) -> list[Path]:
     """Return the files of the sweep that is kept in `reports/`, its tables first; or none."""
     found = [report_file(paths, name) for name in KEPT]
-    return found if all(path.is_file() for path in found) else []
+    whole = all(path.is_file() for path in found) and len({path.parent for path in found}) == 1
+    return found if whole else []
 
 
 def run_draw(

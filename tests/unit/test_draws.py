@@ -294,7 +294,7 @@ def test_the_kept_table_becomes_a_page(tmp_path):
         about, b'{"quick": false, "command": "c", "code": "d", "seed": 1, "cpu_s": 9,'
         b' "git_commit": ["abc"]}',
     )  # fmt: skip
-    assert kept_files(paths) == []
+    assert kept_files(paths) == []  # not the tables of another sweep, which the package has
     draws_tables(paths, table, about, folder / "tables.json")
     assert kept_files(paths) == [folder / "tables.json", table, about]
     known, tables = read_tables(folder / "tables.json")
