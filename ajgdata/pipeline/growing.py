@@ -7,10 +7,11 @@ away before it writes its pages, which are the same as if nothing had stood ther
 
 from __future__ import annotations
 
+import os
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 from ajgdata.experiments import EXPERIMENTS, Asked
@@ -21,13 +22,16 @@ from ajgdata.report.growing import Growing, Waiting, render_growing
 from ajgdata.report.panel import Panel, panels
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import Part, TaskSection
-from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec
 
 #: Jobs that end sooner after the last one leave the page as it is.
 EVERY_S = 20.0
+#: The page is dated this far back: older than all that the report is made of, so that a run which
+#: finds it, left by one that was killed or failed, makes the report.
+BACKDATED_S = 30 * 365 * 86400
 
 
 def begin(paths: Paths, datasets: Sequence[str], tasks: Sequence[TaskKey]) -> None:
@@ -47,8 +51,8 @@ def grow(root: Paths) -> None:
     with _harmless():
         if root.growing.is_file():
             paths = replace(root, run=read_json(root.growing)["run"])
-            page = paths.report
-            if not page.is_file() or time.time() - page.stat().st_mtime >= EVERY_S:
+            since = time.time() - paths.growing.stat().st_mtime
+            if not paths.report.is_file() or since >= EVERY_S:
                 _write(paths)
 
 
@@ -91,7 +95,12 @@ def _write(paths: Paths, *, stopped: bool = False) -> None:
         waiting=tuple(_waiting(specs, [one for one in asked if one not in made])),
         stopped=stopped,
     )
-    write_bytes(paths.report, render_growing(content, paths).encode())
+    then = time.time() - BACKDATED_S
+    with replacing(paths.report) as temporary:
+        temporary.write_bytes(render_growing(content, paths).encode())
+        os.utime(temporary, (then, then))
+    with suppress(FileNotFoundError):  # the report was made in the meantime
+        os.utime(paths.growing)
 
 
 def _is_made(paths: Paths, asked: Asked) -> bool:

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import suppress
 
 import pytest
 
@@ -34,13 +35,23 @@ def test_the_page_says_what_it_waits_for_and_then_what_came_out(unreported):
     away.rename(found)
     growing.grow(project.paths)
     assert "<b>0</b> of 1" in page_of(project)  # a moment ago is soon enough
-    os.utime(project.paths.report, (0, 0))
+    os.utime(project.paths.growing, (0, 0))
     growing.grow(project.paths)
     page = page_of(project)
     assert "<b>1</b> of 1 experiments" in page and "Still being computed" not in page
     assert "Results so far" in page and "accuracy" in page
     growing.stop(project.paths)
     assert "The run stopped before its report was made" in page_of(project)
+
+
+def test_a_run_that_was_killed_or_whose_report_failed_leaves_the_report_to_be_made(unreported):
+    project, _ = unreported
+    growing.begin(project.paths, ["tones"], TASKS)
+    assert set(project.planned(END)) == {"report"}
+    growing.stop(project.paths)
+    page = page_of(project)
+    assert set(project.planned(END)) == {"report"}
+    assert page_of(project) == page
 
 
 def test_an_older_report_stays_until_the_new_one_is_made(project):
@@ -61,14 +72,12 @@ def test_a_spoilt_result_spoils_neither_the_job_nor_the_run(unreported, capsys):
 
 def test_a_run_shows_it_and_replaces_it_by_the_whole_report(unreported):
     project, _ = unreported
-    growing.begin(project.paths, ["tones"], TASKS)  # as a killed run leaves it
-    assert set(project.planned(END)) == {"report"}
-    project.paths.report.unlink()
     run = [sys.executable, "-m", "snakemake", *project.arguments(END)]
     said, seen = project.root / "said.txt", ""
     with said.open("w") as stream, subprocess.Popen(run, stdout=stream, stderr=stream) as job:
         while job.poll() is None and "experiments are there" not in seen:
-            seen = page_of(project) if project.paths.report.is_file() else ""
+            with suppress(FileNotFoundError):
+                seen = page_of(project)
     assert job.returncode == 0, said.read_text()
     assert "<b>1</b> of 1 experiments are there" in seen
     assert "experiments are there" not in page_of(project) and "took <b>" in page_of(project)
