@@ -35,8 +35,8 @@ is the same in all scenes."""
 MOVES = """
 *Moves*: which rows of the paper a parameter moves among the drawn grippers of the report's page
 *Which gripper would have given this*, with the share of the row's variance that an emulator lays to
-it, alone and together with others (total Sobol index), from 5 % on and where it is more than twice
-its sampling error; — moves none so much."""
+it, alone and together with others (total Sobol index times the emulator's R²): from 5 % on, and
+where its ranks alone say so, too; — moves none so much."""
 
 
 def kept_sensitivity() -> dict[str, str] | None:
@@ -47,7 +47,7 @@ def kept_sensitivity() -> dict[str, str] | None:
     tables = {one.name: one for one in read_tables(files[0])[1]}
     found: dict[str, list[str]] = {}
     for row in tables["draws_sensitivity"].rows:
-        found.setdefault(row["setting"], []).append(f"{row['row']} {100 * row['total']:.0f} %")
+        found.setdefault(row["setting"], []).append(f"{row['row']} {100 * row['share']:.0f} %")
     return {setting: "; ".join(words) for setting, words in found.items()}
 
 

@@ -33,15 +33,18 @@ class Shift(NamedTuple):
     p: Real
 
 
-def tolerance_of(sd: Real, step: Real) -> float:
+def tolerance_of(sd: Real, step: Real, to_chance: float = np.nan) -> float:
     """Return SDS times the median of `sd` (n,), and at least the median of what one recording
-    changes, `step` (n,); NaN where neither is known."""
+    changes, `step` (n,), but no more than half of `to_chance`, the distance from the paper to a
+    model that ignores its input; NaN where neither is known."""
     known = [
         factor * float(np.nanmedian(one))
         for factor, one in ((SDS, sd), (1.0, step))
         if np.isfinite(one).any()
     ]
-    return max(known) if known and max(known) > 0 else float("nan")
+    if not known or max(known) <= 0:
+        return float("nan")
+    return float(np.fmin(max(known), 0.5 * to_chance if to_chance else np.nan))
 
 
 def misses(values: Real, target: float, tolerance: float, sense: Sense = "near") -> Real:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,15 @@ from numpy.typing import NDArray
 from ajgdata.draws.posterior import misses, shift_of, together, tolerance_of
 from ajgdata.draws.rows import Row
 from ajgdata.draws.sampling import drawn_parameters
-from ajgdata.draws.sensitivity import FOLDS, POINTS, Emulator, Indices, emulate, sobol
+from ajgdata.draws.sensitivity import (
+    FOLDS,
+    POINTS,
+    Emulator,
+    Indices,
+    emulate,
+    marginal,
+    sobol,
+)
 from ajgdata.draws.sweep import Sweep
 from ajgdata.gripper.parameters import Parameter
 from ajgdata.types import NotPossibleError
@@ -21,12 +30,12 @@ Real = NDArray[np.float64]
 DECILES = tuple(range(0, 101, 10))
 #: Parameters that are named of each row, draws that are named, and parameters of the posterior.
 NAMED, NEAREST, SHIFTED = 5, 5, 15
-#: Least share of the variance that is worth a name.
+#: Least share of a row's variance that is worth a name.
 WORTH = 0.05
 #: Share of the draws that are looked at for what they have in common where too few are accepted.
 NEAR_SHARE, FEWEST = 0.1, 5
 FACTORS = (1, 2, 3)
-#: Below this p a parameter differs by more than chance.
+#: Below this p a parameter differs, or moves a row, by more than chance.
 SURE = 0.05
 
 
@@ -40,6 +49,16 @@ class Judged:
     tolerance: float
     missed: Real
     default: float | None
+    chance: float
+
+
+class Moved(NamedTuple):
+    """What moves a row: an emulator, indices on it if it knows more than the mean, and p (d,) of
+    the parameters without it."""
+
+    emulator: Emulator
+    indices: Indices | None
+    p: Real
 
 
 def judged(sweep: Sweep, targets: Mapping[str, float | None]) -> list[Judged]:
@@ -50,13 +69,19 @@ def judged(sweep: Sweep, targets: Mapping[str, float | None]) -> list[Judged]:
     found = []
     for row in sweep.rows():
         target = row.target if row.target is not None else targets.get(row.paper)
-        tolerance = tolerance_of(sweep.read(row, "sd"), sweep.read(row, "step"))
-        if target is None or not np.isfinite(tolerance):
+        if target is None:
+            continue
+        chances = sweep.read(row, "chance")
+        chance = float(np.nanmedian(chances)) if np.isfinite(chances).any() else float("nan")
+        # Where the paper's figure is chance itself, nothing lies between.
+        to_chance = abs(chance - target) if row.target is None else float("nan")
+        tolerance = tolerance_of(sweep.read(row, "sd"), sweep.read(row, "step"), to_chance)
+        if not np.isfinite(tolerance):
             continue
         values = sweep.read(row)
         missed = misses(values, target, tolerance, row.sense)
         default = sweep.of_default(row)
-        found.append(Judged(row, target, values, tolerance, missed, default))
+        found.append(Judged(row, target, values, tolerance, missed, default, chance))
     return found
 
 
@@ -87,45 +112,50 @@ def _figure(row: Row) -> str:
     return row.name if row.dataset == "media" else row.paper
 
 
-def _moved(one: Judged, places: Real, points: int) -> tuple[Emulator, Indices | None] | None:
-    """Return the emulator of a row, and Sobol indices on it if it knows more than the mean."""
+def _moved(one: Judged, places: Real, points: int) -> Moved | None:
+    """Return what moves a row; None of too few draws."""
     known = np.isfinite(one.values)
     if known.sum() < 2 * FOLDS or np.ptp(one.values[known]) == 0:
         return None
     emulator = emulate(places[known], one.values[known])
+    p = marginal(places[known], one.values[known])
     if emulator.r2 <= 0:
-        return emulator, None
-    return emulator, sobol(emulator.predict, places.shape[1], points=points)
+        return Moved(emulator, None, p)
+    return Moved(emulator, sobol(emulator.predict, places.shape[1], points=points), p)
 
 
-def _main(indices: Indices) -> list[int]:
-    """Return the parameters that move a row for certain, the strongest first."""
-    order = np.argsort(-indices.total)[:NAMED]
-    sure = np.maximum(WORTH, 2 * indices.reach)
-    return [int(place) for place in order if indices.total[place] > sure[place]]
+def _main(moved: Moved | None) -> list[int]:
+    """Return the parameters that move a row by more than chance, the strongest first: worth a share
+    of its variance, not by sampling alone, and by their ranks without the emulator, too."""
+    if moved is None or moved.indices is None:
+        return []
+    total, reach = moved.indices.total, moved.indices.reach
+    share = total * moved.emulator.r2
+    sure = (share > WORTH) & (total > 2 * reach) & (moved.p < SURE)
+    return [int(place) for place in np.argsort(-total, kind="stable")[:NAMED] if sure[place]]
 
 
 def _rows_table(
     rows: list[Judged],
-    moved: Mapping[str, tuple[Emulator, Indices | None] | None],
+    moved: Mapping[str, Moved | None],
     parameters: tuple[Parameter, ...],
 ) -> Table:
     found: list[dict[str, Value]] = []
     for one in rows:
         known = one.values[np.isfinite(one.values)]
         told = moved[one.row.name]
-        named = []
-        if told and told[1] is not None:
-            named = [parameters[place].setting for place in _main(told[1])[:3]]
+        named = [parameters[place].setting for place in _main(told)[:3]]
         ends = np.percentile(known, DECILES)
         found.append(
             {
                 "row": one.row.title, "unit": one.row.unit, "sense": one.row.sense,
-                "paper": one.target, "default": one.default, "tolerance": one.tolerance,
-                "within": 100 * float(np.mean(one.missed <= 1)), "draws": len(known),
+                "paper": one.target, "default": one.default,
+                "chance": one.chance if np.isfinite(one.chance) else None,
+                "tolerance": one.tolerance, "draws": len(known),
+                "within": 100 * float(np.sum(one.missed <= 1)) / max(len(known), 1),
                 **{f"q{level}": float(end) for level, end in zip(DECILES, ends, strict=True)},
                 "below": 100 * float(np.mean(known < one.target)),
-                "r2": told[0].r2 if told else None,
+                "r2": told.emulator.r2 if told else None,
                 "moved_by": ", ".join(named),
             }
         )  # fmt: skip
@@ -135,16 +165,18 @@ def _rows_table(
         "Deciles over the drawn grippers of each row of the paper, in its reduced version: fewer"
         " grasps than the paper's, so that what depends on their number errs more than it would:"
         " Default is the gripper of the other pages, read by these reduced rows."
-        " Tolerance: twice the spread over folds or grasps, of the middle draw. Moved by: Sobol"
-        " indices on an emulator; R² is its own on draws that it was not fitted to."
+        " Tolerance: twice the spread over folds or grasps, of the middle draw, and no more than"
+        " half of what lies between the paper and chance. Shares are of the draws that can hold"
+        " the row's objects. Moved by: more than chance, in the table of Sobol indices; R² is the"
+        " emulator's own on draws that it was not fitted to."
     )
     if worst:
         note += f" Met least often: {', '.join(worst)}."
     heads = (
         Column("row", "Row"), Column("unit", "Unit"), Column("sense", "Shall be"),
-        Column("paper", "Paper"), Column("default", "Default"), Column("tolerance", "Tolerance"),
+        Column("paper", "Paper"), Column("default", "Default"), Column("chance", "Chance"),
+        Column("tolerance", "Tolerance"), Column("draws", "Draws that can"),
         Column("within", "Draws within", "%"), Column("below", "Draws below the paper", "%"),
-        Column("draws", "Draws that can"),
         *(Column(f"q{level}", f"{level} %") for level in DECILES),
         Column("r2", "Emulator R²"), Column("moved_by", "Moved by"),
     )  # fmt: skip
@@ -167,13 +199,18 @@ def verdict(sweep: Sweep, rows: list[Judged], all_missed: Real) -> str:
             f"None of {len(sweep)} drawn grippers can hold every object of the paper's {figures}"
             " figures: the ranges of its sizes are too wide, or its objects lie differently."
         )
-    wrong = [one.row.title for one in rows if one.missed[best] > 1]
+    nearest: dict[str, Judged] = {}
+    for one in rows:
+        other = nearest.setdefault(_figure(one.row), one)
+        if one.missed[best] < other.missed[best]:
+            nearest[_figure(one.row)] = one
+    wrong = [one.row.title for one in nearest.values() if one.missed[best] > 1]
     return (
         f"None of {len(sweep)} drawn grippers is within tolerance of all {figures} figures of the"
         f" paper at once; the nearest, {sweep.names[best]}, misses by up to"
-        f" {all_missed[best]:.1f} tolerances ({', '.join(wrong)}): something is missing that no"
-        " parameter of this simulation stands for, the ranges are too narrow, or the rows too"
-        " reduced (the default gripper tells, which has its full rows on the other pages)."
+        f" {all_missed[best]:.1f} tolerances ({', '.join(wrong)}): some of that is that the rows"
+        " are reduced, as the default gripper shows, which has its full rows on the other pages;"
+        " else something is missing that no parameter stands for, or the ranges are too narrow."
     )
 
 
@@ -217,35 +254,40 @@ def _nearest(sweep: Sweep, rows: list[Judged], all_missed: Real) -> Table:
 
 def _sensitivity(
     rows: list[Judged],
-    moved: Mapping[str, tuple[Emulator, Indices | None] | None],
+    moved: Mapping[str, Moved | None],
     parameters: tuple[Parameter, ...],
 ) -> Table:
     found: list[dict[str, Value]] = []
     for one in rows:
         told = moved[one.row.name]
-        if told is None or told[1] is None:
+        if told is None or (indices := told.indices) is None:
             continue
-        for place in _main(told[1]):
+        emulator, p = told.emulator, told.p
+        for place in _main(told):
+            total = float(indices.total[place])
             found.append(
                 {
                     "row": one.row.title, "setting": parameters[place].setting,
-                    "first": float(told[1].first[place]), "total": float(told[1].total[place]),
-                    "reach": float(told[1].reach[place]), "emulator": told[0].name,
-                    "r2": told[0].r2,
+                    "share": total * emulator.r2, "first": float(indices.first[place]),
+                    "total": total, "reach": float(indices.reach[place]), "p": float(p[place]),
+                    "emulator": emulator.name, "r2": emulator.r2,
                 }
             )  # fmt: skip
     untold = [one.row.title for one in rows if not any(r["row"] == one.row.title for r in found)]
     note = (
         "Share of the emulated variance that a parameter moves, alone and together with others (±:"
-        " half the 95 % interval of the sampling, not of the emulator). What the emulator does not"
-        " know, 1 - R² of the variance, is chance of grasps and sessions, or too few draws."
+        " half the 95 % interval of the sampling, not of the emulator), and of the row's own"
+        " variance: R² times it. What the emulator does not know, 1 - R² of the variance, is"
+        " chance of grasps and sessions, or too few draws. p: of the parameter's rank correlation"
+        " with the row, without an emulator, times the number of parameters."
     )
     if untold:
         note += f" No parameter can be told for: {', '.join(untold)}."
     heads = (
-        Column("row", "Row"), Column("setting", "Parameter"), Column("first", "Alone"),
-        Column("total", "With others"), Column("reach", "±"), Column("emulator", "Emulator"),
-        Column("r2", "Emulator R²"),
+        Column("row", "Row"), Column("setting", "Parameter"),
+        Column("share", "Of the row's variance"), Column("first", "Of the emulator's, alone"),
+        Column("total", "With others"), Column("reach", "±"), Column("p", "p"),
+        Column("emulator", "Emulator"), Column("r2", "Emulator R²"),
     )  # fmt: skip
     title = "Which parameters move which row: Sobol indices, simulated"
     return Table("draws_sensitivity", title, note, heads, tuple(found))
@@ -261,6 +303,9 @@ def _posterior(places: Real, all_missed: Real, parameters: tuple[Parameter, ...]
         kept[order[: max(FEWEST, round(NEAR_SHARE * len(all_missed)))]] = True
         kept &= np.isfinite(all_missed)
         of = f"the {int(kept.sum())} nearest draws, as too few are accepted"
+    ends = all_missed[kept]
+    if len(ends):
+        of += f" (each misses some figure, by {ends.min():.1f} to {ends.max():.1f} tolerances),"
     found: list[dict[str, Value]] = []
     told = []
     if kept.sum() > 1:
@@ -287,5 +332,5 @@ def _posterior(places: Real, all_missed: Real, parameters: tuple[Parameter, ...]
         Column("setting", "Parameter"), Column("shift", "Shift"), Column("spread", "Spread"),
         Column("p", "p"), Column("evidence", "Evidence for the range"),
     )  # fmt: skip
-    title = "What draws like the paper have in common, inferred, simulated"
+    title = "What the draws nearest to the paper have in common, inferred, simulated"
     return Table("draws_posterior", title, note, heads, tuple(found))

@@ -8,7 +8,14 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.store.code_digest import code_digest
-from ajgdata.store.files import csv_bytes, json_bytes, read_csv, read_json, write_bytes
+from ajgdata.store.files import (
+    csv_bytes,
+    json_bytes,
+    read_csv,
+    read_json,
+    sha256_of,
+    write_bytes,
+)
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_paper, report_file
 from ajgdata.store.sessions import read_dataset
@@ -114,5 +121,11 @@ def draws_tables(paths: Paths, table: Path, about: Path, out: Path) -> None:
         raise DataError(table, f"is not of today's draws ({error})", fix) from None
     commits = " ".join(made.get("git_commit", []))
     about_all = {"study": DRAWS, "quick": made["quick"], "command": made["command"]}
-    known = {**software(), "code": made["code"], "git_commit": commits, "seed": made["seed"]}
+    known = {
+        **software(),
+        "of_sha256": sha256_of(table.read_bytes()),
+        "code": made["code"],
+        "git_commit": commits,
+        "seed": made["seed"],
+    }
     write_tables(out, tables, **plain({**known, **about_all, "cpu_s": made["cpu_s"]}))

@@ -19,12 +19,13 @@ SURE = 0.05
 
 
 def rows_finding(table: Table) -> str:
-    """Return how many of the paper's figures some drawn gripper gives, or exceeds where it may."""
+    """Return in how many rows some drawn gripper gives the paper's figure, or exceeds it where it
+    may."""
     low, high, paper = (table.numbers(key) for key in ("q0", "q100", "paper"))
     sense = np.array(table.column("sense"))
     given = ((paper >= low) | (sense == "at least")) & ((paper <= high) | (sense == "at most"))
     return (
-        f"{int(np.sum(given))} of {len(paper)} figures of the paper are within what the drawn"
+        f"In {int(np.sum(given))} of {len(paper)} rows the paper's figure is within what the drawn"
         " grippers give"
     )
 
@@ -85,13 +86,13 @@ def sensitivity_figure(table: Table) -> Figure:
     """Return the total index of each parameter that is told, by row."""
     rows = list(table.parted("row"))
     settings = sorted({str(one) for one in table.column("setting")})
-    about = "share of the emulated variance moved alone and with others; fuller: more"
+    about = "share of the row's variance that an emulator lays to it, alone and with others"
     size = (WIDTH_IN, 1.6 + 0.22 * len(settings))
     figure = new_figure(size, sensitivity_finding(table), about, ["simulated"])
     axes = figure.subplots()
     for one in table.rows:
         x, y = rows.index(one["row"]), settings.index(str(one["setting"]))
-        share = float(np.clip(one["total"], 0, 1))
+        share = float(np.clip(one["share"], 0, 1))
         axes.plot(x, y, "o", ms=3 + 13 * np.sqrt(share), color=COLOURS[0], alpha=0.75)
         axes.annotate(
             f"{100 * share:.0f} %", (x, y), (9, 0), textcoords="offset points", va="center",
@@ -106,8 +107,8 @@ def sensitivity_figure(table: Table) -> Figure:
 def sensitivity_caption(table: Table) -> Caption:
     """Return the caption of `sensitivity_figure`."""
     return Caption(
-        "Total Sobol indices of the parameters that move each row for certain, on an emulator of"
-        " the draws; its own error is in the table.",
+        "Total Sobol indices of the parameters that move each row by more than chance, times what"
+        " the emulator of the draws explains of the row (R²).",
         f"{sensitivity_finding(table)}. Parameters against rows, a dot for each index.",
     )
 

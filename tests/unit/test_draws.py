@@ -1,5 +1,7 @@
 """Draws of grippers: stratified, resumable, and analyses that find what was put in."""
 
+import hashlib
+
 import numpy as np
 import pytest
 from drawn_figures import fits
@@ -18,7 +20,7 @@ from ajgdata.draws.sampling import (
     value_at,
     values_of,
 )
-from ajgdata.draws.sensitivity import emulate, sobol
+from ajgdata.draws.sensitivity import emulate, marginal, sobol
 from ajgdata.draws.sweep import Sweep, joined
 from ajgdata.draws.tables import sweep_tables
 from ajgdata.gripper import Scene, SignalChain
@@ -27,8 +29,10 @@ from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.pipeline.draws import draws_tables, join_draws, kept_files, run_draw
 from ajgdata.report.canvas import draw
+from ajgdata.report.paper import parse_paper
 from ajgdata.report.study_figures import FIGURES
 from ajgdata.store.files import csv_bytes, read_csv, read_json, write_bytes
+from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError, NotPossibleError
@@ -161,6 +165,18 @@ def test_misses_know_their_side_and_what_is_missing():
     assert tolerance_of(np.array([1.0, np.nan, 3.0]), np.zeros(3)) == 4.0
     assert tolerance_of(np.zeros(2), np.array([6.0, 6.0])) == 6.0
     assert np.isnan(tolerance_of(np.full(2, np.nan), np.zeros(2)))
+    # Not as far as chance, which would count what reads nothing as like the paper.
+    assert tolerance_of(np.full(2, 9.0), np.zeros(2), to_chance=5.0) == 2.5
+    assert tolerance_of(np.full(2, 1.0), np.zeros(2), to_chance=5.0) == 2.0
+
+
+def test_what_no_rank_correlation_says_is_not_named():
+    places = hypercube(100, drawn_parameters())
+    chance = np.random.default_rng(5).standard_normal(100)
+    p = marginal(places, places[:, 3] + 0.1 * chance)
+    assert p[3] < 1e-6
+    assert (np.delete(p, 3) > 0.05).all()
+    assert (marginal(places, chance) > 0.05).all()
 
 
 #: Rows of the made-up sweep: near a figure, two readings of one, at least and at most one.
@@ -191,7 +207,7 @@ def test_a_sweep_beside_the_paper_finds_what_moves_it_and_who_is_near():
     assert len(rows.rows) == len(SOME)
     assert rows.column("q50") == pytest.approx(rows.column("paper"), abs=0.2)
     assert set(rows.column("moved_by")) == {"gripper.height_mm"}
-    said = "4 of 4 figures of the paper are within what the drawn grippers give"
+    said = "In 4 of 4 rows the paper's figure is within what the drawn grippers give"
     assert FIGURES["draws"][0].caption(rows).alt.startswith(said)
     # Tolerance 1 of 10: heights within 0.1 of the middle, a fifth of the draws. At least and at
     # most add one side each, and cannot take any away.
@@ -303,6 +319,20 @@ def test_the_kept_table_becomes_a_page(tmp_path):
     write_bytes(table, b"draw,size_known.cnn\ndraw_000,1\n" * 1 + b"draw_001,2\n" * 6)
     with pytest.raises(DataError, match="is not of today's draws"):
         draws_tables(paths, table, about, folder / "tables.json")
+
+
+def test_the_kept_tables_are_of_the_kept_draws_and_of_todays_paper():
+    tables, draws, about = kept_files(Paths())
+    known, kept = read_tables(tables)
+    assert known["of_sha256"] == hashlib.sha256(draws.read_bytes()).hexdigest()
+    assert known["command"] == read_json(about)["command"]
+    paper = {name: one.value for name, one in parse_paper(read_paper(Paths())).items()}
+    rows = {row["row"]: row for one in kept if one.name == "draws_rows" for row in one.rows}
+    assert set(rows) == {row.title for row in ROWS}
+    for row in ROWS:
+        target = paper[row.paper] if row.target is None else row.target
+        assert rows[row.title]["paper"] == target
+    assert set(read_csv(draws)[0]) >= {one.setting for one in drawn_parameters()}
 
 
 def test_a_table_of_draws_keeps_what_is_missing():
