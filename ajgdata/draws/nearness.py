@@ -62,7 +62,7 @@ def judged(sweep: Sweep, targets: Mapping[str, float | None]) -> list[Judged]:
 
 
 def figure_of(row: Row) -> str:
-    """Return the figure that a row is of. Of two rows of media each has a figure of its own: the paper says both in one sentence."""
+    """Return the figure that a row is of; each of media its own: the paper says both at once."""
     return row.name if row.dataset == "media" else row.paper
 
 
