@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_model, make_model, recordings_used
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -20,7 +20,7 @@ class CurvePoint:
 
     groups: int
     repeat: int
-    recordings: int  #: that were trained on
+    recordings: int  #: that were learned from
     scores: dict[str, float]  #: on the validation rows, which all points share
     chance: dict[str, float]  #: the same of a guess that knows the training rows' targets only
 
@@ -64,7 +64,8 @@ def learning_curve(
                 fitted = fit_model(made, features[rows], y[rows], group[rows])
                 scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
                 chance = metrics.chance(y[rows], y[test], kind, period)
-                points.append(CurvePoint(size, repeat, len(rows), scores, chance))
+                used = recordings_used(fitted, len(rows))
+                points.append(CurvePoint(size, repeat, used, scores, chance))
     return points
 
 

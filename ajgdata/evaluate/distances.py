@@ -14,6 +14,7 @@ from ajgdata.types import NotPossibleError
 
 #: Distances that are held at once: 64 MB, and as much again while they are sorted.
 BLOCK = 2**23
+#: Points that a silhouette is measured on.
 MOST_SILHOUETTE = 5_000
 
 
@@ -92,7 +93,8 @@ def mean_distances(
 
 def silhouette(space: np.ndarray, label: np.ndarray) -> float:
     """Return the mean silhouette (Rousseeuw 1987) of points (n, d) with labels (n,), NaN unless
-    there are 2 to n - 1 labels; of more than MOST_SILHOUETTE points that of some of each label."""
+    there are 2 to n - 1 labels; of more than MOST_SILHOUETTE points that of so many, of each label
+    evenly spaced."""
     if len(label) > MOST_SILHOUETTE:
         some = thinned(label, MOST_SILHOUETTE)
         space, label = space[some], label[some]

@@ -49,7 +49,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
 
     Raises ValueError where nothing could be trained.
     """
-    from ajgdata.evaluate.distances import silhouette
+    from ajgdata.evaluate import distances
     from ajgdata.evaluate.embedding_data import runs_by_space
 
     data, latents = trained(inputs, settings)
@@ -68,7 +68,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     for space, runs in runs_by_space(data, *seen):
         for label in labels:
             value = data.column(label).astype(str)
-            values = [silhouette(points[test], value[test]) for points, _, test in runs]
+            values = [distances.silhouette(points[test], value[test]) for points, _, test in runs]
             silhouettes.append({"space": space, "label": label, "values": values})
     scores = list(probe_scores(probed))
     for row in silhouettes:
@@ -80,7 +80,11 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         probe_table(probed),
         table_of("silhouettes", "Silhouettes", by_run(silhouettes, "silhouette"), **columns),
     )
-    return Outcome(tables, about={"dimension": settings.shown})
+    about = {"dimension": settings.shown}
+    tested = max(len(test) for _, _, test in runs)
+    if tested > distances.MOST_SILHOUETTE:
+        about |= {"silhouette_on": distances.MOST_SILHOUETTE, "silhouette_of": tested}
+    return Outcome(tables, about=about)
 
 
 def probe_rows(
@@ -177,8 +181,11 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     told = silhouettes_of(results)
     spaces = ordered([space for space, _ in told])
     labels = dict.fromkeys(label for _, label in told)
+    about = results.results[0].about
+    thinned = "silhouette_on" in about
+    on = " ({silhouette_on:,} of {silhouette_of:,} in a run)".format(**about) if thinned else ""
     yield ShownTable(
-        "Silhouettes (Rousseeuw 1987) of validation points.",
+        f"Silhouettes (Rousseeuw 1987) of validation points{on}.",
         ("silhouette of", *(f"{space_name(space)}|" for space in spaces)),
         tuple((words(x), *(mean_sd(told[space, x]) for space in spaces)) for x in labels),
     )

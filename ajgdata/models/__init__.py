@@ -62,14 +62,14 @@ def fit_model(
 
     `groups` (n,) are what its inner folds must not divide, if it is tuned: those of the outer
     split. None: nothing is chosen. Of more recordings than its limit (see `models.limits`) it
-    learns from some of each group.
+    learns from some of each group, and of each value in it.
     """
     from sklearn.utils.validation import has_fit_parameter
 
     from ajgdata.models.limits import learned_rows
 
     estimator: Any = model
-    rows = learned_rows(model, groups, len(target))
+    rows = learned_rows(model, groups, target)
     if rows is not None:
         features, target = features[rows], target[rows]
         groups = None if groups is None else groups[rows]
@@ -88,8 +88,8 @@ def recordings_used(fitted: BaseEstimator, given: int) -> int:
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
     """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
-    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`, and
-    the names of those that `failed`."""
+    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`, the
+    names of those that `failed`, and on how many recordings, `chosen_on`, where not on all."""
     from ajgdata.models.tuning import Tuned
 
     if not isinstance(fitted, Tuned):
@@ -97,6 +97,7 @@ def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]
     about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
     about |= {"inner_folds": fitted.inner_folds_, "scores": fitted.inner_scores_}
     about |= {"failed": list(fitted.failed_)}
+    about |= {"chosen_on": fitted.chosen_on_} if fitted.chosen_on_ else {}
     return fitted.best_estimator_, about
 
 

@@ -2,6 +2,8 @@
 
 Candidates are pipelines that differ in their last step alone, or in its k. A scaling is then fitted
 to a training part once, and neighbours are looked for once, for the largest k that was asked for.
+Steps are shared where plain settings (numbers, texts and lists of these) say all that they are, and
+neighbours where nothing but k and the metric is set. All else is fitted alone.
 """
 
 from __future__ import annotations
@@ -51,9 +53,12 @@ class SharedPart:
     def _predicted(self, candidate: Any, target: np.ndarray) -> np.ndarray:
         if not isinstance(candidate, Pipeline):
             return candidate.fit(self._given.train, target).predict(self._given.test)
-        key, rows = self._after_steps([step for _, step in candidate.steps[:-1]], target)
+        steps = [step for _, step in candidate.steps[:-1] if step not in (None, "passthrough")]
+        if not all(map(_is_plain, steps)):
+            return candidate.fit(self._given.train, target).predict(self._given.test)
+        key, rows = self._after_steps(steps, target)
         model: Any = candidate.steps[-1][1]
-        if isinstance(model, (KNeighborsClassifier, KNeighborsRegressor)):
+        if _counts_neighbours(model):
             return _of_neighbours(model, target, self._neighbours(key, rows, model))
         return model.fit(rows.train, target).predict(rows.test)
 
@@ -83,6 +88,25 @@ class SharedPart:
             search = NearestNeighbors(n_neighbors=most, metric=model.metric).fit(rows.train)
             self._near[named] = search.kneighbors(rows.test, return_distance=False)
         return self._near[named][:, :k]
+
+
+def _is_plain(step: BaseEstimator) -> bool:
+    """Return whether the settings of a step name it: no array, estimator or function is one."""
+    return all(map(_is_plain_value, step.get_params(deep=False).values()))
+
+
+def _is_plain_value(value: Any) -> bool:
+    if isinstance(value, (tuple, list)):
+        return all(map(_is_plain_value, value))
+    return value is None or isinstance(value, (bool, int, float, str))
+
+
+def _counts_neighbours(model: Any) -> bool:
+    """Return whether a model is a k-NN of which only k and the name of the metric are set."""
+    if type(model) not in (KNeighborsClassifier, KNeighborsRegressor):
+        return False
+    plain = type(model)(n_neighbors=model.n_neighbors, metric=model.metric)
+    return isinstance(model.metric, str) and model.get_params() == plain.get_params()
 
 
 def _of_neighbours(model: Any, target: np.ndarray, near: np.ndarray) -> np.ndarray:

@@ -23,8 +23,9 @@ from ajgdata.models.shared_steps import SharedPart
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
 #: Inner folds, and how many where more than LARGE recordings are trained on: candidates then differ
-#: by more than their scatter, and each costs more.
-INNER_FOLDS, LARGE, LARGE_FOLDS = 3, 200, 2
+#: by more than their scatter, and each costs more. Not where groups are few, as sessions are:
+#: halves of them would be too little to learn from.
+INNER_FOLDS, LARGE, LARGE_FOLDS, FEW_GROUPS = 3, 200, 2, 20
 NO_GROUPS = "no groups were given to divide the training recordings by"
 ONE_GROUP = "the training recordings are of one group: two are needed"
 ONE_ROW = "candidates would be trained on one recording: two are needed"
@@ -44,7 +45,8 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     recording: the first is taken, and `reason_` says why. Of more than MOST_TO_CHOOSE recordings
     some of each group choose. `while_choosing` are settings of all candidates on the inner folds
     alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
-    `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice) and
+    `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice),
+    `chosen_on_`, how many recordings chose where not all did (else 0), and
     `failed_`, the names of those that could not be trained on all inner folds.
     """
 
@@ -53,6 +55,7 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     reason_: str
     inner_folds_: int
     inner_scores_: dict[str, float]
+    chosen_on_: int
     failed_: tuple[str, ...]
 
     def __init__(
@@ -92,10 +95,11 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
         self.reason_, self.inner_scores_, self.inner_folds_, self.failed_ = "", {}, 0, ()
+        self.chosen_on_ = 0
         X, y = np.asarray(X), np.asarray(y)
         best = self._chosen(X, y, groups)
         self.choice_, estimator = self.candidates[best]
-        rows = learned_rows(estimator, groups, len(y))
+        rows = learned_rows(estimator, groups, y)
         self.best_estimator_ = clone(estimator)
         if rows is None:
             self.best_estimator_.fit(X, y)
@@ -108,8 +112,9 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         if groups is None:
             self.reason_ = NO_GROUPS
             return 0
-        if len(y) > MOST_TO_CHOOSE:
-            some = thinned(np.asarray(groups), MOST_TO_CHOOSE)
+        count = len(y)
+        if count > MOST_TO_CHOOSE:
+            some = thinned(np.asarray(groups), MOST_TO_CHOOSE, y)
             X, y, groups = X[some], y[some], np.asarray(groups)[some]
         classes = get_tags(self).estimator_type == "classifier"
         folds = inner_folds(y, np.asarray(groups), classes, self.random_state)
@@ -125,7 +130,7 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         if not np.isfinite(score).any():
             self.reason_ = NO_SCORE
             return 0
-        self.inner_folds_ = len(folds)
+        self.inner_folds_, self.chosen_on_ = len(folds), len(y) if len(y) < count else 0
         self.inner_scores_ = dict(zip(names, map(float, score), strict=True))
         return int(np.nanargmax(score))
 
@@ -137,9 +142,10 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         for fold, (train, test) in enumerate(folds):
             part = SharedPart(X[train], y[train], X[test])
             for number, (_, candidate) in enumerate(self.candidates):
+                tried = clone(candidate).set_params(**cheaper)
                 # not one to train on these rows: as of too few, or of one class
                 with contextlib.suppress(ValueError):
-                    predicted = part.predicted(clone(candidate).set_params(**cheaper))
+                    predicted = part.predicted(tried)
                     score[number, fold] = self._score(predicted, y[test])
         return score.mean(axis=1)
 
@@ -188,8 +194,9 @@ def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> 
     Classes are spread evenly as far as whole groups allow.
     """
     group = np.unique(groups, return_inverse=True)[1]
-    wanted = LARGE_FOLDS if len(y) > LARGE else INNER_FOLDS
-    count = min(wanted, int(group.max(initial=-1)) + 1)
+    groups_given = int(group.max(initial=-1)) + 1
+    wanted = LARGE_FOLDS if len(y) > LARGE and groups_given >= FEW_GROUPS else INNER_FOLDS
+    count = min(wanted, groups_given)
     if count < 2:
         return []
     plain = GroupKFold(count, shuffle=True, random_state=seed)

@@ -416,6 +416,15 @@ def test_probes_stand_at_their_scores_and_far_below_zero_at_the_edge(drawn):
         "0.70 ± 0.14", "0.70 ± 0.14", "0.50 ± 0.14", "0.50 ± 0.14",
     )  # fmt: skip
     assert silhouettes.rows == (("object", "0.30 ± 0.14", "-0.10 ± 0.14"),)
+    assert silhouettes.caption.endswith("of validation points.")
+
+
+def test_a_silhouette_of_some_points_says_of_how_many():
+    found = results("embedding_probes")
+    about = {"silhouette_on": 5000, "silhouette_of": 12_000}
+    some = dataclasses.replace(found, results=(dataclasses.replace(found.results[0], about=about),))
+    _, silhouettes = EXPERIMENTS["embedding_probes"].tables(some)
+    assert silhouettes.caption.endswith("of validation points (5,000 of 12,000 in a run).")
 
 
 def test_precision_falls_with_k_in_its_gallery(drawn):

@@ -5,11 +5,13 @@ import pytest
 from experiment_samples import measured, small_inputs
 from scipy.spatial.distance import cdist
 from sklearn.neighbors import KNeighborsClassifier, KNeighborsRegressor
+from sklearn.pipeline import make_pipeline
 from sklearn.svm import SVC, SVR
 
 from ajgdata.evaluate import distances
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.models import fit_model, limits, make_model, tuning
+from ajgdata.evaluate.curves import learning_curve
+from ajgdata.models import chosen, fit_model, limits, make_model, tuning
 from ajgdata.types import MODELS
 
 
@@ -36,6 +38,51 @@ def test_more_groups_than_rows_leave_groups_evenly_spaced():
     assert limits.thinned(np.arange(12), 4).tolist() == [0, 3, 6, 9]
 
 
+def test_every_class_of_a_session_that_is_sorted_by_class_loses_some():
+    session, y = np.repeat(np.arange(4), 2500), np.tile(np.repeat(np.arange(20), 125), 4)
+    rows = limits.thinned(session, 5000, y)
+    kept = np.bincount(session[rows] * 20 + y[rows], minlength=80)
+    assert kept.min() == 62 and kept.max() == 63  # 5000 / 80 is 62.5
+    assert (np.bincount(session[rows]) == 1250).all()
+    gaps = np.diff(rows[:62])  # of the first class: every second
+    assert gaps.max() <= 3
+
+
+def test_numbers_of_a_session_are_thinned_over_their_whole_range():
+    session = np.repeat([0, 1], 1000)
+    size = np.tile(np.linspace(10, 60, 1000), 2)  # no two of a session alike
+    rows = limits.thinned(session, 100, size)
+    for number in (0, 1):
+        kept = np.sort(size[rows][session[rows] == number])
+        assert len(kept) == 50
+        assert np.diff(kept).max() <= 21 / 999 * 50  # every 20th
+        assert kept[0] < 11.1 and kept[-1] > 58.9
+
+
+def test_sessions_that_cannot_keep_all_classes_keep_others_each():
+    session, y = np.repeat(np.arange(10), 20), np.tile(np.arange(20), 10)
+    rows = limits.thinned(session, 20, y)
+    assert (np.bincount(session[rows]) == 2).all()
+    assert set(y[rows]) == set(range(20))
+
+
+def test_no_class_goes_with_grasps_that_are_left_out():
+    y = np.tile(np.arange(5), 40)  # grasped in turn: every tenth would be of one class
+    rows = limits.thinned(np.arange(200), 20, y)
+    assert np.bincount(y[rows]).tolist() == [4] * 5
+
+
+def test_a_class_of_another_package_says_its_own_limit():
+    class Own(SVC):
+        most_recordings = 7
+
+    class Made(SVC):
+        pass
+
+    assert limits.most_recordings(Own()) == 7
+    assert limits.most_recordings(make_pipeline(Made())) == limits.MOST[SVC]
+
+
 @pytest.mark.parametrize("kind, period", [("classification", None), ("regression", 3.0)])
 def test_limits_reach_through_scalings_and_targets_that_repeat(kind, period):
     classes = kind == "classification"
@@ -60,7 +107,7 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group(monkeypatch):
     assert everything.thinned == ()
     monkeypatch.setitem(limits.MOST, KNeighborsClassifier, 16)
     fitted = fit_model(make_model("knn_plain", "classification"), x, y, group)
-    np.testing.assert_array_equal(fitted[-1]._fit_X, x[limits.thinned(group, 16)])
+    np.testing.assert_array_equal(fitted[-1]._fit_X, x[limits.thinned(group, 16, y)])
     found = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
     assert found.thinned == ((16, 48),) * 5
     assert found.scores.recordings == 60  # all are predicted
@@ -69,11 +116,20 @@ def test_beyond_its_limit_a_model_learns_from_some_of_each_group(monkeypatch):
 def test_a_tuned_model_is_chosen_on_some_and_learns_from_all(monkeypatch):
     x, y, group = spectra()
     monkeypatch.setattr(tuning, "MOST_TO_CHOOSE", 20)
-    some = limits.thinned(group, 20)
+    some = limits.thinned(group, 20, y)
     fitted = fit_model(make_model("knn", "classification"), x, y, group)
     alone = fit_model(make_model("knn", "classification"), x[some], y[some], group[some])
     assert fitted.inner_scores_ == alone.inner_scores_
     assert fitted.best_estimator_[-1].n_samples_fit_ == 60
+    assert (chosen(fitted)[1]["chosen_on"], "chosen_on" in chosen(alone)[1]) == (20, False)
+
+
+def test_a_learning_curve_says_how_many_were_learned_from(monkeypatch):
+    x, y, group = spectra()
+    monkeypatch.setitem(limits.MOST, KNeighborsClassifier, 16)
+    ask = {"kind": "classification", "model": "knn_plain", "repeats": 1}
+    points = learning_curve(x, y, group, sizes=(2, 8), **ask)
+    assert [point.recordings for point in points] == [12, 16]
 
 
 def test_metrics_say_on_how_many_of_how_many(monkeypatch):

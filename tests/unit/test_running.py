@@ -12,8 +12,10 @@ def told_to_a_run(paths: Paths) -> str:
     told, tell = os.pipe()
     pid = os.fork()
     if not pid:
-        os.write(tell, note_run(paths).encode() or b"nobody")
-        os._exit(0)
+        try:
+            os.write(tell, note_run(paths).encode() or b"nobody")
+        finally:  # never the tests that come after, in a second process
+            os._exit(0)
     os.close(tell)
     os.waitpid(pid, 0)
     with os.fdopen(told) as stream:

@@ -12,6 +12,7 @@ from ajgdata.evaluate.sessions import (
     session_of,
     session_splits,
 )
+from ajgdata.models.tuning import LARGE_FOLDS, inner_folds
 
 CLASSES = np.array(list("ab"))
 
@@ -79,6 +80,14 @@ def test_a_model_that_is_to_meet_another_session_is_chosen_by_sessions():
     assert choice_groups(group, session, two) is group
     thing = group % 8  # met in every session
     assert choice_groups(thing, session, elsewhere) is thing
+
+
+def test_of_three_large_sessions_each_is_met_by_a_model_of_two():
+    session, y = np.repeat(np.arange(3), 100), np.arange(300) % 2
+    for classes in (True, False):
+        folds = inner_folds(y, session, classes, 0)
+        assert [len(set(session[train])) for train, _ in folds] == [2, 2, 2]
+    assert len(inner_folds(y, np.arange(300) // 2, True, 0)) == LARGE_FOLDS  # grasps
 
 
 def test_two_sessions_have_as_many_anyway():

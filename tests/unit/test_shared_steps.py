@@ -66,6 +66,42 @@ def test_a_step_is_fitted_once_for_all_that_share_its_settings():
     assert Counted.fits == 2
 
 
+class Weighted(TransformerMixin, BaseEstimator):
+    """Multiplies by `weights`, of which all texts may look alike."""
+
+    def __init__(self, weights):
+        self.weights = weights
+
+    def fit(self, X, y=None):
+        return self
+
+    def transform(self, X):
+        return X * self.weights
+
+
+def long(last):
+    return np.concatenate([np.ones(2999), [last]])
+
+
+@pytest.mark.parametrize(
+    "candidates",
+    [
+        [make_pipeline(KNeighborsClassifier(5, weights=w)) for w in ("uniform", "distance")],
+        [make_pipeline(KNeighborsClassifier(5, metric="minkowski", p=p)) for p in (2, 1)],
+        [make_pipeline(s, KNeighborsClassifier(5)) for s in ("passthrough", None, AtLeast())],
+        [make_pipeline(Weighted(long(w)), KNeighborsClassifier(1)) for w in (1, 1e6)],
+    ],
+)
+def test_what_settings_do_not_name_is_not_shared(candidates):
+    generator = np.random.default_rng(6)
+    train, test = generator.normal(size=(60, 3000)), generator.normal(size=(20, 3000))
+    y = generator.integers(0, 3, 60)
+    shared = SharedPart(train, y, test)
+    for candidate in candidates:
+        alone = clone(candidate).fit(train, y).predict(test)
+        np.testing.assert_array_equal(shared.predicted(clone(candidate)), alone)
+
+
 def test_a_candidate_that_needs_more_rows_is_refused_after_one_that_does_not():
     train, y, test = parts("classification")
     shared = SharedPart(train, y, test)

@@ -192,6 +192,13 @@ def test_what_makes_choosing_cheaper_is_not_in_what_is_kept():
     assert [one.tol for _, one in model.candidates] == [LogisticRegression().tol] * 2
 
 
+def test_a_setting_that_no_candidate_has_is_an_error():
+    x, y, group = leaking()
+    model = Tuned([("a", LogisticRegression())], None, 0, {"toll": 1.0})
+    with pytest.raises(ValueError, match="Invalid parameter 'toll'"):
+        model.fit(x, y, groups=group)
+
+
 def test_what_makes_choosing_cheaper_reaches_candidates_that_are_wrapped():
     model = Tuned([("a", Constant(1.0)), ("b", Constant(2.0))], None, 0, {"value": 9.0})
     wraps = (
