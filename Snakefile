@@ -33,6 +33,7 @@ from ajgdata.pipeline.inputs import Inputs
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.run_summary import lines, summarise
+from ajgdata.pipeline.running import note_run
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
     GALLERY,
@@ -162,3 +163,8 @@ include: "workflow/rules/draws.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"
+
+
+# Whatever is asked for, a run is noted before Snakemake looks at the locks of others.
+for rule_here in list(workflow.rules):
+    rule_here.set_input(noted)

@@ -360,6 +360,11 @@ class Paths:
         return self.cache / "run.lock"
 
     @property
+    def jobs_lock(self) -> Path:
+        """Return the file that every living job of the workflow holds; see `pipeline.running`."""
+        return self.cache / "jobs.lock"
+
+    @property
     def snakemake_locks(self) -> Path:
         """Return the folder in which Snakemake notes that a run is at work."""
         return self.root / ".snakemake" / "locks"

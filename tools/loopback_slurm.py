@@ -81,7 +81,7 @@ def missing() -> str:
         return f"no {', '.join(absent)} here (Debian: slurmctld slurmd slurm-client munge)"
     if os.geteuid() != 0:
         return "only root can start slurmd"
-    if CONFIGURATION.exists() or CONFIGURATION.is_symlink():
+    if CONFIGURATION.exists():
         return f"{CONFIGURATION} is there: this machine has a SLURM of its own"
     return ""
 
@@ -173,7 +173,10 @@ def loopback_slurm(
         text += NODE.format(name=name, host=host, port=port, cpus=cpus, mb=memory_mb)
     (folder / "slurm.conf").write_text(text + PARTITION)
     (folder / "state").mkdir()
+    is_made = not CONFIGURATION.parent.exists()
     CONFIGURATION.parent.mkdir(exist_ok=True)
+    if CONFIGURATION.is_symlink():  # it leads nowhere: one that was killed left it
+        CONFIGURATION.unlink()
     CONFIGURATION.symlink_to(folder / "slurm.conf")
     slurm = Slurm(folder, names)
     try:
@@ -191,3 +194,5 @@ def loopback_slurm(
         for name in reversed(list(slurm.processes)):
             slurm.stop(name)
         CONFIGURATION.unlink()
+        if is_made:
+            CONFIGURATION.parent.rmdir()

@@ -11,7 +11,7 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
 from ajgdata.report.run_difference import MEASURED
-from ajgdata.store.files import csv_bytes, json_bytes, sha256_of, write_bytes
+from ajgdata.store.files import csv_bytes, sealed_json_bytes, sha256_of, write_bytes
 from ajgdata.store.provenance import environment, project_commit, software
 from ajgdata.store.runs import keep_run
 from ajgdata.store.tables import as_json, read_tables
@@ -42,7 +42,8 @@ def collect(
 ) -> None:
     """Write the results `documents`, each data set, task and kind, together.
 
-    `document` (JSON) holds all tables but predictions, with what is known about them; `table` (CSV)
+    `document` (JSON) holds all tables but predictions, with what is known about them, its own hash
+    and, under `sha256`, those of the other two; `table` (CSV)
     a row for each number: a metric of a part of an experiment (`grouped`, `random`, `withheld`,
     `overall`, `on:<data set>`, `curve:<grasps per class>`, `stft:<window>/<hop>`, ...), with the
     statistic (`fold 0` and so on, or mean, sd, pooled, chance, measured); where it is undefined the
@@ -64,9 +65,15 @@ def collect(
         collected.append({**about, **kept})
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
     made_by = {**software(), **environment()}
-    write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
-    write_bytes(table, csv_bytes((*COLUMNS, REASON), numbers))
-    write_bytes(predictions, csv_bytes(PREDICTION_COLUMNS, predicted))
+    written = {
+        table: csv_bytes((*COLUMNS, REASON), numbers),
+        predictions: csv_bytes(PREDICTION_COLUMNS, predicted),
+    }
+    for file, content in written.items():
+        write_bytes(file, content)
+    hashes = {file.name: sha256_of(content) for file, content in written.items()}
+    told = {"software": made_by, "experiments": collected, "sha256": hashes}
+    write_bytes(document, sealed_json_bytes(told))
     if paths.run:
         return
     again = (row for row in numbers if row["statistic"] != MEASURED)  # the same each time

@@ -17,7 +17,7 @@ from ajgdata.report.run_context import settings as compare_settings
 from ajgdata.report.run_context import verdicts as compare_verdicts
 from ajgdata.report.run_difference import Numbers, compare_numbers, numbers_of
 from ajgdata.report.run_tables import RunComparison, RunLabel
-from ajgdata.store.files import read_csv, read_json, write_bytes
+from ajgdata.store.files import read_csv, read_sealed_json, sha256_of, write_bytes
 from ajgdata.store.provenance import commit_named
 from ajgdata.store.runs import KeptRun, kept_runs
 from ajgdata.types import DataError
@@ -116,12 +116,15 @@ def read_run(name: str) -> Run:
     if not table.is_file():
         fix = "make it with `snakemake` (rule collect), or name the folder that has it"
         raise DataError(table, "there is no such file", fix)
-    document = folder / _DOCUMENT
+    file = folder / _DOCUMENT
+    document = read_sealed_json(file) if file.is_file() else {}
+    for one, digest in document.get("sha256", {}).items():
+        _check_bytes(folder / one, digest)
     return Run(
         name=name,
         table=table,
         rows=read_csv(table, COLUMNS)[1],
-        document=_document(document) if document.is_file() else {},
+        document=document,
         predictions=_optional(folder / _PREDICTIONS, PREDICTION_COLUMNS),
         beside_paper=_optional(folder / _BESIDE_PAPER, PAPER_KEYS),
         note=note,
@@ -132,11 +135,11 @@ def _optional(path: Path, columns: Sequence[str]) -> Rows | None:
     return read_csv(path, columns)[1] if path.is_file() else None
 
 
-def _document(path: Path) -> dict[str, Any]:
-    content = read_json(path)
-    if not isinstance(content, dict):
-        raise DataError(path, "is not a document of results", "make it again with `snakemake`")
-    return content
+def _check_bytes(path: Path, digest: str) -> None:
+    """Raise DataError for a table that is there and not the one that its document tells of."""
+    if path.is_file() and sha256_of(path.read_bytes()) != digest:
+        problem = f"is not what {_DOCUMENT} tells of (sha256 differs)"
+        raise DataError(path, problem, "make both again with `snakemake` (rule collect)")
 
 
 def _kept(name: str) -> tuple[Path, str]:

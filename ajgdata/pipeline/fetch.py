@@ -101,7 +101,7 @@ def _registered(
     rows = _rows(tree, hashes)
     for defect in feature_defects(tree, hashes):
         raise DataError(tree / defect.file, defect.problem, DISTRUST)
-    _check_free(paths, spec.name, tree)
+    _check_free(paths, spec.name, tree, cache)
     sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
     for file, session, recording in rows:
         sessions[session].append((file, recording))
@@ -116,9 +116,9 @@ def _registered(
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
     if not renamed:
         write_bytes(paths.features(spec.name), (tree / tree.FEATURES).read_bytes())
+    write_dataset(paths, spec)  # with it all is there: until then nothing that came is removed
     if cache:
         shutil.rmtree(cache, ignore_errors=True)
-    write_dataset(paths, spec)  # last: with it all is there, and a second fetch is refused
     digest = file_sha256(folder_sums(paths, spec.name))
     return Fetched(spec.name, digest, len(rows), len(sessions), dropped)
 
@@ -245,12 +245,15 @@ def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recordi
     return found
 
 
-def _check_free(paths: Paths, name: str, tree: Tree) -> None:
-    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it."""
-    if paths.dataset(name).exists():
-        raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
+def _check_free(paths: Paths, name: str, tree: Tree, cache: Path | None) -> None:
+    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it. The
+    cache of one that was registered, but killed before it removed that, is removed."""
     held, sums = paths.recordings(name), folder_sums(paths, name)
     same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
+    if paths.dataset(name).exists():
+        if same and cache:
+            shutil.rmtree(cache, ignore_errors=True)
+        raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
     if held.exists() and not same:
         raise DataError(held, "there are recordings of this name", "give --name")
 

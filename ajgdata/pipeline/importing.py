@@ -51,7 +51,7 @@ def import_folder(
     is written when the folder cannot be understood, nor while another process brings recordings
     into this data set.
     """
-    declared = read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
+    declared = _declared(paths, dataset)
     if convert and not copy:
         raise DataError("--convert", "makes new files", "import without --reference")
     if declared:
@@ -68,6 +68,9 @@ def import_folder(
     how = How(copy=copy, replace=replace, rehash=rehash, **labels)
     advance = started(len(found.files))
     with alone(paths.recordings(dataset), BRINGING):
+        if _declared(paths, dataset) != declared:
+            problem = f"was declared anew while {folder} was read"
+            raise DataError(paths.dataset(dataset), problem, "import again")
         try:
             result = import_scan(paths, dataset, folder, found, how, progress=advance)
         finally:
@@ -76,6 +79,10 @@ def import_folder(
                 write_dataset(paths, spec)
         remove_abandoned(paths.recordings(dataset))  # by imports that were killed
     return spec, found, result
+
+
+def _declared(paths: Paths, dataset: str) -> DatasetSpec | None:
+    return read_dataset(paths, dataset) if paths.dataset(dataset).is_file() else None
 
 
 def _check_declared(paths: Paths, spec: DatasetSpec, targets: Sequence[str]) -> None:

@@ -6,7 +6,6 @@ a data set are dealt with when the inputs of its first job are asked for, not wh
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import Literal
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.plan import DatasetPlan
 from ajgdata.pipeline.progress import when_slow
-from ajgdata.pipeline.running import note_run
 from ajgdata.store import manifest
 from ajgdata.store.files import link_or_copy, write_bytes, write_if_changed
 from ajgdata.store.sessions import dropped_sessions, incomplete_sessions
@@ -41,7 +39,6 @@ class Inputs:
     ) -> None:
         self.paths, self.plans, self.mode, self.scratch = paths, plans, mode, scratch
         self._replaced: dict[str, dict[Path, Path]] = {}
-        self._is_noted = False
 
     def of(self, dataset: str, path: Path) -> Path:
         """Return the file that a job depends on: `path`, up to date, or what stands for it."""
@@ -56,17 +53,9 @@ class Inputs:
         found = self.of(dataset, receipt)
         return [found] if found != receipt else []
 
-    def _note_run(self) -> None:
-        """Note that this run is alive, once, and say if another one is."""
-        if not self._is_noted and (other := note_run(self.paths)):
-            said = "what both would make, the later one is refused by Snakemake"
-            print(f"another run is at work here ({other}): {said}", file=sys.stderr)
-        self._is_noted = True
-
     def _prepared(self, dataset: str) -> dict[Path, Path]:
         mode = self.mode()
         if mode == "run":
-            self._note_run()
             update(self.paths, dataset, self.plans[dataset])
         if mode != "look":
             return {}

@@ -72,7 +72,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     """
     spec = read_dataset(paths, dataset)
     list(all_asked(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
-    cache = HashCache(paths.hash_cache)
+    cache = HashCache(paths.hash_cache, forget=True)  # every byte is read here
     sessions = list_sessions(paths, dataset)
     surveys = [survey(paths, dataset, name, cache) for name in sessions]
     advance = started(sum(len(manifest["recordings"]) for manifest, _ in surveys))

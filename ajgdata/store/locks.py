@@ -7,10 +7,12 @@ they are used again, and mean nothing on another machine.
 from __future__ import annotations
 
 import contextlib
+import errno
 import itertools
 import os
 import platform
 import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from datetime import datetime
@@ -22,18 +24,21 @@ from ajgdata.types import DataError
 TEMPORARY, LOCK = ".tmp", ".lock"
 #: What imports and fetches do; they exclude each other.
 BRINGING = "bringing recordings into this data set"
+#: What file systems answer that have no locks.
+_NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP}
 
 
 @contextmanager
 def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
     """Hold the lock of `path`, a file or folder that need not be there, to do what `doing` says.
 
-    Raises DataError, with who does it now and since when, if another process holds it.
+    Raises DataError, with who does it now and since when, if another process holds it. Where the
+    file system has no locks, others are not noticed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     file = path.with_name(f".{path.name}{LOCK}")
     with _lock(file) as is_held:
-        if not is_held:
+        if is_held is False:
             raise DataError(path, f"another process is {holder(file)}", fix)
         file.write_text(f"{doing} ({described()})", encoding="utf-8")
         yield
@@ -54,15 +59,21 @@ def holder(lock: Path) -> str:
 
 
 @contextmanager
-def _lock(file: Path) -> Iterator[bool]:
-    """Yield whether this process holds the lock in `file`; it is free again at the end."""
+def _lock(file: Path) -> Iterator[bool | None]:
+    """Yield whether this process holds the lock in `file`, None if the file system has no locks; it
+    is free again at the end."""
     from filelock import FileLock, Timeout  # most of what imports this module never locks
 
-    lock = FileLock(file, timeout=0)
+    lock = FileLock(file, timeout=0, fallback_to_soft=False)
     try:
         lock.acquire()
     except Timeout:
         yield False
+        return
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+        yield None
         return
     try:
         yield True
@@ -73,23 +84,40 @@ def _lock(file: Path) -> Iterator[bool]:
 @contextmanager
 def own_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder beside `path` that is this process's alone and empty but for its
-    lock; it is removed at the end. What a killed process left in it is removed at the start."""
+    lock; it is removed at the end. What a killed process left in it is removed at the start; not so
+    where the file system has no locks, as nobody knows there whether it was killed."""
     with ExitStack() as stack:
         for number in itertools.count():
             # Short enough for the file system however long the name is.
             name = f".{path.name[:40]}{f'.{number}' if number else ''}{TEMPORARY}"
-            if stack.enter_context(_owned(path.with_name(name))):
+            is_ours = stack.enter_context(_owned(path.with_name(name)))
+            if is_ours is None:
+                own = tempfile.TemporaryDirectory(
+                    prefix=f".{path.name[:40]}.", suffix=TEMPORARY, dir=path.parent
+                )
+                yield Path(stack.enter_context(own))
+                return
+            if is_ours:
                 yield path.with_name(name)
                 return
 
 
 @contextmanager
-def _owned(folder: Path) -> Iterator[bool]:
-    """Yield whether `folder` is this process's now; if so it is emptied, and removed at the end."""
+def _owned(folder: Path) -> Iterator[bool | None]:
+    """Yield whether `folder` is this process's now, None if the file system has no locks; if it is,
+    it is emptied, and removed at the end."""
+    is_new = not folder.exists()
     folder.mkdir(exist_ok=True)
-    is_ours = False
+    is_ours: bool | None = False
     try:
-        with _lock(folder / LOCK) as is_ours:
+        with ExitStack() as stack:
+            try:
+                is_ours = stack.enter_context(_lock(folder / LOCK))
+            except FileNotFoundError:  # another process has just removed it
+                is_ours = False
+            except PermissionError:
+                if is_new:  # not another user's: nobody may write here
+                    raise
             if is_ours:
                 _empty(folder)
             try:
@@ -97,9 +125,10 @@ def _owned(folder: Path) -> Iterator[bool]:
             finally:
                 if is_ours:
                     _empty(folder)
+                if is_ours or (is_ours is None and is_new):
                     (folder / LOCK).unlink(missing_ok=True)
     finally:
-        if is_ours:
+        if is_ours or is_new:
             with contextlib.suppress(OSError):  # another process has just taken it
                 folder.rmdir()
 

@@ -37,7 +37,7 @@ def machine_trouble(error: BaseException) -> DataError | None:
     while seen is not None:
         if (found := _trouble(seen)) is not None:
             return found
-        seen = seen.__cause__ or seen.__context__
+        seen = seen.__cause__ or (None if seen.__suppress_context__ else seen.__context__)
     return None
 
 

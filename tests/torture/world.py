@@ -57,8 +57,11 @@ DECLARATION = {
     },
 }
 #: Not compared: what is measured, told, or kept to be quick.
-ASIDE = ("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/")
-ASIDE_NAMES = ("hashes.json", "metrics.json", "settings.yaml")
+ASIDE = (
+    *("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),
+    *(".ajgdata/hashes/", ".ajgdata/surveyed/", ".ajgdata/growing"),
+)
+ASIDE_NAMES = ("metrics.json", "settings.yaml")
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
 
 

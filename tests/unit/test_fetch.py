@@ -8,6 +8,7 @@ import threading
 import zipfile
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -439,3 +440,39 @@ def test_a_second_fetch_says_who_is_at_it(server, tree, elsewhere, what):
         fetch(paths, source if what == "cache" else str(tree.root))
     assert not paths.dataset("d").exists()
     assert fetch(paths, source).recordings == 12
+
+
+def test_killed_before_it_is_registered_nothing_is_brought_again(server, elsewhere, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr("ajgdata.pipeline.fetch.write_dataset", killed)
+        with pytest.raises(KeyboardInterrupt):
+            fetch(elsewhere.paths, address(server))
+    server.asked.clear()
+    assert fetch(elsewhere.paths, address(server)).recordings == 12
+    assert {name for name, _ in server.asked} == {Tree.SUMS}
+    assert list(elsewhere.paths.fetched.glob("[!.]*")) == []
+
+
+def test_killed_after_it_was_registered_the_next_one_removes_what_is_left(
+    server, elsewhere, monkeypatch, snapshot
+):
+    fetch(elsewhere.paths, address(server))
+    whole = snapshot(elsewhere.root)
+    for path in (elsewhere.paths.data, elsewhere.paths.results):
+        shutil.rmtree(path)
+    elsewhere.paths.dataset("d").unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr("ajgdata.pipeline.fetch.shutil", SimpleNamespace(rmtree=killed))
+        with pytest.raises(KeyboardInterrupt):
+            fetch(elsewhere.paths, address(server))
+    assert read_dataset(elsewhere.paths, "d").name == "d"
+    assert list(elsewhere.paths.fetched.glob("[!.]*"))
+    with pytest.raises(DataError, match="there is a data set of this name"):
+        fetch(elsewhere.paths, address(server))
+    assert {n: c for n, (c, _) in snapshot(elsewhere.root).items()} == {
+        name: content for name, (content, _) in whole.items()
+    }
+
+
+def killed(*_, **__):
+    raise KeyboardInterrupt

@@ -1,5 +1,7 @@
 """Atomic replacement, and readers that answer bad input with one line."""
 
+import errno
+import fcntl
 import os
 import random
 import signal
@@ -315,6 +317,46 @@ def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_pat
     process.communicate()
     with alone(tmp_path / "cake", "eating"):
         pass
+
+
+@pytest.mark.parametrize("number", [errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP])
+def test_where_there_are_no_locks_writes_go_on_each_in_a_folder_of_its_own(
+    tmp_path, monkeypatch, number
+):
+    def none(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(fcntl, "flock", none)
+    target = tmp_path / "a"
+    with replacing(target) as first, replacing(target) as second:
+        assert first.parent != second.parent
+        first.write_bytes(b"1")
+        remove_abandoned(tmp_path)  # nobody knows who is dead
+        second.write_bytes(b"2")
+    with alone(tmp_path / "cake", "eating"), alone(tmp_path / "cake", "eating"):
+        pass
+    assert target.read_bytes() == b"1"
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".cake.lock", "a"]
+
+
+def test_a_folder_of_another_user_is_left_to_them(tmp_path, monkeypatch):
+    """Root may do everything: that the lock is refused is said in the system's place."""
+    theirs = tmp_path / ".a.tmp"
+    theirs.mkdir()
+    (theirs / "half").write_bytes(b"x")
+    opened = os.open
+
+    def refused(path, *arguments, **options):
+        if Path(os.fspath(path)).parent == theirs:
+            raise PermissionError(errno.EACCES, "Permission denied", path)
+        return opened(path, *arguments, **options)
+
+    monkeypatch.setattr(os, "open", refused)
+    write_bytes(tmp_path / "a", b"mine")
+    remove_abandoned(tmp_path)
+    assert (tmp_path / "a").read_bytes() == b"mine"
+    assert (theirs / "half").read_bytes() == b"x"
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".a.tmp", "a"]
 
 
 def test_every_changed_value_of_a_sealed_document_is_found(tmp_path):

@@ -13,6 +13,7 @@ from worlds import write_tone
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.store.manifest import read_manifest, refresh
+from ajgdata.store.scan import scan
 from ajgdata.store.sealing import seal
 from ajgdata.store.sessions import (
     list_sessions,
@@ -487,3 +488,19 @@ def test_what_is_imported_and_cannot_be_read_is_said(paths, kit):
     result = run(paths, kit)
     assert result.added == 4
     assert result.unreadable == [("4_far.wav", "a Git LFS pointer, not the audio itself")]
+
+
+def test_what_was_declared_while_the_folder_was_read_is_not_replaced(paths, kit, monkeypatch):
+    """Another import of the same name is done just before this one gets the lock."""
+
+    def slow(*arguments, **options):
+        found = scan(*arguments, **options)
+        with monkeypatch.context() as patch:
+            patch.setattr("ajgdata.pipeline.importing.scan", scan)
+            import_folder(paths, "d", kit, settings=None, targets=["object"])
+        return found
+
+    monkeypatch.setattr("ajgdata.pipeline.importing.scan", slow)
+    with pytest.raises(DataError, match=r"was declared anew while .* was read; import again"):
+        import_folder(paths, "d", kit, settings=None)
+    assert list(read_dataset(paths, "d").targets) == ["object"]

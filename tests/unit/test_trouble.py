@@ -72,3 +72,12 @@ def test_the_command_says_one_line(monkeypatch, capsys):
     assert capsys.readouterr().err == (
         "error store.nc: the disk is full; make room, then run it again: what is complete is kept\n"
     )
+
+
+def test_what_was_set_aside_is_no_cause():
+    with pytest.raises(ValueError, match="a bug") as caught:
+        try:
+            raise OSError(errno.ENOSPC, "no room")
+        except OSError:
+            raise ValueError("a bug") from None
+    assert machine_trouble(caught.value) is None

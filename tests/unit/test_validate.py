@@ -11,6 +11,7 @@ from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.pipeline.validate import validate_dataset, validate_datasets, validate_folder
 from ajgdata.store.audio import write_pcm24
+from ajgdata.store.hashes import HashCache, mark_of
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import DataError
 
@@ -225,3 +226,21 @@ def test_progress_counts_every_recording(project):
     validate_dataset(project.paths, "d", started)
     assert steps == [3, 1, 1, 1]
     assert len(read_recordings(project.folder())[0]) == 3
+
+
+def test_a_byte_that_changed_behind_the_back_of_the_hash_cache_is_found(project):
+    """Size, times and inode are those that the cache knows; nothing but reading tells."""
+    (row,) = project.session("s1", {"a": 500.0})
+    path = project.folder() / row.file
+    cache, folder = HashCache(project.paths.hash_cache), str(path.parent.absolute())
+    assert cache.sha256(path) == row.sha256
+    content = bytearray(path.read_bytes())
+    content[-1] ^= 1
+    path.write_bytes(content)
+    cache._known[folder] = {path.name: [*mark_of(str(path)), row.sha256]}
+    cache._changed.add(folder)
+    cache.save()
+    assert HashCache(project.paths.hash_cache).sha256(path) == row.sha256
+    (found,) = check(project)[1]
+    assert (found.recording_id, found.level) == ("a", "error")
+    assert "sha256 differs" in found.problem

@@ -8,7 +8,21 @@ def process_mode():
         # A limit of jobs a second lets Snakemake look at all waiting jobs again a second after
         # each look, in one chain of timers more for each job that ended: for nothing here.
         workflow.scheduling_settings.max_jobs_per_timespan = None
+    note_this_run()
     return "run"
+
+
+@cache
+def note_this_run():
+    """Note that this run is alive, once, and say if others are."""
+    if said := note_run(PATHS, local=workflow.local_exec):
+        print(said, file=sys.stderr)
+
+
+def noted(wildcards):
+    """No input: asked for before Snakemake locks anything, it notes the run."""
+    process_mode()
+    return []
 
 
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
