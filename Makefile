@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-browser test-cluster test-torture lint format bench demo-live sort-live docs findings lock clean
+.PHONY: reproduce real test test-slow test-browser test-cluster test-torture lint format bench demo-live sort-live docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -16,6 +16,10 @@ real: $(VENV)/.test
 
 test: $(VENV)/.test
 	$(BIN)/pytest
+
+# What takes minutes: long runs of the solver, many kills, an installed package.
+test-slow: $(VENV)/.test
+	$(BIN)/pytest -m slow
 
 # Pages in a real browser: a small report, results/report if it is there, the dashboard; AJGDATA_SCREENSHOTS=1 writes the dashboard's pictures. Needs Debian's chromium and chromium-driver.
 test-browser: $(VENV)/.test $(VENV)/.browser

@@ -21,7 +21,8 @@ UNIT_BYTES = 1 if sys.platform == "darwin" else 1024
 @dataclass(frozen=True)
 class Effort:
     """What a run took: s of wall and of processor time, MB (1e6 bytes) of its largest process; how
-    many jobs ran, how many were current, and how many recordings were read anew.
+    many jobs ran, how many were current, and how many recordings were read anew; `whole`
+    unless jobs that were to run did not.
 
     What other machines took is not known here: `cpu_s` and `peak_mb` are None then.
     """
@@ -32,17 +33,26 @@ class Effort:
     jobs: int
     kept: int
     read: int
+    whole: bool = True
 
 
-def effort(wall_s: float, jobs: int, kept: int, logs: Iterable[Path], *, local: bool) -> Effort:
+def effort(
+    wall_s: float,
+    jobs: int,
+    kept: int,
+    logs: Iterable[Path],
+    *,
+    local: bool,
+    whole: bool = True,
+) -> Effort:
     """Return what this process and those that it waited for took; `logs` are those of the jobs
     that made features."""
     read = sum(int(found) for log in logs for found in READ.findall(_text(log)))
     if not local:
-        return Effort(wall_s, None, None, jobs, kept, read)
+        return Effort(wall_s, None, None, jobs, kept, read, whole)
     used = os.times()
     cpu = used.user + used.system + used.children_user + used.children_system
-    return Effort(wall_s, cpu, _peak_mb(), jobs, kept, read)
+    return Effort(wall_s, cpu, _peak_mb(), jobs, kept, read, whole)
 
 
 def _peak_mb() -> float | None:
@@ -60,16 +70,21 @@ def _text(log: Path) -> str:
 
 
 def effort_line(took: Effort, data: Sequence[Data]) -> str:
-    """Return it for the console; `data` are the recordings of the run."""
+    """Return it for the console; `data` are the recordings of the run.
+
+    How many recordings were not read because they were kept is known of a whole run only.
+    """
     told = [f"this run: {_duration(took.wall_s)}"]
     if took.cpu_s is not None:
         told.append(f"{_duration(took.cpu_s)} of processor time")
     if took.peak_mb is not None:
         told.append(f"{took.peak_mb:,.0f} MB at most")
-    recordings = sum(one.used + one.left_out for one in data)
-    kept = max(recordings - took.read, 0)
     told.append(f"{many(took.jobs, 'job')} run, {took.kept:,} current")
-    return "; ".join([*told, f"{many(took.read, 'recording')} read, {kept:,} kept"])
+    read = f"{many(took.read, 'recording')} read"
+    if took.whole:
+        recordings = sum(one.used + one.left_out for one in data)
+        read += f", {max(recordings - took.read, 0):,} kept"
+    return "; ".join([*told, read])
 
 
 def _duration(seconds: float) -> str:

@@ -2,7 +2,8 @@
 
 When a run begins, it notes what its report waits for; while the note is there, jobs that measure
 write the page anew. The report itself is made at the end, from nothing of this: it takes the note
-away before it writes its pages, which are the same as if nothing had stood there.
+away before it writes its pages, which are the same as if nothing had stood there. A page that is
+no growing one, which its time tells, is never written over.
 """
 
 from __future__ import annotations
@@ -29,15 +30,15 @@ from ajgdata.types import DatasetSpec
 
 #: Jobs that end sooner after the last one leave the page as it is.
 EVERY_S = 20.0
-#: The page is dated this far back: older than all that the report is made of, so that a run which
-#: finds it, left by one that was killed or failed, makes the report.
-BACKDATED_S = 30 * 365 * 86400
+#: The page has this time (s; 1 January 1996): older than all that the report is made of, so that a
+#: run which finds it, left by one that was killed or failed, makes the report.
+BACKDATED_S = 820_454_400
 
 
 def begin(paths: Paths, datasets: Sequence[str], tasks: Sequence[TaskKey]) -> None:
     """Note what the report on `datasets` and `tasks` waits for, and write its first page, unless a
     report is there: an older one stays until the new one is made."""
-    if paths.report.is_file() and not paths.growing.is_file():
+    if not _is_free(paths):
         return
     note = {"run": paths.run, "datasets": list(datasets), "tasks": [list(one) for one in tasks]}
     write_bytes(paths.growing, json_bytes(note))
@@ -46,21 +47,29 @@ def begin(paths: Paths, datasets: Sequence[str], tasks: Sequence[TaskKey]) -> No
 
 
 def grow(root: Paths) -> None:
-    """Write the page of the run of project `root` anew, if a report is to come, and some time has
-    passed."""
-    with _harmless():
-        if root.growing.is_file():
-            paths = replace(root, run=read_json(root.growing)["run"])
-            since = time.time() - paths.growing.stat().st_mtime
+    """Write the pages of project `root` whose reports are to come anew, if some time has passed."""
+    for note in root.all_growing():
+        with _harmless():
+            paths = replace(root, run=read_json(note)["run"])
+            since = time.time() - note.stat().st_mtime
             if not paths.report.is_file() or since >= EVERY_S:
                 _write(paths)
 
 
 def stop(paths: Paths) -> None:
-    """Say on the page that the run ended without its report, if it did."""
+    """Say on the page that the run ended without its report, if it did; it grows no more."""
     if paths.growing.is_file():
         with _harmless():
             _write(paths, stopped=True)
+        end(paths)
+
+
+def discard(paths: Paths) -> None:
+    """Remove a page that a killed or failed run left, and its note: where files are only made to
+    look new, it would look like the report."""
+    end(paths)
+    if _is_free(paths):
+        paths.report.unlink(missing_ok=True)
 
 
 def end(paths: Paths) -> None:
@@ -75,6 +84,14 @@ def _harmless() -> Iterator[None]:
         yield
     except Exception:
         traceback.print_exc()
+
+
+def _is_free(paths: Paths) -> bool:
+    """Return whether no report is there: nothing, or a growing page."""
+    try:
+        return int(paths.report.stat().st_mtime) == BACKDATED_S
+    except FileNotFoundError:
+        return True
 
 
 def _write(paths: Paths, *, stopped: bool = False) -> None:
@@ -95,10 +112,12 @@ def _write(paths: Paths, *, stopped: bool = False) -> None:
         waiting=tuple(_waiting(specs, [one for one in asked if one not in made])),
         stopped=stopped,
     )
-    then = time.time() - BACKDATED_S
+    page = render_growing(content, paths).encode()
+    if not _is_free(paths):
+        return
     with replacing(paths.report) as temporary:
-        temporary.write_bytes(render_growing(content, paths).encode())
-        os.utime(temporary, (then, then))
+        temporary.write_bytes(page)
+        os.utime(temporary, (BACKDATED_S, BACKDATED_S))
     with suppress(FileNotFoundError):  # the report was made in the meantime
         os.utime(paths.growing)
 

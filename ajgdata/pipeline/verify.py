@@ -23,12 +23,12 @@ def verify(tests: Path, summary: Path, *, run: str, log: Path) -> None:
 
 
 def verify_solver(tests: Path, summary: Path, *, log: Path) -> None:
-    """Run the tests too long for the test suite, and write pytest's closing line.
+    """Run the solver's tests too long for the test suite, and write pytest's closing line.
 
     They look at no result: a run makes them beside everything else. Raises DataError when one
     fails; pytest's output is in the `log`.
     """
-    chosen = [str(tests), "-m", "slow"]
+    chosen = [str(tests / "verification"), "-m", "slow"]
     write_bytes(summary, _tested(tests, chosen, "a check of the solver failed", log))
 
 

@@ -8,6 +8,7 @@ import re
 import sys
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
@@ -68,8 +69,11 @@ class KeptFigures:
 
     def tidy(self) -> None:
         """Remove what was not used for longest, beyond MOST figures."""
-        files = sorted(self.folder.glob("*.zip"), key=lambda file: -file.stat().st_mtime)
-        for file in files[MOST:]:
+        used_s: dict[Path, float] = {}
+        for file in self.folder.glob("*.zip"):
+            with suppress(FileNotFoundError):  # another process tidies, too
+                used_s[file] = file.stat().st_mtime
+        for file in sorted(used_s, key=lambda one: -used_s[one])[MOST:]:
             file.unlink(missing_ok=True)
 
     def _place(self, one: Illustration) -> Path | None:

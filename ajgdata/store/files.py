@@ -82,6 +82,12 @@ def link_or_copy(source: Path, target: Path) -> None:
             shutil.copyfile(source, temporary)
 
 
+def copy(source: Path, target: Path) -> None:
+    """Make `target` the content of `source`, atomically, with times of its own."""
+    with replacing(target) as temporary:
+        shutil.copyfile(source, temporary)
+
+
 def write_bytes(path: Path, content: bytes) -> None:
     """Replace `path` atomically."""
     with replacing(path) as temporary:

@@ -21,6 +21,11 @@ def test_the_line_says_what_was_made_and_what_was_kept():
     )
 
 
+def test_after_failures_nothing_is_said_of_what_was_kept():
+    took = Effort(5.0, None, None, 1, 2, 300, whole=False)
+    assert effort_line(took, DATA) == "this run: 5 s; 1 job run, 2 current; 300 recordings read"
+
+
 def test_ended_processes_count_with_their_time_and_memory(tmp_path):
     before = effort(1.0, 1, 0, [], local=True)
     code = "import time; x = bytearray(b'1') * 400_000_000\nwhile time.process_time() < 0.5: pass"

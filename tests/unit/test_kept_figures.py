@@ -81,6 +81,19 @@ def test_figures_that_were_not_used_for_longest_go(draw, tmp_path, monkeypatch):
     assert draw("c", figure_of(1, "0"))[0] == 0
 
 
+def test_two_processes_tidy_at_once(tmp_path, monkeypatch):
+    for number in range(3):
+        (tmp_path / f"{number}.zip").touch()
+
+    def raced(folder, pattern):  # the other one was faster with the first
+        return [folder / "gone.zip", *sorted(folder.iterdir())]
+
+    monkeypatch.setattr(kept_figures, "MOST", 2)
+    monkeypatch.setattr(type(tmp_path), "glob", raced)
+    KeptFigures(tmp_path, "code").tidy()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
 def test_a_digest_tells_every_digit_and_every_value():
     many = np.arange(5000.0)
     other = many.copy()

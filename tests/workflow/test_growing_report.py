@@ -5,10 +5,13 @@ import shutil
 import subprocess
 import sys
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 
+from ajgdata.paths import Paths
 from ajgdata.pipeline import growing
+from ajgdata.store.files import write_bytes
 
 END = "results/report/index.html"
 TASKS = [("tones", "pitch")]
@@ -60,6 +63,34 @@ def test_an_older_report_stays_until_the_new_one_is_made(project):
     growing.grow(project.paths)
     growing.stop(project.paths)
     assert page_of(project) == before and not project.paths.growing.exists()
+
+
+def test_each_run_has_a_note_of_its_own_and_none_touches_a_report(unreported):
+    project, _ = unreported
+    whole, alone = project.paths, replace(project.paths, run="tones")
+    growing.begin(whole, ["tones"], TASKS)
+    growing.begin(alone, ["tones"], TASKS)
+    assert "<b>1</b> of 1" in alone.report.read_text() and "<b>1</b> of 1" in page_of(project)
+    write_bytes(alone.report, b"the report")
+    growing.stop(alone)
+    assert alone.report.read_text() == "the report"
+    assert "stopped" not in page_of(project) and whole.growing.is_file()
+    os.utime(whole.growing, (0, 0))
+    growing.grow(Paths(project.root))
+    assert whole.growing.stat().st_mtime > 0 and alone.report.read_text() == "the report"
+    growing.stop(whole)
+    assert "The run stopped" in page_of(project)
+    growing.begin(whole, ["tones"], TASKS)
+    assert "The run stopped" not in page_of(project)
+
+
+def test_what_a_failed_run_left_is_no_report_after_touching(unreported):
+    project, _ = unreported
+    growing.begin(project.paths, ["tones"], TASKS)
+    growing.stop(project.paths)
+    project.snakemake("--touch", END)
+    assert not project.paths.report.exists()
+    assert set(project.planned(END)) == {"report"}
 
 
 def test_a_spoilt_result_spoils_neither_the_job_nor_the_run(unreported, capsys):

@@ -185,13 +185,18 @@ def taken():
     """Return what this run took."""
     dag = workflow.dag
     jobs = [job for job in dag.jobs if not job.is_norun]
-    ran = [job for job in jobs if dag.needrun(job) and dag.finished(job)]
+    needed = [job for job in jobs if dag.needrun(job)]
+    ran = [job for job in needed if dag.finished(job)]
+    lost = [
+        job for job in needed if not dag.finished(job) and job.rule.name != "complete"
+    ]
     return effort(
         time.monotonic() - STARTED_S,
         len(ran),
-        sum(not dag.needrun(job) for job in jobs),
+        len(jobs) - len(needed),
         [Path(job.log[0]) for job in ran if job.rule.name == "features"],
         local=workflow.local_exec,
+        whole=not lost,
     )
 
 
@@ -208,20 +213,26 @@ def first_results(wildcards):
     return int(wildcards.dataset == FIRST)
 
 
+def is_to_report():
+    """Tell whether this run is still to make the report."""
+    to_make = {str(file) for job in workflow.dag.needrun_jobs() for file in job.output}
+    return str(PATHS.report) in to_make
+
+
 def begin_report():
     """Write the first page of a report that this run is to make, which grows with its results."""
-    made = {str(file) for job in workflow.dag.needrun_jobs() for file in job.output}
-    if str(PATHS.report) in made and not workflow.touch:
-        from ajgdata.pipeline.growing import (
-            begin,
-        )  # templates, which no other run needs
+    if is_to_report():
+        from ajgdata.pipeline import growing  # templates, which no other run needs
 
-        begin(PATHS, list(PLANS), MEASURED)
+        if workflow.touch:
+            growing.discard(PATHS)
+        else:
+            growing.begin(PATHS, list(PLANS), MEASURED)
 
 
 def stop_report():
     """Say on that page that there is no more to come, if there is not."""
-    if PATHS.growing.is_file():
+    if PATHS.growing.is_file() and is_to_report():
         from ajgdata.pipeline.growing import stop
 
         stop(PATHS)
