@@ -7,6 +7,7 @@ from pathlib import Path
 from ajgdata.ablations import ABLATIONS
 from ajgdata.pipeline.stages import busy_s
 from ajgdata.report.format import number
+from tools import flame
 
 from . import evaluations, simulation, sorting
 from .documents import blocks_of
@@ -29,9 +30,18 @@ def run_cost(results: Results) -> str:
     return markdown_table(head, [cells])
 
 
+def run_time(results: Results) -> str:
+    """What the jobs of each rule took."""
+    jobs = results.jobs()
+    results.metric("size", "size", "cnn", "grouped", "rmse", "mean")  # names the commit
+    return f"{flame.table(jobs)}\n"
+
+
 BLOCKS: dict[str, Callable[[Results], str]] = {
     "results": evaluations.headline_table,
     "run-cost": run_cost,
+    "run-time": run_time,
+    "drawn-grippers": simulation.drawn_grippers,
     "after-the-choice": evaluations.after_the_choice,
     "media": evaluations.media,
     "live-sorting": sorting.live_sorting,

@@ -1,20 +1,16 @@
 """Blocks on evaluated models, made of metrics.csv."""
 
-from pathlib import Path
 from typing import NamedTuple
 
 from ajgdata.experiments.cross_validation.bands import band_label, part_within
-from ajgdata.paths import Paths
 from ajgdata.report.format import DASH, Score, mean_sd, number, with_unit
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import read_dataset
 
 from .markdown import markdown_table
-from .results import Results
+from .results import PROJECT, Results
 
-#: The project whose docs these are, wherever its results may be.
-PROJECT = Paths(Path(__file__).resolve().parents[2])
 MODELS = ("cnn", "linear", "knn")
 
 
