@@ -41,7 +41,10 @@ def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") ->
         if is_held is False:
             raise DataError(path, f"another process is {holder(file)}", fix)
         file.write_text(f"{doing} ({described()})", encoding="utf-8")
-        yield
+        try:
+            yield
+        finally:
+            file.write_text("")  # nobody holds it: what stays beside the data has no time in it
 
 
 def described() -> str:
