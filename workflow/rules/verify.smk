@@ -30,6 +30,7 @@ rule verify_solver:
         "results/logs/verify_solver.log",
     benchmark:
         "results/benchmarks/verify_solver.tsv"
+    priority: 1  # minutes of one core: begun last, the run would wait for it
     conda:
         "../../environment.yml"
     params:
