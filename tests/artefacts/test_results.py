@@ -252,7 +252,9 @@ def test_the_page_says_what_each_stage_took():
     total = seconds.pop("all")
     # three significant digits each
     assert total == pytest.approx(sum(seconds.values()), rel=0.005)
-    assert {"features", "report"} <= set(seconds)
+    # Features that were made before, without a job, took none.
+    jobs = {"features"} if (PATHS.benchmarks / "features").is_dir() else set()
+    assert jobs | {"report"} <= set(seconds)
 
 
 @pytest.mark.parametrize("run", IN_USE, ids="-".join)
