@@ -7,11 +7,14 @@ import pytest
 from forked import Forked
 from tally import trials
 
+from ajgdata.gripper import ImpulseResponse, Scene
 from ajgdata.loading import read_model
 from ajgdata.paths import Paths, Tree
+from ajgdata.pipeline.compare import read_run
 from ajgdata.store import manifest
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
+from ajgdata.store.responses import ResponseStore, read_response
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 
@@ -59,12 +62,36 @@ def refreshed(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
+def results(path):
+    """What `ajgdata compare` reads of a run."""
+    run = read_run(str(path.parent))
+    told = {key: run.document[key] for key in ("software", "experiments")}
+    return run.rows, run.predictions, told
+
+
+def response(path):
+    """A kept response; one that is not used is simulated again."""
+    found = read_response(path)
+    if found is None:
+        raise DataError(path, "is damaged", "it is simulated again")
+    return found.samples.tobytes(), found.sample_rate_hz, found.provenance
+
+
+def keep_response(root):
+    """Keep a response, as the session of a virtual gripper does."""
+    heard = np.random.default_rng(0).standard_normal(300)
+    made = ImpulseResponse(heard, 1 / 3, 44_100, 17, {"note": "é"}, 0.3, None)
+    ResponseStore(Paths(root).responses).write(Scene.model_validate({"grasp": {"seed": 0}}), made)
+
+
 KINDS = {
     "recording (WAV)": ("data/knock/sessions/*/audio/**/*.wav", of_session),
     "shard of features": ("results/features/knock/*.nc", store),
     "features of a data set": ("results/features/knock.nc", store),
     "model": ("results/models/knock/material/knn/*", model),
     "table of results": ("results/tasks/knock/material/cross_validation-knn.json", read_tables),
+    "all results (JSON, CSV)": ("results/*.*", results),
+    "kept response": (".ajgdata/responses/*/*.response", response),
     "manifest": ("results/manifest/knock/*", refreshed),
     "published tree": ("results/published/knock/**/*.*", tree),
 }
@@ -74,6 +101,7 @@ KINDS = {
 def test_one_flipped_bit(deeds, place, tally, kind):
     pattern, read = KINDS[kind]
     root = place(deeds["publish"].end)
+    keep_response(root)
     files = sorted(p for p in root.glob(pattern) if p.is_file())
     assert files, pattern
     for random in trials(f"flip {kind}", 30):

@@ -27,6 +27,7 @@ from ajgdata.acquire.writer import acquire_session
 from ajgdata.cli import main as command
 from ajgdata.experiments import asked_of
 from ajgdata.paths import Paths
+from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
@@ -147,7 +148,7 @@ def bring(source: Path, root: Path) -> None:
 
 
 def jobs(root: Path) -> None:
-    """Features, store, model and one experiment: what the workflow's jobs do, one by one."""
+    """Features, store, model, one experiment and the tables of all results: what the workflow's jobs do, one by one."""
     told(functools.partial(_jobs, Paths(root)))
 
 
@@ -199,6 +200,13 @@ def _jobs(paths: Paths) -> None:
         seed=0,
         tables=paths.experiment("knock", "material", kind),
         cost=paths.experiment_cost("knock", "material", kind),
+    )
+    collect(
+        paths,
+        [("knock", "material", kind)],
+        document=paths.all_metrics,
+        table=paths.metrics_table,
+        predictions=paths.predictions,
     )
 
 
