@@ -77,7 +77,8 @@ def import_folder(
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
-        remove_abandoned(paths.recordings(dataset))  # by imports that were killed
+        for folder in (paths.recordings(dataset), paths.hash_cache):
+            remove_abandoned(folder)  # by imports that were killed
     return spec, found, result
 
 

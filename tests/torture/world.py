@@ -12,12 +12,14 @@ import hashlib
 import http.server
 import json
 import os
+import re
 import shutil
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import yaml
@@ -34,6 +36,7 @@ from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.train import train_model
 from ajgdata.store import manifest
 from ajgdata.store.audio import read_audio, write_pcm24
+from ajgdata.store.files import SEAL
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings
 
@@ -148,7 +151,7 @@ def bring(source: Path, root: Path) -> None:
 
 
 def jobs(root: Path) -> None:
-    """Features, store, model, one experiment and the tables of all results: what the workflow's jobs do, one by one."""
+    """Features, store, model, one experiment and all results: what the workflow's jobs do."""
     told(functools.partial(_jobs, Paths(root)))
 
 
@@ -255,11 +258,31 @@ def state_of(root: Path) -> dict[str, str]:
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
             continue
-        content = path.read_bytes()
-        if own == "metrics.csv":
-            content = b"".join(r for r in content.splitlines(True) if b",measured," not in r)
-        found[name] = hashlib.sha256(content).hexdigest()
+        found[name] = digest_of(path)
     return found
+
+
+def digest_of(path: Path) -> str:
+    """The hash of what a file says: not of what is measured, nor of clock and places in memory,
+    which skops writes into models."""
+    content = path.read_bytes()
+    if path.name == "metrics.csv":
+        content = b"".join(r for r in content.splitlines(True) if b",measured," not in r)
+    elif path.name == "model.json":
+        told = json.loads(content)
+        content = repr({**told, "files": sorted(told["files"]), SEAL: ""}).encode()
+    elif path.suffix == ".skops":
+        content = _estimator(path)
+    return hashlib.sha256(content).hexdigest()
+
+
+def _estimator(path: Path) -> bytes:
+    with ZipFile(path) as held:
+        schema = re.sub(r'"__id__": \d+', "", held.read("schema.json").decode())
+        names = dict.fromkeys(re.findall(r"\d+\.npy", schema))
+        for number, name in enumerate(names):
+            schema = schema.replace(name, f"array {number}")
+        return b"".join([schema.encode(), *map(held.read, names)])
 
 
 def differing(root: Path, whole: dict[str, str]) -> list[str]:
@@ -292,9 +315,9 @@ def torn(root: Path, whole: dict[str, str]) -> list[str]:
 
 def _is_whole(path: Path, digest: str | None) -> bool:
     content = path.read_bytes()
-    if path.suffix in (".wav", ".nc", ".skops", ".safetensors", ".zip", ".png"):
-        return digest is None or hashlib.sha256(content).hexdigest() == digest
     try:
+        if path.suffix in (".wav", ".nc", ".skops", ".safetensors", ".zip", ".png"):
+            return digest is None or digest_of(path) == digest
         if path.suffix == ".json":
             json.loads(content)
         elif path.suffix == ".yaml":
@@ -302,6 +325,6 @@ def _is_whole(path: Path, digest: str | None) -> bool:
         elif path.suffix == ".csv":
             rows = list(csv.reader(content.decode().splitlines()))
             return content.endswith(b"\n") and len({len(row) for row in rows}) == 1
-    except (ValueError, yaml.YAMLError):
+    except (ValueError, KeyError, BadZipFile, yaml.YAMLError):
         return False
     return True
