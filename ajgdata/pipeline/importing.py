@@ -77,8 +77,8 @@ def import_folder(
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
-        for folder in (paths.recordings(dataset), paths.hash_cache):
-            remove_abandoned(folder)  # by imports that were killed
+        for left_by_killed_ones in (paths.recordings(dataset), paths.hash_cache):
+            remove_abandoned(left_by_killed_ones)
     return spec, found, result
 
 
