@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import yaml
 from fake_card import FakeLine, Fault
-from filelock import FileLock
 from live_lab import Lab, Scripted, declare, response
 
 from ajgdata.acquire.card import CardError
@@ -18,6 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import Noted
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
+from ajgdata.store.locks import alone
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import AudioSettings, DataError, Recording, Session
 
@@ -521,7 +521,7 @@ def test_sessions_of_other_sources_are_not_touched(lab):
 def test_two_processes_on_one_session(lab):
     lab.acquire(Scripted(confirms={1: Choice.QUIT}))
     with (
-        FileLock(lab.folder().with_name(".soundcard-01.lock")),
+        alone(lab.folder(), "recording into this session"),
         pytest.raises(DataError, match="another process is recording into this session"),
     ):
         lab.acquire(Scripted(), session="soundcard-01")

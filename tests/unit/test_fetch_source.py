@@ -206,7 +206,8 @@ def server(tmp_path, files):
         path.write_bytes(content)
     handler = partial(Handler, directory=str(root))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
-        made.asked, made.cut, made.ranges, made.root = [], {}, True, root / "lab/hits"
+        made.asked, made.cut, made.ranges, made.moved = [], {}, True, {}
+        made.root = root / "lab/hits"
         made.url = f"http://127.0.0.1:{made.server_address[1]}"
         thread = threading.Thread(target=made.serve_forever, args=(0.02,))
         thread.start()

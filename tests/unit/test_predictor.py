@@ -16,6 +16,7 @@ from ajgdata.pipeline.recordings import examine
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import read_audio, write_pcm24
 from ajgdata.store.features import read_store
+from ajgdata.store.files import sealed_json_bytes
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Recording, Target
 
 TARGETS = {
@@ -237,14 +238,15 @@ def test_features_of_more_than_the_recording_are_refused_by_name(trained, tmp_pa
     for file in folder.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     about = json.loads((tmp_path / "model.json").read_text())
+    del about["content_sha256"]
     changed = FeatureSettings.model_validate(about["features"] | features)
     about["features"] = changed.model_dump(mode="json")
-    (tmp_path / "model.json").write_text(json.dumps(about))
+    (tmp_path / "model.json").write_bytes(sealed_json_bytes(about))
     (name,) = features
     with pytest.raises(DataError, match=f"features.{name}.* needs the played sound"):
         read_predictor(tmp_path, "d", "what")
     del about["calibration"]
-    (tmp_path / "model.json").write_text(json.dumps(about))
+    (tmp_path / "model.json").write_bytes(sealed_json_bytes(about))
     with pytest.raises(DataError, match="without calibration; run `snakemake` again"):
         read_predictor(tmp_path, "d", "what")
 
@@ -256,7 +258,7 @@ def test_a_spoilt_guard_and_a_missing_model_are_told(trained, tmp_path):
     for file in folder.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     (tmp_path / "guard.safetensors").write_bytes(b"spoilt")
-    with pytest.raises(DataError, match="not a readable model"):
+    with pytest.raises(DataError, match="is not what was written"):
         read_predictor(tmp_path, "d", "what")
     with pytest.raises(DataError, match=r"task size has no model 'linear'; there are "):
         load(trained, "size", "linear")
