@@ -17,7 +17,7 @@ import h5netcdf
 import h5py
 import numpy as np
 
-from ajgdata.store.files import replacing
+from ajgdata.store.files import raising_ignored, replacing
 from ajgdata.types import DataError
 
 CHUNK_ROWS = 128
@@ -86,7 +86,11 @@ def write_blocks(
     """Write what `write_store` does, with the spectra of `blocks`, each (m, f), one after another,
     in place of those of `labels`: one block is held at a time."""
     rows, bins = len(labels.feature), len(labels.frequency_hz)
-    with replacing(path) as temporary, h5netcdf.File(temporary, "w", libver=FORMAT) as store:
+    with (
+        replacing(path) as temporary,
+        raising_ignored(),
+        h5netcdf.File(temporary, "w", libver=FORMAT) as store,
+    ):
         store.attrs.update({"Conventions": CONVENTIONS, **labels.attrs})
         store.dimensions = {"recording": rows, "frequency": bins}
         axis = store.create_variable(

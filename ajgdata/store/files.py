@@ -8,6 +8,7 @@ import io
 import json
 import os
 import shutil
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,6 +37,25 @@ def replacing(path: Path) -> Iterator[Path]:
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
         temporary.replace(path)
+
+
+@contextmanager
+def raising_ignored() -> Iterator[None]:
+    """Raise at the end what Python could only report: h5py closes objects while they are collected,
+    where an error of writing (a full disk) cannot be raised, and the file would count as whole."""
+    ignored: list[BaseException] = []
+    before = sys.unraisablehook
+
+    def keep(told: sys.UnraisableHookArgs) -> None:
+        ignored.extend([told.exc_value] if told.exc_value else [])
+
+    sys.unraisablehook = keep
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+    if ignored:
+        raise ignored[0]
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from ajgdata.store.features import (
     read_column,
     write_column,
 )
-from ajgdata.store.files import replacing
+from ajgdata.store.files import raising_ignored, replacing
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -52,7 +52,11 @@ class Latents:
 def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
     folds = {VALIDATION_FOLD: latents.validation_fold, UNSEEN_FOLD: latents.unseen_fold}
-    with replacing(path) as temporary, h5netcdf.File(temporary, "w", libver=FORMAT) as store:
+    with (
+        replacing(path) as temporary,
+        raising_ignored(),
+        h5netcdf.File(temporary, "w", libver=FORMAT) as store,
+    ):
         store.attrs.update({"Conventions": CONVENTIONS, **latents.attrs})
         store.dimensions["recording"] = len(latents.validation_fold)
         for name, column in sorted(latents.columns.items()):

@@ -24,8 +24,11 @@ _KNOWN = {
     errno.EIO: ("the disk reports an error", "look at the disk; copy what can be read"),
 }
 _MEMORY = f"close other programs, or use fewer processes (`--cores 1`), then {AGAIN}"
-#: How libraries say it that keep the number to themselves (HDF5, torch, threads of Python).
-_NO_MEMORY = re.compile(r"can't allocate memory|not enough memory|start new thread|alloc.* failed")
+#: How libraries say it that keep the number to themselves (HDF5, torch, threads of Python, the
+#: loader of libraries).
+_NO_MEMORY = re.compile(
+    r"can't allocate memory|not enough memory|start new thread|alloc.* failed|failed to map segment"
+)
 
 
 def machine_trouble(error: BaseException) -> DataError | None:
@@ -43,7 +46,7 @@ def machine_trouble(error: BaseException) -> DataError | None:
 
 def _trouble(error: BaseException) -> DataError | None:
     if isinstance(error, MemoryError) or (
-        isinstance(error, RuntimeError) and _NO_MEMORY.search(str(error))
+        isinstance(error, (RuntimeError, ImportError)) and _NO_MEMORY.search(str(error))
     ):
         return DataError("memory", "there is not enough", _MEMORY)
     if not isinstance(error, (OSError, RuntimeError)):

@@ -20,6 +20,7 @@ from ajgdata.store.files import (
     json_bytes,
     line_of,
     numbered_rows,
+    raising_ignored,
     read_csv,
     read_json,
     read_sealed_json,
@@ -357,6 +358,30 @@ def test_a_folder_of_another_user_is_left_to_them(tmp_path, monkeypatch):
     assert (tmp_path / "a").read_bytes() == b"mine"
     assert (theirs / "half").read_bytes() == b"x"
     assert sorted(path.name for path in tmp_path.iterdir()) == [".a.tmp", "a"]
+
+
+class Failing:
+    """As an object of h5py on a full disk: it fails when it is collected."""
+
+    def __del__(self):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_what_fails_while_objects_are_collected_takes_no_place(tmp_path):
+    """Such an error cannot be raised where it happens, and is only printed."""
+    (tmp_path / "a").write_bytes(b"old")
+    hook = sys.unraisablehook
+    with (
+        pytest.raises(OSError, match="No space left"),
+        replacing(tmp_path / "a") as file,
+        raising_ignored(),
+    ):
+        file.write_bytes(b"ne")
+        Failing()
+    assert (tmp_path / "a").read_bytes() == b"old"
+    assert sys.unraisablehook is hook
+    with raising_ignored():
+        pass
 
 
 def test_every_changed_value_of_a_sealed_document_is_found(tmp_path):

@@ -52,6 +52,8 @@ def test_memory():
         "[enforce fail at alloc_cpu.cpp] . DefaultCPUAllocator: can't allocate memory"
     )
     assert "there is not enough" in str(machine_trouble(torch))
+    loader = ImportError("libxcb.so.1.1.0: failed to map segment from shared object")
+    assert "there is not enough" in str(machine_trouble(loader))
 
 
 def test_a_job_ends_with_the_line_and_keeps_the_traceback_in_its_log(tmp_path):
