@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,11 @@ from ajgdata.types import DataError, DatasetSpec, FeatureSettings
 MAX_SPECTRA = 8
 
 
-def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
-    """Return what the report says of a data set."""
+def summary(
+    paths: Paths, spec: DatasetSpec, store: Shard, blocks: Iterable[np.ndarray]
+) -> DatasetSummary:
+    """Return what the report says of a data set: `store` as `read_labels` gives it, `blocks` its
+    spectra as `spectra_blocks` does."""
     settings = json.loads(str(store.attrs["settings"]))
     features = FeatureSettings(**settings["features"])
     return DatasetSummary(
@@ -43,7 +46,7 @@ def summary(paths: Paths, spec: DatasetSpec, store: Shard) -> DatasetSummary:
             inputs_hash=str(store.attrs["inputs_sha256"]),
         ),
         findings=tuple(read_findings(paths.quarantine(spec.name))),
-        spectra=mean_spectra(store, spec),
+        spectra=mean_spectra(store, spec, blocks),
         facts=_facts(paths, spec.name, store),
     )
 
@@ -63,8 +66,11 @@ def _facts(paths: Paths, dataset: str, store: Shard) -> Mapping[str, Any]:
     return {key: value for key, value in facts.items() if value not in ("unknown", "")}
 
 
-def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
-    """Return the mean spectrum of each class, or of equally filled bins, of the first target."""
+def mean_spectra(store: Shard, spec: DatasetSpec, blocks: Iterable[np.ndarray]) -> Spectra | None:
+    """Return the mean spectrum of each class, or of equally filled bins, of the first target.
+
+    The spectra of the store are those of `blocks`, each (m, f), one after another.
+    """
     name = next((task.target for task in spec.tasks.values()), "")
     if name not in store.columns:
         return None
@@ -85,5 +91,11 @@ def mean_spectra(store: Shard, spec: DatasetSpec) -> Spectra | None:
         ]
     if not parts:
         return None
-    mean = np.asarray([store.feature[rows].mean(axis=0, dtype=np.float64) for _, rows in parts])
+    total, done = np.zeros((len(parts), len(store.frequency_hz))), 0
+    for block in blocks:
+        for number, (_, rows) in enumerate(parts):
+            some = block[rows[done : done + len(block)]]
+            total[number] += some.sum(axis=0, dtype=np.float64)
+        done += len(block)
+    mean = total / np.array([[np.count_nonzero(rows)] for _, rows in parts])
     return Spectra(store.frequency_hz, tuple(label for label, _ in parts), mean, name)

@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
+    copy,
     has_aliases,
     read_text,
     read_yaml,
@@ -115,7 +116,7 @@ def _registered(
         for kept in KEPT:
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
     if not renamed:
-        write_bytes(paths.features(spec.name), (tree / tree.FEATURES).read_bytes())
+        copy(tree / tree.FEATURES, paths.features(spec.name))
     write_dataset(paths, spec)  # with it all is there: until then nothing that came is removed
     if cache:
         shutil.rmtree(cache, ignore_errors=True)

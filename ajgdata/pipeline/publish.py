@@ -13,8 +13,15 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.code_digest import code_digest
-from ajgdata.store.features import Shard, read_store
-from ajgdata.store.files import json_bytes, replacing_folder, sha256_of, write_bytes, yaml_bytes
+from ajgdata.store.features import Shard, read_labels, spectra_blocks
+from ajgdata.store.files import (
+    copy,
+    json_bytes,
+    replacing_folder,
+    sha256_of,
+    write_bytes,
+    yaml_bytes,
+)
 from ajgdata.store.locks import alone
 from ajgdata.store.provenance import commit_date, settings_digest, software
 from ajgdata.store.publishing import archive, views
@@ -90,7 +97,9 @@ def publish(
     for needed in (features, paths.quarantine(dataset)):
         if not needed.is_file():
             raise DataError(needed, "has not been made", "run `snakemake` first")
-    content = read_store(features)
+    content = read_labels(features)
+    for _ in spectra_blocks(features):  # damage is found before anything is written
+        pass
     version = version or spec.version
     sessions = _sessions(paths, dataset, content)
     sources = _sources(paths, dataset, sessions, content)
@@ -99,7 +108,7 @@ def publish(
         tree = Tree(folder)
         _write_audio(tree, table, sources, each)
         _write(tree, tree.METADATA, table.encoded())
-        _write(tree, tree.FEATURES, features.read_bytes())
+        copy(features, tree / tree.FEATURES)
         _write(tree, tree.DECLARATION, declaration_bytes(spec))
         _write_sessions(tree, paths, dataset, sessions)
         unsealed = sum(not source.is_sealed for source in sources)
@@ -237,7 +246,7 @@ def _describe(
     from ajgdata.report.canvas import encode
     from ajgdata.report.spectra import spectra_figure
 
-    told = summary(paths, spec, store)
+    told = summary(paths, spec, store, spectra_blocks(tree / tree.FEATURES))
     about = About(
         name=spec.name,
         title=told.title,

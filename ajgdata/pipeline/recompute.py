@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import chain
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ajgdata.features.align import shift
 from ajgdata.features.maker import feature_maker
 from ajgdata.paths import SESSION_FILE, Tree
 from ajgdata.pipeline.recordings import examine
-from ajgdata.store.features import Shard, read_store
+from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.publishing.checks import Defect
 from ajgdata.store.publishing.table import FILE_NAME, read_table
 from ajgdata.store.sessions import inside, read_session
@@ -23,10 +24,10 @@ TOLERANCE = 1e-3
 
 
 def spectrum_defects(tree: Tree) -> Iterator[Defect]:
-    """A defect if a spectrum of features.nc is not that of its recording. Nothing is said of what
-    cannot be read: that is found elsewhere."""
+    """A defect if a spectrum of features.nc is not that of its recording, or is damaged. Nothing is
+    said of other things that cannot be read: that is found elsewhere."""
     try:
-        store = read_store(tree / tree.FEATURES)
+        store = read_labels(tree / tree.FEATURES)
         files = {row["recording"]: row[FILE_NAME] for _, row in read_table(tree)[1]}
         settings = json.loads(str(store.attrs["settings"]))
         audio = AudioSettings(**settings["audio"])
@@ -34,9 +35,29 @@ def spectrum_defects(tree: Tree) -> Iterator[Defect]:
         played = _played(tree, store, audio) if features.needs_excitation else {}
     except (DataError, LookupError, TypeError, ValueError):
         return
-    odd, makers = [], dict[str, Callable[[np.ndarray], np.ndarray]]()
     names = [str(name) for name in store.columns["recording"].values]
-    for name, stored in zip(names, store.feature, strict=True):
+    spectra = zip(names, chain.from_iterable(spectra_blocks(tree / tree.FEATURES)), strict=True)
+    try:
+        odd = _odd(tree, spectra, files, audio, features, played)
+    except DataError as error:
+        yield Defect(tree.FEATURES, error.problem)
+        return
+    if odd:
+        more = f" (nor are {len(odd) - 1} others)" if odd[1:] else ""
+        yield Defect(tree.FEATURES, f"its spectrum of {odd[0]} is not that of the file{more}")
+
+
+def _odd(
+    tree: Tree,
+    spectra: Iterable[tuple[str, np.ndarray]],
+    files: Mapping[str, str],
+    audio: AudioSettings,
+    features: FeatureSettings,
+    played: Mapping[str, np.ndarray],
+) -> list[str]:
+    """Return the files whose spectrum is not the one that is stored, of recordings by name."""
+    odd, makers = [], dict[str, Callable[[np.ndarray], np.ndarray]]()
+    for name, stored in spectra:
         if name not in files or not (tree / files[name]).is_file():
             continue
         session = name.partition("/")[0]
@@ -57,9 +78,7 @@ def spectrum_defects(tree: Tree) -> Iterator[Defect]:
         same = expected.shape == stored.shape
         if not same or np.abs(expected - stored).max() > TOLERANCE * np.abs(expected).max():
             odd.append(files[name])
-    if odd:
-        more = f" (nor are {len(odd) - 1} others)" if odd[1:] else ""
-        yield Defect(tree.FEATURES, f"its spectrum of {odd[0]} is not that of the file{more}")
+    return odd
 
 
 def _played(tree: Tree, store: Shard, audio: AudioSettings) -> dict[str, np.ndarray]:

@@ -35,6 +35,7 @@ from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
     Checks,
+    DatasetSummary,
     OpeningPicture,
     Part,
     Report,
@@ -42,7 +43,7 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
-from ajgdata.store.features import read_store
+from ajgdata.store.features import read_labels, read_store, spectra_blocks
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
@@ -133,7 +134,7 @@ def _assembled(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
         commit=software()["git_commit"],
-        datasets=tuple(summary(paths, specs[n], read_store(paths.merged(n))) for n in specs),
+        datasets=tuple(_summary(paths, one) for one in specs.values()),
         sections=tuple(_sections(paths, specs, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
@@ -142,6 +143,11 @@ def _assembled(
         | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
         paper=tuple(paper.values()),
     )
+
+
+def _summary(paths: Paths, spec: DatasetSpec) -> DatasetSummary:
+    store = paths.merged(spec.name)
+    return summary(paths, spec, read_labels(store), spectra_blocks(store))
 
 
 def _read(

@@ -156,7 +156,9 @@ def _rows(store: Shard, target: str, places: np.ndarray) -> Rows:
     missing = np.zeros(len(store.feature), str)
     columns = (store.columns[n].values if n in store.columns else missing for n in names)
     name, known, thing, session, grasp = (column[places] for column in columns)
-    return Rows(name, known, thing, session, grasp, store.feature[places])
+    in_order = np.array_equal(places, np.arange(len(store.feature)))  # mostly: no copy of them all
+    feature = store.feature if in_order else store.feature[places]
+    return Rows(name, known, thing, session, grasp, feature)
 
 
 def _facts(store: Shard, row: int, target: str) -> tuple[tuple[str, str], ...]:

@@ -21,6 +21,8 @@ from ajgdata.store.files import raising_ignored, replacing
 from ajgdata.types import DataError
 
 CHUNK_ROWS = 128
+#: Spectra that are read at once where a store need not be in memory: 17 MB of 1025 bins.
+BLOCK_ROWS = 4096
 #: Keeps h5netcdf from choosing chunks larger than an array without rows.
 _NO_CHUNKS = {"chunking_heuristic": "h5py"}
 #: HDF5 1.10 (2016) and later: its headers and indices carry checksums.
@@ -209,6 +211,15 @@ def read_spectra(path: Path, rows: np.ndarray) -> np.ndarray:
     with reading(path) as store:
         spectra = _variables(store)["feature"][...]
     return spectra if len(rows) == len(spectra) else spectra[rows]
+
+
+def spectra_blocks(path: Path) -> Iterator[np.ndarray]:
+    """Yield the spectra of a store in their order, BLOCK_ROWS (m, f) at a time. Raises DataError
+    for a file that is none."""
+    with reading(path) as store:
+        spectra = _variables(store)["feature"]
+        for start in range(0, len(spectra), BLOCK_ROWS):
+            yield spectra[start : start + BLOCK_ROWS]
 
 
 @contextmanager

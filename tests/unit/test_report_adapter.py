@@ -14,7 +14,9 @@ FEATURE = np.asarray([[1, 3], [3, 5], [9, 9]], np.float32)
 def spectra(kind, column, rows=3):
     spec = DatasetSpec.model_validate(SPEC | {"targets": {"y": {"kind": kind}}})
     columns = {} if column is None else {"y": column}
-    return mean_spectra(Shard(FEATURE[:rows], np.asarray([0.0, 1.0]), columns, {}), spec)
+    store = Shard(FEATURE[:rows], np.asarray([0.0, 1.0]), columns, {})
+    blocks = (FEATURE[row : row + 1] for row in range(rows))
+    return mean_spectra(store, spec, blocks)
 
 
 def test_mean_of_each_class_without_those_that_have_none():

@@ -15,7 +15,7 @@ import yaml
 
 from ajgdata.paths import AUDIO_FOLDER, SESSION_FILE, Tree
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.features import read_store
+from ajgdata.store.features import read_labels
 from ajgdata.store.files import has_aliases, read_json, read_text
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.checksums import files_of, read_checksums
@@ -124,7 +124,7 @@ def published_table(tree: Tree) -> Table:
     metadata.csv."""
     _, rows = read_table(tree)
     names = {row["recording"]: row[FILE_NAME] for _, row in rows}
-    store = read_store(tree / tree.FEATURES)
+    store = read_labels(tree / tree.FEATURES)
     recordings = [str(name) for name in store.columns["recording"].values]
     suffixes = [PurePosixPath(names.get(name, "")).suffix for name in recordings]
     return table_of(store, suffixes, tree / tree.FEATURES)
@@ -237,7 +237,7 @@ def _card(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
 def _declaration(tree: Tree, hashes: Mapping[str, str]) -> Iterator[Defect]:
     """Yield a line for a dataset.yaml or session that is not there or not readable."""
     spec = read_declaration(tree / tree.DECLARATION)
-    store = read_store(tree / tree.FEATURES)
+    store = read_labels(tree / tree.FEATURES)
     if store.attrs.get("data_set") != spec.name:
         problem = (
             f"is of data set {store.attrs.get('data_set')!r}, {tree.DECLARATION} of {spec.name!r}"
