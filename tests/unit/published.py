@@ -136,3 +136,12 @@ def flip(path: Path) -> None:
     content = np.frombuffer(path.read_bytes(), np.uint8).copy()
     content[len(content) // 2] ^= 1
     path.write_bytes(content.tobytes())
+
+
+def spoil_spectra(path: Path) -> None:
+    """Change one bit of the first chunk of spectra of a feature store."""
+    with h5py.File(path) as store:
+        offset = store["feature"].id.get_chunk_info(0).byte_offset
+    content = bytearray(path.read_bytes())
+    content[offset] ^= 1
+    path.write_bytes(content)

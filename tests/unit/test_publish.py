@@ -27,6 +27,7 @@ from published import (
     remake,
     repack,
     reseal,
+    spoil_spectra,
 )
 from typer.testing import CliRunner
 
@@ -203,6 +204,22 @@ def test_a_changed_recording_is_not_published_and_the_old_tree_stays(project, tm
         published(project, out)
     assert contents(out) == before
     assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == [".out.lock"]
+
+
+def test_damaged_spectra_are_neither_published_nor_overlooked(project, tmp_path):
+    published(project, tmp_path / "tree")
+    tree = Tree(tmp_path / "tree")
+    sums = (tree / tree.SUMS).read_bytes()
+    store = project.paths.features("d")
+    store.write_bytes(whole := store.read_bytes())  # of its own: no link to the merged one
+    spoil_spectra(store)
+    with pytest.raises(DataError, match="not a readable feature store"):
+        published(project, tree.root)
+    assert (tree / tree.SUMS).read_bytes() == sums
+    assert (tree / tree.FEATURES).read_bytes() == whole
+    spoil_spectra(tree / tree.FEATURES)
+    reseal(tree)
+    assert [one.file for one in spectrum_defects(tree)] == [tree.FEATURES]
 
 
 def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
