@@ -106,6 +106,11 @@ class Paths:
         """Return the folder of what Snakemake measured of each job."""
         return self.results / "benchmarks"
 
+    @property
+    def logs(self) -> Path:
+        """What jobs said, by rule."""
+        return self.results / "logs"
+
     def dataset(self, dataset: str) -> Path:
         """Declaration of one data set."""
         return self.datasets / dataset / DATASET_FILE

@@ -39,7 +39,8 @@ def main(
     """Print the table."""
     needs = read_yaml(PROFILE)["set-resources"]
     jobs = defaultdict(list)
-    for job in read_benchmarks(Paths(project).benchmarks):
+    paths = Paths(project)
+    for job in read_benchmarks(paths.benchmarks, paths.logs):
         jobs[RENAMED.get(job.rule, job.rule)].append(job)
     table = Table(*("rule", "jobs", "longest s", "peak MiB", "asked MiB", "headroom", "asked min"))
     short = []

@@ -1,6 +1,7 @@
 """Where the time of a run went, job by job: `python tools/flame.py [--results DIR] [--svg FILE]`.
 
-Reads what Snakemake measured of each job (`results/benchmarks`), writes a chart of the last run
+Reads what Snakemake measured of each job (`results/benchmarks`) and what the job itself said
+at its end (`results/logs`), writes a chart of the last run
 (a row per core, a bar per job, coloured by rule; names and figures on hovering) and prints a table
 by rule. A job of an earlier run, before a pause of `--pause-min`, is no part of it.
 """
@@ -133,8 +134,11 @@ def main() -> None:
     options.add_argument("--svg", type=Path, help="default: flame.svg in the results")
     options.add_argument("--pause-min", type=float, default=10.0)
     asked = options.parse_args()
-    folder = asked.results / Paths().benchmarks.relative_to(Paths().results)
-    jobs = last_run(read_benchmarks(folder), asked.pause_min * 60)
+    paths = Paths()
+    folder, logs = (
+        asked.results / p.relative_to(paths.results) for p in (paths.benchmarks, paths.logs)
+    )
+    jobs = last_run(read_benchmarks(folder, logs), asked.pause_min * 60)
     if not jobs:
         sys.exit(f"{folder}: holds no benchmark of a job; run `snakemake` first")
     svg = asked.svg or asked.results / "flame.svg"

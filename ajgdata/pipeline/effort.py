@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Iterable, Sequence
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ajgdata.pipeline.run_summary import Data, many
+from ajgdata.store.benchmarks import used_s
 from ajgdata.store.files import read_text
 
 #: What `extract_features` says at its end.
@@ -50,9 +50,7 @@ def effort(
     read = sum(int(found) for log in logs for found in READ.findall(_text(log)))
     if not local:
         return Effort(wall_s, None, None, jobs, kept, read, whole)
-    used = os.times()
-    cpu = used.user + used.system + used.children_user + used.children_system
-    return Effort(wall_s, cpu, _peak_mb(), jobs, kept, read, whole)
+    return Effort(wall_s, used_s(), _peak_mb(), jobs, kept, read, whole)
 
 
 def _peak_mb() -> float | None:

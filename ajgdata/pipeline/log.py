@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.running import noted_job
+from ajgdata.store.benchmarks import used_line
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
@@ -23,6 +24,7 @@ def logged(log: str) -> Iterator[None]:
         try:
             with noted_job(Paths()), redirect_stdout(stream), redirect_stderr(stream):
                 yield
+            stream.write(f"{used_line()}\n")
         except DataError as error:
             stream.write(f"{error}\n")
             sys.exit(str(error))

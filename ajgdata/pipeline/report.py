@@ -65,6 +65,7 @@ def build_report(
     published: Sequence[str] = (),
     opening: Path | None = None,
     code: str = "",
+    processes: int = 1,
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and name.
 
@@ -72,7 +73,7 @@ def build_report(
     leads to all of them, `pages` are those that other jobs write, `ablations` those that say why
     simulation and paper differ; `published` the data sets whose trees are there, `opening` says
     what the first picture shows. Figures are kept by `code`, the digest of what draws them; without
-    it each is drawn anew.
+    it each is drawn anew. `processes` draw at once.
     """
     from ajgdata.report.kept_figures import KeptFigures
     from ajgdata.report.page import illustrations, render_pages
@@ -97,7 +98,7 @@ def build_report(
         checks=tuple(_checks(studies)),
     )
     kept = KeptFigures(paths.figure_cache, code)
-    figures = draw_figures(illustrations(report), folder, kept)
+    figures = draw_figures(illustrations(report), folder, kept, processes)
     kept.tidy()
     whole = bool(pages or published)
     stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())

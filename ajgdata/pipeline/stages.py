@@ -11,7 +11,7 @@ from ajgdata.evaluate.cost import memory_mb
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
 from ajgdata.report.job_times import JobTime, Stages
-from ajgdata.store.benchmarks import Job, read_benchmarks
+from ajgdata.store.benchmarks import Job, read_benchmarks, used_s
 from ajgdata.store.sessions import list_datasets
 
 #: Rules whose jobs every report on a data set rests on.
@@ -36,14 +36,14 @@ STAGES = {
 
 
 class Stopwatch:
-    """The time that this process has taken since this was made."""
+    """The time that this process, and those it waited for, have taken since this was made."""
 
     def __init__(self) -> None:
-        self.wall_s, self.cpu_s = time.perf_counter(), time.process_time()
+        self.wall_s, self.cpu_s = time.perf_counter(), used_s()
 
     def so_far(self) -> JobTime:
         """Return it as the job of the report."""
-        wall, cpu = time.perf_counter() - self.wall_s, time.process_time() - self.cpu_s
+        wall, cpu = time.perf_counter() - self.wall_s, used_s() - self.cpu_s
         return JobTime("report", (), wall, cpu, memory_mb("VmHWM"))
 
 
@@ -62,7 +62,7 @@ def stages_of(
     others = set(list_datasets(paths)) - set(datasets)
     jobs = [
         job
-        for job in read_benchmarks(paths.benchmarks)
+        for job in read_benchmarks(paths.benchmarks, paths.logs)
         if _known(job) and _belongs(job, datasets, tasks, others, whole)
     ]
     timed = (_timed(job, datasets) for job in jobs)

@@ -7,8 +7,11 @@ folder, where the pages find them.
 from __future__ import annotations
 
 import base64
+import multiprocessing
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,14 +48,18 @@ def picture(illustration: Illustration, folder: str) -> Picture:
 
 
 def draw_figures(
-    illustrations: Iterable[Illustration], folder: Path, kept: KeptFigures | None = None
+    illustrations: Iterable[Illustration],
+    folder: Path,
+    kept: KeptFigures | None = None,
+    processes: int = 1,
 ) -> dict[str, Picture]:
     """Draw figures, save them to `folder`, one of the report's, and return them by name.
 
-    What is in `kept` is not drawn again, and what is drawn goes there. Raises ValueError, before
-    anything is drawn, if two would share a file name.
+    What is in `kept` is not drawn again, and what is drawn goes there. Where a process can be
+    copied (Linux), `processes` draw at once. Raises ValueError, before anything is drawn, if two
+    would share a file name.
     """
-    from ajgdata.report.canvas import draw, encoded, write_figure
+    from ajgdata.report import canvas  # noqa: F401  loaded once, before the process is copied
 
     listed = list(illustrations)
     names = Counter(one.name for one in listed)
@@ -61,16 +68,47 @@ def draw_figures(
             f"two figures would share a file name, {twice[0]}: rename a data set, task or embedding"
         )
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
-    drawn = {}
-    for one in listed:
-        files = kept.read(one) if kept else {}
-        if not files:
-            files = encoded(draw(one))
-            if kept:
-                kept.keep(one, files)
-        write_figure(files, folder / one.name)
-        drawn[one.name] = picture(one, folder.name)
-    return drawn
+    task = partial(_draw_one, listed, folder, kept)
+    if processes > 1 and len(listed) > 1 and "fork" in multiprocessing.get_all_start_methods():
+        _each_in_a_copy(task, len(listed), processes)
+    else:
+        for number in range(len(listed)):
+            task(number)
+    return {one.name: picture(one, folder.name) for one in listed}
+
+
+def _draw_one(
+    listed: Sequence[Illustration], folder: Path, kept: KeptFigures | None, number: int
+) -> None:
+    from ajgdata.report.canvas import draw, encoded, write_figure
+
+    one = listed[number]
+    files = kept.read(one) if kept else {}
+    if not files:
+        files = encoded(draw(one))
+        if kept:
+            kept.keep(one, files)
+    write_figure(files, folder / one.name)
+
+
+_TASK: list[Callable[[int], None]] = []
+
+
+def _each_in_a_copy(task: Callable[[int], None], count: int, processes: int) -> None:
+    """Call `task` with the numbers below `count` in copies of this process, which have what could
+    not be sent to others: figures are drawn by functions made on the way."""
+    _TASK[:] = [task]
+    try:
+        context = multiprocessing.get_context("fork")
+        with ProcessPoolExecutor(min(processes, count), context) as pool:
+            for _ in pool.map(_call, range(count)):
+                pass
+    finally:
+        _TASK.clear()
+
+
+def _call(number: int) -> None:
+    _TASK[0](number)
 
 
 def render(

@@ -1,10 +1,16 @@
-"""Benchmark files of Snakemake: time and memory of each job."""
+"""Benchmark files of Snakemake: time and memory of each job.
+
+Snakemake looks at a job every half a second, later every half a minute, and tells the processor
+time that it saw last. So a job itself says in the last line of its log what it took.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +18,7 @@ from ajgdata.store.files import read_text
 from ajgdata.types import DataError
 
 MIB = 2**20 / 1e6  #: Snakemake's unit of memory, in 1e6 bytes
+_USED = re.compile(r"^(\d+\.\d+) s of processor time$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -27,9 +34,20 @@ class Job:
     ended_s: float
 
 
-def read_benchmarks(folder: Path) -> list[Job]:
+def used_s() -> float:
+    """Return the processor time (s) of this process and of those that it waited for."""
+    took = os.times()
+    return took.user + took.system + took.children_user + took.children_system
+
+
+def used_line() -> str:
+    """Return the last line of a job's log."""
+    return f"{used_s():.2f} s of processor time"
+
+
+def read_benchmarks(folder: Path, logs: Path) -> list[Job]:
     """Return jobs by the file names `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`, in their
-    order.
+    order. What a log of the same name in `logs` says of the job's processor time is believed.
 
     Raises DataError for a file that is none of Snakemake's.
     """
@@ -44,6 +62,9 @@ def read_benchmarks(folder: Path) -> list[Job]:
                 problem = "is no benchmark file of Snakemake's"
                 raise DataError(path, problem, "delete it and run again") from None
             wildcards, ended = tuple(filter(None, parts.split("."))), path.stat().st_mtime
+            log = logs / path.relative_to(folder).with_suffix(".log")
+            told = _USED.findall(read_text(log)) if log.is_file() else []
+            cpu = float(told[-1]) if told else cpu
             jobs.append(Job(rule, wildcards, wall, cpu, memory * MIB, ended))
     return jobs
 

@@ -101,3 +101,22 @@ def test_a_digest_tells_every_digit_and_every_value():
     assert made_of(many) == made_of(many.copy()) != made_of(other)
     assert made_of(0.1) != made_of(np.nextafter(0.1, 1)) != ""
     assert made_of(object()) == ""  # it does not say what it is
+
+
+def test_several_processes_draw_the_same_and_pass_on_what_is_wrong(tmp_path):
+    def figures(wrong=False):
+        made = [figure_of(height)._replace(name=f"{height}") for height in (1, 2, 3)]
+        return [*made, made[0]._replace(name="x", draw=lambda: 1 / 0)] if wrong else made
+
+    draw_figures(figures(), tmp_path / "alone")
+    DRAWN.clear()
+    kept = KeptFigures(tmp_path / "kept", "code")
+    shown = draw_figures(figures(), tmp_path / "together", kept, processes=2)
+    assert list(shown) == ["1", "2", "3"] and DRAWN == []  # not in this process
+    assert len(list(kept.folder.iterdir())) == 3
+    files = sorted((tmp_path / "alone").iterdir())
+    assert len(files) == 9
+    for file in files:
+        assert file.read_bytes() == (tmp_path / "together" / file.name).read_bytes()
+    with pytest.raises(ZeroDivisionError):
+        draw_figures(figures(wrong=True), tmp_path / "wrong", processes=2)

@@ -50,15 +50,20 @@ def job(begun: float, ended: float) -> Job:
 
 
 def test_benchmark_files_are_read_in_their_units(paths):
-    jobs = {(one.rule, one.parts): one for one in read_benchmarks(paths.benchmarks)}
+    jobs = {(one.rule, one.parts): one for one in read_benchmarks(paths.benchmarks, paths.logs)}
     one = jobs["experiment", ("a", "t", "cross_validation-knn")]
     assert (one.wall_s, one.cpu_s, one.ended_s) == (4, 2, 112)
     assert one.peak_mb == pytest.approx(104.8576)  # 100 MiB
     assert math.isnan(jobs["merge", ("a",)].cpu_s)
     assert jobs["collect", ()].wall_s == 1
+    log = paths.logs / "merge/a.log"
+    log.parent.mkdir(parents=True)
+    log.write_text("1.00 s of processor time\n2.50 s of processor time\n")
+    merge = next(j for j in read_benchmarks(paths.benchmarks, paths.logs) if j.rule == "merge")
+    assert merge.cpu_s == 2.5  # its own last word
     (paths.benchmarks / "x.tsv").write_text("a\tb\n1\t2\n")
     with pytest.raises(DataError, match="no benchmark file of Snakemake's"):
-        read_benchmarks(paths.benchmarks)
+        read_benchmarks(paths.benchmarks, paths.logs)
 
 
 @pytest.mark.parametrize(

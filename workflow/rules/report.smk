@@ -28,6 +28,7 @@ rule report:
         str(PATHS.benchmark("report"))
     conda:
         "../../environment.yml"
+    threads: workflow.cores
     params:
         datasets=list(PLANS),
         tasks=MEASURED,

@@ -19,4 +19,5 @@ with logged(snakemake.log[0]):
         published=snakemake.params.published,
         opening=Paths().opening if snakemake.params.opening else None,
         code=snakemake.params.code,
+        processes=snakemake.threads,
     )
