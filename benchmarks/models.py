@@ -47,13 +47,10 @@ def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarr
 def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
     """Return s of training, s of predicting a thousand, and the largest memory in MB."""
     features, y, grasp = repeated(store, target, count)
-    if not limited:
-        limits.most_recordings = lambda _: None  # as for a model that declares none
-        from ajgdata.models import tuning
-
-        tuning.MOST_TO_CHOOSE = sys.maxsize
+    free = () if limited else (*limits.MOST, limits.CHOOSING)
+    limits.MOST_HOURS = float("inf")
     before = memory_mb("VmRSS")
-    with threadpool_limits(limits=1):
+    with threadpool_limits(limits=1), limits.declared(dict.fromkeys(free, sys.maxsize)):
         begun = time.process_time()
         fitted = fit_model(make_model(model, "classification"), features, y, grasp)
         trained = time.process_time()
@@ -83,7 +80,8 @@ def rows_of(
         found = apart(store, target, model, count, "limited")
         used = int(found["used"])
         expected = extrapolated(free, count)
-        chosen = model in ("knn", "svm", "linear", "ridge") and count > limits.MOST_TO_CHOOSE
+        tuned = model in ("knn", "svm", "linear", "ridge")
+        chosen = tuned and count > limits.CHOOSE.get(model, limits.MOST_TO_CHOOSE)
         if used == count and not chosen:
             free[count], without = found["train_s"], ""
         elif expected is None or expected <= most_s:

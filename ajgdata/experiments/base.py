@@ -109,6 +109,7 @@ class Inputs:
     withhold: Sequence[float] = ()
     classes: Sequence[str] = ()
     min_groups: int = 0
+    most_recordings: Mapping[str, int] = field(default_factory=dict)
     audio: AudioSettings = field(default_factory=AudioSettings)
     features: FeatureSettings = field(default_factory=FeatureSettings)
     recordings: Recordings | None = None

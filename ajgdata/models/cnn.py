@@ -48,7 +48,7 @@ class _Cnn(BaseEstimator):
 
     module_: SpectrumCnn
     n_features_in_: int
-    most_recordings = 10_000  #: each takes more than one step; see `models.limits`
+    limit_name = "cnn"  #: of the recordings that it learns from, see `models.limits`
 
     def __init__(
         self,

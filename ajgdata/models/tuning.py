@@ -18,7 +18,7 @@ from sklearn.utils import get_tags
 from sklearn.utils.metaestimators import _BaseComposition, available_if
 from sklearn.utils.validation import check_is_fitted
 
-from ajgdata.models.limits import MOST_TO_CHOOSE, learned_rows, thinned
+from ajgdata.models.limits import check_cost, learned_rows, most_to_choose, thinned
 from ajgdata.models.shared_steps import SharedPart
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
@@ -42,7 +42,7 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     `candidates` are pairs of a name and an unfitted estimator, all of one kind. Classes count by
     accuracy, numbers by their mean square error, with a `period` the shortest way round. Without
     groups, or with one alone, nothing can be chosen without flattering, nor by training on one
-    recording: the first is taken, and `reason_` says why. Of more than MOST_TO_CHOOSE recordings
+    recording: the first is taken, and `reason_` says why. Of more than `most_to_choose` recordings
     some of each group choose. `while_choosing` are settings of all candidates on the inner folds
     alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
     `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice),
@@ -113,8 +113,9 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
             self.reason_ = NO_GROUPS
             return 0
         count = len(y)
-        if count > MOST_TO_CHOOSE:
-            some = thinned(np.asarray(groups), MOST_TO_CHOOSE, y)
+        most = most_to_choose(self.candidates[0][1])
+        if count > most:
+            some = thinned(np.asarray(groups), most, y)
             X, y, groups = X[some], y[some], np.asarray(groups)[some]
         classes = get_tags(self).estimator_type == "classifier"
         folds = inner_folds(y, np.asarray(groups), classes, self.random_state)
@@ -124,6 +125,8 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         if min(len(train) for train, _ in folds) < 2:
             self.reason_ = ONE_ROW
             return 0
+        fits = len(self.candidates) * len(folds)
+        check_cost(self.candidates[0][1], len(folds[0][0]), fits)
         score = self._scored(X, y, folds)
         names = [name for name, _ in self.candidates]
         self.failed_ = tuple(np.array(names)[~np.isfinite(score)].tolist())

@@ -51,6 +51,7 @@ def train_model(
     classes: Sequence[str] = (),
     min_groups: int = 0,
     period_deg: float | None = None,
+    most_recordings: Mapping[str, int] | None = None,
     task: str = "",
 ) -> None:
     """Fit `model` on all recordings of `store` that have `target` and write it into `folder`, with
@@ -64,6 +65,7 @@ def train_model(
 
     from ajgdata.evaluate.in_use import calibration
     from ajgdata.models import chosen, fit_model, make_model, network_state, recordings_used
+    from ajgdata.models.limits import declared
 
     shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
@@ -77,23 +79,22 @@ def train_model(
         if min_groups:
             classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
         data = task_data(shard, target, kind, groups, classes)
-        with threadpool_limits(limits=1):
+        with threadpool_limits(limits=1), declared(most_recordings or {}):
             fitted = fit_model(unfitted, data.feature, data.value, data.group)
             estimator, choice = chosen(fitted)
+            used = recordings_used(estimator, len(data.name))
+            found = calibration(
+                data.feature, data.value, data.group, grasp := _grasps(shard, data),
+                model=model, kind=kind, seed=seed, period=period_deg,
+            )  # fmt: skip
     except NotPossibleError as error:
         write_about(folder, {**about, "skipped": str(error)})
         return
-    grasp = _grasps(shard, data)
-    found = calibration(
-        data.feature, data.value, data.group, grasp,
-        model=model, kind=kind, seed=seed, period=period_deg,
-    )  # fmt: skip
     about |= json.loads(str(shard.attrs["settings"]))  # audio and features
     about |= {"recordings": len(data.name), "frequency_hz": shard.frequency_hz}
     about |= {"classes": np.unique(data.value).tolist() if kind == "classification" else []}
     about |= {"calibration": found.plain()}
     about |= {"tuning": choice} if choice else {}
-    used = recordings_used(estimator, len(data.name))
     about |= {"trained_on": used} if used < len(data.name) else {}
     write_guard(folder, _guarding(shard, target, kind, data, grasp))
     if state := network_state(estimator):

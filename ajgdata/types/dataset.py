@@ -42,7 +42,10 @@ class ImportSettings(Strict):
         return self
 
 
-TRAINING = ("target", "classes", "min_groups", "kind", "unit", "groups", "period_deg")
+TRAINING = (
+    *("target", "classes", "min_groups", "kind", "unit", "groups", "period_deg"),
+    "most_recordings",
+)
 
 
 class DatasetSpec(Strict):
@@ -158,6 +161,7 @@ class DatasetSpec(Strict):
             "folds": settings.folds,
             "withhold": list(settings.withhold),
             "period_deg": settings.period_deg,
+            "most_recordings": dict(settings.most_recordings),
         }
 
     @property

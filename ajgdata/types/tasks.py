@@ -12,6 +12,8 @@ from ajgdata.types.base import ModelName, Name, Strict
 CROSS_VALIDATION = "cross_validation"
 #: Settings of cross-validation among those of a task.
 OWN = ("models", "compare_random", "compare_sessions", "repeats", "test_on", "bands")
+#: Models of which it can be said how many recordings they learn from, and the choice of tuned ones.
+Limited = Literal["cnn", "linear", "ridge", "knn", "svm", "boosting", "forest", "mlp", "choosing"]
 COMPARE_SESSIONS = (
     "also evaluate folds within each session and across sessions, where there are two or more; "
     "auto: by k-NN and the plain linear models, and by every model of at most 200 recordings"
@@ -33,6 +35,13 @@ class Task(Strict):
     folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
     models: tuple[ModelName, ...] = Field(
         ("cnn", "linear", "knn"), description="models that are trained and evaluated"
+    )
+    most_recordings: dict[Limited, Annotated[int, Field(ge=10)]] = Field(
+        {},
+        description="recordings that a model learns from at most, e.g. {svm: 2000, cnn: 50000}, "
+        "evenly of all groups and classes; choosing: those that tuned models are chosen on. What "
+        "is not here keeps its own limit (docs/models.md); what would take hours is refused, with "
+        "an estimate",
     )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"

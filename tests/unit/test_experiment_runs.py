@@ -65,6 +65,18 @@ def paths(tmp_path_factory):
     return made
 
 
+def test_a_task_says_how_many_recordings_a_model_learns_from(tmp_path):
+    made = Paths(tmp_path)
+    write_store(made.merged("d"), small_store(), {})
+    asked = next(one for one in asked_for({"d": SPEC}, [("d", "t")]) if "-" in one.kinds[0])
+    kind, table = asked.kinds[0], made.experiment("d", "t", asked.kinds[0])
+    run(made, asked, split=SPLIT | {"most_recordings": {"linear": 10}})
+    scores = next(one for one in read_tables(table)[1] if one.name == "scores")
+    told = {row["metric"]: row["value"] for row in scores.where(part="training of grouped").rows}
+    assert kind == "cross_validation-linear_plain"
+    assert told["trained_on"] == 10 < told["available"]
+
+
 def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, str]]]:
     asked = asked_for({"d": SPEC}, [("d", "t")])
     documents = [("d", "t", kind) for one in asked for kind in one.kinds]
