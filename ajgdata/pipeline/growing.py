@@ -29,7 +29,7 @@ from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DatasetSpec
 
 #: Jobs that end sooner after the last one leave the page as it is.
-EVERY_S = 20.0
+EVERY_S = 60.0
 #: The page has this time (s; 1 January 1996): older than all that the report is made of, so that a
 #: run which finds it, left by one that was killed or failed, makes the report.
 BACKDATED_S = 820_454_400
