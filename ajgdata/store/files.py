@@ -17,6 +17,7 @@ from typing import Any
 import yaml
 
 from ajgdata.store.locks import own_folder
+from ajgdata.store.yaml_loading import yaml_node, yaml_value
 from ajgdata.types import DataError
 
 #: Key of the hash of all else in a JSON document.
@@ -170,24 +171,10 @@ def read_text(path: Path) -> str:
     return text
 
 
-class _Loader(yaml.SafeLoader):
-    """The safe loader, which also refuses a key that stands twice: the first would be ignored."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode)]
-        for number, key in enumerate(keys):
-            if key in keys[:number]:
-                where = node.value[number][0].start_mark
-                raise yaml.MarkedYAMLError(problem=f"key {key!r} stands twice", problem_mark=where)
-        return super().construct_mapping(node, deep=deep)
-
-
 def read_yaml(path: Path) -> dict[str, Any]:
     """Return a YAML mapping (safe loader)."""
-    loader = None
     try:
-        loader = _Loader(read_text(path))
-        content = loader.get_single_data()
+        content = yaml_value(read_text(path))
     # ValueError: a date such as 2024-13-45; RecursionError: a thousand brackets
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -196,9 +183,6 @@ def read_yaml(path: Path) -> dict[str, Any]:
         raise DataError(
             place, f"not valid YAML ({reason})", "correct the indentation or quoting"
         ) from None
-    finally:
-        if loader:
-            loader.dispose()
     if not isinstance(content, dict):
         raise DataError(path, "holds no keys", "write it as `key: value` lines")
     return content
@@ -218,11 +202,7 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
     Where it leads to what is not there (a key that is missing, the name of an alternative), the
     line is that of the last thing that is.
     """
-    loader = _Loader(read_text(path))
-    try:
-        node, line = loader.get_single_node(), 1
-    finally:
-        loader.dispose()
+    node, line = yaml_node(read_text(path)), 1
     for step in place:
         if isinstance(node, yaml.MappingNode):
             pairs = [pair for pair in node.value if pair[0].value == str(step)]
