@@ -29,7 +29,7 @@ from ajgdata.pipeline.experiments import (
     models_of,
     tasks_by_report,
 )
-from ajgdata.pipeline.inputs import Inputs
+from ajgdata.pipeline.inputs import Inputs, dates_mended
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.run_summary import lines, summarise

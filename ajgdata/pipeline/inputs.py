@@ -6,6 +6,7 @@ a data set are dealt with when the inputs of its first job are asked for, not wh
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.plan import DatasetPlan
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.store import manifest
+from ajgdata.store.clock import latest_s, mend_dates
 from ajgdata.store.files import link_or_copy, write_bytes, write_if_changed
 from ajgdata.store.sessions import dropped_sessions, incomplete_sessions
 
@@ -63,7 +65,24 @@ class Inputs:
         for path, content in pending(self.paths, dataset, self.plans[dataset]).items():
             replaced[path] = self.scratch / path.absolute().relative_to(self.paths.root.absolute())
             write_bytes(replaced[path], content)
+        latest = latest_s(*_results(self.paths)) if replaced else 0.0
+        for path in replaced.values():
+            if latest >= path.stat().st_mtime:  # the clock was set back
+                os.utime(path, (latest + 1,) * 2)
         return replaced
+
+
+def dates_mended(paths: Paths) -> str:
+    """Date results that bear dates to come as of now: else no change would make them anew. Return
+    what is to be said of it, "" if there are none."""
+    if count := mend_dates(*_results(paths)):
+        return f"{count} results bore dates to come, as when a clock is set back: now dated today"
+    return ""
+
+
+def _results(paths: Paths) -> tuple[Path, list[Path]]:
+    """Return the folder of results, and the one in it whose folders are no results of jobs."""
+    return paths.results, [paths.published("")]
 
 
 def update(paths: Paths, dataset: str, plan: DatasetPlan) -> None:

@@ -17,7 +17,7 @@ import h5netcdf
 import h5py
 import numpy as np
 
-from ajgdata.store.files import raising_ignored, replacing
+from ajgdata.store.hdf5 import check_texts, writing
 from ajgdata.types import DataError
 
 CHUNK_ROWS = 128
@@ -25,8 +25,6 @@ CHUNK_ROWS = 128
 BLOCK_ROWS = 4096
 #: Keeps h5netcdf from choosing chunks larger than an array without rows.
 _NO_CHUNKS = {"chunking_heuristic": "h5py"}
-#: HDF5 1.10 (2016) and later: its headers and indices carry checksums.
-FORMAT = ("v110", "v110")
 CONVENTIONS = "CF-1.11"
 #: A store may claim so many times the bytes of its file, plus `SMALL_BYTES`. Spectra are not
 #: compressed and are most of a store, so that real ones claim about what they have.
@@ -88,11 +86,7 @@ def write_blocks(
     """Write what `write_store` does, with the spectra of `blocks`, each (m, f), one after another,
     in place of those of `labels`: one block is held at a time."""
     rows, bins = len(labels.feature), len(labels.frequency_hz)
-    with (
-        replacing(path) as temporary,
-        raising_ignored(),
-        h5netcdf.File(temporary, "w", libver=FORMAT) as store,
-    ):
+    with writing(path) as store:
         store.attrs.update({"Conventions": CONVENTIONS, **labels.attrs})
         store.dimensions = {"recording": rows, "frequency": bins}
         axis = store.create_variable(
@@ -228,6 +222,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
     _check_made(path)
     try:
         with h5py.File(path, "r") as store:
+            check_texts(store)
             yield store
     except DAMAGE:
         raise DataError(path, "not a readable feature store", "delete it and run again") from None

@@ -14,19 +14,19 @@ import numpy as np
 from ajgdata.store.features import (
     CONVENTIONS,
     DAMAGE,
-    FORMAT,
     Column,
     axes_of,
     plain,
     read_column,
     write_column,
 )
-from ajgdata.store.files import raising_ignored, replacing
+from ajgdata.store.hdf5 import check_texts, writing
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_UNREADABLE = "not a readable file of latents", "delete it, run again"
 LATENT, UNSEEN = "latent_", "unseen_"
 VALIDATION_FOLD, UNSEEN_FOLD = "validation_fold", "unseen_fold_of"
 
@@ -52,11 +52,7 @@ class Latents:
 def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
     folds = {VALIDATION_FOLD: latents.validation_fold, UNSEEN_FOLD: latents.unseen_fold}
-    with (
-        replacing(path) as temporary,
-        raising_ignored(),
-        h5netcdf.File(temporary, "w", libver=FORMAT) as store,
-    ):
+    with writing(path) as store:
         store.attrs.update({"Conventions": CONVENTIONS, **latents.attrs})
         store.dimensions["recording"] = len(latents.validation_fold)
         for name, column in sorted(latents.columns.items()):
@@ -87,6 +83,7 @@ def read_latents(path: Path) -> Latents:
     """Return the latents in a file. Raises DataError for a file that is none."""
     try:
         with h5py.File(path, "r") as store:
+            check_texts(store)
             columns = {
                 name: read_column(variable)
                 for name, variable in store.items()
@@ -101,7 +98,7 @@ def read_latents(path: Path) -> Latents:
             attrs = {k: plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
         folds = [columns.pop(name).values for name in (VALIDATION_FOLD, UNSEEN_FOLD)]
     except DAMAGE:
-        raise DataError(path, "not a readable file of latents", "delete it, run again") from None
+        raise DataError(path, *_UNREADABLE) from None
     latent = dict(sorted(latent.items()))
     return Latents(latent, folds[0], unseen[0] if unseen else None, folds[1], columns, attrs)
 
@@ -116,6 +113,11 @@ def open_latents(path: Path) -> xr.Dataset:
 
     if not path.is_file():
         raise DataError(path, "these latents have not been made", "run `snakemake` first")
+    try:
+        with h5py.File(path, "r") as store:
+            check_texts(store)
+    except DAMAGE:
+        raise DataError(path, *_UNREADABLE) from None
     dataset = xr.open_dataset(path, engine="h5netcdf", chunks=None)
     return dataset.set_coords([n for n in dataset.variables if not _is_latent(str(n))])
 

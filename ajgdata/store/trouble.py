@@ -45,8 +45,10 @@ def machine_trouble(error: BaseException) -> DataError | None:
 
 
 def _trouble(error: BaseException) -> DataError | None:
-    if isinstance(error, MemoryError) or (
-        isinstance(error, (RuntimeError, ImportError)) and _NO_MEMORY.search(str(error))
+    if (
+        isinstance(error, MemoryError)
+        or (isinstance(error, OSError) and error.errno == errno.ENOMEM)
+        or (isinstance(error, (RuntimeError, ImportError)) and _NO_MEMORY.search(str(error)))
     ):
         return DataError("memory", "there is not enough", _MEMORY)
     if not isinstance(error, (OSError, RuntimeError)):

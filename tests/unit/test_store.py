@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import ajgdata
 from ajgdata.store.features import (
+    CONVENTIONS,
     Column,
     Shard,
     concatenate,
@@ -21,6 +22,8 @@ from ajgdata.store.features import (
     text_column,
     write_store,
 )
+from ajgdata.store.hdf5 import HEAPS, SEAL
+from ajgdata.store.latents import Latents, open_latents, read_latents, write_latents
 from ajgdata.store.open_xarray import open_store
 from ajgdata.types import DataError
 
@@ -95,6 +98,8 @@ def test_xarray_reads_it(tmp_path):
     assert set(features.data_vars) == {"feature"}
     assert features.attrs["source"] == "recorded"
     with xr.open_dataset(path) as plain:  # which knows nothing of this library
+        for hidden in (HEAPS, SEAL):
+            del plain.attrs[hidden]
         xr.testing.assert_identical(features, plain.load())
     chosen = features["feature"].sel(recording="s1/003", frequency=slice(100, 300))
     np.testing.assert_array_equal(chosen, sample().feature[3, 4:10])
@@ -247,15 +252,17 @@ def test_what_is_no_store(tmp_path, content):
 
 
 def test_damage_is_noticed(tmp_path):
-    """A flipped byte gives an error or changes no value: chunks carry a checksum."""
+    """A flipped byte gives an error or changes nothing: all that is read carries a checksum."""
     path = tmp_path / "x.nc"
     write_store(path, sample(), FEATURE_ATTRS)
     content = path.read_bytes()
     heap = content.index(b"GCOL")  # texts of attributes; HDF5 may never end in a damaged one
     beyond = heap + int.from_bytes(content[heap + 8 : heap + 16], "little")
     assert content.count(b"GCOL") == 1
+    elsewhere = np.r_[:heap, beyond : len(content)]
+    generator = np.random.default_rng(3)
     refused = 0
-    for at in np.random.default_rng(3).choice(np.r_[:heap, beyond : len(content)], 300, False):
+    for at in [*generator.choice(elsewhere, 300, False), *range(heap, beyond, 7)]:
         damaged = bytearray(content)
         damaged[at] ^= 0xFF
         path.write_bytes(damaged)
@@ -264,9 +271,34 @@ def test_damage_is_noticed(tmp_path):
         except DataError:
             refused += 1
             continue
-        if read.feature.shape == (5, 17):
-            np.testing.assert_array_equal(read.feature, sample().feature)
-    assert refused
+        assert not heap <= at < beyond
+        assert_same(sample(), read)
+        assert dict(read.attrs) == {"Conventions": CONVENTIONS, **sample().attrs}
+    assert refused > (beyond - heap) // 7
+
+
+def test_a_store_without_a_hash_of_its_texts_is_read_as_it_is(tmp_path):
+    """As those that were published before there was one."""
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    with h5py.File(path, "r+") as store:
+        del store.attrs[HEAPS], store.attrs[SEAL]
+    assert_same(sample(), read_store(path))
+
+
+def test_a_changed_text_of_latents_is_noticed(tmp_path):
+    path = tmp_path / "latents.nc"
+    columns = {"recording": text_column(["a", "b"]), "edge_mm": Column(np.r_[1, 2], {"units": "m"})}
+    latent = {2: np.zeros((1, 1, 2, 2), np.float32)}
+    none = np.full(2, -1)
+    write_latents(path, Latents(latent, none, None, none, columns, {"settings": "of it"}))
+    assert read_latents(path).attrs["settings"] == "of it"
+    content = path.read_bytes()
+    assert content.count(b"of it") == 1
+    path.write_bytes(content.replace(b"of it", b"on it"))
+    for read in (read_latents, open_latents):
+        with pytest.raises(DataError, match="not a readable file of latents"):
+            read(path)
 
 
 def test_load_features_says_what_to_do(tmp_path):

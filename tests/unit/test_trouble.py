@@ -19,6 +19,7 @@ from ajgdata.store.trouble import machine_trouble
         (errno.EROFS, "a/b: it can only be read, not written; write elsewhere"),
         (errno.EACCES, "a/b: the system does not permit it; check who owns it"),
         (errno.EMFILE, "a/b: too many files are open; raise the limit"),
+        (errno.ENOMEM, "memory: there is not enough; close other programs"),
     ],
 )
 def test_the_system_says_no(number, said):

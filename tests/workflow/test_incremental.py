@@ -139,6 +139,20 @@ def test_a_new_label_recomputes_no_feature(project):
     assert project.planned(*END) == {"merge": 1, **TASKS}
 
 
+def test_a_change_counts_after_a_clock_was_set_back(project):
+    next_year = time.time() + 365 * 86_400
+    for path in project.paths.results.rglob("*.*"):
+        os.utime(path, (next_year,) * 2)
+    assert project.planned(*END) == {}
+    edit_table(project, "day1", lambda rows: rows[0].update(pitch="high"))
+    assert project.planned(*END) == {"merge": 1, **TASKS}
+    assert "results bore dates to come" in project.snakemake(*STORE)
+    assert read_store(project.paths.features("tones")).columns["pitch"].values[0] == "high"
+    assert max(p.stat().st_mtime for p in project.paths.results.rglob("*")) <= time.time()
+    assert project.planned(*END) == TASKS
+    assert project.planned(*STORE) == {}
+
+
 def test_a_new_session_redoes_no_other(project):
     day1, day3 = project.folder("day1"), project.folder("day3")
     (day3 / "audio").mkdir(parents=True)

@@ -15,8 +15,9 @@ def process_mode():
 @cache
 def note_this_run():
     """Note that this run is alive, once, and say if others are."""
-    if said := note_run(PATHS, local=workflow.local_exec):
-        print(said, file=sys.stderr)
+    for said in (note_run(PATHS, local=workflow.local_exec), dates_mended(PATHS)):
+        if said:
+            print(said, file=sys.stderr)
 
 
 def noted(wildcards):
