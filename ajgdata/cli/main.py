@@ -51,9 +51,9 @@ def main() -> None:
     """Run the command; what is wrong with the data is said in one line."""
     try:
         app()
-    except (DataError, OSError, MemoryError, RuntimeError) as error:
+    except (DataError, OSError, MemoryError, RuntimeError, ImportError) as error:
         known = error if isinstance(error, DataError) else machine_trouble(error)
-        if known is None and isinstance(error, RuntimeError):
+        if known is None and isinstance(error, (RuntimeError, ImportError)):
             raise  # a bug
         err.print(f"[red]error[/red] {escape(str(known or error))}", soft_wrap=True)
         sys.exit(1)

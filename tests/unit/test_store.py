@@ -1,6 +1,7 @@
 """The feature store: equal values through every reader, equal bytes for equal content."""
 
 import gc
+import resource
 import time
 from dataclasses import replace
 
@@ -275,6 +276,27 @@ def test_damage_is_noticed(tmp_path):
         assert_same(sample(), read)
         assert dict(read.attrs) == {"Conventions": CONVENTIONS, **sample().attrs}
     assert refused > (beyond - heap) // 7
+
+
+def test_a_store_that_finds_no_room_is_told_and_never_there(tmp_path, capfd):
+    """HDF5 would crash, or complain of each of its parts."""
+    path = tmp_path / "folder" / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    whole = path.read_bytes()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for room in range(0, len(whole), len(whole) // 9):
+        path.unlink(missing_ok=True)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+        try:
+            with pytest.raises(OSError, match="File too large"):
+                write_store(path, sample(), FEATURE_ATTRS)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert list(path.parent.iterdir()) == []
+    gc.collect()
+    assert capfd.readouterr() == ("", "")
+    write_store(path, sample(), FEATURE_ATTRS)
+    assert path.read_bytes() == whole
 
 
 def test_a_store_without_a_hash_of_its_texts_is_read_as_it_is(tmp_path):
