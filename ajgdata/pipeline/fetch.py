@@ -82,7 +82,7 @@ def fetch(
     with ExitStack() as held:
         if is_web(source):
             held.enter_context(alone(cache_of(paths.fetched, source), f"fetching {source}"))
-        tree, hashes, cache = _brought(paths, source, sha256, each, retries)
+        tree, hashes, cache = _brought(paths, source, name, sha256, each, retries)
         spec, dropped = _declared(paths, tree, name)
         held.enter_context(alone(paths.recordings(spec.name), BRINGING))
         return _registered(paths, tree, hashes, cache, spec, dropped, renamed=bool(name))
@@ -130,17 +130,20 @@ def folder_sums(paths: Paths, dataset: str) -> Path:
 
 
 def _brought(
-    paths: Paths, source: str, sha256: str, each: Each, retries: int
+    paths: Paths, source: str, name: str, sha256: str, each: Each, retries: int
 ) -> tuple[Tree, dict[str, str], Path | None]:
     """Return the tree with everything that is needed of it, its hashes right; its folder if it is a
-    cache."""
+    cache. Its declaration comes first: a name that is taken is refused before the rest is brought.
+    """
     if is_web(source):
         cache = cache_of(paths.fetched, source)
         download = Download(source, cache, retries)
         hashes = read_checksums(download.sums(sha256))
         needed = _needed(cache / Tree.SUMS, hashes)
-        download.files(hashes, needed, each)
         tree = Tree(cache)
+        download.files(hashes, [tree.DECLARATION], iter)
+        _check_free(paths, name or _declaration(tree).name, tree, cache)
+        download.files(hashes, needed, each)
     else:
         tree, cache = Tree(Path(source)), None
         if not (tree / tree.SUMS).is_file():
@@ -153,12 +156,22 @@ def _brought(
             raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
         hashes = read_checksums(tree / tree.SUMS)
         needed = _needed(tree / tree.SUMS, hashes)
+        _check_file(tree, tree.DECLARATION, hashes[tree.DECLARATION])
+        _check_free(paths, name or _declaration(tree).name, tree, cache)
         for file in each(needed):
             _check_file(tree, file, hashes[file])
     for file in needed:
         if file not in (tree.ARCHIVE, tree.FEATURES):
             _check_text(tree, file)
     return tree, hashes, cache
+
+
+def _declaration(tree: Tree) -> DatasetSpec:
+    """Return the declaration as it was published."""
+    _check_text(tree, tree.DECLARATION)
+    if "from" in read_yaml(tree / tree.DECLARATION):
+        raise DataError(tree / tree.DECLARATION, "is derived from another one", DISTRUST)
+    return read_declaration(tree / tree.DECLARATION)
 
 
 def _needed(sums: Path, hashes: Mapping[str, str]) -> list[str]:
@@ -194,9 +207,7 @@ def _check_file(tree: Tree, name: str, digest: str) -> None:
 def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[str, ...]]:
     """Return the declaration as it is registered: without recipe, since the recordings are what was
     published, and tested only on data sets that are here."""
-    if "from" in read_yaml(tree / tree.DECLARATION):
-        raise DataError(tree / tree.DECLARATION, "is derived from another one", DISTRUST)
-    spec = read_declaration(tree / tree.DECLARATION)
+    spec = _declaration(tree)
     content = spec.model_dump(mode="json", exclude_defaults=True, exclude={"recipe"})
     content["name"] = name or spec.name
     here, dropped = set(list_datasets(paths)), set()

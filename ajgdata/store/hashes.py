@@ -15,6 +15,8 @@ from ajgdata.types import DataError
 #: A file that changed less than this before it was hashed is hashed again next time: its clock may
 #: be too coarse (2 s on FAT) to tell a second change.
 COARSEST_CLOCK_NS = 2_000_000_000
+#: Hashes in a folder that is not there are kept for so long: it may be on a disk that is away.
+AWAY_NS = 30 * 86_400 * 10**9
 #: Size, time of change of content and of the inode (ns), and inode.
 Mark = list[int]
 
@@ -70,11 +72,21 @@ class HashCache:
         return digest
 
     def save(self) -> None:
-        """Write what the cache learnt."""
+        """Write what the cache learnt, if anything, and forget what is gone."""
         for folder in sorted(self._changed):
-            content = {"folder": folder, "files": self._known[folder]}
+            there = _names_in(folder)
+            files = {name: one for name, one in self._known[folder].items() if name in there}
+            content = {"folder": folder, "files": files}
             write_bytes(self._file(folder), json.dumps(content).encode())
+        if self._changed:
+            self._forget_the_gone()
         self._changed.clear()
+
+    def _forget_the_gone(self) -> None:
+        now = time.time_ns()
+        for file in self.folder.glob("*.json"):
+            if now - file.stat().st_mtime_ns > AWAY_NS and not _folder_of(file).is_dir():
+                file.unlink(missing_ok=True)
 
     def _file(self, folder: str) -> Path:
         return self.folder / f"{sha256_of(os.fsencode(folder))[:24]}.json"
@@ -83,6 +95,21 @@ class HashCache:
         if folder not in self._known:
             self._known[folder] = {} if self.forget else _read(self._file(folder))
         return self._known[folder]
+
+
+def _names_in(folder: str) -> set[str]:
+    try:
+        return set(os.listdir(folder))  # noqa: PTH208 - of thousands of files only the names
+    except OSError:  # it went meanwhile
+        return set()
+
+
+def _folder_of(file: Path) -> Path:
+    """Return the folder whose hashes a file of the cache holds."""
+    try:
+        return Path(read_json(file)["folder"])
+    except (DataError, LookupError, TypeError):  # damaged, and of no use
+        return file
 
 
 def _read(path: Path) -> dict[str, list[Any]]:

@@ -219,6 +219,15 @@ def test_nothing_there_is_replaced(tree, elsewhere, snapshot):
         fetch(elsewhere.paths, str(tree.root))
 
 
+def test_a_name_that_is_taken_is_refused_before_all_is_brought(tree, server, elsewhere):
+    fetch(elsewhere.paths, str(tree.root))
+    for source in (address(server), str(tree.root)):
+        with pytest.raises(DataError, match="there is a data set of this name; give --name"):
+            fetch(elsewhere.paths, source, each=pytest.fail)
+    assert {name for name, _ in server.asked} == {Tree.SUMS, Tree.DECLARATION}
+    assert fetch(elsewhere.paths, address(server), name="other").recordings == 12
+
+
 def edit_text(name, old, new):
     def change(tree):
         text = (tree / name).read_text()
@@ -373,7 +382,7 @@ def test_sums_are_not_believed(tree, server, elsewhere, line, said):
 
 
 @pytest.mark.parametrize(
-    ("limit", "file"), [("MAX_TEXT_BYTES", "SHA256SUMS"), ("MAX_BYTES", "LICENSE")]
+    ("limit", "file"), [("MAX_TEXT_BYTES", "SHA256SUMS"), ("MAX_BYTES", "CITATION.cff")]
 )
 def test_absurd_sizes_are_refused(server, elsewhere, monkeypatch, limit, file):
     monkeypatch.setattr(f"ajgdata.store.publishing.download.{limit}", 500)

@@ -2,6 +2,8 @@
 
 import json
 import os
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,6 +210,34 @@ def test_a_file_that_may_yet_change_within_the_clocks_tick_is_not_remembered(tmp
     assert cache.sha256(path) != one
     cache.save()
     assert not cache.folder.exists()
+
+
+def test_hashes_of_what_is_gone_are_forgotten_once_something_changes(tmp_path, monkeypatch):
+    """Those of a folder that is not there after a month, as it may be on a disk that is away."""
+    age(monkeypatch, 10)
+    held = [tmp_path / name for name in ("one/a", "one/b", "two/c")]
+    cache = HashCache(tmp_path / "cache")
+    for path in held:
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"x")
+        cache.sha256(path)
+    cache.save()
+    held[0].unlink()
+    shutil.rmtree(held[2].parent)
+
+    def kept():
+        files = [json.loads(one.read_bytes()) for one in cache.folder.iterdir()]
+        return {Path(one["folder"]).name: sorted(one["files"]) for one in files}
+
+    cache.save()
+    assert kept() == {"one": ["a", "b"], "two": ["c"]}
+    for days, known in ((10, {"one": ["b", "d"], "two": ["c"]}), (40, {"one": ["b", "d", "e"]})):
+        age(monkeypatch, days * 86_400)
+        new = tmp_path / "one" / ("d" if days == 10 else "e")
+        new.write_bytes(b"new")
+        cache.sha256(new)
+        cache.save()
+        assert kept() == known
 
 
 @pytest.mark.parametrize(

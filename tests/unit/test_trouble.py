@@ -77,6 +77,22 @@ def test_the_command_says_one_line(monkeypatch, capsys):
     )
 
 
+def test_a_library_that_cannot_be_loaded_is_one_line_and_one_that_is_not_there_a_bug(
+    monkeypatch, capsys
+):
+    said = ["libblas.so: failed to map segment from shared object", "No module named 'x'"]
+
+    def load():
+        raise ImportError(said.pop(0))
+
+    monkeypatch.setattr(sys.modules["ajgdata.cli.main"], "app", load)
+    with pytest.raises(SystemExit, match="1"):
+        command()
+    assert capsys.readouterr().err.startswith("error memory: there is not enough; close other")
+    with pytest.raises(ImportError, match="No module"):
+        command()
+
+
 def test_what_was_set_aside_is_no_cause():
     with pytest.raises(ValueError, match="a bug") as caught:
         try:
