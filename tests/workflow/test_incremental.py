@@ -89,8 +89,8 @@ def test_only_what_is_new_is_read_and_edits_are_left_out_until_they_are_sealed(p
     logs = {
         day: project.root / f"results/logs/features/tones.{day}.log" for day in ("day1", "day2")
     }
-    assert logs["day1"].read_text() == "1 recordings read, 8 features reused\n"
-    assert logs["day2"].read_text() == "0 recordings read, 6 features reused\n"
+    assert logs["day1"].read_text().splitlines()[0] == "1 recordings read, 8 features reused"
+    assert logs["day2"].read_text().splitlines()[0] == "0 recordings read, 6 features reused"
     after = read_store(project.paths.features("tones"))
     names = after.columns["recording"].values.tolist()
     assert set(before.columns["recording"].values) ^ set(names) == {"day1/new", "day2/0", "day2/3"}
@@ -101,7 +101,7 @@ def test_only_what_is_new_is_read_and_edits_are_left_out_until_they_are_sealed(p
     assert project.planned(*END) == TASKS
     assert seal(project.paths, "tones", "day2") == 1
     project.snakemake(*STORE)
-    assert logs["day2"].read_text() == "1 recordings read, 6 features reused\n"
+    assert logs["day2"].read_text().splitlines()[0] == "1 recordings read, 6 features reused"
     assert "day2/3" in read_store(project.paths.features("tones")).columns["recording"].values
 
 
