@@ -1,7 +1,8 @@
 """Cut cells: which part of each cubic cell, and of each face between two, is open.
 
-Arrays are (nz, ny, nx) with an empty layer all around, two along z; face arrays hold the face
-between a cell and its upper neighbour along their axis.
+Arrays are (nz, ny, nx) with two empty layers at either end of z, none along x, and along y as many
+as make a slab whole vectors; face arrays hold the face between a cell and its upper neighbour along
+their axis. The last face of a row is closed, so that the next row is no neighbour.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ from ajgdata.gripper.numba_cache import njit
 
 FINER = 4
 SLIGHT = 1e-3
+#: Cells in the longest vector of float32, a cache line: a slab is whole ones, so that a vector and
+#: its neighbours along z lie in one line each.
+LANES = 16
 Real = NDArray[np.floating]
 
 
@@ -57,20 +61,22 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     faces weigh each sample by the slope of the boundary through it, so that all areas vary
     smoothly with the geometry. Raises ValueError if the domain touches the edge of the grid.
     """
-    nx = 2 * (int(np.ceil(half_width / h)) + 1)
+    nx = 2 * int(np.ceil(half_width / h - 1e-9))
+    ny = next(rows for rows in range(nx, nx + LANES, 2) if rows * nx % LANES == 0)
     nz = int(np.ceil((top - bottom) / h)) + 4
-    centre = (np.arange(nx) - nx / 2 + 0.5) * h
+    # One layer more all around, where nothing may be.
+    x, y = (_centred(count + 2, h) for count in (nx, ny))
     z = top + (np.arange(nz) - nz + 2.5) * h
     base, spacing = float(z[0]) - h / 2, h / FINER
-    fine = (np.arange(nx * FINER) - nx * FINER / 2 + 0.5) * spacing
-    heights = columns.at(fine, fine)
+    fine_x, fine_y = (_centred(len(axis) * FINER, spacing) for axis in (x, y))
+    heights = columns.at(fine_x, fine_y)
     slopes = _slope(heights[0], spacing), _slope(heights[1], spacing)
     volume, bed, area_z, above_z, floor, touching = _fill(*heights, *slopes, base, h, nz)
     if any(np.any(np.take(volume, (0, -1), axis)) for axis in range(3)):
         raise ValueError("the domain reaches the edge of its grid: enlarge half_width or bottom")
-    below, roof, _, _ = columns.at(centre + h / 2, fine)
+    below, roof, _, _ = columns.at(x + h / 2, fine_y)
     area_x, above_x = _sides(below, roof, base, h, nz)
-    below, roof, _, _ = columns.at(fine, centre + h / 2)
+    below, roof, _, _ = columns.at(fine_x, y + h / 2)
     area_y, above_y = (
         np.ascontiguousarray(side.transpose(0, 2, 1))
         for side in _sides(below.T.copy(), roof.T.copy(), base, h, nz)
@@ -86,8 +92,13 @@ def cut_cells(columns: Columns, h: float, half_width: float, bottom: float, top:
     share[share < SLIGHT], share[share > 1 - SLIGHT] = 0.0, 1.0
     membrane = total * share
     free = 1 - np.divide(touching, floor, out=np.zeros_like(floor), where=floor > 0)
-    areas = (area_x, area_y, area_z)
-    return Cells(h, centre, centre, z, volume, bed, *areas, membrane * free, total * (1 - share))
+    kept = volume, bed, area_x, area_y, area_z, membrane * free, total * (1 - share)
+    inner = (np.ascontiguousarray(array[:, 1:-1, 1:-1]) for array in kept)
+    return Cells(h, x[1:-1], y[1:-1], z, *inner)
+
+
+def _centred(count: int, h: float) -> Real:
+    return (np.arange(count) - count / 2 + 0.5) * h
 
 
 @njit(cache=True)

@@ -69,9 +69,11 @@ class Imprint:
 
 def imprint(shape: Cavity, cells: Cells) -> Imprint:
     """Return the imprint: where the membrane of `shape` lies on the object, column by column."""
-    fine = (np.arange(len(cells.x) * FINER) + 0.5) * cells.h / FINER
-    fine += cells.x[0] - cells.h / 2
-    at = np.meshgrid(*2 * [(fine - shape.axis[0]) / RASTER_M], indexing="ij")
+    fine = [
+        (np.arange(len(axis) * FINER) + 0.5) * cells.h / FINER + axis[0] - cells.h / 2
+        for axis in (cells.y, cells.x)
+    ]
+    at = np.meshgrid(*((axis - shape.axis[0]) / RASTER_M for axis in fine), indexing="ij")
     held, floor, surface = (
         _mean(map_coordinates(field, at, order=1, mode="nearest"))
         for field in (shape.held, shape.floor, shape.surface)

@@ -63,9 +63,9 @@ class ModeList:
 NO_MODES = ModeList(np.zeros(0, np.int64), np.zeros((0, 0)), *(np.zeros(0) for _ in range(3)))
 
 
-def coupled(modes: ModeList, yield_: Real, dt: float) -> Modes:
+def coupled(modes: ModeList, yield_: Real, dt: float, dtype: type = np.float64) -> Modes:
     """Coefficients for time step `dt` (s); `yield_` (cells,) in Pa per m³/s is the cells', walls
-    included.
+    included. What is of cells is in `dtype`, as the pressure; what is of modes in float64.
 
     Raises ValueError if modes without mass, resistance and stiffness move the same volume.
     """
@@ -81,7 +81,14 @@ def coupled(modes: ModeList, yield_: Real, dt: float) -> Modes:
     except LinAlgError as error:
         raise ValueError("modes without mass, resistance and stiffness move one volume") from error
     inverse = scale[:, None] * cho_solve(factor, np.eye(len(scale))) * scale
+    weight, half_yield = weight.astype(dtype), half_yield.astype(dtype)
     return Modes(cell.astype(np.uint64), weight, half_yield, inverse, gram, inertia, half_spring)
+
+
+@njit(nogil=True, cache=True)
+def _add(into, weight, times):
+    for j in range(len(into)):
+        into[j] += weight[j] * times
 
 
 @njit(nogil=True, cache=True)
@@ -99,12 +106,14 @@ def _dot(weight, heard, scratch):
 
 
 @njit(nogil=True, cache=True)
-def swing(p, q1, q2, rate1, rate2, bed_end, motion, modes):
-    """One step of all modes; `motion` (3, N) holds 2m v/Δt, k x and W p of the step before."""
+def swing(p, motion, modes, touched):
+    """One step of all modes; `motion` (3, N) holds 2m v/Δt, k x and W p of the step before.
+
+    `touched` (3, cells) is room to compute in.
+    """
     cell, weight, half_yield, inverse, gram, inertia, half_spring = modes
     count = len(inertia)
-    heard, scratch = np.empty(len(cell)), np.empty(len(cell))
-    taken = np.zeros(len(cell))
+    heard, scratch, taken = touched[0], touched[1], touched[2]
     drive, w = np.empty(count), np.zeros(count)
     for j in range(len(cell)):
         heard[j] = p[cell[j]]
@@ -114,6 +123,7 @@ def swing(p, q1, q2, rate1, rate2, bed_end, motion, modes):
         for m in range(count):
             force = motion[0, m] - motion[1, m]
             w[n] += inverse[n, m] * ((motion[2, m] + force) + (drive[m] + force))
+    taken[:] = 0
     for n in range(count):
         felt = drive[n]
         for m in range(count):
@@ -121,12 +131,8 @@ def swing(p, q1, q2, rate1, rate2, bed_end, motion, modes):
         motion[0, n] = inertia[n] * w[n] - motion[0, n]
         motion[1, n] += half_spring[n] * w[n]
         motion[2, n] = felt
-        for j in range(len(cell)):
-            taken[j] += weight[n, j] * w[n]
+        _add(taken, weight[n], p.dtype.type(w[n]))
     for j in range(len(cell)):
-        i = cell[j]
-        change = -half_yield[j] * taken[j]
-        p[i] += change
-        if i < bed_end:
-            q1[i] += rate1 * change
-            q2[i] += rate2 * change
+        taken[j] *= half_yield[j]
+    for j in range(len(cell)):
+        p[cell[j]] -= taken[j]

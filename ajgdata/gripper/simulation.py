@@ -10,6 +10,7 @@ from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
 from ajgdata.gripper.medium import Air
+from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.outside import diffuse_gain, patch_velocity
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Numerics, Scene, scene_digest
 from ajgdata.gripper.signal_chain import ImpulseResponse
@@ -112,9 +113,20 @@ def _impulse(model: Plan, numerics: Numerics) -> tuple[Real, float, int, int, Re
 
 def _mean_and_unrest(system: System, state: State) -> tuple[float, float]:
     """Mean pressure, and ‖p - mean‖²_M per capacity."""
-    mass, p = system.mass.ravel(), state.p.astype(np.float64)
-    mean = float(np.sum(mass * p) / mass.sum())
-    return mean, float(np.sum(mass * (p - mean) ** 2) / mass.sum())
+    mean, unrest = _moments(system.mass.ravel(), state.p)
+    return mean, unrest
+
+
+@njit(nogil=True, cache=True)
+def _moments(mass, p):
+    total = level = unrest = 0.0
+    for i in range(len(mass)):
+        total += mass[i]
+        level += mass[i] * p[i]
+    level /= total
+    for i in range(len(mass)):
+        unrest += mass[i] * (p[i] - level) ** 2
+    return level, unrest / total
 
 
 @cache

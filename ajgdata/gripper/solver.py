@@ -1,6 +1,8 @@
 """The kernel: staggered leapfrog in pressure and volume velocity, one horizontal slab at a time.
 
 U <- decay U - gain (p₊ - p);  p <- keep p + Σ return_j q_j - yield ΣU;  then source and walls.
+What is kept of a relaxing density is r = q - rate p, from the start of a step on: whatever source,
+walls and modes do to p afterwards is in q as soon as it is wanted, and they need not touch it.
 Velocity and pressure of a slab are updated while it is in the first-level cache. Indices are
 unsigned, so that the compiler needs no wrap-around and vectorises every loop. No fast-math: the
 order of all operations is fixed, hence the result does not depend on the machine's vector width.
@@ -23,15 +25,15 @@ Real = NDArray[np.floating]
 
 
 class State(NamedTuple):
-    """Flat arrays of the cells (p, q) and faces (u); per wall 2m v/Δt, k x and old p; the modes'
-    motion."""
+    """Flat arrays of the cells (p, r = q - rate p) and faces (u); per wall 2m v/Δt, k x and old p;
+    the modes' motion."""
 
     p: NDArray
     ux: NDArray
     uy: NDArray
     uz: NDArray
-    q1: NDArray
-    q2: NDArray
+    r1: NDArray
+    r2: NDArray
     momentum: NDArray
     tension: NDArray
     before: NDArray
@@ -123,22 +125,23 @@ def _empty(p, keep, yield_, out, lo, hi):
 
 
 @njit(nogil=True, cache=True)
-def _relax(p, q1, q2, capacities, rate1, rate2, out, lo, hi):
-    yield_, keep, return1, return2, _ = capacities
+def _relax(p, r1, r2, capacities, out, lo, hi):
+    yield_, keep, return1, return2, rates = capacities
+    rate1, rate2, fall1, fall2 = rates[0], rates[1], rates[2], rates[3]
     for i in range(lo, hi):
         old = p[i]
-        new = keep[i] * old + return1[i] * q1[i] + return2[i] * q2[i] - yield_[i] * out[i - lo]
-        q1[i] += rate1 * ((old - q1[i]) + (new - q1[i]))
-        q2[i] += rate2 * ((old - q2[i]) + (new - q2[i]))
-        p[i] = new
+        push1, push2 = rate1 * old, rate2 * old
+        q1, q2 = r1[i] + push1, r2[i] + push2
+        p[i] = keep[i] * old + return1[i] * q1 + return2[i] * q2 - yield_[i] * out[i - lo]
+        r1[i] = fall1 * q1 + push1
+        r2[i] = fall2 * q2 + push2
 
 
 @njit(nogil=True, cache=True)
 def _sweep(state, faces, capacities, span, scratch):
-    p, ux, uy, uz, q1, q2, _, _, _, _ = state
+    p, ux, uy, uz, r1, r2, _, _, _, _ = state
     decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
     first, last, bed_slabs, row, slab = span
-    rate1, rate2 = capacities[4][0], capacities[4][1]
     one = uint64(1)
     for k in range(len(first)):
         lo, hi = first[k], last[k]
@@ -147,7 +150,7 @@ def _sweep(state, faces, capacities, span, scratch):
             _damped_velocity(uy, decay_y, gain_y, p, lo, hi, row)
             _damped_velocity(uz, decay_z, gain_z, p, lo, hi, slab)
             _divergence(scratch, ux, uy, uz, lo, hi, row, slab)
-            _relax(p, q1, q2, capacities, rate1, rate2, scratch, lo, hi)
+            _relax(p, r1, r2, capacities, scratch, lo, hi)
         else:
             _velocity(ux, gain_x, p, lo, hi, one)
             _velocity(uy, gain_y, p, lo, hi, row)
@@ -157,11 +160,10 @@ def _sweep(state, faces, capacities, span, scratch):
 
 @njit(nogil=True, cache=True)
 def _wide_sweep(state, faces, reach, capacities, span, scratch):
-    p, ux, uy, uz, q1, q2, _, _, _, _ = state
+    p, ux, uy, uz, r1, r2, _, _, _, _ = state
     decay_x, decay_y, decay_z, gain_x, gain_y, gain_z = faces
     reach_x, reach_y, reach_z = reach
     first, last, bed_slabs, row, slab = span
-    rate1, rate2 = capacities[4][0], capacities[4][1]
     one, slabs = uint64(1), len(first)
     # The slab below the one whose velocities are new is the last whose pressure nobody needs.
     for above in range(1, slabs):
@@ -178,20 +180,15 @@ def _wide_sweep(state, faces, reach, capacities, span, scratch):
         lo, hi = first[k], last[k]
         _wide_divergence(scratch, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab)
         if k < bed_slabs:
-            _relax(p, q1, q2, capacities, rate1, rate2, scratch, lo, hi)
+            _relax(p, r1, r2, capacities, scratch, lo, hi)
         else:
             _empty(p, capacities[1], capacities[0], scratch, lo, hi)
 
 
 @njit(nogil=True, cache=True)
-def _drive(p, q1, q2, rate1, rate2, bed_end, yield_, cell, weight, flow):
+def _drive(p, yield_, cell, weight, flow):
     for m in range(len(cell)):
-        i = cell[m]
-        change = yield_[i] * weight[m] * flow
-        p[i] += change
-        if i < bed_end:
-            q1[i] += rate1 * change
-            q2[i] += rate2 * change
+        p[cell[m]] += yield_[cell[m]] * weight[m] * flow
 
 
 @njit(nogil=True, cache=True)
@@ -214,20 +211,17 @@ def _march(
 ):
     # Plain tuples, because a compiled function in the cache does not notice that a named one has
     # changed; unpacked once, because handing them on costs reference counts each time.
-    p, _, _, _, q1, q2, momentum, tension, before, motion = state
-    yield_, _, _, _, rates = capacities
-    rate1, rate2 = rates[0], rates[1]
-    _, _, bed_slabs, _, slab = span
-    bed_end = bed_slabs * slab
-    scratch = np.zeros(slab, p.dtype)
+    p, _, _, _, _, _, momentum, tension, before, motion = state
+    scratch = np.zeros(span[4], p.dtype)
+    share, touched = np.zeros_like(before), np.zeros((3, len(modes[0])), p.dtype)
     for n in range(len(out)):
         if len(reach[0]):
             _wide_sweep(state, faces, reach, capacities, span, scratch)
         else:
             _sweep(state, faces, capacities, span, scratch)
         if n < len(drive):
-            _drive(p, q1, q2, rate1, rate2, bed_end, yield_, source[0], source[1], drive[n])
-        react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes)
+            _drive(p, capacities[0], source[0], source[1], drive[n])
+        react(p, momentum, tension, before, walls, share, motion, modes, touched)
         out[n] = _listen(p, receiver[0], receiver[1])
         if felt.shape[1] and n % (len(out) // felt.shape[1]) == 0:
             _feel(p, patches[0], patches[1], patches[2], felt, n // (len(out) // felt.shape[1]))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ajgdata.gripper.grid import Cells
+from ajgdata.gripper.grid import LANES, Cells
 from ajgdata.gripper.medium import Fluid
 from ajgdata.gripper.modes import NO_MODES, ModeList, Modes, coupled
 from ajgdata.gripper.walls import NO_WALLS, WEAKEST, WallList, Walls, connected
@@ -25,9 +25,7 @@ MARGIN = 1.0005
 POLES = 2
 #: Of sharing out capacity; a dozen suffices in every scene seen.
 ROUNDS = 40
-#: Cells in a vector of float32: spans begin and end at multiples of as many, and arrays at LINE
-#: bytes, because loads across two cache lines take twice the time.
-LANES = 8
+#: Bytes of a cache line: arrays begin where one does, because loads across two take twice the time.
 LINE = 64
 
 
@@ -54,7 +52,10 @@ class Reach(NamedTuple):
 
 
 class Capacities(NamedTuple):
-    """p <- keep p_old + Σ return_j q_j - yield_ ΣU; q_j <- q_j + rate_j (p + p_old - 2 q_j)."""
+    """p <- keep p_old + Σ return_j q_j - yield_ ΣU; q_j <- q_j + rate_j (p + p_old - 2 q_j).
+
+    `rates` (4,): both rates, and 1 - 2 rate of both.
+    """
 
     yield_: NDArray
     keep: NDArray
@@ -140,9 +141,9 @@ def assemble(
         dt,
         Faces(*(_flat(array, dtype) for array in (*decay, *gain))),
         Reach(*(_flat(array, dtype) for array in reach)),
-        Capacities(*(_flat(a, dtype) for a in (*capacities, rates))),
+        Capacities(*(_flat(a, dtype) for a in (*capacities, np.append(rates, 1 - 2 * rates)))),
         Walls(wall_terms[0], *(_flat(a, dtype) for a in wall_terms[1:])),
-        coupled(modes, capacities[0].ravel(), dt),
+        coupled(modes, capacities[0].ravel(), dt, dtype),
         _span(live, share > 0),
         mass,
         added,
@@ -202,18 +203,21 @@ def _share_out(capacity: Real, least: Real) -> Real:
         if not lack.any():
             break
         spare = np.where(live, np.maximum(mass - least, 0), 0)
-        near = sum(
-            (np.roll(spare, n, axis) for axis in range(3) for n in (1, -1)),
-            start=np.zeros(mass.shape),
-        )
+        near = _around(spare)
         # At most a sixth of what each of six neighbours can spare: nobody gives more than it has.
         ask = np.minimum(np.divide(lack, near, out=np.zeros_like(lack), where=near > 0), 1 / 6)
-        asked = sum(
-            (np.roll(ask, n, axis) for axis in range(3) for n in (1, -1)),
-            start=np.zeros(mass.shape),
-        )
-        mass += ask * near - spare * asked
+        mass += ask * near - spare * _around(ask)
     return mass
+
+
+def _around(values: Real) -> Real:
+    """Sum over the up to six neighbours of each cell."""
+    total = np.zeros(values.shape)
+    for axis in range(3):
+        into, of = total.swapaxes(0, axis), values.swapaxes(0, axis)
+        into[1:] += of[:-1]
+        into[:-1] += of[1:]
+    return total
 
 
 def aligned(size: int, dtype: DTypeLike) -> NDArray:

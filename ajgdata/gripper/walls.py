@@ -87,21 +87,19 @@ def boundary_layer_admittance(frequency_hz: Real, air: Air, sine_squared: float 
 
 
 @njit(nogil=True, cache=True)
-def react(p, q1, q2, rate1, rate2, bed_end, momentum, tension, before, walls, motion, modes):
-    """All walls and modes: first their part of the new pressures, then the walls' new motion."""
+def react(p, momentum, tension, before, walls, share, motion, modes, touched):
+    """All walls and modes: first their part of the new pressures, then the walls' new motion.
+
+    `share` (walls,) and `touched` (3, cells of the modes) are room to compute in.
+    """
     cell, coupling, admittance, inertia, half_spring = walls
     # Gathering, computing and scattering are loops of their own, so that computing vectorises.
-    share = np.empty_like(before)
     for n in range(len(cell)):
         share[n] = coupling[n] * (before[n] + (momentum[n] - tension[n]))
     for n in range(len(cell)):
-        i, change = cell[n], -share[n]
-        p[i] += change
-        if i < bed_end:
-            q1[i] += rate1 * change
-            q2[i] += rate2 * change
+        p[cell[n]] -= share[n]
     if len(modes[5]):
-        swing(p, q1, q2, rate1, rate2, bed_end, motion, modes)
+        swing(p, motion, modes, touched)
     for n in range(len(cell)):
         share[n] = p[cell[n]]
     for n in range(len(cell)):

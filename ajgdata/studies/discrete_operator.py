@@ -47,9 +47,11 @@ def _kinetic(system: System, old: State, new: State) -> float:
 def _stored(system: System, state: State) -> float:
     c, walls, modes, dt = system.capacities, system.walls, system.modes, system.dt
     live, total = c.yield_ > 0, 0.0
-    for q, back, rate in zip((state.q1, state.q2), (c.return1, c.return2), c.rates, strict=True):
+    held = zip((state.r1, state.r2), (c.return1, c.return2), c.rates[:2], strict=True)
+    for r, back, rate in held:
         if rate > 0:
-            total += np.sum(back[live] * dt / (2 * rate * c.yield_[live]) * _double(q[live]) ** 2)
+            q = _double(r) + rate * _double(state.p)
+            total += np.sum(back[live] * dt / (2 * rate * c.yield_[live]) * q[live] ** 2)
     area = walls.coupling / (c.yield_[walls.cell] * walls.admittance)
     every = np.ones(len(modes.inertia))
     for share, force, impedance in (
@@ -102,15 +104,18 @@ def _probed(
     period, where = 2 * reach + 1, np.unravel_index(live, system.shape)
     colour = np.ravel_multi_index([i % period for i in where], (period,) * 3)
     strides = (system.shape[1] * system.shape[2], system.shape[2], 1)
-    offsets = np.unique(np.outer(range(-reach, reach + 1), strides))
+    # Of each axis and of nothing: the end of a row is no neighbour of the next.
+    hops = [(0, 0)] + [(axis, n) for axis in range(3) for n in range(-reach, reach + 1) if n]
     rows, columns, values = [], [], []
     for shade in np.unique(colour):
         ones = live[colour == shade]
         unit = np.zeros(system.mass.size)
         unit[ones] = 1.0
         column = applied(system, unit)
-        for offset in offsets:
-            near = ones[(number.take(ones + offset, mode="clip") >= 0) & (ones + offset >= 0)]
+        for axis, n in hops:
+            offset, place = n * strides[axis], where[axis][colour == shade] + n
+            near = ones[(place >= 0) & (place < system.shape[axis])]
+            near = near[number[near + offset] >= 0]
             rows.append(number[near + offset])
             columns.append(number[near])
             values.append(column[near + offset])

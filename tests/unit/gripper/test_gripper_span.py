@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from ajgdata.gripper import Scene, build_plan
+from ajgdata.gripper.grid import LANES, cut_cells
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import LINE, _span
+from ajgdata.studies.domains import box
 
 
 @pytest.mark.parametrize("width", [4, 5, 9, 26])
@@ -53,3 +55,20 @@ def test_arrays_begin_where_a_cache_line_does():
     system = build_plan(Scene.model_validate({"numerics": {"dx_mm": 6}})).system
     arrays = (*system.faces, *system.reach, *system.capacities, *at_rest(system)[:6])
     assert {array.ctypes.data % LINE for array in arrays} == {0}
+
+
+@pytest.mark.parametrize("half_cells", [4, 5, 6, 9, 11])
+def test_a_slab_is_whole_vectors_and_its_rows_are_no_neighbours(half_cells):
+    h = 0.004
+    # As wide as its grid, so that the last cell of a row is open and so is the first of the next.
+    room = box(2 * half_cells * h, 2 * half_cells * h, 5 * h)
+    cells = cut_cells(room, h, half_cells * h, 0.0, 5 * h)
+    _, ny, nx = cells.shape
+    assert nx == 2 * half_cells
+    assert ny * nx % LANES == 0
+    assert cells.volume.sum() == pytest.approx((2 * half_cells) ** 2 * 5 * h**3)
+    assert cells.area_x[:, :, -1].max() == cells.area_y[:, -1].max() == 0.0
+    assert cells.area_x[:, :, :-1].max() == pytest.approx(h**2)
+    np.testing.assert_allclose(cells.y, -cells.y[::-1])
+    with pytest.raises(ValueError, match="edge of its grid"):
+        cut_cells(room, h, (half_cells - 1) * h, 0.0, 5 * h)
