@@ -10,9 +10,11 @@ within CLOSE of the cheapest are equal, and the lower error decides. No other fo
 figure of the paper is consulted, and what is chosen is used for every task.
 """
 
+import math
 import time
 from collections.abc import Callable
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -28,6 +30,7 @@ from ajgdata.evaluate.task_data import TaskData, task_data
 from ajgdata.models import make_model
 from ajgdata.models.cnn import CnnClassifier
 from ajgdata.models.network import SpectrumCnn
+from ajgdata.models.training import batches
 from ajgdata.store.features import Shard, read_store
 from ajgdata.types import MODELS
 
@@ -115,6 +118,16 @@ class Candidate(CnnClassifier):
             "constant": lambda: of.ConstantLR(optimiser, 1.0),
         }
         return optimiser, schedules[self.settings["schedule"]]()
+
+    def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
+        steps = self.epochs * math.ceil(len(inputs) / self.batch_size)
+        optimiser, schedule = self.descent(module, steps)
+        for rows in islice(batches(len(inputs), self.batch_size), steps):
+            loss = self._loss(module.trunk(inputs[rows]), target[rows])
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+            schedule.step()
 
     def _loss(self, scores: Tensor, target: Tensor) -> Tensor:
         smoothing = self.settings["label_smoothing"]

@@ -13,15 +13,14 @@ from typing import Any, Literal, Self, get_args
 
 import numpy as np
 import torch
-import torch._dynamo  # the first optimiser loads it (1 s): not while a fold's training is timed
 from sklearn.base import BaseEstimator, ClassifierMixin, MultiOutputMixin, RegressorMixin
 from sklearn.preprocessing import StandardScaler
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 from torch import Tensor, nn
-from torch.nn import functional
 
 from ajgdata.models.network import SpectrumCnn, in_chunks, reproducible
+from ajgdata.models.training import cross_entropy_slope, squared_error_slope, train
 from ajgdata.types import Kind, NotPossibleError
 
 #: Bins are centred and divided each by its own deviation, all by one, or both side by side.
@@ -127,17 +126,16 @@ class _Cnn(BaseEstimator):
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
         per_epoch = math.ceil(len(inputs) / self.batch_size)
         steps = max(self.epochs * per_epoch, self.min_steps)
-        optimiser, schedule = self.descent(module, steps)
-        order = torch.empty(0, dtype=torch.long)
-        for step in range(steps):
-            if step % per_epoch == 0:
-                order = torch.randperm(len(inputs))
-            rows = order[step % per_epoch :: per_epoch]  # never one alone, which has no variance
-            loss = self._loss(module.trunk(inputs[rows]), target[rows])
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
-            schedule.step()
+        train(
+            module,
+            inputs,
+            target,
+            self._slope,
+            steps=steps,
+            batch_size=self.batch_size,
+            peak=self.max_learning_rate,
+            weight_decay=self.weight_decay,
+        )
 
     def _outputs(self, X: Any) -> np.ndarray:
         """Return the output of the network (n, n_outputs) for features (n, n_features)."""
@@ -193,8 +191,7 @@ class CnnClassifier(ClassifierMixin, _Cnn):
     def _encoded(self, module: SpectrumCnn, y: np.ndarray) -> Tensor:
         return torch.from_numpy(np.searchsorted(self.classes_, y))
 
-    def _loss(self, scores: Tensor, target: Tensor) -> Tensor:
-        return functional.cross_entropy(scores, target)
+    _slope = staticmethod(cross_entropy_slope)
 
     def predict_proba(self, X: Any) -> np.ndarray:
         """Return the probability (n, n_classes) of each of `classes_`."""
@@ -242,8 +239,7 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
         module.target_std.copy_(torch.from_numpy(std))
         return torch.from_numpy((y - mean) / std).float()  # (n, n_outputs)
 
-    def _loss(self, scores: Tensor, target: Tensor) -> Tensor:
-        return functional.mse_loss(scores, target)
+    _slope = staticmethod(squared_error_slope)
 
     def predict(self, X: Any) -> np.ndarray:
         """Return the target (n,) or (n, k), as it was given, in its own unit."""
