@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -25,6 +26,14 @@ class CurvePoint:
     chance: dict[str, float]  #: the same of a guess that knows the training rows' targets only
 
 
+@dataclass(frozen=True)
+class Curve:
+    """The points of all sizes that could be learned from, and why not of the `others`."""
+
+    points: tuple[CurvePoint, ...]
+    others: dict[int, str]
+
+
 def learning_curve(
     features: np.ndarray,
     target: np.ndarray,
@@ -37,36 +46,47 @@ def learning_curve(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
-) -> list[CurvePoint]:
+) -> Curve:
     """Train on ever more groups per class, and test always on the same: those of the first fold.
 
     `features` (n, n_features), `target` (n,), `groups` (n,) as for `cross_validate`. Each repeat
     draws an order of every class's training groups and takes the first of them, so that a larger
-    size holds the smaller; its seed is the model's as well. Raises ValueError for a size that some
-    class has too few training groups for, and for a group of several classes.
+    size holds the smaller; its seed is the model's as well. A size that some class has too few
+    training groups for, or that the model cannot learn from, leaves the others as they are.
+
+    Raises NotPossibleError where fewer than two sizes are left (of several), and for a group of
+    several classes.
     """
     y = np.asarray(target)
     group = np.unique(np.asarray(groups), return_inverse=True)[1]
     train, test = grouped_folds(y, group, kind, folds, seed)[0]
     of_class = _groups_of_classes(y[train], group[train])
-    if max(sizes) > (fewest := min(map(len, of_class))):
-        problem = f"a curve up to {max(sizes)} training groups per class: a class has {fewest}"
-        raise NotPossibleError(f"{problem}; lower curve.groups, or record more")
+    fewest = min(map(len, of_class))
+    short = f"a class has {fewest}; lower learning_curve.groups, or record more"
+    others = {size: short for size in sizes if size > fewest}
+
+    def point(size: int, repeat: int) -> CurvePoint:
+        generator = np.random.default_rng([seed, repeat])
+        orders = [generator.permutation(members) for members in of_class]
+        rows = train[np.isin(group[train], np.concatenate([order[:size] for order in orders]))]
+        made = make_model(model, kind, seed + repeat, period)
+        fitted = fit_model(made, features[rows], y[rows], group[rows])
+        scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
+        chance = metrics.chance(y[rows], y[test], kind, period)
+        return CurvePoint(size, repeat, recordings_used(fitted, len(rows)), scores, chance)
+
     points = []
     with threadpool_limits(limits=1):
-        for repeat in range(repeats):
-            generator = np.random.default_rng([seed, repeat])
-            orders = [generator.permutation(members) for members in of_class]
-            for size in sizes:
-                chosen = np.concatenate([order[:size] for order in orders])
-                rows = train[np.isin(group[train], chosen)]
-                made = make_model(model, kind, seed + repeat, period)
-                fitted = fit_model(made, features[rows], y[rows], group[rows])
-                scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
-                chance = metrics.chance(y[rows], y[test], kind, period)
-                used = recordings_used(fitted, len(rows))
-                points.append(CurvePoint(size, repeat, used, scores, chance))
-    return points
+        for repeat, size in product(range(repeats), sizes):
+            if size not in others:
+                try:
+                    points.append(point(size, repeat))
+                except NotPossibleError as error:
+                    others[size] = str(error)
+    if len(sizes) - len(others) < min(2, len(sizes)):
+        told = "; ".join(f"{size} training groups per class: {others[size]}" for size in others)
+        raise NotPossibleError(f"fewer than two points of the curve: {told}")
+    return Curve(tuple(one for one in points if one.groups not in others), others)
 
 
 def _groups_of_classes(y: np.ndarray, group: np.ndarray) -> list[np.ndarray]:

@@ -42,14 +42,18 @@ class Settings(Strict):
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
-    """Return the errors of `model` on the same grasps for each number of training grasps."""
+    """Return the errors of `model` on the same grasps for each number of training grasps.
+
+    `others` of what is told of the tables are the numbers that failed, as text, with the reason.
+    """
     from ajgdata.evaluate.curves import learning_curve
 
     data = inputs.data()
-    points = learning_curve(
+    found = learning_curve(
         data.feature, data.value, data.group,
         model=model, sizes=settings.groups, repeats=settings.repeats, **inputs.split,
     )  # fmt: skip
+    points = found.points
     scores = (
         (model, f"curve:{point.groups}", metric, f"draw {point.repeat}", value)
         for point in points
@@ -64,7 +68,10 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     columns = {"groups": "Training grasps per class", "draw": "Draw", "recordings": "Recordings"}
     columns |= {"metric": "Metric", "value": "Value", "chance": "Chance"}
     title = "Learning curve"
-    return Outcome((score_table(scores, title), table_of("curve", title, curve, **columns)))
+    return Outcome(
+        (score_table(scores, title), table_of("curve", title, curve, **columns)),
+        about={"others": {str(size): why for size, why in found.others.items()}},
+    )
 
 
 def curve_of(results: TaskResults, result: Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -143,6 +150,16 @@ def caption(results: TaskResults) -> Caption:
     )
 
 
+def missing(results: TaskResults) -> str:
+    """Return which points of which curves failed, and why; "" if none did."""
+    failed = [
+        f"{result.label} with {size} ({why})"
+        for result in results.results
+        for size, why in result.about.get("others", {}).items()
+    ]
+    return f"Training grasps per class that failed: {'; '.join(failed)}." if failed else ""
+
+
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the one figure of all models."""
     return [Illustration(results.named(), caption(results), lambda: figure(results))]
@@ -182,5 +199,6 @@ EXPERIMENT = Experiment(
     measure=measure,
     figures=figures,
     paper_comparison=paper_comparison,
+    summary=missing,
     by_model=True,
 )

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from ajgdata.evaluate import curves
 from ajgdata.evaluate.curves import learning_curve
 from ajgdata.evaluate.permutations import permutation_test
+from ajgdata.models import fit_model
+from ajgdata.types import NotPossibleError
 
 
 def grasps(
@@ -23,26 +26,66 @@ def grasps(
 def test_more_grasps_are_better_and_the_validation_grasps_stay():
     x, y, group = grasps(spread=2.0)
     ask = {"kind": "classification", "model": "linear_plain", "folds": 5, "seed": 1}
-    points = learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask)
+    points = learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask).points
     assert [(p.groups, p.repeat) for p in points[:4]] == [(1, 0), (2, 0), (8, 0), (1, 1)]
     assert {p.groups: p.recordings for p in points} == {1: 6, 2: 12, 8: 48}
     mean = {n: np.mean([p.scores["accuracy"] for p in points if p.groups == n]) for n in (1, 2, 8)}
     assert 1 / 3 < mean[1] < mean[8]
     # eight of eight is one draw: a model without chance in it learns the same each time
     assert len({p.scores["accuracy"] for p in points if p.groups == 8}) == 1
-    assert points == learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask)
+    assert points == learning_curve(x, y, group, sizes=(1, 2, 8), repeats=6, **ask).points
     assert {p.chance["accuracy"] for p in points} == {1 / 3}  # six balanced validation grasps
-    alone = learning_curve(x, y, group, sizes=(2,), repeats=6, **ask)
-    assert alone == [p for p in points if p.groups == 2]
+    alone = learning_curve(x, y, group, sizes=(2,), repeats=6, **ask).points
+    assert alone == tuple(p for p in points if p.groups == 2)
 
 
 def test_a_class_needs_as_many_grasps_as_the_curve():
     x, y, group = grasps()
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 1}
-    with pytest.raises(ValueError, match="up to 9 training groups per class: a class has 8"):
+    with pytest.raises(ValueError, match=r"two points.*9 training groups per class: a class has 8"):
         learning_curve(x, y, group, sizes=(1, 9), **ask)
     with pytest.raises(ValueError, match="a group holds several classes"):
         learning_curve(x, y, np.arange(len(y)) % 10, sizes=(1,), **ask)
+
+
+def test_a_size_that_fails_leaves_the_others():
+    x, y, group = grasps()
+    ask = {"kind": "classification", "model": "knn_plain", "repeats": 2, "seed": 1}
+    whole = learning_curve(x, y, group, sizes=(1, 8), **ask)
+    found = learning_curve(x, y, group, sizes=(1, 8, 9), **ask)
+    assert found.points == whole.points and whole.others == {}
+    assert list(found.others) == [9] and "a class has 8" in found.others[9]
+
+
+def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monkeypatch):
+    x, y, group = grasps()
+    ask = {"kind": "classification", "model": "knn_plain", "repeats": 3}
+    fits = []
+
+    def fit(made, features, target, groups):
+        fits.append(len(target))
+        if fits.count(12) == 2 and len(target) == 12:
+            raise NotPossibleError("the second draw of two")
+        return fit_model(made, features, target, groups)
+
+    monkeypatch.setattr(curves, "fit_model", fit)
+    found = learning_curve(x, y, group, sizes=(1, 2, 8), **ask)
+    assert found.others == {2: "the second draw of two"}
+    assert [(p.groups, p.repeat) for p in found.points] == [
+        (n, r) for r in range(3) for n in (1, 8)
+    ]
+    assert fits.count(12) == 2  # what failed once is not tried again
+
+
+def test_a_bug_of_a_model_is_not_a_size_that_failed(monkeypatch):
+    x, y, group = grasps()
+
+    def fit(*_):
+        raise ValueError("a bug")
+
+    monkeypatch.setattr(curves, "fit_model", fit)
+    with pytest.raises(ValueError, match="a bug"):
+        learning_curve(x, y, group, sizes=(1, 2), kind="classification", model="knn", repeats=1)
 
 
 def test_labels_that_are_told_differ_from_chance():

@@ -49,8 +49,19 @@ def test_a_curve_is_measured_on_the_same_grasps_for_each_number_of_training_gras
     one, eight = (numbers(outcome.tables, part=f"curve:{n}", metric="accuracy") for n in (1, 8))
     assert np.mean(one) < np.mean(eight)
     assert measured("learning_curve", small_inputs(), "linear", **ask) == outcome
-    with pytest.raises(ValueError, match="up to 9 training groups"):
+    with pytest.raises(ValueError, match="9 training groups per class: a class has 8"):
         measured("learning_curve", small_inputs(), "linear", **ask | {"groups": [1, 9]})
+
+
+def test_a_curve_without_one_of_its_points_says_so():
+    ask = {"groups": [1, 8, 9], "repeats": 2}
+    outcome = measured("learning_curve", small_inputs(), "knn_plain", **ask)
+    assert set(outcome.tables[1].column("groups")) == {1, 8}
+    results = task_results("learning_curve", {"knn_plain": outcome}, settings=ask)
+    said = EXPERIMENTS["learning_curve"].summary(results)
+    assert said.startswith("Training grasps per class that failed: ") and said.endswith(".")
+    assert "with 9 (a class has 8; " in said
+    assert EXPERIMENTS["learning_curve"].summary(curve_results()) == ""
 
 
 def curve_results(paper=None, reached=None):

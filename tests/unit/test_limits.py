@@ -156,7 +156,7 @@ def test_a_learning_curve_says_how_many_were_learned_from(monkeypatch):
     x, y, group = spectra()
     monkeypatch.setitem(limits.MOST, "knn", 16)
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 1}
-    points = learning_curve(x, y, group, sizes=(2, 8), **ask)
+    points = learning_curve(x, y, group, sizes=(2, 8), **ask).points
     assert [point.recordings for point in points] == [12, 16]
 
 
