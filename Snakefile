@@ -38,7 +38,6 @@ from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
     GALLERY,
     STUDIES,
-    TIMED,
     ablation_code,
     page_code,
     study_code,

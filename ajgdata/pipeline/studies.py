@@ -23,8 +23,6 @@ STUDIES: tuple[str, ...] = (
     "materials",
     "effects",
 )
-#: Those that measure run time: nothing else shall run beside them.
-TIMED = ("accuracy", "omissions", "acoustics", "effects")
 GALLERY = "gallery"
 
 

@@ -2,3 +2,6 @@
 
 Each module makes tables of figures computed in the run; tests assert them, the report shows them.
 """
+
+#: What is meant by the time of a simulation, in the words of the tables.
+TIMED = "Times are processor times of one thread; another job may have run beside it."

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.scene import Numerics
 from ajgdata.gripper.solver_plan import build_plan
+from ajgdata.studies import TIMED
 from ajgdata.types.table import Column, Table, Value
 
 Real = NDArray[np.floating]
@@ -169,7 +170,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
             "accuracy",
             "Error against run time",
             f"Against a {settings.reference_mm:g} mm grid of the wide scheme. Second: the plain"
-            " leapfrog with two-point differences on the same cut cells.",
+            f" leapfrog with two-point differences on the same cut cells. {TIMED}",
             _columns(
                 Column("object", "Object"),
                 Column("scheme", "Scheme"),
@@ -246,7 +247,7 @@ def _variants(references: dict[str, Real], plain_s: dict[str, float], settings: 
     return Table(
         "accuracy-settings",
         "Precision, poles and stopping",
-        f"{name} on the default grid; the change is against the default settings.",
+        f"{name} on the default grid; the change is against the default settings. {TIMED}",
         _columns(*first),
         tuple(rows),
     )

@@ -22,6 +22,7 @@ from ajgdata.gripper import (
 )
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.scene import Numerics
+from ajgdata.studies import TIMED
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
@@ -166,7 +167,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
             " whole band and below 1.2 kHz; scatter: between two grasps of the changed scene."
             " Default: the change is made in every scene; range: from one end of what is not known"
             " to the other; variant: not the default. Worth it: above the tolerance of a plan."
-            " Time: after over before, plan and response.",
+            f" Time: after over before, plan and response. {TIMED}",
             (
                 Column("effect", "Effect"),
                 Column("object", "Object"),

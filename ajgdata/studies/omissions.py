@@ -25,6 +25,7 @@ from ajgdata.gripper import (
 from ajgdata.gripper.effect_estimates import BANDS_HZ, EDGES
 from ajgdata.gripper.scene_model import PartName
 from ajgdata.gripper.solver_plan import Plan
+from ajgdata.studies import TIMED
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
@@ -164,7 +165,7 @@ def tables(quick: bool = False) -> tuple[Table, ...]:
             " relative change (L2) of the amplitude in any third octave from 63 Hz to 12.5 kHz, or"
             f" of the feature, of a noise-free sweep, {DX_MM:g} mm grid. Parts are left out where"
             " the estimate is below the tolerance; the frame takes the object's modes with it."
-            " Time: without the part over with it.",
+            f" Time: without the part over with it. {TIMED}",
             (
                 Column("scene", "Scene"),
                 Column("part", "Part"),

@@ -14,7 +14,6 @@ rule study:
         "results/benchmarks/study/{study}.tsv"
     conda:
         "../../environment.yml"
-    threads: lambda wildcards: workflow.cores if wildcards.study in TIMED else 1
     params:
         quick=config["quick"],
         code=lambda wildcards: code_digest(*study_code(wildcards.study)),

@@ -12,6 +12,7 @@ from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.gripper.parameters import PARAMETERS
 from ajgdata.gripper.scene import Numerics
+from ajgdata.studies import TIMED
 from ajgdata.types import FeatureSettings
 from ajgdata.types.table import Column, Table, Value
 
@@ -108,7 +109,7 @@ def choices(quick: bool = False) -> Table:
         "Each choice against the default: relative L2 of the feature, scaled to unit norm, of a"
         " sweep without noise, or with the noise that is named; in the whole band and below"
         f" {TRUSTED_HZ / 1000:g} kHz. What changes it by less than the tolerance need not be known."
-        " Time: with the choice over without.",
+        f" Time: with the choice over without. {TIMED}",
         (
             Column("choice", "Choice"),
             Column("scene", "Scene"),
