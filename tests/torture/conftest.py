@@ -2,13 +2,16 @@
 
 import os
 import shutil
+import signal
+import sys
+import time
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import pytest
 import world
-from forked import run
+from forked import Started, end_all, run
 from tally import Tally, write_block
 
 from ajgdata.store.provenance import commit_date, software
@@ -69,6 +72,29 @@ def deeds(tmp_path_factory):
         yield {one.name: one for one in made}
 
 
+def snakemake(root: Path, *words: str, said: str = "said", **how) -> Started:
+    """Start the workflow on the project."""
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
+    command += ["--directory", str(root), "--configfile", str(root / "settings.yaml")]
+    command += ["--cores", "2", "results/metrics.json", *words]
+    return Started(command, root, root.parent / said, **how)
+
+
+@pytest.fixture(scope="session")
+def workflow(deeds):
+    """The deed of the whole workflow, and how long it takes."""
+    start = deeds["import"].end
+    trial, end = start.parent / "trial", start.parent / "workflow"
+    shutil.rmtree(trial, ignore_errors=True)
+    shutil.copytree(start, trial)
+    began = time.monotonic()
+    done = snakemake(trial).ended()
+    assert done.code == 0, done.said
+    taken = time.monotonic() - began
+    shutil.copytree(trial, end, symlinks=True)
+    return Deed("workflow", None, start, end), taken
+
+
 @pytest.fixture
 def place(deeds):
     """Give a fresh copy of a state, always at the same place."""
@@ -82,7 +108,17 @@ def place(deeds):
     return copied
 
 
+def pytest_configure():
+    """SIGTERM ends the run as Ctrl-C does: what it mounted goes, and what it started."""
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, stop)
+
+
 def pytest_sessionfinish(session):
+    end_all()
     if not _TALLY.rows:
         return
     table = _TALLY.table(_MADE_WITH[0])

@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 #: Longer than anything here takes on a machine that has other things to do.
 LONGEST_S = 300.0
+#: Processes that lead a session of their own, and were not waited for yet.
+ALIVE: set[int] = set()
+
+
+def end_all() -> None:
+    """Kill all that is still alive, with all that it started: where this run is stopped."""
+    for pid in tuple(ALIVE):
+        with suppress(ProcessLookupError):
+            os.killpg(pid, signal.SIGKILL)
+        ALIVE.discard(pid)
 
 
 class Ended(NamedTuple):
@@ -38,11 +50,13 @@ class Forked:
         self.pid = os.fork()
         if self.pid == 0:
             self._live(what, root, starve)
+        ALIVE.add(self.pid)
 
     def _live(self, what, root: Path, starve) -> None:
         code = 70
         try:
             os.setsid()
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
             stream = os.open(self._said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
             os.dup2(stream, 1)
             os.dup2(stream, 2)
@@ -80,6 +94,7 @@ class Forked:
         return self._report(os.waitpid(self.pid, 0)[1])
 
     def _report(self, status: int) -> Ended:
+        ALIVE.discard(self.pid)
         said = self._said.read_text(errors="replace") if self._said.exists() else ""
         self._said.unlink(missing_ok=True)
         return Ended(os.waitstatus_to_exitcode(status), said)
@@ -88,3 +103,33 @@ class Forked:
 def run(what: Callable[[Path], object], root: Path, starve: Callable[[], object] = int) -> Ended:
     """Do `what` to the end."""
     return Forked(what, root, starve).ended()
+
+
+class Started:
+    """A command in a session of its own, what it says in a file."""
+
+    def __init__(self, command: list[str], root: Path, said: Path, **how) -> None:
+        self.said = said
+        with said.open("w") as stream:
+            self.process = subprocess.Popen(
+                command, stdout=stream, stderr=subprocess.STDOUT, start_new_session=True, cwd=root,
+                **how,
+            )  # fmt: skip
+        ALIVE.add(self.process.pid)
+
+    def ended(self) -> Ended:
+        """Wait for its end."""
+        try:
+            code = self.process.wait(LONGEST_S)
+        except subprocess.TimeoutExpired:
+            return self.kill()
+        ALIVE.discard(self.process.pid)
+        return Ended(code, self.said.read_text(errors="replace"))
+
+    def kill(self) -> Ended:
+        """Kill it, and all that it started, now."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        code = self.process.wait()
+        ALIVE.discard(self.process.pid)
+        return Ended(code, self.said.read_text(errors="replace"))

@@ -1,15 +1,10 @@
 """kill -9 of everything at random moments: after the restart all is as if nothing had happened."""
 
-import os
-import shutil
-import signal
-import subprocess
-import sys
 import time
 
 import pytest
 import world
-from conftest import ROOT
+from conftest import snakemake
 from forked import Forked, run
 from tally import trials
 
@@ -48,43 +43,14 @@ def test_killed_at_any_moment(deeds, place, tally, name, count):
     assert not [one for one in tally.failures if f"`{name}`, killed" in one]
 
 
-def snakemake(root, *words):
-    """Start the workflow on the project, in a session of its own."""
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "Snakefile")]
-    command += ["--directory", str(root), "--configfile", str(root / "settings.yaml")]
-    with (root.parent / "said").open("w") as said:
-        return subprocess.Popen(
-            [*command, "--cores", "2", "results/metrics.json", *words],
-            stdout=said, stderr=subprocess.STDOUT, start_new_session=True, cwd=root,
-        )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def workflow(deeds, tmp_path_factory):
-    """The state after the whole workflow, and how long that takes."""
-    trial = deeds["import"].start.parent / "trial"
-    shutil.rmtree(trial, ignore_errors=True)
-    shutil.copytree(deeds["import"].end, trial)
-    began = time.monotonic()
-    assert snakemake(trial).wait() == 0, (trial.parent / "said").read_text()
-    taken = time.monotonic() - began
-    end = deeds["import"].start.parent / "workflow"
-    shutil.copytree(trial, end, symlinks=True)
-    return type(deeds["import"])("workflow", None, deeds["import"].end, end), taken
-
-
 def test_the_workflow_killed_at_any_moment(deeds, place, tally, workflow):
     deed, taken = workflow
     for random in trials("kill workflow", 10):
         root = place(deed.start)
         victim = snakemake(root)
         time.sleep(random.uniform(0.1, 1) * taken)
-        os.killpg(victim.pid, signal.SIGKILL)
-        victim.wait()
+        victim.kill()
         wrong = [f"{one} is torn" for one in world.torn(root, deed.whole)]
-        if code := snakemake(root).wait():
-            wrong.append(f"restart ended with {code}: {(root.parent / 'said').read_text()[-500:]}")
-        wrong += world.differing(root, deed.whole)
-        wrong += [f"{name} is left" for name in world.leftovers(root)]
+        wrong += wrong_after(root, deed, snakemake(root).ended())
         tally.add(PROMISE, "whole workflow and its jobs, killed at a random moment", wrong)
     assert not [one for one in tally.failures if "whole workflow" in one]

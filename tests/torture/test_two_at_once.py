@@ -4,9 +4,9 @@ import time
 
 import pytest
 import world
+from conftest import snakemake
 from forked import Forked, run
 from tally import trials
-from test_killed import snakemake, workflow  # noqa: F401
 
 pytestmark = pytest.mark.torture
 PROMISE = "Two at once: each finishes right, or says in one line who holds what"
@@ -33,22 +33,24 @@ def test_two_at_once(deeds, place, tally, name):
 
 
 @pytest.mark.parametrize("other", ["workflow", "import", "status"])
-def test_something_beside_the_workflow(deeds, place, tally, workflow, other):  # noqa: F811
-    deed, _ = workflow
-    root = place(deed.start)
-    first, wrong = snakemake(root), []
-    if other == "workflow":
-        second = snakemake(root, "--quiet")
-        codes = first.wait(), second.wait()
-        if all(codes):
-            wrong.append(f"neither finished: {(root.parent / 'said').read_text()[-500:]}")
-    else:
-        what = deeds["import"].what if other == "import" else lambda root: world.said_by("status")
-        done = run(what, root)
-        if done.code or "Traceback" in done.said:
-            wrong.append(f"{other} ended with {done}")
-        if code := first.wait():
-            wrong.append(f"the workflow ended with {code}")
-    wrong += world.differing(root, deed.whole)
-    tally.add(PROMISE, f"`{other}` beside the workflow", wrong)
-    assert not wrong
+def test_something_beside_the_workflow(deeds, place, tally, workflow, other):
+    deed, taken = workflow
+    what = {"import": deeds["import"].what, "status": lambda root: world.said_by("status")}
+    for random in trials(f"two workflow {other}", 3):
+        root, wrong = place(deed.start), []
+        first = snakemake(root)
+        time.sleep(random.uniform(0, 1) * taken)
+        if other == "workflow":
+            second = snakemake(root, said="said by the second")
+        else:
+            second = Forked(what[other], root)
+        ends = {"the workflow": first.ended(), other: second.ended()}
+        for name, one in ends.items():
+            if (one.code and other != "workflow") or "Traceback" in one.said:
+                wrong.append(f"{name} ended with {one}")
+        if all(one.code for one in ends.values()):
+            wrong.append(f"neither finished: {ends}")
+        wrong += world.differing(root, deed.whole)
+        wrong += [f"{one} is left" for one in world.leftovers(root)]
+        tally.add(PROMISE, f"`{other}` beside the workflow", wrong)
+    assert not [one for one in tally.failures if f"`{other}` beside the" in one]
