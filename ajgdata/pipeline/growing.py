@@ -56,11 +56,12 @@ def grow(root: Paths) -> None:
                 _write(paths)
 
 
-def stop(paths: Paths) -> None:
-    """Say on the page that the run ended without its report, if it did; it grows no more."""
+def stop(paths: Paths, failed: Sequence[str] = ()) -> None:
+    """Say on the page that the run ended without its report, if it did; it grows no more. `failed`
+    names the jobs that ended in an error, with their logs."""
     if paths.growing.is_file():
         with _harmless():
-            _write(paths, stopped=True)
+            _write(paths, stopped=True, failed=failed)
         end(paths)
 
 
@@ -94,7 +95,7 @@ def _is_free(paths: Paths) -> bool:
         return True
 
 
-def _write(paths: Paths, *, stopped: bool = False) -> None:
+def _write(paths: Paths, *, stopped: bool = False, failed: Sequence[str] = ()) -> None:
     note = read_json(paths.growing)
     tasks = [(dataset, task) for dataset, task in note["tasks"]]
     specs = {name: read_dataset(paths, name) for name in note["datasets"]}
@@ -111,6 +112,7 @@ def _write(paths: Paths, *, stopped: bool = False) -> None:
         sections=tuple(_sections(results)),
         waiting=tuple(_waiting(specs, [one for one in asked if one not in made])),
         stopped=stopped,
+        failed=tuple(failed),
     )
     page = render_growing(content, paths).encode()
     if not _is_free(paths):

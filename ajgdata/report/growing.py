@@ -22,7 +22,8 @@ class Waiting:
 
 @dataclass(frozen=True)
 class Growing:
-    """`made` of `asked` experiments are there; `stopped`: the run ended before the rest."""
+    """`made` of `asked` experiments are there; `stopped`: the run ended before the rest; `failed`
+    names its jobs that ended in an error, with their logs."""
 
     title: str
     made: int
@@ -31,6 +32,7 @@ class Growing:
     sections: tuple[TaskSection, ...]
     waiting: tuple[Waiting, ...]
     stopped: bool = False
+    failed: tuple[str, ...] = ()
 
 
 def render_growing(growing: Growing, project: Paths | None = None) -> str:

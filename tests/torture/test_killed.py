@@ -11,7 +11,7 @@ from tally import trials
 pytestmark = pytest.mark.torture
 PROMISE = "After kill -9 and a restart: the same bytes, nothing torn, nothing left behind"
 
-COUNTS = {"import": 45, "acquire": 45, "jobs": 45, "publish": 15, "fetch": 40}
+COUNTS = {"import": 60, "acquire": 60, "jobs": 35, "publish": 15, "fetch": 40}
 
 
 def wrong_after(root, deed, restarted) -> list[str]:

@@ -5,7 +5,7 @@ import time
 import pytest
 import world
 from conftest import snakemake
-from forked import Forked, run
+from forked import Forked
 from tally import trials
 
 pytestmark = pytest.mark.torture

@@ -232,11 +232,20 @@ def begin_report():
 
 
 def stop_report():
-    """Say on that page that there is no more to come, if there is not."""
+    """Say on that page that there is no more to come, if there is not, and what failed."""
     if PATHS.growing.is_file() and is_to_report():
         from ajgdata.pipeline.growing import stop
 
-        stop(PATHS)
+        stop(PATHS, failed_jobs())
+
+
+def failed_jobs():
+    """Return a line for each job that ended in an error, with its log."""
+    return [
+        f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
+        for job in workflow.scheduler.failed
+        if job.rule.name != "complete"  # which fails for what is told as skipped
+    ]
 
 
 def tell_run():
@@ -244,14 +253,9 @@ def tell_run():
     outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
     keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
     specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
-    failed = [
-        f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
-        for job in workflow.scheduler.failed
-        if job.rule.name != "complete"  # which fails for what is told as skipped
-    ]
     if specs:
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
-        told = [*lines(PATHS, run, failed), effort_line(taken(), run.data)]
+        told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]
         print("", *told, "", sep="\n", file=sys.stderr, flush=True)
 
 

@@ -1,0 +1,57 @@
+"""A bug in one model fails its job, with the traceback in its log; all else is made and told."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import yaml
+from conftest import DECLARATION
+
+MODULE = """
+from sklearn.dummy import DummyClassifier
+
+from ajgdata.types.registry import Model
+
+BROKEN = Model("somebody:broken", "broken", "broken")
+
+
+class Broken(DummyClassifier):
+    def fit(self, X, y, sample_weight=None):
+        raise ValueError("a bug <in> a model")
+
+
+def broken(kind, seed):
+    return Broken()
+"""
+
+
+def test_a_bug_fails_its_job_and_the_rest_goes_on(project, tmp_path):
+    site = tmp_path / "site"
+    about = site / "somebody-1.0.dist-info"
+    about.mkdir(parents=True)
+    (site / "somebody.py").write_text(MODULE)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebody\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[ajgdata.models]\nbroken = somebody:BROKEN\n")
+    task = DECLARATION["tasks"]["pitch"] | {"models": ["broken", "knn"]}
+    declared = DECLARATION | {"tasks": {"pitch": task}}
+    project.paths.dataset("tones").write_text(yaml.safe_dump(declared))
+    for made in (project.paths.report.parent, project.paths.results / "tasks"):
+        shutil.rmtree(made)
+    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "snakemake", *project.arguments("results/report/index.html")]
+    done = subprocess.run(
+        [*command, "--keep-going"], check=False, capture_output=True, text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    assert done.returncode == 1
+    (failed,) = re.findall(r"^failed +(experiment .*): (\S+)$", done.stderr, re.MULTILINE)
+    log = (project.root / failed[1]).read_text()
+    assert "Traceback" in log and "ValueError: a bug <in> a model" in log
+    tasks = project.paths.results / "tasks" / "tones" / "pitch"
+    names = {one.name for one in tasks.iterdir() if one.name[0] != "."}
+    assert names == {"cross_validation-knn.json", "cross_validation-knn.cost.json"}
+    page = project.paths.report.read_text()
+    assert "Failed, see log" in page and f"{failed[0]}: {failed[1]}" in page
+    assert "The run stopped before its report was made" in page
