@@ -101,16 +101,20 @@ def _write(paths: Paths, *, stopped: bool = False, failed: Sequence[str] = ()) -
     specs = {name: read_dataset(paths, name) for name in note["datasets"]}
     paper = parse_paper(read_paper(paths))
     asked = asked_for(specs, tasks)
-    made = [one for one in asked if _is_made(paths, one)]
-    read = [read_results(paths, one, specs, paper)[0] for one in made]
+    parts = [_made_of(paths, one) for one in asked]
+    is_made = [part.models == one.models for one, part in zip(asked, parts, strict=True)]
+    shown = [p for p, whole in zip(parts, is_made, strict=True) if whole or (stopped and p.models)]
+    read = [read_results(paths, one, specs, paper)[0] for one in shown]
     results = [one for one in read if one.results]
     content = Growing(
         title="Acoustic sensing with jamming grippers",
-        made=len(made),
+        made=sum(is_made),
         asked=len(asked),
         panels=tuple(_panels(results, paper)),
         sections=tuple(_sections(results)),
-        waiting=tuple(_waiting(specs, [one for one in asked if one not in made])),
+        waiting=tuple(
+            _waiting(specs, [one for one, made in zip(asked, is_made, strict=True) if not made])
+        ),
         stopped=stopped,
         failed=tuple(failed),
     )
@@ -124,12 +128,15 @@ def _write(paths: Paths, *, stopped: bool = False, failed: Sequence[str] = ()) -
         os.utime(paths.growing)
 
 
-def _is_made(paths: Paths, asked: Asked) -> bool:
-    """Return whether all results of an experiment on a task are there."""
-    places = ((asked.dataset, asked.task, kind) for kind in asked.kinds)
-    return all(
-        paths.experiment(*one).is_file() and paths.experiment_cost(*one).is_file() for one in places
-    )
+def _made_of(paths: Paths, asked: Asked) -> Asked:
+    """Return an experiment on a task with those of its models whose results are there."""
+
+    def is_made(kind: str) -> bool:
+        one = (asked.dataset, asked.task, kind)
+        return paths.experiment(*one).is_file() and paths.experiment_cost(*one).is_file()
+
+    models = zip(asked.models, asked.kinds, strict=True)
+    return replace(asked, models=tuple(model for model, kind in models if is_made(kind)))
 
 
 def _panels(results: Sequence[TaskResults], paper: Mapping[str, PaperFigure]) -> Iterator[Panel]:
