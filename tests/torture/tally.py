@@ -10,10 +10,13 @@ from pathlib import Path
 from tools.findings.markdown import markdown_table
 
 BEGIN, END = "<!-- torture -->\n", "<!-- /torture -->\n"
-#: A share of all trials, the seed, and the longest that one kind of trial goes on.
+#: A share of all trials, the seed, and the longest (s) that one kind of trial goes on, and all of
+#: them: after that, each kind is tried once.
 SHARE = float(os.environ.get("AJGDATA_TORTURE_SHARE", "1"))
 SEED = int(os.environ.get("AJGDATA_TORTURE_SEED", "0"))
 SECONDS = float(os.environ.get("AJGDATA_TORTURE_SECONDS", "240"))
+TOTAL_S = float(os.environ.get("AJGDATA_TORTURE_TOTAL_SECONDS", "1080"))
+BEGAN = time.monotonic()
 
 
 class Tally:
@@ -44,7 +47,8 @@ def trials(name: str, count: int):
     """Yield a random generator for each trial, whose seed is printed, until the time is up."""
     started = time.monotonic()
     for number in range(max(1, round(count * SHARE))):
-        if time.monotonic() - started > SECONDS:
+        now = time.monotonic()
+        if now - started > SECONDS or (number and now - BEGAN > TOTAL_S):
             print(f"{name}: time is up after {number} trials")
             return
         seed = f"{SEED}/{name}/{number}"
