@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import brentq
-from scipy.signal import fftconvolve
 
 from ajgdata.gripper.grippers import Bodies
 from ajgdata.gripper.random_fields import RandomField, normals
@@ -312,5 +312,8 @@ def _heave(scene: Scene, floor: Real, free: Real, level: float) -> Real:
     half = int(np.ceil(reach / RASTER_M))
     offsets = np.arange(-half, half + 1) * RASTER_M
     cone = np.clip(1 - np.hypot(offsets[None, :], offsets[:, None]) / reach, 0, None)
-    spread = fftconvolve(floor - free, cone / cone.sum(), mode="same")
-    return medium.heave_fraction * spread
+    raised = floor - free
+    size = [next_fast_len(count + 2 * half, real=True) for count in raised.shape]
+    spread = irfft2(rfft2(raised, size) * rfft2(cone / cone.sum(), size), size)
+    ny, nx = raised.shape
+    return medium.heave_fraction * spread[half : half + ny, half : half + nx]

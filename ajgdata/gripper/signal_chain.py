@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal import bilinear_zpk, sosfilt, zpk2sos
 
 from ajgdata.gripper.external_noise import REFERENCE_PA, external_noise_pa, mass_law_gain
+from ajgdata.gripper.filters import Section, bilinear, filtered
 from ajgdata.gripper.motor import motor_sound
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, derive_seed
 from ajgdata.gripper.signal_settings import Driver, SignalChain
@@ -96,29 +96,38 @@ def transducers(chain: SignalChain) -> Real:
     12 dB an octave off: q = s Π ω²/(s² + ω s/Q + ω²) (two-port model of Kim & Allen 2013, Hearing
     Research 301, with the mass and stiffness of the armature and of the air in front of it).
     """
-    zeros, poles = [0.0, 0.0], [-_warp(chain.coupling_hz)] * 2
+    coupling = _warp(chain.coupling_hz)
+    analogue: list[Section] = [((1, 0, 0), (1, 2 * coupling, coupling**2))]
     if chain.driver == "armature":
-        zeros.append(0.0)
-        for frequency, q in zip(chain.resonances_hz, chain.resonances_q, strict=True):
-            omega = _warp(frequency)
-            poles += list(np.roots([1, omega / q, omega**2]))
+        analogue += _armature(chain)
     else:
-        _flat_velocity(chain, zeros, poles)
-    sections = zpk2sos(*bilinear_zpk(np.array(zeros), np.array(poles), 1.0, SAMPLE_RATE_HZ))
+        analogue += _flat_velocity(chain)
+    sections = np.array([bilinear(*one, SAMPLE_RATE_HZ) for one in analogue])
     z = np.exp(-2j * np.pi * 1_000 / SAMPLE_RATE_HZ)
     at_1k = np.prod(sections[:, :3] @ [1, z, z * z] / (sections[:, 3:] @ [1, z, z * z]))
     sections[0, :3] /= abs(at_1k)
     return sections
 
 
-def _flat_velocity(chain: SignalChain, zeros: list[float], poles: list[float]) -> None:
-    """Add a bell (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per peak and a second-order low pass."""
+def _armature(chain: SignalChain) -> list[Section]:
+    """One section a resonance, and the derivative with the first."""
+    found: list[Section] = []
+    for frequency, q in zip(chain.resonances_hz, chain.resonances_q, strict=True):
+        omega = _warp(frequency)
+        over = (0, 0, 1) if found else (0, 1, 0)
+        found.append((over, (1 / omega**2, 1 / (q * omega), 1)))
+    return found
+
+
+def _flat_velocity(chain: SignalChain) -> list[Section]:
+    """A bell (s² + g ω s/Q + ω²)/(s² + ω s/Q + ω²) per peak and a second-order low pass."""
+    found: list[Section] = []
     for frequency, gain_db, q in zip(chain.peaks_hz, chain.peaks_db, chain.peaks_q, strict=True):
         omega = _warp(frequency)
-        zeros += list(np.roots([1, 10 ** (gain_db / 20) * omega / q, omega**2]))
-        poles += list(np.roots([1, omega / q, omega**2]))
+        bell = (1, 10 ** (gain_db / 20) * omega / q, omega**2)
+        found.append((bell, (1, omega / q, omega**2)))
     omega = _warp(chain.rolloff_hz)
-    poles += list(np.roots([1, omega / 0.7, omega**2]))
+    return [*found, ((0, 0, 1), (1 / omega**2, 1 / (0.7 * omega), 1))]
 
 
 def _warp(frequency_hz: float) -> float:
@@ -189,7 +198,7 @@ class _Driven:
         self.count = len(excitation)
         self._is_silent = chain.level_db_spl is None
         if not self._is_silent:
-            self._samples = sosfilt(transducers(chain), excitation)
+            self._samples = filtered(transducers(chain), excitation)
             self._sum = np.cumsum(self._samples)
             self._spectra: dict[int, Real] = {}
 

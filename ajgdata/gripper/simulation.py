@@ -6,9 +6,9 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import firwin, kaiserord
 
 from ajgdata.gripper.dispersion import PASS_HZ, undisperse
+from ajgdata.gripper.filters import kaiser_lowpass, kaiser_taps
 from ajgdata.gripper.medium import Air
 from ajgdata.gripper.numba_cache import njit
 from ajgdata.gripper.outside import diffuse_gain, patch_velocity
@@ -21,6 +21,7 @@ from ajgdata.gripper.system import System
 Real = NDArray[np.floating]
 #: What folds down to below 20 kHz lies above this.
 STOP_HZ = SAMPLE_RATE_HZ - PASS_HZ
+STOP_DB = 80.0
 #: The energy is looked at once a millisecond of this many samples.
 CHUNK = 44
 
@@ -141,9 +142,8 @@ def lowpass(factor: int) -> tuple[Real, int]:
     if factor == 1:
         return np.ones(1), 0
     rate = SAMPLE_RATE_HZ * factor
-    taps, beta = kaiserord(80.0, (STOP_HZ - PASS_HZ) / (rate / 2))
-    latency = int(np.ceil(taps / 2 / factor))
-    cutoff = (PASS_HZ + STOP_HZ) / 2
-    pulse = factor * firwin(2 * latency * factor + 1, cutoff, window=("kaiser", beta), fs=rate)
+    width, middle = (STOP_HZ - PASS_HZ) / rate, (STOP_HZ + PASS_HZ) / rate
+    latency = int(np.ceil(kaiser_taps(STOP_DB, width) / 2 / factor))
+    pulse = factor * kaiser_lowpass(latency * factor, middle / 2, STOP_DB)
     pulse.flags.writeable = False
     return pulse, latency
