@@ -23,7 +23,8 @@ class EmbeddingData:
     """Recordings of things, and all that the acquisition log says of them.
 
     `feature` (n, f); `instance`, `grasp` and `group` (n,) are labels as text; `columns` all that
-    the store holds, of length n.
+    the store holds, of length n. `available` is how many there were, where these are some of them,
+    else 0.
     """
 
     feature: np.ndarray
@@ -31,6 +32,14 @@ class EmbeddingData:
     grasp: np.ndarray
     group: np.ndarray
     columns: Mapping[str, Column]
+    available: int = 0
+
+    @property
+    def thinned(self) -> dict[str, int]:
+        """Return of how many recordings these are some, as `available`; nothing if of all."""
+        if not self.available:
+            return {}
+        return {"recordings": len(self.feature), "available": self.available}
 
     def column(self, name: str) -> np.ndarray:
         """Return one column (n,). Raises ValueError if there is none."""
@@ -56,8 +65,11 @@ class Run(NamedTuple):
 def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
     """Return the recordings of which the log says what they are of; an empty gripper is no thing.
 
-    Raises ValueError for a column that is missing, and where fewer than two things are left.
+    Of more than `most_recordings` as many of every grasp as can be, evenly spaced in it. Raises
+    ValueError for a column that is missing, and where fewer than two things are left.
     """
+    from ajgdata.models.limits import thinned
+
     names = (settings.instance, "grasp_id", settings.groups)
     for name in names:
         if name not in shard.columns:
@@ -66,13 +78,18 @@ def embedding_data(shard: Shard, settings: Embedding) -> EmbeddingData:
     known = np.all([~np.isin(column, ["", "nan"]) for column in text], axis=0)
     if not known.any():
         raise NotPossibleError(f"no recording has {', '.join(dict.fromkeys(names))}")
-    columns = {n: Column(c.values[known], c.attrs) for n, c in shard.columns.items()}
-    instance, grasp, group = (column[known] for column in text)
+    rows = np.flatnonzero(known)
+    count, most = len(rows), settings.most_recordings
+    if count > most:
+        rows = rows[thinned(text[1][rows], most, text[0][rows])]
+    columns = {n: Column(c.values[rows], c.attrs) for n, c in shard.columns.items()}
+    instance, grasp, group = (column[rows] for column in text)
     if len(np.unique(instance)) < 2:
         raise NotPossibleError(
             f"all recordings are of one thing, {str(instance[0])!r}: two are needed"
         )
-    return EmbeddingData(shard.feature[known], instance, grasp, group, columns)
+    available = count if count > most else 0
+    return EmbeddingData(shard.feature[rows], instance, grasp, group, columns, available)
 
 
 def train_on(

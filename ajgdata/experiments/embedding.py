@@ -124,4 +124,7 @@ def settings_table(results: TaskResults) -> ShownTable:
     listed = results.settings.model_dump(mode="json")
     rows = [("what the pairs are made from", str(listed.pop("supervision")))]
     rows += [(words(name), setting(listed[name])) for name in sorted(listed)]
+    about = results.results[0].about
+    if "available" in about:
+        rows += [("recordings", "{recordings:,} of {available:,}, evenly of all".format(**about))]
     return ShownTable("Settings of the embedding.", ("setting", "value"), tuple(rows), "Settings")

@@ -85,6 +85,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         ),
     )  # fmt: skip
     about = {"k": NEIGHBOURS, "target": settings.target, "chance": float(chance)}
+    about |= data.thinned
     return Outcome(tables, cost, about)
 
 

@@ -79,7 +79,8 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         table_of("recordings", "Recordings", recordings, **{name: words(name) for name in known}),
         table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
     )
-    return Outcome(tables, about={"fold": FOLD, "init": INIT, "dimension": settings.shown})
+    about = {"fold": FOLD, "init": INIT, "dimension": settings.shown, **data.thinned}
+    return Outcome(tables, about=about)
 
 
 def _seven_digits(value: float) -> float:

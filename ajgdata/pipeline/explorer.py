@@ -48,9 +48,10 @@ def build_explorer(
     spec, (about, tables) = read_dataset(paths, dataset), read_tables(projections)
     shown = None if "skipped" in about else projections_of({one.name: one for one in tables})
     recordings = shown.recording.tolist() if shown else []
-    if shown and len(recordings) > MOST_SHOWN:
+    available = about.get("available", len(recordings))
+    if shown and available > MOST_SHOWN:
         shown, clips = thinned(shown, MOST_SHOWN), dict[str, bytes]()
-        count = f"{MOST_SHOWN:,} of {len(recordings):,} recordings"
+        count = f"{len(shown.recording):,} of {available:,} recordings"
         told = f"{count} are shown, drawn evenly in their order; there are too many to be heard."
     else:
         clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))

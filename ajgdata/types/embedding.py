@@ -42,6 +42,12 @@ class Embedding(Strict):
         (2, 3, 4, 6, 8, 12, 16, 32, 64), min_length=1, description="of the latent, for k-NN"
     )
     shown: Dimension = Field(8, description="dimension of what is measured further (paper: 8)")
+    most_recordings: int = Field(
+        2000,
+        ge=100,
+        description="recordings that it is made of and measured on at most, evenly of all grasps:"
+        " its networks, UMAP and neighbours cost ten minutes of a core for each thousand",
+    )
     margin: float = Field(1.0, gt=0, description="distance beyond which dissimilar pairs rest")
     epochs: int = Field(
         15, ge=1, description="passes over the training recordings; the loss has vanished by then"

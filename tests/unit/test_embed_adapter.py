@@ -310,6 +310,25 @@ def test_recordings_of_nothing_are_no_thing():
     assert "" not in logged.instance
 
 
+def test_of_too_many_recordings_it_is_made_of_some_of_every_grasp(tmp_path):
+    settings = SETTINGS.model_copy(update={"most_recordings": 40, "epochs": 1})
+    latents = train(tmp_path, shard(references=3), settings)  # 72 of things, two of each grasp
+    assert len(latents.columns["recording"].values) == 40
+    assert len(set(latents.columns["grasp_id"].values)) == 36
+    for name in ("embedding_knn", "embedding_projections"):
+        about = measured(tmp_path, name, settings).about
+        assert (about["recordings"], about["available"]) == (40, 72)
+    whole = measured_about(tmp_path / "whole", SETTINGS.model_copy(update={"epochs": 1}))
+    assert "available" not in whole
+
+
+def measured_about(folder, settings) -> dict:
+    """What is told of k-NN, beside its tables."""
+    folder.mkdir()
+    train(folder, shard(), settings)
+    return dict(measured(folder, "embedding_knn", settings).about)
+
+
 def test_folds_that_hold_out_things_train_nothing_twice(tmp_path):
     settings = SETTINGS.model_copy(update={"groups": "object"})
     found = train(tmp_path, shard(), settings)

@@ -226,6 +226,8 @@ def test_of_too_many_recordings_some_are_shown_evenly_and_the_page_says_so(made,
     assert all(len(space["points"]) == 6 for space in some["spaces"])
     assert not any(some["clips"])
     assert "6 of 11 recordings are shown" in " ".join(Page(html).words)
+    html = built(made, recordings=11, available=5000)  # the embedding is of some
+    assert "6 of 5,000 recordings are shown" in " ".join(Page(html).words)
 
 
 def test_an_embedding_that_was_not_trained_has_a_page_that_says_why(made):
