@@ -46,7 +46,7 @@ class Embedding(Strict):
         2000,
         ge=100,
         description="recordings that it is made of and measured on at most, evenly of all grasps:"
-        " its networks, UMAP and neighbours cost ten minutes of a core for each thousand",
+        " its networks alone take two minutes of a core for each thousand",
     )
     margin: float = Field(1.0, gt=0, description="distance beyond which dissimilar pairs rest")
     epochs: int = Field(
