@@ -14,11 +14,17 @@ if TYPE_CHECKING:
 
 
 def umap() -> type[UMAP]:
-    """Return UMAP, whose functions numba keeps on disk once they are compiled."""
+    """Return UMAP, whose functions numba keeps on disk once they are compiled, and which takes
+    distances of pairs from `pair_distances`."""
     with warnings.catch_warnings():  # about TensorFlow, which only parametric UMAP needs
         warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)
-        from umap import UMAP
-    keep_compiled(m for n, m in sys.modules.items() if n.split(".")[0] in ("umap", "pynndescent"))
+        from umap import UMAP, umap_
+
+    from ajgdata.embed import pair_distances
+
+    umap_.pairwise_distances = pair_distances.pair_distances
+    theirs = [m for n, m in sys.modules.items() if n.split(".")[0] in ("umap", "pynndescent")]
+    keep_compiled([*theirs, pair_distances])
     return UMAP
 
 

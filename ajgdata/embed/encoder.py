@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 import torch._dynamo  # the first optimiser loads it (1 s): not while training is timed
-from sklearn.pipeline import Pipeline, make_pipeline
-from sklearn.preprocessing import StandardScaler
+from sklearn.pipeline import Pipeline
 
 from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
 from ajgdata.embed.stacked_encoders import StackedEncoders
-from ajgdata.models.baselines import Compress
+from ajgdata.models.baselines import raw_scaling
 from ajgdata.models.cnn import CnnClassifier
 from ajgdata.models.network import SpectrumCnn, reproducible
 
@@ -42,11 +41,6 @@ class Encoder:
         rows = torch.from_numpy(self.scaling.transform(features)).float()
         with reproducible(0), torch.inference_mode():
             return torch.cat([self.network.trunk(part) for part in rows.split(CHUNK)]).numpy()
-
-
-def raw_scaling() -> Pipeline:
-    """Return the first steps of the baselines: compress, standardise."""
-    return make_pipeline(Compress(), StandardScaler())
 
 
 def train_encoders(

@@ -158,7 +158,7 @@ def runs_by_space(
     data: EmbeddingData, latent: np.ndarray, fold: np.ndarray
 ) -> Iterator[tuple[str, list[Run]]]:
     """Yield the runs of the latent, then of the raw features, which have one for each fold."""
-    from ajgdata.embed.encoder import raw_scaling
+    from ajgdata.models.baselines import raw_scaling
 
     yield "latent", list(runs_of(latent, fold))
     runs = []

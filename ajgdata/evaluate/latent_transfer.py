@@ -13,8 +13,8 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from ajgdata.embed.encoder import raw_scaling
 from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data, train_on
+from ajgdata.models.baselines import raw_scaling
 from ajgdata.store.features import Column, Shard
 from ajgdata.types import Embedding, NotPossibleError
 

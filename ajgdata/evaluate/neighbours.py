@@ -14,10 +14,9 @@ import numpy as np
 from sklearn.neighbors import KNeighborsClassifier
 from threadpoolctl import threadpool_limits
 
-from ajgdata.embed.encoder import raw_scaling
 from ajgdata.embed.projections import REDUCERS, ReducerName, make_reducer, reducible
 from ajgdata.evaluate.embedding_data import EmbeddingData, runs_of
-from ajgdata.models.baselines import NEIGHBOURS
+from ajgdata.models.baselines import NEIGHBOURS, raw_scaling
 
 if TYPE_CHECKING:
     from ajgdata.store.latents import Latents

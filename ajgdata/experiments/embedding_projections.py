@@ -50,8 +50,8 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     it: the thing, its category, what is probed, session and grasp. Raises ValueError where nothing
     could be trained.
     """
-    from ajgdata.embed.encoder import raw_scaling
     from ajgdata.embed.projections import project
+    from ajgdata.models.baselines import raw_scaling
 
     data, latents = trained(inputs, settings)
     training = latents.validation_fold != FOLD

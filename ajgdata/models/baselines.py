@@ -76,6 +76,11 @@ class Compress(OneToOneFeatureMixin, TransformerMixin, BaseEstimator):
         return np.arcsinh(validate_data(self, X, reset=False, dtype=np.float64) / self.scale_)
 
 
+def raw_scaling() -> Pipeline:
+    """Return the first steps of the baselines: compress, standardise."""
+    return make_pipeline(Compress(), StandardScaler())
+
+
 def _after_scaling(model: BaseEstimator) -> Pipeline:
     return make_pipeline(Compress(), StandardScaler(), model)
 
