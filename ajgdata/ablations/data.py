@@ -117,6 +117,8 @@ class AblationData:
         spec = read_dataset(self.paths, dataset)
         recipe, target = _recipe(spec), spec.tasks[task].target
         solver, feature, value = SerialSolver(self.paths.responses), [], []
+        # One for all: what is played is filtered once.
+        source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
         for grasp in grasps:
             setup = _over(grasp.setup, scene)
             held = setup["grasp"]
@@ -124,7 +126,6 @@ class AblationData:
             if "placed_mm" in held:
                 nearer["placed_mm"] = [pose * one for one in held["placed_mm"]]
             setup["grasp"] = {**held, **nearer}
-            source = VirtualGripper(setup, solver, recipe.signal, spec.excitation)
             take = source.take(dataclasses.replace(grasp, setup=setup), 0)
             feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
             value.append(grasp.object if target == "object" else grasp.targets[target])

@@ -12,7 +12,6 @@ from ajgdata.ablations.base import Ablation, Hypothesis, Trial, folds_of, trial_
 from ajgdata.ablations.data import QUIET, AblationData
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper import SAMPLE_RATE_HZ
-from ajgdata.gripper.external_noise import transmission
 from ajgdata.models import model_label
 from ajgdata.report.blocks import TableFigure
 from ajgdata.report.format import Caption, number
@@ -137,6 +136,7 @@ def _band_table(data: AblationData) -> Table:
     """Return the sweep's sound and the noise's by band, each recorded without the other."""
     from ajgdata.features.spectrum import frequencies_hz, spectrum
     from ajgdata.gripper import excitation_sweep, record
+    from ajgdata.gripper.external_noise import transmission
 
     setup = data.grasps("size")[0].setup
     response, sweep = data.response(setup), excitation_sweep()

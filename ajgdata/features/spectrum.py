@@ -25,7 +25,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
@@ -159,6 +158,8 @@ def _summed(
     samples: Float32, settings: FeatureSettings, exponent: int, counted: Float32 | None
 ) -> NDArray[np.float64]:
     """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
+    import scipy.fft  # a quarter of what Snakemake waits for when it reads this
+
     window = np.ldexp(_window(settings.window_shape, settings.window), exponent)
     frames = sliding_window_view(samples, settings.window)[:: settings.hop]
     step = max(1, _BLOCK // settings.window)

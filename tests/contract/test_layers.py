@@ -33,6 +33,7 @@ HEAVY = {
     "umap",
     "matplotlib",
     "sounddevice",
+    "scipy",
     "sklearn",
     "numba",
     "xarray",
