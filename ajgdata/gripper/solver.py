@@ -165,19 +165,22 @@ def _wide_sweep(state, faces, reach, capacities, span, scratch):
     reach_x, reach_y, reach_z = reach
     first, last, bed_slabs, row, slab = span
     one, slabs = uint64(1), len(first)
-    # The slab below the one whose velocities are new is the last whose pressure nobody needs.
+    # The slab below the one whose velocity along z is new is the last whose pressure nobody needs;
+    # its velocities along x and y wait until now, so that they are still in the cache.
     for above in range(1, slabs):
         lo, hi = first[above], last[above]
         if above < bed_slabs:
-            _damped_wide_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, one)
-            _damped_wide_velocity(uy, decay_y, gain_y, reach_y, p, lo, hi, row)
             _damped_wide_velocity(uz, decay_z, gain_z, reach_z, p, lo, hi, slab)
         else:
-            _wide_velocity(ux, gain_x, reach_x, p, lo, hi, one)
-            _wide_velocity(uy, gain_y, reach_y, p, lo, hi, row)
             _wide_velocity(uz, gain_z, reach_z, p, lo, hi, slab)
         k = above - 1
         lo, hi = first[k], last[k]
+        if k < bed_slabs:
+            _damped_wide_velocity(ux, decay_x, gain_x, reach_x, p, lo, hi, one)
+            _damped_wide_velocity(uy, decay_y, gain_y, reach_y, p, lo, hi, row)
+        else:
+            _wide_velocity(ux, gain_x, reach_x, p, lo, hi, one)
+            _wide_velocity(uy, gain_y, reach_y, p, lo, hi, row)
         _wide_divergence(scratch, ux, uy, uz, reach_x, reach_y, reach_z, lo, hi, row, slab)
         if k < bed_slabs:
             _relax(p, r1, r2, capacities, scratch, lo, hi)
