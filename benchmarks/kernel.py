@@ -29,7 +29,7 @@ from ajgdata.gripper.solver import (
     _wide_velocity,
     at_rest,
 )
-from ajgdata.gripper.system import LINE, System, aligned
+from ajgdata.gripper.system import System, aligned
 
 #: Marches `steps` from the start and returns the pressure (cells,).
 Run = Callable[[int], NDArray]
@@ -353,7 +353,9 @@ def parted(cells: int) -> Callable[[System, NDArray], Run]:
 def kept_velocity(u, v, decay, gain, reach, p, lo, hi, step):
     for i in range(lo, hi):
         r = reach[i]
-        new = decay[i] * u[i] - gain[i] * ((p[i + step] - p[i]) - r * (p[i + step + step] - p[i - step]))
+        new = decay[i] * u[i] - gain[i] * (
+            (p[i + step] - p[i]) - r * (p[i + step + step] - p[i - step])
+        )
         u[i] = new
         v[i] = r * new
 

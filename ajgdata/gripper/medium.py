@@ -127,7 +127,6 @@ def wave(rho: Complex, compressibility: Complex, omega: Real) -> tuple[Complex, 
     return np.asarray(omega * np.sqrt(rho * compressibility)), np.sqrt(rho / compressibility)
 
 
-@lru_cache(maxsize=64)
 def fit_fluid(packing: Packing, air: Air, poles: int = 2) -> Fluid:
     """Fit ρ∞, σ', C∞ and `poles` relaxations to the JCA wavenumber and impedance.
 
@@ -135,8 +134,17 @@ def fit_fluid(packing: Packing, air: Air, poles: int = 2) -> Fluid:
     wavenumber as phase and attenuation over FIT_PATH_M, because waves that cross the bed and come
     back see its absolute error. All parameters are positive by their logarithms, so that the
     fitted fluid is passive; the relaxation times stay within the band, so that no pole turns into
-    a second drag.
+    a second drag. It begins at the fit in air of 20 °C, which is near.
     """
+    near = () if air == Air() else _fitted(packing, Air(), poles)[1]
+    return _fitted(packing, air, poles, near)[0]
+
+
+@lru_cache(maxsize=64)
+def _fitted(
+    packing: Packing, air: Air, poles: int, near: tuple[float, ...] = ()
+) -> tuple[Fluid, tuple[float, ...]]:
+    """Return the fluid and the logarithms of its parameters, from those of a fit that is `near`."""
     omega = 2 * np.pi * np.geomspace(*FIT_BAND_HZ, 80)
     rho, compressibility = packing.jca(omega, air)
     k, z = wave(rho, compressibility, omega)
@@ -167,5 +175,6 @@ def fit_fluid(packing: Packing, air: Air, poles: int = 2) -> Fluid:
     start = np.concatenate([np.zeros(3), np.full(poles, np.log(0.1)), times])
     low = np.concatenate([start[: 3 + poles] - 5, np.full(poles, fastest)])
     high = np.concatenate([start[: 3 + poles] + 5, np.full(poles, slowest)])
-    fitted = least_squares(misfit, start, slopes, (low, high), xtol=1e-10, ftol=1e-10)
-    return fluid(fitted.x)
+    begin = np.clip(near, low, high) if near else start
+    fitted = least_squares(misfit, begin, slopes, (low, high), xtol=1e-10, ftol=1e-10)
+    return fluid(fitted.x), tuple(fitted.x.tolist())

@@ -79,11 +79,14 @@ def patch_velocity(push: Real, motion: Real, step_s: float) -> NDArray[np.comple
     """
     length = 2 * (BINS - 1)
     settled = push[:, -SETTLED:].mean(axis=1)
-    change = np.diff(push, axis=1, prepend=0.0, append=settled[:, None])
-    whole = -(-change.shape[1] // length) * length
-    padded = np.pad(change, ((0, 0), (0, whole - change.shape[1])))
-    folded = padded.reshape(len(push), whole // length, length).sum(axis=1)
-    spectrum = np.fft.rfft(folded, axis=1)
+    folded = np.zeros((len(push), length))
+    for begin in range(0, push.shape[1], length):
+        block = push[:, begin : begin + length]
+        folded[:, : block.shape[1]] += block
+    # The differences of what is folded, in turn, and the last step to what it settles at.
+    change = folded - np.roll(folded, 1, axis=1)
+    change[:, push.shape[1] % length] += settled
+    spectrum = np.fft.rfft(change, axis=1)
     iw = 1j * np.pi / step_s * np.linspace(0, 1, BINS)
     iw[0] = iw[1]  # a membrane without stiffness would move for ever
     kinds, kind = np.unique(motion, axis=0, return_inverse=True)
