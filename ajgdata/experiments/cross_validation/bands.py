@@ -6,7 +6,6 @@ import dataclasses
 
 from ajgdata.experiments.base import Inputs, TaskResults
 from ajgdata.experiments.cross_validation.results import ModelResult
-from ajgdata.features.bands import within
 from ajgdata.report.comparison import Twin, agreement
 from ajgdata.report.format import Score, number
 from ajgdata.report.paper import PaperFigure
@@ -31,6 +30,7 @@ def confined(inputs: Inputs, band: Band) -> Inputs:
 
     Raises NotPossibleError for a band that holds no bin.
     """
+    from ajgdata.features.bands import within
 
     def of(shard: Shard) -> Shard:
         normalisation = inputs.features.normalisation
