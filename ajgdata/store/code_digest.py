@@ -7,7 +7,8 @@ functions, classes as a whole, assignments. Statements at the top of a reached m
 nothing (a registration, an `if`) always count. So an edit counts if and only if it is to something
 that the function may use; comments, blank lines and docstrings never do.
 
-Sources are parsed, not imported: this is quick enough to be done while Snakemake builds its graph.
+Sources are parsed, not imported: this is quick enough to be done while Snakemake builds its graph;
+what was found is kept for the next process (`kept_digests`).
 What is named at run time only cannot be followed, and is given as a further entry: a module of
 `importlib.import_module(f"...{name}")`, a data file. A constant such as `"package.module:name"`
 is followed like the name, and so is the module of `f"package.module:{name}"`.
@@ -24,6 +25,8 @@ from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+
+from ajgdata.store.kept_digests import KeptDigests, kept_beside
 
 #: Where files are is no matter of what is in them, and the rules' inputs and outputs tell.
 IGNORED = {"ajgdata.paths"}
@@ -47,12 +50,14 @@ def code_digest(*entries: str) -> str:
     ValueError for an entry that does not exist.
     """
     packages = {"ajgdata", *(re.split(r"[.:/]", entry)[0] for entry in entries)}
-    return _code(*sorted(packages)).digest(*entries)
+    code, kept = _code(*sorted(packages))
+    return kept.of(entries, lambda: code.digest(*entries))
 
 
 @cache
-def _code(*packages: str) -> Code:
-    return Code({name: _folder(name) for name in packages})
+def _code(*packages: str) -> tuple[Code, KeptDigests]:
+    folders = {name: _folder(name) for name in packages}
+    return Code(folders), KeptDigests(folders, kept_beside(Path(__file__), packages))
 
 
 def _folder(package: str) -> Path:

@@ -23,7 +23,16 @@ def note_this_run():
 def noted(wildcards):
     """No input: asked for before Snakemake locks anything, it notes the run."""
     process_mode()
+    spare_pandas()
     return []
+
+
+def spare_pandas():
+    """Let Snakemake compare parameters as the plain values that they are: to ask whether one is a
+    table it would import pandas, a third of a second in every process."""
+    plain = getattr(workflow.persistence, "_serialize_param_builtin", None)
+    if plain:
+        workflow.persistence._serialize_param_pandas = plain
 
 
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
