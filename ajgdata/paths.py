@@ -101,6 +101,10 @@ class Paths:
         """Return the folder that may be deleted at any time."""
         return self.root / ".ajgdata"
 
+    def planned(self, dataset: str) -> Path:
+        """Return the note of what the scenes of a data set follow from."""
+        return self.cache / "scenes" / f"{dataset}.json"
+
     @property
     def benchmarks(self) -> Path:
         """Return the folder of what Snakemake measured of each job."""

@@ -14,10 +14,11 @@ from typing import Literal
 
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.plan import DatasetPlan
+from ajgdata.pipeline.planned_scenes import keep_scenes
 from ajgdata.pipeline.progress import when_slow
 from ajgdata.store import manifest
 from ajgdata.store.clock import latest_s, mend_dates
-from ajgdata.store.files import link_or_copy, write_bytes, write_if_changed
+from ajgdata.store.files import link_or_copy, write_bytes
 from ajgdata.store.sessions import dropped_sessions, incomplete_sessions
 
 #: `run` executes jobs, `look` does not (a dry run, a summary), `job` is the process of one job.
@@ -91,8 +92,7 @@ def update(paths: Paths, dataset: str, plan: DatasetPlan) -> None:
     What people get is not what Snakemake looks at: a removed link to the features is made again,
     and the receipt of a removed published tree is removed, so that it is published again.
     """
-    for session, content in plan.scenes.items():
-        write_if_changed(paths.scenes(dataset, session), content)
+    keep_scenes(paths, plan.spec, plan.scenes)
     without = _unready(paths, dataset, plan)
     manifest.refresh(paths, dataset, incomplete=without, each=_noticed(dataset))
     if paths.merged(dataset).is_file() and not paths.features(dataset).is_file():

@@ -13,9 +13,8 @@ from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declaration import check_declaration
-from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.pipeline.planned_scenes import scenes_of
 from ajgdata.report.paper import parse_paper
-from ajgdata.store.files import json_bytes
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -133,15 +132,3 @@ def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
 
 def _how_to_import(name: str) -> str:
     return f"get some with `ajgdata import FOLDER --dataset {name}`"
-
-
-def scenes_of(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> dict[str, bytes]:
-    """Return what each virtual session shall hold, as JSON.
-
-    Raises DataError for a recipe with a scene that the gripper does not know.
-    """
-    planned = planned_grasps(paths.dataset(spec.name), spec, virtual)
-    return {
-        session: json_bytes([{**vars(one), "targets": dict(one.targets)} for one in grasps])
-        for session, grasps in zip(virtual, planned, strict=True)
-    }

@@ -4,8 +4,10 @@ import pytest
 import yaml
 
 from ajgdata.paths import Paths
+from ajgdata.pipeline import planned_scenes
 from ajgdata.pipeline.inputs import update
 from ajgdata.pipeline.plan import plan, published
+from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.sessions import write_session
 from ajgdata.types import DataError, Recording, Session
 
@@ -208,3 +210,50 @@ def test_what_is_published_is_among_what_is_run():
     assert published({"a": 1}, []) == []
     with pytest.raises(DataError, match="publish: 'c' is no data set of this run; there are a"):
         published({"a": 1}, ["c"])
+
+
+def test_scenes_are_planned_once_and_anew_when_anything_they_follow_from_changes(
+    tmp_path, monkeypatch
+):
+    paths, planned = Paths(tmp_path), []
+
+    def counted(*arguments):
+        planned.append(arguments)
+        return planned_grasps(*arguments)
+
+    def scenes():
+        planned.clear()
+        return updated(paths)["made"].scenes
+
+    monkeypatch.setattr(planned_scenes, "planned_grasps", counted)
+    declare(paths, "made", recipe=RECIPE)
+    first = scenes()
+    assert len(planned) == 1
+    assert scenes() == first
+    assert planned == []
+    session = paths.scenes("made", "virtual-02")
+    for damage in (
+        session.unlink,
+        lambda: session.write_bytes(b"[]"),
+        paths.planned("made").unlink,
+    ):
+        damage()
+        assert scenes() == first
+        assert len(planned) == 1
+        assert session.read_bytes() == first["virtual-02"]
+    monkeypatch.setattr(planned_scenes, "code_digest", lambda entry: f"edited {entry}")
+    assert scenes() == first
+    assert len(planned) == 1
+    for change in ({"recipe": {**RECIPE, "seed": 9}}, {"excitation": {"kind": "mls"}}):
+        declare(paths, "made", **{"recipe": RECIPE, **change})
+        assert {name: content != first[name] for name, content in scenes().items()} == {
+            "virtual-01": True, "virtual-02": True,
+        }  # fmt: skip
+        assert len(planned) == 1
+
+
+def test_looking_writes_no_note_of_scenes(tmp_path):
+    paths = Paths(tmp_path)
+    declare(paths, "made", recipe=RECIPE)
+    plan(paths, check=True)
+    assert not paths.cache.exists()
