@@ -56,6 +56,8 @@ def status(
     ] = None,
 ) -> None:
     """Say which results are current, which are not and why, and what no run would mend."""
+    from concurrent.futures import ThreadPoolExecutor
+
     from ajgdata.paths import find_project
     from ajgdata.pipeline.run import datasets_asked, parted, with_only
     from ajgdata.pipeline.status import data_status, workflow_status
@@ -64,8 +66,10 @@ def status(
     paths = find_project()
     names, rest = parted(more or (), list_datasets(paths))
     asked = with_only(names, rest)
-    current, groups = workflow_status(paths, asked)
-    for line in data_status(paths, datasets_asked(asked)):
+    with ThreadPoolExecutor(1) as beside:  # while Snakemake looks, in a process of its own
+        found = beside.submit(data_status, paths, datasets_asked(asked))
+        current, groups = workflow_status(paths, asked)
+    for line in found.result():
         out.print(escape(line), soft_wrap=True)
     for group in groups:
         first, others = group.files[0], len(group.files) - 1
