@@ -106,7 +106,7 @@ def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(p
     assert results.results == ()
     ((label, reason),) = skipped
     assert label == "k-NN"
-    assert "up to 99 training groups" in reason
+    assert "99 training groups per class" in reason
 
 
 def test_a_mistake_in_the_code_is_no_reason_to_skip(paths, monkeypatch):
