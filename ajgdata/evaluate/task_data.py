@@ -20,7 +20,9 @@ class TaskData(NamedTuple):
     name: np.ndarray
 
     def where(self, chosen: np.ndarray) -> TaskData:
-        """Return the recordings that are `chosen`, a boolean (n,)."""
+        """Return the recordings that are `chosen`, a boolean (n,): of all no copy."""
+        if chosen.all():
+            return self
         return TaskData(*(column[chosen] for column in self))
 
 

@@ -84,19 +84,17 @@ def test_a_class_of_another_package_says_its_own_limit():
 
 @pytest.mark.parametrize("kind, period", [("classification", None), ("regression", 3.0)])
 def test_limits_reach_through_scalings_and_targets_that_repeat(kind, period):
-    for name in ("knn", "svm"):
+    for name in ("knn", "svm", "ridge"):
         model = make_model(f"{name}_plain", kind, period=period)
         assert limits.most_recordings(model) == limits.MOST[name]
         with limits.declared({name: 7}):
             assert limits.most_recordings(model) == 7
         assert limits.most_recordings(model) == limits.MOST[name]
-    assert limits.most_recordings(make_model("ridge_plain", kind, period=period)) is None
 
 
-def test_every_model_but_those_that_cost_as_much_a_recording_has_a_limit():
-    free = {"linear_plain", "ridge_plain", "forest", "boosting"}
+def test_every_model_has_a_limit():
     tuned = {name for name in MODELS.names() if MODELS[name].plain}
-    for name in set(MODELS.names()) - free - tuned:
+    for name in set(MODELS.names()) - tuned:
         assert limits.most_recordings(make_model(name, "classification")), name
 
 
@@ -149,7 +147,7 @@ def test_a_limit_that_is_declared_ends_with_its_block():
         with limits.declared({"linear": 20}):
             assert limits.most_recordings(model) == 20
         assert limits.most_recordings(model) == 30
-    assert limits.most_recordings(model) is None
+    assert limits.most_recordings(model) == limits.MOST["ridge"]
 
 
 def test_a_learning_curve_says_how_many_were_learned_from(monkeypatch):
