@@ -42,8 +42,8 @@ class KeptDigests:
         return self._known[name]
 
     def write(self) -> None:
-        """Write all that is known, unless the sources were edited meanwhile."""
-        content = {KEY: self._sources, "digests": self._known}
+        """Write all that is known, here and by others, unless the sources were edited meanwhile."""
+        content = {KEY: self._sources, "digests": self._read() | self._known}
         if sources_sha256(self.folders) == self._sources:
             with suppress(OSError, DataError):  # an installed package may be read-only
                 write_bytes(self.file, sealed_json_bytes(content))

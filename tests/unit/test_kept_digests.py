@@ -102,7 +102,17 @@ def test_where_nothing_can_be_written_nothing_is(folders, file):
     assert file.parent.read_text() == "a file where the folder would be"
 
 
-def test_another_process_finds_the_digest_that_this_one_keeps(run_python, tmp_path):
+def test_what_another_process_wrote_meanwhile_stays(folders, file):
+    first, second = KeptDigests(folders, file), KeptDigests(folders, file)
+    for kept, entry in ((first, "pkg"), (second, "alone")):
+        kept.of((entry,), lambda entry=entry: entry)
+        kept.write()
+    assert KeptDigests(folders, file).of(("pkg",), never) == "pkg"
+
+
+def test_another_process_finds_the_digest_that_this_one_keeps(run_python, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPYCACHEPREFIX", str(tmp_path))  # other tests keep theirs, too
+    monkeypatch.setattr(sys, "pycache_prefix", str(tmp_path))
     entry = "ajgdata.acquire.recipe:plan_session"
     package = Path(sys.modules["ajgdata"].__file__).parent
     code = f"from ajgdata.store.code_digest import code_digest; print(code_digest({entry!r}))"
