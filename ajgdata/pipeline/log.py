@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 import traceback
 from collections.abc import Iterator
@@ -14,6 +15,21 @@ from ajgdata.store.benchmarks import used_line
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
+#: Objects made before garbage is looked for: importing torch makes so many that looking each 700th
+#: takes a fifth of its time, and what a job needs is imported in it.
+GARBAGE = 20_000
+
+
+@contextmanager
+def _seldom_collecting() -> Iterator[None]:
+    """Look for garbage seldom."""
+    before = gc.get_threshold()
+    gc.set_threshold(max(before[0], GARBAGE), *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
 
 @contextmanager
 def logged(log: str) -> Iterator[None]:
@@ -22,7 +38,8 @@ def logged(log: str) -> Iterator[None]:
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
         try:
-            with noted_job(Paths()), redirect_stdout(stream), redirect_stderr(stream):
+            told = redirect_stdout(stream), redirect_stderr(stream)
+            with noted_job(Paths()), told[0], told[1], _seldom_collecting():
                 yield
             stream.write(f"{used_line()}\n")
         except DataError as error:

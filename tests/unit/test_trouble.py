@@ -1,6 +1,7 @@
 """What the machine lacks is one line, at the command and in the log of a job."""
 
 import errno
+import gc
 import sys
 
 import h5py
@@ -10,6 +11,7 @@ import pytest
 from ajgdata.cli import main as command
 from ajgdata.pipeline.log import logged
 from ajgdata.store.trouble import machine_trouble
+from ajgdata.types import DataError
 
 
 @pytest.mark.parametrize(
@@ -100,3 +102,14 @@ def test_what_was_set_aside_is_no_cause():
         except OSError:
             raise ValueError("a bug") from None
     assert machine_trouble(caught.value) is None
+
+
+def test_a_job_looks_for_garbage_seldom_and_leaves_that_as_it_was(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = gc.get_threshold()
+    with logged("job.log"):
+        assert gc.isenabled() and gc.get_threshold() == (20_000, *before[1:])
+    assert gc.get_threshold() == before
+    with pytest.raises(SystemExit), logged("job.log"):
+        raise DataError("x.wav", "is broken", "record it again")
+    assert gc.get_threshold() == before
