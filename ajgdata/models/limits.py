@@ -30,10 +30,10 @@ MOST: dict[str, int] = {
     # what these learn from is held three times in float64: 25 kB a recording
     **dict.fromkeys(("linear", "ridge", "forest", "boosting"), 30_000),
 }
-#: Recordings that a tuned model is chosen on; what is chosen then learns from its own most. Of k-NN
-#: there are eighteen candidates, which all cost as the square.
+#: Recordings that a tuned model is chosen on; what is chosen then learns from its own most. There
+#: are eighteen candidates of k-NN and twelve of support vectors, which all cost as the square.
 CHOOSING = "choosing"
-MOST_TO_CHOOSE, CHOOSE = 5_000, {"knn": 2_000}
+MOST_TO_CHOOSE, CHOOSE = 5_000, {"knn": 2_000, "svm": 2_000}
 #: Processor time of training on so many recordings of 1025 bins, and the exponent by which it
 #: grows; of k-NN with as many predicted. By `benchmarks/models.py`, on one core of two.
 COST: dict[str, tuple[int, float, float]] = {
