@@ -16,7 +16,7 @@ from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
 #: Objects made before garbage is looked for: importing torch makes so many that looking each 700th
-#: takes a fifth of its time, and what a job needs is imported in it.
+#: takes a tenth of its time or more, and what a job needs is imported in it.
 GARBAGE = 20_000
 
 
