@@ -2,7 +2,7 @@
 
 UMAP gives scikit-learn its own compiled distance, which then calls it from Python for each pair:
 that takes longer than all the rest of a fit to 500 spectra. Here the loops are compiled, too; the
-distances are the same bit for bit.
+distances are the same but for the order of their sums, which is the compiler's.
 """
 
 from __future__ import annotations

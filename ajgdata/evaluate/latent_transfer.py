@@ -92,7 +92,8 @@ def both_grippers(shard: Shard, base: Shard, settings: Embedding) -> BothGripper
     gripper and medium. Raises ValueError for a session without such recordings, for a base of
     several grippers, and for one whose gripper no session has.
     """
-    first, second = embedding_data(shard, settings), embedding_data(base, settings)
+    some = first, second = embedding_data(shard, settings), embedding_data(base, settings)
+    thinned = any(one.available for one in some)
     columns = {
         name: Column(np.concatenate([column.values, second.columns[name].values]))
         for name, column in first.columns.items()
@@ -104,6 +105,7 @@ def both_grippers(shard: Shard, base: Shard, settings: Embedding) -> BothGripper
         grasp=np.concatenate([first.grasp, second.grasp]),
         group=np.concatenate([first.group, second.group]),
         columns=columns,
+        available=sum(one.available or len(one.feature) for one in some) if thinned else 0,
     )
     reference = _references(shard, settings)
     session = first.column("session_id").astype(str)

@@ -88,7 +88,7 @@ def _stratified(y: np.ndarray, group: np.ndarray, folds: int, seed: int) -> Fold
     return _known_stratified(y.dtype.str, tuple(y.tolist()), tuple(group.tolist()), folds, seed)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=4)
 def _known_stratified(dtype: str, values: tuple, groups: tuple, folds: int, seed: int) -> Folds:
     """Make them once: each model of an experiment meets the same, and sklearn weighs each group in
     each fold (0.1 s of 300 groups)."""

@@ -20,8 +20,8 @@ class TaskData(NamedTuple):
     name: np.ndarray
 
     def where(self, chosen: np.ndarray) -> TaskData:
-        """Return the recordings that are `chosen`, a boolean (n,): of all no copy."""
-        if chosen.all():
+        """Return the recordings that are `chosen`, a boolean (n,) or rows: if all, no copy."""
+        if chosen.dtype == bool and chosen.all():
             return self
         return TaskData(*(column[chosen] for column in self))
 

@@ -91,6 +91,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         "held_out_grippers": list(settings.held_out),
         "dimension": settings.shown,
         "chance": chance,
+        **both.data.thinned,
     }
     return Outcome(tables, (score_table(cost, f"{TITLE}: cost"),), about)
 

@@ -91,15 +91,19 @@ def _chance(results: TaskResults, table: Table) -> float:
 
 
 def finding(results: TaskResults) -> str:
-    """Return what the most grasps reach with the best model, and what the fewest did."""
-    curves = [(result.label, *curve_of(results, result)) for result in results.results]
+    """Return what the most grasps that all models were trained on reach with the best of them, and
+    what its fewest did."""
+    curves = [(result.label, *curve_of(results, result)[:2]) for result in results.results]
+    end = min(groups[-1] for _, groups, _ in curves)
+    reached = {label: mean[groups <= end] for label, groups, mean in curves}
     better = max if results.kind == "classification" else min
-    label, groups, mean, _ = better(curves, key=lambda curve: curve[2][-1])
-    few, most = (with_unit(number(value), results.shown_unit) for value in (mean[0], mean[-1]))
-    falls = "rises" if mean[-1] > mean[0] else "falls"
+    label, groups, _ = better(curves, key=lambda curve: reached[curve[0]][-1])
+    first, last = reached[label][0], reached[label][-1]
+    few, most = (with_unit(number(value), results.shown_unit) for value in (first, last))
+    falls = "rises" if last > first else "falls"
     return (
         f"{METRIC_NAMES[results.metric]} of {label} {falls} from {few} with {groups[0]} to {most} "
-        f"with {groups[-1]} training grasps of each class"
+        f"with {groups[groups <= end][-1]} training grasps of each class"
     )
 
 

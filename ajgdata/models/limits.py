@@ -20,8 +20,8 @@ import numpy as np
 
 from ajgdata.types import NotPossibleError
 
-#: A class may declare `most_recordings` itself, which goes first; models that are not named here
-#: learn from all.
+#: What a task sets goes first, then what a class declares itself as `most_recordings`; models that
+#: are not named here learn from all.
 MOST: dict[str, int] = {
     "svm": 5_000,  # the kernel of all pairs
     "knn": 20_000,  # is kept whole, and asked whole for each recording

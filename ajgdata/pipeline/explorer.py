@@ -49,12 +49,14 @@ def build_explorer(
     shown = None if "skipped" in about else projections_of({one.name: one for one in tables})
     recordings = shown.recording.tolist() if shown else []
     available = about.get("available", len(recordings))
-    if shown and available > MOST_SHOWN:
-        shown, clips = thinned(shown, MOST_SHOWN), dict[str, bytes]()
-        count = f"{len(shown.recording):,} of {available:,} recordings"
-        told = f"{count} are shown, drawn evenly in their order; there are too many to be heard."
+    clips, told = dict[str, bytes](), "There are too many to be heard."
+    if shown and len(recordings) > MOST_SHOWN:
+        shown = thinned(shown, MOST_SHOWN)
     else:
         clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
+    if shown and len(shown.recording) < available:
+        count = f"{len(shown.recording):,} of {available:,} recordings"
+        told = f"{count} are shown, drawn evenly in their order. {told}"
     place = paths.explorer(dataset, embedding)
     here = place.relative_to(paths.report.parent).as_posix()
     one = Explored(

@@ -197,6 +197,7 @@ def _decision(
     from ajgdata.evaluate.splits import grouped_folds
     from ajgdata.evaluate.task_data import task_data
     from ajgdata.models import fit_model, make_model, model_label
+    from ajgdata.models.limits import declared
     from ajgdata.report.opening import Decision
 
     model, seed = about["model"], about["seed"]
@@ -206,7 +207,8 @@ def _decision(
     count = min(about["folds"], len(np.unique(data.group)))
     parts = grouped_folds(data.value, data.group, about["kind"], count, seed)
     fold, (train, test) = next((n, part) for n, part in enumerate(parts) if row in part[1])
-    with threadpool_limits(limits=1):  # as in the cross-validation: the same numbers
+    # As in the cross-validation: the same numbers.
+    with threadpool_limits(limits=1), declared(about.get("most_recordings", {})):
         made = make_model(model, about["kind"], seed)
         fitted = fit_model(made, data.feature[train], data.value[train], data.group[train])
         chances = fitted.predict_proba(data.feature[test])[test == row][0]

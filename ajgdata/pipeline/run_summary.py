@@ -20,6 +20,8 @@ Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurem
 #: Lines of one sort that are listed; the report has all of them.
 LISTED = 20
 TRAINING = "training"
+#: Between a part that was skipped, as a point of a curve, and its measurement.
+PART_OF = " of "
 
 
 class Data(NamedTuple):
@@ -78,6 +80,8 @@ def summarise(
         about = read_json(path)
         if reason := about.get("skipped", ""):
             reasons.setdefault((name, task, str(reason)), []).append(kind)
+        for part, reason in about.get("others", {}).items():
+            reasons.setdefault((name, task, str(reason)), []).append(f"{part}{PART_OF}{kind}")
         if about.get("left_out"):
             rare[f"{name}/{task}"] = about["left_out"]
     skipped = (
@@ -139,7 +143,8 @@ def lines(paths: Paths, run: RunSummary, failed: Sequence[str] = ()) -> list[str
     for task, counts in run.rare.items():
         named = ", ".join(f"{label} ({count})" for label, count in counts.items())
         told.append(f"left out  of {task}, classes of fewer groups than min_groups: {named}")
-    skipped = sum(not kind.startswith(TRAINING) for one in run.skipped for kind in one.kinds)
+    whole = [k for one in run.skipped for k in one.kinds if PART_OF not in k]
+    skipped = sum(not kind.startswith(TRAINING) for kind in whole)
     gone = sum(f": {TRAINING}" not in one for one in run.absent)
     told.append(
         f"{many(run.asked, 'measurement')}: {run.asked - skipped - gone} made, {skipped} skipped, "

@@ -1,5 +1,7 @@
 """A model learns from no more recordings than its limit, evenly of groups, and it is told."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from experiment_samples import measured, small_inputs
@@ -12,6 +14,7 @@ from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.curves import learning_curve
 from ajgdata.models import chosen, fit_model, limits, make_model
 from ajgdata.types import MODELS, NotPossibleError
+from ajgdata.types.tasks import Limited
 
 
 def spectra(groups=20, each=3):
@@ -180,3 +183,7 @@ def test_blocks_of_distances_are_all_distances(monkeypatch):
     )
     two = cdist(space[:6], space[6:12]).mean()  # of other things, hence of other grasps
     assert means[0, 1] == pytest.approx(two, rel=1e-13)
+
+
+def test_a_task_can_limit_each_model_that_has_a_limit():
+    assert set(get_args(Limited)) == {*limits.MOST, limits.CHOOSING}

@@ -66,6 +66,15 @@ def test_everything_that_a_person_needs_to_know(paths):
     ]
 
 
+def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
+    write_tables(paths.experiment(*KEYS[-1]), [], others={"9": "a class has 8"})
+    found = summarise(paths, {"d": spec()}, KEYS, report=False)
+    told = lines(paths, found)
+    assert "6 measurements: 4 made, 2 skipped, 0 not made" in told  # it was made
+    assert "skipped   d/u, 9 of permutation_test: a class has 8" in told
+    assert [one.task for one in found.wanting] == ["d/t", "d/u"]
+
+
 def test_a_run_that_failed_tells_what_is_not_there_and_shows_no_old_report(paths):
     write_bytes(paths.runs, json_bytes({"agreements": {"agree": 3}}))
     paths.experiment(*KEYS[-1]).unlink()

@@ -1,5 +1,6 @@
 """Filters of the gripper against those of scipy.signal, which takes too long to import."""
 
+import platform
 import subprocess
 import sys
 
@@ -19,7 +20,12 @@ def test_sections_filter_as_those_of_scipy_to_the_last_bit():
     sections = transducers(SignalChain())
     samples = np.random.default_rng(1).standard_normal(3_000)
     before = samples.copy()
-    assert filtered(sections, samples).tobytes() == sosfilt(sections, samples).tobytes()
+    ours, known = filtered(sections, samples), sosfilt(sections, samples)
+    if platform.machine() == "x86_64":
+        assert ours.tobytes() == known.tobytes()
+    # Elsewhere a compiler may round a product and a sum once: an ulp a step, which the poles keep
+    # for less than all samples.
+    np.testing.assert_allclose(ours, known, rtol=0, atol=3_000 * 2.0**-52 * np.abs(known).max())
     assert samples.tobytes() == before.tobytes()
 
 
