@@ -56,7 +56,7 @@ def build_explorer(
         clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
     if shown and len(shown.recording) < available:
         count = f"{len(shown.recording):,} of {available:,} recordings"
-        told = f"{count} are shown, drawn evenly in their order. {told}"
+        told = f"{count} are shown, drawn evenly. {told}"
     place = paths.explorer(dataset, embedding)
     here = place.relative_to(paths.report.parent).as_posix()
     one = Explored(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import multiprocessing
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -69,7 +70,7 @@ def draw_figures(
         )
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
     task = partial(_draw_one, listed, folder, kept)
-    if processes > 1 and len(listed) > 1 and "fork" in multiprocessing.get_all_start_methods():
+    if processes > 1 and len(listed) > 1 and sys.platform == "linux":
         _each_in_a_copy(task, len(listed), processes)
     else:
         for number in range(len(listed)):
@@ -96,7 +97,8 @@ _TASK: list[Callable[[int], None]] = []
 
 def _each_in_a_copy(task: Callable[[int], None], count: int, processes: int) -> None:
     """Call `task` with the numbers below `count` in copies of this process, which have what could
-    not be sent to others: figures are drawn by functions made on the way."""
+    not be sent to others: figures are drawn by functions made on the way. A job that draws has no
+    other threads, whose locks a copy might find taken; macOS' own libraries do."""
     _TASK[:] = [task]
     try:
         context = multiprocessing.get_context("fork")

@@ -57,7 +57,9 @@ def read_benchmarks(folder: Path, logs: Path) -> list[Job]:
         rule, parts = (path.stem, "") if alone else (path.parent.name, path.stem)
         for row in csv.DictReader(io.StringIO(read_text(path)), delimiter="\t"):
             try:
-                wall, cpu, memory = (_number(row[k]) for k in ("s", "cpu_time", "max_rss"))
+                wall, cpu, resident, shared = (
+                    _number(row[k]) for k in ("s", "cpu_time", "max_rss", "max_pss")
+                )
             except (KeyError, ValueError, TypeError):
                 problem = "is no benchmark file of Snakemake's"
                 raise DataError(path, problem, "delete it and run again") from None
@@ -65,6 +67,8 @@ def read_benchmarks(folder: Path, logs: Path) -> list[Job]:
             log = logs / path.relative_to(folder).with_suffix(".log")
             told = _USED.findall(read_text(log)) if log.is_file() else []
             cpu = float(told[-1]) if told else cpu
+            # What processes of a job share counts once, where the system tells.
+            memory = resident if math.isnan(shared) else shared
             jobs.append(Job(rule, wildcards, wall, cpu, memory * MIB, ended))
     return jobs
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from ajgdata.types import DataError
 #: A file that changed less than this before it was hashed is hashed again next time: its clock may
 #: be too coarse (2 s on FAT) to tell a second change.
 COARSEST_CLOCK_NS = 2_000_000_000
-#: Hashes in a folder that is not there are kept for so long: it may be on a disk that is away.
+#: Hashes in a folder that is not there are kept for so long after they were written: it may be on
+#: a disk that is away.
 AWAY_NS = 30 * 86_400 * 10**9
 #: Size, time of change of content and of the inode (ns), and inode.
 Mark = list[int]
@@ -85,8 +87,9 @@ class HashCache:
     def _forget_the_gone(self) -> None:
         now = time.time_ns()
         for file in self.folder.glob("*.json"):
-            if now - file.stat().st_mtime_ns > AWAY_NS and not _folder_of(file).is_dir():
-                file.unlink(missing_ok=True)
+            with suppress(FileNotFoundError):  # another process tidies, too
+                if now - file.stat().st_mtime_ns > AWAY_NS and not _folder_of(file).is_dir():
+                    file.unlink()
 
     def _file(self, folder: str) -> Path:
         return self.folder / f"{sha256_of(os.fsencode(folder))[:24]}.json"

@@ -43,8 +43,8 @@ class KeptDigests:
 
     def write(self) -> None:
         """Write all that is known, here and by others, unless the sources were edited meanwhile."""
-        content = {KEY: self._sources, "digests": self._read() | self._known}
         if sources_sha256(self.folders) == self._sources:
+            content = {KEY: self._sources, "digests": self._read() | self._known}
             with suppress(OSError, DataError):  # an installed package may be read-only
                 write_bytes(self.file, sealed_json_bytes(content))
 

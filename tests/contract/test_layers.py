@@ -88,7 +88,7 @@ def test_what_snakemake_parses_is_light(run_python):
         "from ajgdata.ablations import possible; possible([]);"
         "print(*{name.split('.')[0] for name in sys.modules})"
     )
-    assert not set(run_python(code).split()) & (HEAVY | {"scipy"})
+    assert not set(run_python(code).split()) & HEAVY
 
 
 def test_the_command_line_starts_light(run_python):

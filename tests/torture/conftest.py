@@ -108,13 +108,16 @@ def place(deeds):
     return copied
 
 
-def pytest_configure():
+@pytest.fixture(scope="session", autouse=True)
+def stoppable():
     """SIGTERM ends the run as Ctrl-C does: what it mounted goes, and what it started."""
 
     def stop(*_):
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, stop)
+    before = signal.signal(signal.SIGTERM, stop)
+    yield
+    signal.signal(signal.SIGTERM, before)
 
 
 def pytest_sessionfinish(session):

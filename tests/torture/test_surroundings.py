@@ -23,14 +23,14 @@ def made(root, umask="022", **environment) -> str:
 
 def turkish(folder) -> dict[str, str]:
     """Settings for a Turkish locale, in which the lower I has no dot, and 1.5 is 1,5."""
-    made = subprocess.run(
+    subprocess.run(
         ["localedef", "-i", "tr_TR", "-f", "UTF-8", "--no-archive", folder / "tr_TR.UTF-8"],
         check=False, capture_output=True,
     )  # fmt: skip
     settings = {"LOCPATH": str(folder), "LC_ALL": "tr_TR.UTF-8", "LANG": "tr_TR.UTF-8"}
     asked = [sys.executable, "-c", "import locale; print(locale.setlocale(locale.LC_ALL, ''))"]
     known = subprocess.run(asked, env={**os.environ, **settings}, check=False, capture_output=True)
-    if made.returncode and known.returncode:
+    if known.returncode:
         pytest.skip("no Turkish locale here, and none can be made")
     return settings
 

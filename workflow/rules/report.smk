@@ -28,7 +28,7 @@ rule report:
         str(PATHS.benchmark("report"))
     conda:
         "../../environment.yml"
-    threads: workflow.cores
+    threads: lambda wildcards: workflow.cores
     params:
         datasets=list(PLANS),
         tasks=MEASURED,
