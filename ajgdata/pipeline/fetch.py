@@ -20,7 +20,6 @@ from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     copy,
-    has_aliases,
     read_text,
     read_yaml,
     replacing_folder,
@@ -41,6 +40,7 @@ from ajgdata.store.sessions import (
     write_session,
 )
 from ajgdata.store.sources import list_sources
+from ajgdata.store.yaml_loading import has_aliases
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
 #: What the licence asks to be passed on, kept beside the recordings.
@@ -79,6 +79,8 @@ def fetch(
     Interrupted, it goes on there. Raises DataError, and changes nothing in the project, for
     anything that is wrong, for a name that is taken, and while another process fetches the same.
     """
+    if name:
+        _check_name(name)
     with ExitStack() as held:
         if is_web(source):
             held.enter_context(alone(cache_of(paths.fetched, source), f"fetching {source}"))
@@ -222,7 +224,7 @@ def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[s
     try:
         return DatasetSpec.model_validate(content), tuple(sorted(dropped))
     except ValidationError as error:
-        raise describe(error, "--name" if name else tree / tree.DECLARATION) from None
+        raise describe(error, tree / tree.DECLARATION) from None
 
 
 def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recording]]:
@@ -255,6 +257,14 @@ def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recordi
             problem = f"{what} {doubled[0]!r} stands in two rows"
             raise DataError(tree / tree.METADATA, problem, "publish the data set again")
     return found
+
+
+def _check_name(name: str) -> None:
+    """Raise DataError for what no data set can be named: paths are made of it."""
+    try:
+        DatasetSpec(name=name)
+    except ValidationError as error:
+        raise describe(error, "--name") from None
 
 
 def _check_free(paths: Paths, name: str, tree: Tree, cache: Path | None) -> None:

@@ -188,14 +188,6 @@ def read_yaml(path: Path) -> dict[str, Any]:
     return content
 
 
-def has_aliases(text: str) -> bool:
-    """Return True if YAML repeats parts of itself (`*name`): some lines can thus mean gigabytes."""
-    try:
-        return any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text))
-    except yaml.YAMLError:
-        return False  # it is none
-
-
 def line_of(path: Path, place: Iterable[int | str]) -> int:
     """Return the line of a YAML file on which `place` (keys and numbers of elements) begins.
 

@@ -1,9 +1,15 @@
-"""How YAML is read: PyYAML's safe loaders, in C where the text is sure not to crash that."""
+"""How YAML is read: PyYAML's safe loaders, in C where the text is sure not to crash that.
+
+Both give the same values, but that in C (libyaml) is more lenient with tabs and with `?` in flow
+collections, and that in Python with `%YAML 1.0`. What is asked of a text is thus asked of the
+loader that will read it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
 import yaml
 
@@ -40,25 +46,34 @@ class QuickLoader(_Strict, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # ty
     """The same in C, ten times as fast, where PyYAML was built with libyaml."""
 
 
+Loader: TypeAlias = PythonLoader | QuickLoader
+Read = TypeVar("Read")
+
+
 def yaml_value(text: str) -> Any:
     """Return what the only document of `text` says.
 
     Raises YAMLError (in the words of the loader in Python, which names the characters), ValueError
     for a date that there is not, RecursionError for nesting that is too deep.
     """
-    if levels(text) <= QUICK_LEVELS:
-        with suppress(yaml.YAMLError):
-            return _loaded(QuickLoader, text)
-    return _loaded(PythonLoader, text)
+    return _read(text, lambda loader: loader.get_single_data())
 
 
 def yaml_node(text: str) -> yaml.Node | None:
     """Return that document as nodes, which know their lines; raises as `yaml_value` does."""
-    loader = (QuickLoader if levels(text) <= QUICK_LEVELS else PythonLoader)(text)
-    try:
-        return loader.get_single_node()
-    finally:
-        loader.dispose()
+    return _read(text, lambda loader: loader.get_single_node())
+
+
+def has_aliases(text: str) -> bool:
+    """Return True if YAML repeats parts of itself (`*name`): some lines can thus mean gigabytes.
+
+    It does if any loader that may read the text meets an alias, be it before an error.
+    """
+    for kind in _loaders(text):
+        with suppress(yaml.YAMLError):
+            if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=kind)):
+                return True
+    return False
 
 
 def levels(text: str) -> int:
@@ -66,9 +81,24 @@ def levels(text: str) -> int:
     return sum(map(text.count, NESTING))
 
 
-def _loaded(kind: type[PythonLoader | QuickLoader], text: str) -> Any:
+def _loaders(text: str) -> list[type[Loader]]:
+    """Return the loaders that may read a text: each but the last leaves to the next what it
+    refuses."""
+    return [QuickLoader, PythonLoader] if levels(text) <= QUICK_LEVELS else [PythonLoader]
+
+
+def _read(text: str, read: Callable[[Loader], Read]) -> Read:
+    """Return what `read` makes of the first loader that reads the text; the last one's errors."""
+    *others, last = _loaders(text)
+    for kind in others:
+        with suppress(yaml.YAMLError):
+            return _read_by(kind, text, read)
+    return _read_by(last, text, read)
+
+
+def _read_by(kind: type[Loader], text: str, read: Callable[[Loader], Read]) -> Read:
     loader = kind(text)
     try:
-        return loader.get_single_data()
+        return read(loader)
     finally:
         loader.dispose()

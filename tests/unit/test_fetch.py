@@ -228,6 +228,19 @@ def test_a_name_that_is_taken_is_refused_before_all_is_brought(tree, server, els
     assert fetch(elsewhere.paths, address(server), name="other").recordings == 12
 
 
+def test_a_name_that_leads_elsewhere_is_refused_before_anything_is_asked_for(
+    tree, server, elsewhere, snapshot
+):
+    (elsewhere.root / "x").mkdir()
+    (elsewhere.root / "x/dataset.yaml").touch()  # nobody asks whether this is there
+    before = snapshot(elsewhere.root)
+    for source in (address(server), str(tree.root)):
+        with pytest.raises(DataError, match=r"^--name: name = '../x': Names are letters"):
+            fetch(elsewhere.paths, source, name="../x", each=pytest.fail)
+    assert server.asked == []
+    assert snapshot(elsewhere.root) == before
+
+
 def edit_text(name, old, new):
     def change(tree):
         text = (tree / name).read_text()
@@ -334,6 +347,10 @@ ATTACKS = {
     ),
     "declaration: a bomb": (
         edit_text("dataset.yaml", "title:", "a: &a {b: c}\nd: {<<: [*a, *a]}\ntitle:"),
+        "dataset.yaml: repeats itself by YAML aliases",
+    ),
+    "declaration: a bomb behind a tab": (
+        edit_text("dataset.yaml", "title:", "x:\ty\na: &a {b: c}\nd: {<<: [*a, *a]}\ntitle:"),
         "dataset.yaml: repeats itself by YAML aliases",
     ),
     "declaration: a pit": (

@@ -283,6 +283,12 @@ def test_the_line_of_a_place(tmp_path, place, line):
     assert line_of(path, place) == line
 
 
+def test_the_line_in_a_text_of_old_yaml(tmp_path):
+    path = tmp_path / "x.yaml"
+    path.write_text("%YAML 1.0\n---\nname: x\nnmae: y\n")
+    assert line_of(path, ["nmae"]) == 4
+
+
 def test_a_folder_survives_a_kill_between_its_two_renames(tmp_path):
     target = tmp_path / "tree"
     target.mkdir()

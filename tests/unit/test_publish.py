@@ -435,6 +435,14 @@ BREAKS = {
         replaced("README.md", 'groupby("object")', 'groupby("edge_mm")'), True,
         r"README.md: example 1 is not the one that was published",
     ),
+    "front matter repeats itself": (
+        replaced("README.md", "license: ", "a: &a {b: c}\nd: {<<: [*a, *a]}\nlicense: "), True,
+        r"README.md: repeats itself by YAML aliases",
+    ),
+    "front matter of a day that there is not": (
+        replaced("README.md", "license: ", "day: 2024-13-45\nlicense: "), True,
+        r"README.md: its front matter",
+    ),
     "broken front matter": (
         replaced("README.md", "license: ", "licence: "), True, r"README.md: its front matter",
     ),
@@ -501,6 +509,11 @@ BREAKS = {
         True,
         r"sessions/s1/session.yaml: repeats itself by YAML aliases",
     ),
+    "session repeats itself behind a tab": (
+        replaced("sessions/s1/session.yaml", "session_id: s1", "session_id:\t&a s1\nnotes: *a"),
+        True,
+        r"sessions/s1/session.yaml: repeats itself by YAML aliases",
+    ),
     "features cut short": (
         lambda t: (t / t.FEATURES).write_bytes((t / t.FEATURES).read_bytes()[:5000]), True,
         r"features.nc: not a readable feature store",
@@ -550,7 +563,8 @@ def test_what_is_unsafe_is_not_handed_to_other_readers(found):
     assert unsafe == {
         *("link", "table leaves the folder", "archive leaves the folder", "archive is a bomb"),
         *("archive cut short", "features cut short", "features claim too much"),
-        *("session repeats itself", "missing session"),
+        *("session repeats itself", "session repeats itself behind a tab", "missing session"),
+        "front matter repeats itself",
     }
 
 

@@ -1,4 +1,5 @@
-"""The loader in C reads what that in Python reads, refuses what it refuses, and never crashes."""
+"""Either loader gives the same values, and neither crashes; each is more lenient in some places,
+which are listed here."""
 
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from ajgdata.store.yaml_loading import (
     QUICK_LEVELS,
     PythonLoader,
     QuickLoader,
+    has_aliases,
     levels,
     yaml_node,
     yaml_value,
@@ -30,6 +32,18 @@ REFUSED = [
     "a: b: c", "a: @x", "a: *there_is_none", "a: &x [*x]", "? [1, 2]\n: 3", "a: [1, 2",
     "a: 1\n---\nb: 2", "a: \x07",
 ]  # fmt: skip
+#: What libyaml reads and Python refuses: tabs that separate, and `?` inside of flow collections.
+LENIENT = {
+    "a: 1 \t": {"a": 1}, "a: b\t#c": {"a": "b"}, "'a'\t: 1": {"a": 1}, "[1,\t2]": [1, 2],
+    "a:\t\n  b: 1": {"a": {"b": 1}}, "a:\tb": {"a": "b"},
+    "{a: http://x?y}": {"a": "http://x?y"}, "[a?b]": ["a?b"],
+}  # fmt: skip
+#: What Python reads and libyaml refuses.
+OLD = "%YAML 1.0\n---\nname: x\nother: y\n"
+#: Nine lines that mean 10^9 elements.
+BOMB = "a0: &a0 [" + "x, " * 9 + "x]\n" + "".join(
+    f"a{n}: &a{n} [" + f"*a{n - 1}, " * 9 + f"*a{n - 1}]\n" for n in range(1, 9)
+)  # fmt: skip
 DEEP = ["a: " + "[" * 900 + "]" * 900, "{a: " * 3000, "- " * 20_000, "? " * 5000, "[" * 100_000]
 
 
@@ -96,3 +110,34 @@ def test_text_that_may_be_deep_is_left_to_python(monkeypatch):
     marks = "'" + "-" * QUICK_LEVELS + "'"
     assert yaml_value(f"a: {marks}") == {"a": "-" * QUICK_LEVELS}
     assert yaml_node(f"a: {marks}").value[0][1].value == "-" * QUICK_LEVELS
+
+
+@pytest.mark.parametrize("text", LENIENT)
+def test_tabs_and_question_marks_are_read_more_leniently_than_by_python(text):
+    assert yaml_value(text) == read_by(QuickLoader, text) == LENIENT[text]
+    with pytest.raises(yaml.YAMLError):
+        read_by(PythonLoader, text)
+
+
+def test_what_only_python_reads_is_read_and_has_its_nodes():
+    with pytest.raises(yaml.YAMLError):
+        read_by(QuickLoader, OLD)
+    assert yaml_value(OLD) == {"name": "x", "other": "y"}
+    lines = [key.start_mark.line for key, _ in yaml_node(OLD).value]
+    assert lines == [2, 3]
+
+
+LONG = "# " + "-" * QUICK_LEVELS + "\n"  # left to Python
+
+
+@pytest.mark.parametrize(
+    "before", ["", LONG, "name:\tx\n", "u: {v: http://x?y}\n", "%YAML 1.0\n---\n"]
+)
+def test_aliases_are_found_by_the_loader_that_reads_the_text(before):
+    assert yaml_value(before + BOMB)["a0"] == ["x"] * 10
+    assert has_aliases(before + BOMB)
+    assert not has_aliases(before + "a: &a [x, '*a', b*c]\n")
+
+
+def test_a_text_that_nothing_reads_is_no_alias():
+    assert not has_aliases("a: [")

@@ -16,7 +16,7 @@ import yaml
 from ajgdata.paths import AUDIO_FOLDER, SESSION_FILE, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_labels
-from ajgdata.store.files import has_aliases, read_json, read_text
+from ajgdata.store.files import read_json, read_text
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.checksums import files_of, read_checksums
 from ajgdata.store.publishing.croissant import RECORDINGS
@@ -24,6 +24,7 @@ from ajgdata.store.publishing.datapackage import LABELS
 from ajgdata.store.publishing.examples import examples, fenced
 from ajgdata.store.publishing.table import FILE_NAME, Table, read_table, table_of
 from ajgdata.store.sessions import read_declaration, read_session
+from ajgdata.store.yaml_loading import has_aliases
 from ajgdata.types import DataError
 
 AGAIN, DISTRUST = "publish it again, or fetch it again", "do not use this data set"
@@ -220,9 +221,12 @@ def _card(tree: Tree, _: Mapping[str, str]) -> Iterator[Defect]:
     ours."""
     text = read_text(tree / tree.README)
     head = text.split("---\n")[1] if text.startswith("---\n") else ""
+    if has_aliases(head):
+        yield Defect(tree.README, "repeats itself by YAML aliases", DISTRUST, is_unsafe=True)
+        return
     try:
         front = yaml.safe_load(head)
-    except yaml.YAMLError:
+    except (yaml.YAMLError, ValueError, RecursionError):
         front = None
     if not isinstance(front, dict) or not {"license", "configs"} <= set(front):
         yield Defect(tree.README, "its front matter (license, configs) cannot be read")
