@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import h5netcdf
 import h5py
@@ -22,9 +21,6 @@ from ajgdata.store.features import (
 )
 from ajgdata.store.hdf5 import check_texts, writing
 from ajgdata.types import DataError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _UNREADABLE = "not a readable file of latents", "delete it, run again"
 LATENT, UNSEEN = "latent_", "unseen_"
@@ -105,22 +101,3 @@ def read_latents(path: Path) -> Latents:
 
 def _is_unseen(name: str) -> bool:
     return name.startswith(UNSEEN) and name.removeprefix(UNSEEN).isdigit()
-
-
-def open_latents(path: Path) -> xr.Dataset:
-    """Return the latents in a file as a lazy xarray.Dataset; use it in a `with` block."""
-    import xarray as xr
-
-    if not path.is_file():
-        raise DataError(path, "these latents have not been made", "run `snakemake` first")
-    try:
-        with h5py.File(path, "r") as store:
-            check_texts(store)
-    except DAMAGE:
-        raise DataError(path, *_UNREADABLE) from None
-    dataset = xr.open_dataset(path, engine="h5netcdf", chunks=None)
-    return dataset.set_coords([n for n in dataset.variables if not _is_latent(str(n))])
-
-
-def _is_latent(name: str) -> bool:
-    return name.startswith(LATENT) or _is_unseen(name)

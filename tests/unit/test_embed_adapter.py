@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from ajgdata.evaluate import distances
 from ajgdata.evaluate.embedding_data import embedding_data
@@ -15,7 +16,7 @@ from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.embedding import scores_by
 from ajgdata.pipeline.embed import train_embedding
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
-from ajgdata.store.latents import open_latents, read_latents
+from ajgdata.store.latents import read_latents
 from ajgdata.types import DataError, Embedding
 from ajgdata.types.embedding import Probed
 
@@ -130,13 +131,11 @@ def test_latents_of_every_recording_by_every_network(made):
 
 
 def test_xarray_reads_them_with_labels(made):
-    with open_latents(made / "latents.nc") as found:
+    with xr.open_dataset(made / "latents.nc") as found:
         assert found["latent_3"].dims == ("fold", "init", "recording", "dimension_3")
         assert {"object", "validation_fold", "pose"} <= set(found.coords)
         assert set(found.data_vars) == {"latent_2", "latent_3", "unseen_3"}
         assert found.attrs["source"] == "simulated"
-    with pytest.raises(DataError, match="have not been made"):
-        open_latents(made / "none.nc")
 
 
 def test_same_inputs_same_bytes(made, tmp_path):

@@ -1,6 +1,7 @@
 """The feature store: equal values through every reader, equal bytes for equal content."""
 
 import gc
+import os
 import resource
 import time
 from dataclasses import replace
@@ -23,8 +24,8 @@ from ajgdata.store.features import (
     text_column,
     write_store,
 )
-from ajgdata.store.hdf5 import HEAPS, SEAL
-from ajgdata.store.latents import Latents, open_latents, read_latents, write_latents
+from ajgdata.store.hdf5 import HEAPS, SEAL, check_texts, writing
+from ajgdata.store.latents import Latents, read_latents, write_latents
 from ajgdata.store.open_xarray import open_store
 from ajgdata.types import DataError
 
@@ -318,9 +319,63 @@ def test_a_changed_text_of_latents_is_noticed(tmp_path):
     content = path.read_bytes()
     assert content.count(b"of it") == 1
     path.write_bytes(content.replace(b"of it", b"on it"))
-    for read in (read_latents, open_latents):
-        with pytest.raises(DataError, match="not a readable file of latents"):
-            read(path)
+    with pytest.raises(DataError, match="its texts are not those that were written"):
+        read_latents(path)
+
+
+def test_a_store_that_another_program_wrote_anew_says_how_to_read_it(tmp_path):
+    path, copy = tmp_path / "x.nc", tmp_path / "copy.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    with xr.open_dataset(path) as opened:
+        opened.to_netcdf(copy)
+        for hidden in (HEAPS, SEAL):
+            del opened.attrs[hidden]
+        opened.to_netcdf(tmp_path / "dropped.nc")
+    for read in (read_store, open_store):
+        with pytest.raises(DataError, match=r"another program wrote it anew; .* drop _heaps and"):
+            read(copy)
+    np.testing.assert_array_equal(read_store(tmp_path / "dropped.nc").feature, sample().feature)
+
+
+def test_a_file_that_is_replaced_while_it_is_opened_is_checked_itself(tmp_path):
+    path, other = tmp_path / "x.nc", tmp_path / "other.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    write_store(other, sample(rows=300), FEATURE_ATTRS)
+    with h5py.File(path) as store:
+        other.replace(path)
+        check_texts(store)
+    assert len(read_store(path).feature) == 300
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [[0, 2**46], [2**62, 2**62], [-8, 16], [0, 0], [8, -8], [64, 8, 0, 8], [0, 9, 8, 8], [0, 8, 8]]
+)  # fmt: skip
+def test_a_list_of_texts_that_no_file_can_have_is_refused_unread(tmp_path, monkeypatch, parts):
+    path = tmp_path / "x.nc"
+    write_store(path, sample(), FEATURE_ATTRS)
+    with h5py.File(path, "r+") as store:
+        store.attrs[HEAPS] = np.array(parts, np.int64)
+    read, pread = [], os.pread
+    monkeypatch.setattr("os.pread", lambda *a: read.append(a) or pread(*a))
+    with pytest.raises(DataError, match="its texts are not those"):
+        read_store(path)
+    assert len(read) <= 1
+
+
+def test_what_looks_like_a_heap_within_one_does_no_harm(tmp_path):
+    path = tmp_path / "x.nc"
+    looks = [b"GCOL\1\0\0\0" + n.to_bytes(8, "little") for n in (0, 24, 40)]
+    with writing(path) as store:
+        store.attrs["settings"] = "of it"
+        store.dimensions["n"] = 96
+        store.create_variable("n", ("n",), data=np.frombuffer(b"".join(looks).ljust(96), np.uint8))
+    content = path.read_bytes()
+    assert content.count(b"GCOL\1\0\0\0") == 4
+    with h5py.File(path) as store:
+        check_texts(store)
+        listed = store.attrs[HEAPS].tolist()
+    assert (content.index(looks[1]), 16 + 40) in zip(listed[::2], listed[1::2], strict=True)
 
 
 def test_load_features_says_what_to_do(tmp_path):
