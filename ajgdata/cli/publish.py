@@ -154,7 +154,7 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
     done = bring(paths, source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching"))
     out.print(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
-        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: snakemake",
+        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}",
         soft_wrap=True,
     )
     if done.dropped:

@@ -21,6 +21,8 @@ NETWORK_FILE = "model.safetensors"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
 FILES = (NETWORK_FILE, ESTIMATOR_FILE, GUARD_FILE)
+#: All models of a data set are made by one job, which its folder tells to be done.
+_ANEW = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
 
 def write_network(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -94,7 +96,7 @@ def read_about(folder: Path) -> dict[str, Any]:
     for name, digest in about.get("files", {}).items():
         if name not in FILES or file_sha256(folder / name) != digest:
             problem = "is not what was written (sha256 differs)"
-            raise DataError(folder / name, problem, "delete its folder and run again")
+            raise DataError(folder / name, problem, _ANEW)
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "mend the task first")
     return about
@@ -102,4 +104,4 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 def _unreadable(path: Path, error: Exception) -> DataError:
     first = (str(error).splitlines() or [type(error).__name__])[0]
-    return DataError(path, f"not a readable model ({first})", "delete its folder and run again")
+    return DataError(path, f"not a readable model ({first})", _ANEW)

@@ -151,7 +151,13 @@ _TREES = (*_SCALED, "sklearn.tree._tree.Tree")
 _BOOSTED = (*_SCALED, "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor")
 _ADAM = (*_SCALED, "sklearn.neural_network._stochastic_optimizers.AdamOptimizer")
 # sorts of scikit-learn's own that skops does not know to be harmless
-_METRICS = (*_SCALED, "sklearn.metrics._dist_metrics.ManhattanDistance64")
+_METRICS = (
+    *_SCALED,
+    "sklearn.metrics._dist_metrics.ManhattanDistance64",
+    # of up to 15 features, as after a projection of few recordings
+    "sklearn.metrics._dist_metrics.EuclideanDistance64",
+    "sklearn.neighbors._kd_tree.KDTree",
+)
 
 
 def _baseline(
@@ -196,7 +202,9 @@ MODELS = Registry(
         "mlp": _baseline("perceptron", "MLP", "MLP", trusted=_ADAM),
         "linear_plain": _baseline("logistic", "logistic regression, plain", "ridge, plain"),
         "ridge_plain": _baseline("ridge", "ridge classifier, plain", "ridge, plain"),
-        "knn_plain": _baseline("nearest_neighbours", "k-NN, plain", "k-NN, plain"),
+        "knn_plain": _baseline(
+            "nearest_neighbours", "k-NN, plain", "k-NN, plain", trusted=_METRICS
+        ),
         "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", several=False),
     },
 )

@@ -19,6 +19,7 @@ from ajgdata.report.study_page import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_labels, read_store
 from ajgdata.store.manifest import read_manifest
+from ajgdata.store.models import ABOUT_FILE
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
@@ -64,6 +65,13 @@ def test_something_was_built():
 @pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
 def test_what_people_open_is_what_the_workflow_made(path):
     assert path.read_bytes() == PATHS.merged(path.stem).read_bytes()
+
+
+@pytest.mark.parametrize("run", RUNS["runs"], ids="-".join)
+def test_every_final_model_is_there(run):
+    """All those of a data set are one result to the workflow, which does not miss one of them."""
+    folder = PATHS.models(run[0])
+    assert (PATHS.model(*run) / ABOUT_FILE).is_file(), f"delete {folder} and run again"
 
 
 @pytest.mark.parametrize("path", TREES, ids=lambda p: p.stem)

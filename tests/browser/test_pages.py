@@ -38,6 +38,13 @@ return [...document.body.querySelectorAll('*')]
   .filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !scrolls(e.parentElement))
   .slice(-1).map(e => e.outerHTML.slice(0, 120))
 """
+#: Images that have a place and no width in it, once all have come.
+UNSEEN = """
+const all = [...document.images];
+return Promise.all(all.map(e => { e.loading = 'eager'; return e.decode().catch(() => 0) }))
+  .then(() => all.filter(e => e.getClientRects().length && e.getBoundingClientRect().width < 50)
+    .map(e => e.outerHTML.slice(0, 120)))
+"""
 AXE = """
 const done = arguments[arguments.length - 1];
 axe.run({runOnly: arguments[0], resultTypes: ['violations']})
@@ -105,6 +112,17 @@ def test_no_page_is_wider_than_the_window(browser, site, width):
             if wide > width:
                 wrong[f"{site.name(page)}, {state}"] = [f"{wide} px", *browser.run(BEYOND)]
             browser.run(UNFOLD)
+    assert_none(wrong)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_every_figure_is_seen(browser, site, width):
+    """An image that is not folded away has the width of a picture, not of a line."""
+    browser.window(width)
+    wrong = {}
+    for page in site.pages:
+        browser.open(page.as_uri())
+        wrong[site.name(page)] = browser.run(UNSEEN)
     assert_none(wrong)
 
 

@@ -11,7 +11,8 @@ from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.train import train_model, train_models
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
-from ajgdata.types import DataError, NotPossibleError
+from ajgdata.store.models import read_estimator, write_estimator
+from ajgdata.types import MODELS, DataError, NotPossibleError
 
 TASKS = {"edge_mm": "regression", "kind": "classification"}
 
@@ -182,3 +183,15 @@ def test_a_model_of_some_classes_knows_no_others(store):
                 folder=store.parent / "none")  # fmt: skip
     with pytest.raises(DataError, match="classes: no recording has the kind 'd'"):
         read_model(store.parent / "none")
+
+
+@pytest.mark.parametrize("kind", ["classification", "regression"])
+def test_neighbours_among_few_features_come_back(tmp_path, kind):
+    """Up to 15 features scikit-learn looks for them in a tree."""
+    x = np.random.default_rng(0).normal(size=(40, 5))
+    y = np.arange(40) % 2
+    fitted = make_model("knn_plain", kind).fit(x, y)
+    write_estimator(tmp_path, fitted)
+    for name in ("knn", "knn_plain"):
+        back = read_estimator(tmp_path, MODELS[name].trusted)
+        np.testing.assert_array_equal(back.predict(x), fitted.predict(x))
