@@ -15,6 +15,7 @@ from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 import typer
+from dataset_features import extract_sessions, merge_sessions
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -24,9 +25,7 @@ from ajgdata.evaluate.resampling import corrected_interval
 from ajgdata.evaluate.task_data import task_data
 from ajgdata.models import make_model
 from ajgdata.paths import Paths
-from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.pipeline.merge import merge
 from ajgdata.store import manifest
 from ajgdata.store.features import Shard, read_store
 from ajgdata.store.sessions import read_dataset, write_dataset
@@ -48,28 +47,8 @@ def features_of(project: Paths, name: str, folder: Path) -> Shard:
     write_dataset(project, spec)
     import_folder(project, name, folder, settings=None, copy=False)
     sessions = manifest.refresh(project, name)
-    for session in sessions:
-        extract_features(
-            root=project.root,
-            manifest=project.audio_manifest(name, session),
-            audio=spec.audio,
-            features=spec.features,
-            code="",
-            shard=project.shard(name, session),
-            findings=project.shard_findings(name, session),
-            cache=project.shard_cache(name, session),
-            threads=2,
-        )
-    merge(
-        dataset=name,
-        shards=[project.shard(name, s) for s in sessions],
-        labels=[project.label_manifest(name, s) for s in sessions],
-        findings=[project.shard_findings(name, s) for s in sessions],
-        targets=spec.targets,
-        store=project.merged(name),
-        published=project.features(name),
-        quarantine=project.quarantine(name),
-    )
+    extract_sessions(project, spec, sessions, threads=2)
+    merge_sessions(project, spec, sessions)
     return read_store(project.features(name))
 
 

@@ -34,42 +34,21 @@ def stage_manifest(project: Paths, folder: Path) -> Callable[[], object]:
 
 
 def stage_features(project: Paths, folder: Path) -> Callable[[], object]:
-    from ajgdata.pipeline.extract_features import extract_features
+    from dataset_features import extract_sessions
+
     from ajgdata.store.sessions import list_sessions, read_dataset
 
     spec = read_dataset(project, NAME)
-
-    def extract() -> None:
-        for session in list_sessions(project, NAME):
-            extract_features(
-                root=project.root,
-                manifest=project.audio_manifest(NAME, session),
-                audio=spec.audio,
-                features=spec.features,
-                code="",
-                shard=project.shard(NAME, session),
-                findings=project.shard_findings(NAME, session),
-                cache=project.shard_cache(NAME, session),
-            )
-
-    return extract
+    return lambda: extract_sessions(project, spec, list_sessions(project, NAME))
 
 
 def stage_merge(project: Paths, folder: Path) -> Callable[[], object]:
-    from ajgdata.pipeline.merge import merge
+    from dataset_features import merge_sessions
+
     from ajgdata.store.sessions import list_sessions, read_dataset
 
     spec, sessions = read_dataset(project, NAME), list_sessions(project, NAME)
-    return lambda: merge(
-        dataset=NAME,
-        shards=[project.shard(NAME, one) for one in sessions],
-        labels=[project.label_manifest(NAME, one) for one in sessions],
-        findings=[project.shard_findings(NAME, one) for one in sessions],
-        targets=spec.targets,
-        store=project.merged(NAME),
-        published=project.features(NAME),
-        quarantine=project.quarantine(NAME),
-    )
+    return lambda: merge_sessions(project, spec, sessions)
 
 
 def stage_load(project: Paths, folder: Path) -> Callable[[], object]:

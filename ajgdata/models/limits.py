@@ -76,15 +76,23 @@ def declared(most: Mapping[str, int]) -> Iterator[None]:
 
 def names_of(model: Any) -> tuple[str, ...]:
     """Return the names under which the limit of a model may be set, none of other packages'."""
-    if steps := getattr(model, "steps", None):
-        return names_of(steps[-1][1])
-    for one in type(model).__mro__:
-        if one.__name__ in NAMES and one.__module__.startswith("sklearn."):
-            return NAMES[one.__name__]
-    if named := getattr(model, "limit_name", ""):
-        return (named,)
-    wrapped = next((getattr(model, name) for name in _WRAPPED if hasattr(model, name)), None)
-    return () if wrapped is None else names_of(wrapped)
+    for layer in _layers(model):
+        for one in type(layer).__mro__:
+            if one.__name__ in NAMES and one.__module__.startswith("sklearn."):
+                return NAMES[one.__name__]
+        if named := getattr(layer, "limit_name", ""):
+            return (named,)
+    return ()
+
+
+def _layers(model: Any) -> Iterator[Any]:
+    """Yield a model, then what it wraps, as deep as that goes: the last step of a pipeline, the
+    estimator that is fitted to another target."""
+    while model is not None:
+        yield model
+        wrapped = [getattr(model, name) for name in _WRAPPED if hasattr(model, name)]
+        steps = getattr(model, "steps", None)
+        model = steps[-1][1] if steps else next(iter(wrapped), None)
 
 
 def most_recordings(model: Any) -> int | None:
@@ -93,18 +101,10 @@ def most_recordings(model: Any) -> int | None:
     for name in names:
         if name in _declared:
             return _declared[name]
-    own = _own(model)
-    return own if own is not None else next((MOST[name] for name in names if name in MOST), None)
-
-
-def _own(model: Any) -> int | None:
-    """Return the limit that the class of a model declares itself, if it does."""
-    if hasattr(model, "most_recordings"):
-        return model.most_recordings
-    if steps := getattr(model, "steps", None):
-        return _own(steps[-1][1])
-    wrapped = next((getattr(model, name) for name in _WRAPPED if hasattr(model, name)), None)
-    return None if wrapped is None else _own(wrapped)
+    own = (one.most_recordings for one in _layers(model) if hasattr(one, "most_recordings"))
+    if (most := next(own, None)) is not None:
+        return most
+    return next((MOST[name] for name in names if name in MOST), None)
 
 
 def most_to_choose(model: Any) -> int:

@@ -22,7 +22,6 @@ from ajgdata.store.features import (
 from ajgdata.store.hdf5 import check_texts, writing
 from ajgdata.types import DataError
 
-_UNREADABLE = "not a readable file of latents", "delete it, run again"
 LATENT, UNSEEN = "latent_", "unseen_"
 VALIDATION_FOLD, UNSEEN_FOLD = "validation_fold", "unseen_fold_of"
 
@@ -94,7 +93,7 @@ def read_latents(path: Path) -> Latents:
             attrs = {k: plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
         folds = [columns.pop(name).values for name in (VALIDATION_FOLD, UNSEEN_FOLD)]
     except DAMAGE:
-        raise DataError(path, *_UNREADABLE) from None
+        raise DataError(path, "not a readable file of latents", "delete it, run again") from None
     latent = dict(sorted(latent.items()))
     return Latents(latent, folds[0], unseen[0] if unseen else None, folds[1], columns, attrs)
 

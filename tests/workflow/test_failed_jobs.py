@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import yaml
-from conftest import DECLARATION
+from conftest import DECLARATION, python_path_with
 
 MODULE = """
 from sklearn.dummy import DummyClassifier
@@ -28,18 +28,14 @@ def broken(kind, seed):
 
 
 def test_a_bug_fails_its_job_and_the_rest_goes_on(project, tmp_path):
-    site = tmp_path / "site"
-    about = site / "somebody-1.0.dist-info"
-    about.mkdir(parents=True)
-    (site / "somebody.py").write_text(MODULE)
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebody\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text("[ajgdata.models]\nbroken = somebody:BROKEN\n")
+    path = python_path_with(
+        tmp_path / "site", MODULE, "[ajgdata.models]\nbroken = somebody:BROKEN\n"
+    )
     task = DECLARATION["tasks"]["pitch"] | {"models": ["broken", "knn"]}
     declared = DECLARATION | {"tasks": {"pitch": task}}
     project.paths.dataset("tones").write_text(yaml.safe_dump(declared))
     for made in (project.paths.report.parent, project.paths.results / "tasks"):
         shutil.rmtree(made)
-    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-m", "snakemake", *project.arguments("results/report/index.html")]
     done = subprocess.run(
         [*command, "--keep-going"], check=False, capture_output=True, text=True,

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import yaml
-from conftest import DECLARATION
+from conftest import DECLARATION, python_path_with
 
 MODULE = '''
 from contextlib import contextmanager
@@ -67,18 +67,11 @@ count = somebody:COUNT
 
 
 def test_what_another_package_registers_has_rows_in_the_report(project, tmp_path):
-    """Installed as pip leaves it: a module, and metadata with entry points."""
-    site = tmp_path / "site"
-    about = site / "somebody-1.0.dist-info"
-    about.mkdir(parents=True)
-    (site / "somebody.py").write_text(MODULE)
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: somebody\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(POINTS)
+    path = python_path_with(tmp_path / "site", MODULE, POINTS)
     task = DECLARATION["tasks"]["pitch"] | {"models": ["guess"], "experiments": {"count": {}}}
     project.paths.dataset("tones").write_text(
         yaml.safe_dump(DECLARATION | {"tasks": {"pitch": task}})
     )
-    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-m", "snakemake", *project.arguments()]
 
     def run(*arguments: str) -> str:
@@ -100,7 +93,9 @@ def test_what_another_package_registers_has_rows_in_the_report(project, tmp_path
             r["part"]: r["value"] for r in csv.DictReader(stream) if r["statistic"] == "count"
         }
     assert counted == {"class:high": "8", "class:low": "8"}
-    (site / "somebody.py").write_text(MODULE.replace('"recordings", "count"', '"rows", "count"'))
+    (tmp_path / "site" / "somebody.py").write_text(
+        MODULE.replace('"recordings", "count"', '"rows", "count"')
+    )
     assert "\nexperiment " in run(*wanted, "--dry-run")  # its code changed
     script = "from ajgdata.types import SOURCES; print(SOURCES.names(), SOURCES.origin('bench'))"
     said = subprocess.run(
