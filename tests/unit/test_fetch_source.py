@@ -1,14 +1,16 @@
 """Public recordings by name: every byte right and imported, or one line and nothing imported."""
 
 import http.server
+import socket
 import stat
 import threading
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
 import pytest
 import yaml
-from git_mirror import Mirror, sound
+from git_mirror import Mirror, git, sound
 from test_fetch import Handler
 from typer.testing import CliRunner
 
@@ -81,8 +83,6 @@ def test_the_folder_of_a_commit_and_nothing_else(paths, mirror, files):
     rows, _ = read_recordings(paths.session("hits", "day1"))
     assert {row.labels["label"] for row in rows} == {"metal", "desk"}
     assert not list(paths.data.rglob("*.wav"))  # they are referred to, where they were brought
-    known = brought("hits").with_name("hits.git")
-    assert sum(path.stat().st_size for path in known.rglob("*.pack")) < 6 * 2000
 
 
 def test_copies_on_request(paths, mirror, files):
@@ -91,29 +91,38 @@ def test_copies_on_request(paths, mirror, files):
     assert len(list(paths.data.rglob("*.wav"))) == len(files)
 
 
-def test_an_interrupted_transfer_goes_on(paths, mirror, files, monkeypatch):
-    monkeypatch.setattr(git_folders, "BATCH", 2)
-    of_git(paths, {"commit": mirror.commit(files)})
-    asked = []
+def test_no_object_outside_the_folder_is_downloaded(paths, mirror, files):
+    """Of a commit with 200 other folders: itself, the folders on the way, and the folder's own."""
+    deep = {f"data/day1/{name}": content for name, content in files.items()}
+    aside = {f"{top}/d{n}/x.txt": b"%d" % n for top in ("paper", "data/old") for n in range(100)}
+    of_git(paths, {"commit": mirror.commit(deep | aside), "folder": "data/day1"})
+    fetch_source(paths, "hits", mirror=mirror.url)
+    assert held(paths) == files
+    objects = brought("hits").with_name("hits.git")
+    listed = git(objects, "cat-file", "--batch-all-objects", "--batch-check=%(objecttype)")
+    # trees: the root, its two folders, data/day1, and data/day1/hits
+    assert Counter(listed.split()) == {"commit": 1, "tree": 5, "blob": len(files)}
 
-    def cut(names):
-        for count, name in enumerate(names):
-            if count == 3:
-                raise KeyboardInterrupt
-            yield name
 
-    def noted(names):
-        asked.extend(names)
-        return iter(names)
+def test_an_interrupted_transfer_resumes_at_the_next_part(paths, mirror, files):
+    commit = mirror.commit({**files, "more/7_desk.wav": files[NAMES[1]]})
+    parts = [{"commit": commit, "folder": name, "into": name} for name in ("hits", "more")]
+    of_git(paths, *parts)
+
+    def interrupted(names):
+        yield names[0]
+        raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fetch_source(paths, "hits", mirror=mirror.url, each=cut)
-    assert not paths.data.exists()
-    for left in ("shallow.lock", "all.index.lock"):  # of a git that was killed
-        (brought("hits").with_name("hits.git") / left).touch()
-    fetch_source(paths, "hits", mirror=mirror.url, each=noted)
-    assert len(asked) == len(files) - 2
+        fetch_source(paths, "hits", mirror=mirror.url, each=interrupted)
     assert held(paths) == files
+    assert not paths.data.exists()
+    written = {path: path.stat().st_mtime_ns for path in brought("hits").rglob("*.wav")}
+    for stale in ("shallow.lock", "more.index.lock"):  # of a git that was killed
+        (brought("hits").with_name("hits.git") / stale).touch()
+    fetch_source(paths, "hits", mirror=mirror.url)
+    assert held(paths) == files | {"more/7_desk.wav": files[NAMES[1]]}
+    assert {path: path.stat().st_mtime_ns for path in written} == written
 
 
 def test_a_second_time_needs_no_network_and_mends_what_was_changed(paths, mirror, files):
@@ -162,12 +171,49 @@ def test_what_is_not_there_is_said_in_a_line(paths, mirror, files, monkeypatch):
     commit = mirror.commit(files)
     of_git(paths, {"commit": commit, "folder": "hots"})
     assert f"commit {commit[:12]} has no folder 'hots'" in refused(paths, mirror.url)
+    of_git(paths, {"commit": commit, "folder": NAMES[0]})
+    assert f"commit {commit[:12]} has no folder '{NAMES[0]}'" in refused(paths, mirror.url)
     of_git(paths, {"commit": "0123456789" * 4})
-    assert "the commit is not there" in refused(paths, mirror.url)
-    assert "no such public repository" in refused(paths, f"{mirror.url}/elsewhere")
-    assert "look at the network" in refused(paths, "http://127.0.0.1:1")
+    assert "the server does not have this commit" in refused(paths, mirror.url)
+    assert "there is no git repository" in refused(paths, f"{mirror.url}/elsewhere")
+    assert "the server does not answer" in refused(paths, "http://127.0.0.1:1")
     monkeypatch.setenv("PATH", "")
     assert "install git" in refused(paths, mirror.url)
+
+
+SERVERS = {
+    "forbidden": ("error: Server does not allow request for unadvertised object 0123",
+                  "the server does not send single commits"),
+    "certificate": ("fatal: unable to access 'https://x/': SSL certificate problem: self-signed",
+                    "git failed"),
+    "denied": ("fatal: unable to access 'https://x/': The requested URL returned error: 403",
+               "git failed"),
+    "owner": ("fatal: detected dubious ownership in repository at '/srv/x'\nfatal: Could not read "
+              "from remote repository.", "git failed"),
+    "damaged": ("error: inflate: data stream error\nfatal: early EOF\nfatal: index-pack failed",
+                "git failed"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SERVERS)
+def test_a_failure_is_quoted_whole_and_not_guessed_at(paths, mirror, monkeypatch, tmp_path, name):
+    """A stand-in for git prints what git prints then."""
+    of_git(paths, {"commit": "0" * 40})
+    text, problem = SERVERS[name]
+    stand_in_for_git(tmp_path, monkeypatch, text)
+    line = refused(paths, mirror.url)
+    assert f": {problem} ({text.replace(chr(10), '; ')}); " in line
+    if problem == "git failed":  # neither the network nor the bytes are blamed
+        assert "network" not in line and "--mirror" not in line
+
+
+def stand_in_for_git(folder: Path, monkeypatch, text: str) -> None:
+    program = folder / "bin" / "git"
+    program.parent.mkdir()
+    (folder / "text").write_text(text)
+    program.write_text(f"#!/bin/sh\n/bin/cat '{folder}/text' >&2\nexit 128\n")
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("PATH", str(program.parent))
 
 
 def test_changed_bytes_are_not_imported(paths, mirror, files):
@@ -184,16 +230,18 @@ def test_changed_bytes_are_not_imported(paths, mirror, files):
 
 
 def test_a_full_disk_is_said_with_a_way_out(paths, mirror, files, monkeypatch, tmp_path):
-    """A stand-in for git says what git says then."""
     of_git(paths, {"commit": mirror.commit(files)})
-    program = tmp_path / "bin" / "git"
-    program.parent.mkdir()
-    said = "fatal: write error: No space left on device"
-    program.write_text(f"#!/bin/sh\necho '{said}' >&2\nexit 128\n")
-    program.chmod(program.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setenv("PATH", str(program.parent))
+    stand_in_for_git(tmp_path, monkeypatch, "fatal: write error: No space left on device\n")
     assert "the disk is full" in (line := refused(paths, mirror.url))
     assert "AJGDATA_CACHE" in line
+
+
+def test_a_server_that_never_answers_cannot_block(paths, monkeypatch):
+    monkeypatch.setattr(git_folders, "MAX_S", 1.0)
+    of_git(paths, {"commit": "0" * 40})
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        line = refused(paths, f"http://127.0.0.1:{silent.getsockname()[1]}")
+    assert "git took longer than " in line
 
 
 @pytest.fixture
