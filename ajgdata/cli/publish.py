@@ -152,9 +152,12 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
     from ajgdata.pipeline.fetch import fetch as bring
 
     done = bring(paths, source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching"))
+    for line in done.removed:
+        out.print(f"[yellow]removed[/yellow] {escape(line)}", soft_wrap=True)
     out.print(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
-        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}",
+        f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
+        "computes the features",
         soft_wrap=True,
     )
     if done.dropped:

@@ -1,17 +1,20 @@
-"""`ajgdata fetch`: make a published data set, in a folder or on the web, one of this project.
+"""`ajgdata fetch`: register a published data set, from a folder or the web, in this project.
 
-Nothing of it is believed: hashes, names, links and sizes are checked before anything is written
-into the project, and nothing of it is run. It is registered whole or not at all.
+A published data set is untrusted input: hashes, names, links and sizes are checked before anything
+is written into the project, nothing of it is run, and whatever would start a program is removed.
+It is registered completely or not at all. Spectra are not fetched: the next run computes them.
 """
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Any
 from zipfile import ZipFile
 
 from pydantic import ValidationError
@@ -19,7 +22,7 @@ from pydantic import ValidationError
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
-    copy,
+    line_of,
     read_text,
     read_yaml,
     replacing_folder,
@@ -28,13 +31,12 @@ from ajgdata.store.files import (
 )
 from ajgdata.store.locks import BRINGING, alone
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.checks import DISTRUST, feature_defects
+from ajgdata.store.publishing.archive import DISTRUST
 from ajgdata.store.publishing.checksums import read_checksums
 from ajgdata.store.publishing.download import Download, cache_of, is_web
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
 from ajgdata.store.sessions import (
     list_datasets,
-    read_declaration,
     read_session,
     write_dataset,
     write_session,
@@ -43,8 +45,10 @@ from ajgdata.store.sources import list_sources
 from ajgdata.store.yaml_loading import has_aliases
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
-#: What the licence asks to be passed on, kept beside the recordings.
+#: Stored with the recordings, because the licence may require it.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
+#: Longest text of a removed setting that is shown.
+_SHOWN = 200
 
 Each = Callable[[list[str]], Iterable[str]]
 
@@ -53,7 +57,8 @@ Each = Callable[[list[str]], Iterable[str]]
 class Fetched:
     """The data set that was registered.
 
-    `dropped` are data sets that its tasks are tested on and that this project does not have.
+    `dropped` are data sets that its tasks are tested on and that this project does not have;
+    `removed` are settings that were not taken over, one line each.
     """
 
     name: str
@@ -61,6 +66,7 @@ class Fetched:
     recordings: int
     sessions: int
     dropped: tuple[str, ...]
+    removed: tuple[str, ...]
 
 
 def fetch(
@@ -73,37 +79,36 @@ def fetch(
     retries: int = 2,
 ) -> Fetched:
     """Register the published data set at `source`, a folder or a web address, as `name` (default:
-    its own). `sha256` is the hash of its SHA256SUMS, if the reader was told it: without, the files
-    are checked against each other only. `each` goes through the files that are fetched.
+    its own). `sha256` is the hash of its SHA256SUMS, if it is known; without it, the files are only
+    checked against each other. `each` iterates over the files and may show progress.
 
-    Interrupted, it goes on there. Raises DataError, and changes nothing in the project, for
-    anything that is wrong, for a name that is taken, and while another process fetches the same.
+    After an interruption, the same call resumes. Raises DataError, and changes nothing in the
+    project, for anything that is wrong, for a name that exists, and while another process fetches
+    the same data set.
     """
     if name:
         _check_name(name)
-    with ExitStack() as held:
+    with ExitStack() as locks:
         if is_web(source):
-            held.enter_context(alone(cache_of(paths.fetched, source), f"fetching {source}"))
-        tree, hashes, cache = _brought(paths, source, name, sha256, each, retries)
-        spec, dropped = _declared(paths, tree, name)
-        held.enter_context(alone(paths.recordings(spec.name), BRINGING))
-        return _registered(paths, tree, hashes, cache, spec, dropped, renamed=bool(name))
+            cache = cache_of(paths.fetched, source)
+            locks.enter_context(alone(cache, f"fetching {source}"))
+            tree, hashes = _downloaded(paths, source, cache, name, sha256, each, retries)
+        else:
+            cache = None
+            tree, hashes = _local(paths, source, name, sha256, each)
+        spec, dropped, removed = _declared(paths, tree, name)
+        locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
+        rows = _registered(paths, tree, hashes, cache, spec)
+    digest = file_sha256(folder_sums(paths, spec.name))
+    sessions = len({session for _, session, _ in rows})
+    return Fetched(spec.name, digest, len(rows), sessions, dropped, removed)
 
 
 def _registered(
-    paths: Paths,
-    tree: Tree,
-    hashes: Mapping[str, str],
-    cache: Path | None,
-    spec: DatasetSpec,
-    dropped: tuple[str, ...],
-    *,
-    renamed: bool,
-) -> Fetched:
-    """Make what was brought a data set of the project; its cache is removed when that is done."""
+    paths: Paths, tree: Tree, hashes: Mapping[str, str], cache: Path | None, spec: DatasetSpec
+) -> list[tuple[str, str, Recording]]:
+    """Write a fetched data set into the project, then remove its `cache`; return its rows."""
     rows = _rows(tree, hashes)
-    for defect in feature_defects(tree, hashes):
-        raise DataError(tree / defect.file, defect.problem, DISTRUST)
     _check_free(paths, spec.name, tree, cache)
     sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
     for file, session, recording in rows:
@@ -117,13 +122,10 @@ def _registered(
             _write_session(tree, hashes, packed, folder / "sessions" / session, members)
         for kept in KEPT:
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
-    if not renamed:
-        copy(tree / tree.FEATURES, paths.features(spec.name))
-    write_dataset(paths, spec)  # with it all is there: until then nothing that came is removed
+    write_dataset(paths, spec)  # the last step: until then nothing that was downloaded is removed
     if cache:
         shutil.rmtree(cache, ignore_errors=True)
-    digest = file_sha256(folder_sums(paths, spec.name))
-    return Fetched(spec.name, digest, len(rows), len(sessions), dropped)
+    return rows
 
 
 def folder_sums(paths: Paths, dataset: str) -> Path:
@@ -131,57 +133,97 @@ def folder_sums(paths: Paths, dataset: str) -> Path:
     return paths.recordings(dataset) / "published" / Tree.SUMS
 
 
-def _brought(
-    paths: Paths, source: str, name: str, sha256: str, each: Each, retries: int
-) -> tuple[Tree, dict[str, str], Path | None]:
-    """Return the tree with everything that is needed of it, its hashes right; its folder if it is a
-    cache. Its declaration comes first: a name that is taken is refused before the rest is brought.
+def _downloaded(
+    paths: Paths, source: str, cache: Path, name: str, sha256: str, each: Each, retries: int
+) -> tuple[Tree, dict[str, str]]:
+    """Download the required files into `cache` and check their hashes; return tree and hashes.
+
+    The declaration comes first, so a name that exists ends it before the other files.
     """
-    if is_web(source):
-        cache = cache_of(paths.fetched, source)
-        download = Download(source, cache, retries)
-        hashes = read_checksums(download.sums(sha256))
-        needed = _needed(cache / Tree.SUMS, hashes)
-        tree = Tree(cache)
-        download.files(hashes, [tree.DECLARATION], iter)
-        _check_free(paths, name or _declaration(tree).name, tree, cache)
-        download.files(hashes, needed, each)
-    else:
-        tree, cache = Tree(Path(source)), None
-        if not (tree / tree.SUMS).is_file():
-            problem = f"has no {tree.SUMS}: not a published data set"
-            known = ", ".join(list_sources(paths)) or "none"
-            fix = f"name the folder or the web address of one, or public recordings ({known})"
-            raise DataError(source, problem, fix)
-        _check_text(tree, tree.SUMS)
-        if sha256 and file_sha256(tree / tree.SUMS) != sha256:
-            raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
-        hashes = read_checksums(tree / tree.SUMS)
-        needed = _needed(tree / tree.SUMS, hashes)
-        _check_file(tree, tree.DECLARATION, hashes[tree.DECLARATION])
-        _check_free(paths, name or _declaration(tree).name, tree, cache)
-        for file in each(needed):
-            _check_file(tree, file, hashes[file])
-    for file in needed:
-        if file not in (tree.ARCHIVE, tree.FEATURES):
-            _check_text(tree, file)
-    return tree, hashes, cache
+    tree, download = Tree(cache), Download(source, cache, retries)
+    hashes = read_checksums(download.sums(sha256))
+    required = _required(tree / tree.SUMS, hashes)
+    download.files(hashes, [tree.DECLARATION], iter)
+    _check_free(paths, name or _declaration(tree)[0].name, tree, cache)
+    download.files(hashes, required, each)
+    _check_texts(tree, required)
+    return tree, hashes
 
 
-def _declaration(tree: Tree) -> DatasetSpec:
-    """Return the declaration as it was published."""
+def _local(
+    paths: Paths, source: str, name: str, sha256: str, each: Each
+) -> tuple[Tree, dict[str, str]]:
+    """Check the required files of a local folder; return tree and hashes."""
+    tree = Tree(Path(source))
+    if not (tree / tree.SUMS).is_file():
+        problem = f"has no {tree.SUMS}: not a published data set"
+        known = ", ".join(list_sources(paths)) or "none"
+        fix = f"name the folder or the web address of one, or public recordings ({known})"
+        raise DataError(source, problem, fix)
+    _check_text(tree, tree.SUMS)
+    if sha256 and file_sha256(tree / tree.SUMS) != sha256:
+        raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
+    hashes = read_checksums(tree / tree.SUMS)
+    required = _required(tree / tree.SUMS, hashes)
+    _check_file(tree, tree.DECLARATION, hashes[tree.DECLARATION])
+    _check_free(paths, name or _declaration(tree)[0].name, tree, None)
+    for file in each(required):
+        _check_file(tree, file, hashes[file])
+    _check_texts(tree, required)
+    return tree, hashes
+
+
+def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
+    """Return the published declaration and `removed` of `Fetched`.
+
+    Settings are removed before the check, which knows only the robots that are installed here.
+    """
+    path = tree / tree.DECLARATION
     _check_text(tree, tree.DECLARATION)
-    if "from" in read_yaml(tree / tree.DECLARATION):
-        raise DataError(tree / tree.DECLARATION, "is derived from another one", DISTRUST)
-    return read_declaration(tree / tree.DECLARATION)
+    content = read_yaml(path)
+    if "from" in content:
+        raise DataError(path, "is derived from another one", DISTRUST)
+    removed = tuple(_removed(content))
+    try:
+        return DatasetSpec.model_validate(content), removed
+    except ValidationError as error:
+        line = line_of(path, error.errors()[0]["loc"])
+        raise describe(error, f"{path}:{line}") from None
 
 
-def _needed(sums: Path, hashes: Mapping[str, str]) -> list[str]:
-    """Return the names of the files to fetch; the recordings come in the archive."""
-    needed = {Tree.METADATA, Tree.FEATURES, Tree.ARCHIVE, Tree.DECLARATION, *KEPT} - {Tree.SUMS}
-    if missing := sorted(needed - set(hashes)):
+def _removed(content: dict[str, Any]) -> Iterator[str]:
+    """Remove from the declaration `content` whatever starts a program, names a device or leaves the
+    folder, and the recipe; yield one line per removed setting."""
+    if content.pop("recipe", None):
+        yield "recipe (the published recordings take its place)"
+    protocol = content.get("protocol")
+    if isinstance(protocol, dict):
+        for key, harmless in (("robot", "manual"), ("robot_settings", {})):
+            if (value := protocol.pop(key, harmless)) != harmless:
+                text = json.dumps(value, default=str)[:_SHOWN]
+                yield f"protocol.{key}: {text} (may start a program or use a device)"
+    imports = content.get("imports")
+    if isinstance(imports, dict):
+        join = imports.get("join")
+        tables = list(join) if isinstance(join, dict) else []
+        for file in map(str, filter(None, (imports.get("table"), imports.get("file"), *tables))):
+            if problem := archive.bad_name(file):
+                content.pop("imports", None)
+                yield f"imports (its file {file[:_SHOWN]!r} {problem})"
+
+
+def _required(sums: Path, hashes: Mapping[str, str]) -> list[str]:
+    """Return the names of the files to fetch; the archive contains the recordings."""
+    required = {Tree.METADATA, Tree.ARCHIVE, Tree.DECLARATION, *KEPT} - {Tree.SUMS}
+    if missing := sorted(required - set(hashes)):
         raise DataError(sums, f"does not name {missing[0]}", "publish the data set again")
-    return sorted(needed | {name for name in hashes if name.startswith("sessions/")})
+    return sorted(required | {name for name in hashes if name.startswith("sessions/")})
+
+
+def _check_texts(tree: Tree, files: Iterable[str]) -> None:
+    for file in files:
+        if file != tree.ARCHIVE:
+            _check_text(tree, file)
 
 
 def _check_text(tree: Tree, name: str) -> None:
@@ -189,7 +231,7 @@ def _check_text(tree: Tree, name: str) -> None:
     is_yaml = name.endswith(".yaml")
     limit = archive.MAX_YAML_BYTES if is_yaml else archive.MAX_TEXT_BYTES
     if (tree / name).stat().st_size > limit:
-        raise DataError(tree / name, "is absurdly large", DISTRUST)
+        raise DataError(tree / name, "is too large", DISTRUST)
     if is_yaml and has_aliases(read_text(tree / name)):
         raise DataError(tree / name, "repeats itself by YAML aliases", DISTRUST)
 
@@ -206,15 +248,16 @@ def _check_file(tree: Tree, name: str, digest: str) -> None:
         raise DataError(tree / name, problem, "fetch or copy it again")
 
 
-def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[str, ...]]:
-    """Return the declaration as it is registered: without recipe, since the recordings are what was
-    published, and tested only on data sets that are here."""
-    spec = _declaration(tree)
-    content = spec.model_dump(mode="json", exclude_defaults=True, exclude={"recipe"})
+def _declared(
+    paths: Paths, tree: Tree, name: str
+) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
+    """Return the declaration as it is registered, and `dropped` and `removed` of `Fetched`."""
+    spec, removed = _declaration(tree)
+    content = spec.model_dump(mode="json", exclude_defaults=True)
     content["name"] = name or spec.name
-    here, dropped = set(list_datasets(paths)), set()
+    present, dropped = set(list_datasets(paths)), set()
     for task in content.get("tasks", {}).values():
-        absent = set(task.get("test_on", ())) - here
+        absent = set(task.get("test_on", ())) - present
         dropped |= absent
         for key in ("test_on", "paper"):
             if isinstance(value := task.get(key), list):
@@ -222,7 +265,7 @@ def _declared(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[s
             elif isinstance(value, dict):
                 task[key] = {part: row for part, row in value.items() if part not in absent}
     try:
-        return DatasetSpec.model_validate(content), tuple(sorted(dropped))
+        return DatasetSpec.model_validate(content), tuple(sorted(dropped)), removed
     except ValidationError as error:
         raise describe(error, tree / tree.DECLARATION) from None
 

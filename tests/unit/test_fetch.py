@@ -17,7 +17,6 @@ import requests
 import yaml
 from published import (
     TARGETS,
-    claim,
     edit_rows,
     flip,
     make_project,
@@ -30,6 +29,7 @@ from published import (
 from typer.testing import CliRunner
 from worlds import Project
 
+import ajgdata
 from ajgdata.cli import app
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs
@@ -125,10 +125,9 @@ def test_the_same_features_and_metrics_on_another_machine(world, server, elsewhe
     told = fetch(elsewhere.paths, address(server))
     assert (told.name, told.recordings, told.sessions) == ("d", 12, 2)
     original, _ = world
-    published_bytes = original.paths.features("d").read_bytes()
-    assert elsewhere.paths.features("d").read_bytes() == published_bytes
+    assert not elsewhere.paths.features("d").exists()
     remake(elsewhere)  # from the recordings that were fetched
-    assert elsewhere.paths.features("d").read_bytes() == published_bytes
+    assert elsewhere.paths.features("d").read_bytes() == original.paths.features("d").read_bytes()
     assert metrics(elsewhere) == metrics(original)
 
 
@@ -171,6 +170,91 @@ def test_another_name_and_tests_on_sets_that_are_not_here(tree, elsewhere):
     assert list(plan(elsewhere.paths, check=True)) == ["mine"]
 
 
+ARM = {"command": ["sh", "-c", "touch pwned", "/dev/ttyUSB0"]}
+#: What a declaration may not bring along: its change, and what is reported of it.
+REMOVED = {
+    "command": (
+        {"protocol": {"objects": [{"name": "cube"}], "robot": "command", "robot_settings": ARM}},
+        ['protocol.robot: "command"', 'protocol.robot_settings: {"command": ["sh", "-c", "touch'],
+    ),
+    "robot of a package that is not here": (
+        {"protocol": {"objects": [{"name": "cube"}], "robot": "my_arm"}},
+        ['protocol.robot: "my_arm"'],
+    ),
+    "settings alone": (
+        {"protocol": {"objects": [{"name": "cube"}], "robot_settings": {"port": "/dev/ttyUSB0"}}},
+        ['protocol.robot_settings: {"port": "/dev/ttyUSB0"}'],
+    ),
+    "table outside": (
+        {"imports": {"table": "../../secret.csv", "file": "{x}.wav"}},
+        ["imports (its file '../../secret.csv' leaves the folder)"],
+    ),
+    "joined table outside": (
+        {"imports": {"table": "a.csv", "file": "{x}.wav", "join": {"/etc/passwd": "x"}}},
+        ["imports (its file '/etc/passwd' leaves the folder)"],
+    ),
+    "audio outside": (
+        {"imports": {"table": "a.csv", "file": "/home/{x}.wav"}},
+        ["imports (its file '/home/{x}.wav' leaves the folder)"],
+    ),
+    "recipe": (
+        {"recipe": {"source": "virtual", "sessions": []}},
+        ["recipe (the published recordings take its place)"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REMOVED)
+def test_programs_devices_and_paths_outside_are_removed_and_reported(
+    tree, elsewhere, monkeypatch, name
+):
+    changes, lines = REMOVED[name]
+    content = yaml.safe_load((tree / tree.DECLARATION).read_text()) | changes
+    (tree / tree.DECLARATION).write_text(yaml.safe_dump(content))
+    reseal(tree)
+    monkeypatch.setenv("AJGDATA_ROOT", str(elsewhere.root))
+    done = CliRunner().invoke(app, ["fetch", str(tree.root)])
+    assert done.exit_code == 0, done.exception
+    reported = [line for line in done.output.splitlines() if line.startswith("removed ")]
+    assert len(reported) == len(lines)
+    for line, expected in zip(reported, lines, strict=True):
+        assert line.startswith(f"removed {expected}")
+    registered = yaml.safe_load(elsewhere.paths.dataset("d").read_text())
+    assert "recipe" not in registered and "imports" not in registered
+    expected = {"objects": [{"name": "cube"}]}
+    assert registered.get("protocol", expected) == expected
+    text = "".join(path.read_text() for path in elsewhere.root.rglob("*.yaml"))
+    for word in ("pwned", "ttyUSB0", "my_arm", "secret", "passwd", "/home"):
+        assert word not in text
+
+
+def test_harmless_settings_stay(tree, elsewhere):
+    content = yaml.safe_load((tree / tree.DECLARATION).read_text())
+    kept = {
+        "protocol": {"objects": [{"name": "cube"}], "wait_s": 1.0},
+        "imports": {"table": "labels.csv", "file": "wav/{x}.wav", "join": {"more.csv": "x"}},
+    }
+    (tree / tree.DECLARATION).write_text(yaml.safe_dump(content | kept))
+    reseal(tree)
+    assert fetch(elsewhere.paths, str(tree.root)).removed == ()
+    registered = yaml.safe_load(elsewhere.paths.dataset("d").read_text())
+    assert {key: registered[key] for key in kept} == kept
+
+
+def test_changed_spectra_are_not_taken_over(tree, elsewhere, monkeypatch):
+    """Every hash is right, and features.nc holds other numbers than the recordings give."""
+    with h5py.File(tree / tree.FEATURES, "r+") as store:
+        store["feature"][...] = 7.0
+    reseal(tree)
+    fetch(elsewhere.paths, str(tree.root))
+    assert not elsewhere.paths.features("d").exists()
+    with pytest.raises(DataError):
+        ajgdata.load_features("d", elsewhere.root)
+    remake(elsewhere)
+    with ajgdata.load_features("d", elsewhere.root) as features:
+        assert not (features.feature.values == 7.0).any()
+
+
 @pytest.mark.parametrize("ranges", [True, False])
 def test_a_cut_download_goes_on_where_it_was(tree, server, elsewhere, ranges):
     server.ranges = ranges
@@ -184,7 +268,7 @@ def test_a_cut_download_goes_on_where_it_was(tree, server, elsewhere, ranges):
     assert again["audio.zip"] == f"bytes={half // CHUNK_BYTES * CHUNK_BYTES}-"
     assert first.index("audio.zip") > 1  # what came before it was complete
     assert not set(first[1 : first.index("audio.zip")]) & set(again)
-    assert elsewhere.paths.features("d").read_bytes() == (tree / tree.FEATURES).read_bytes()
+    assert len(list(elsewhere.root.glob("data/**/audio/*.wav"))) == 12
     assert list(elsewhere.paths.fetched.glob("[!.]*")) == []  # but for its lock
 
 
@@ -278,12 +362,6 @@ def link_session(tree):
     path.symlink_to(tree.root / "elsewhere.yaml")
 
 
-def link_features(tree):
-    with h5py.File(tree / tree.FEATURES, "r+") as store:
-        store.move("sample", "before")
-        store["sample"] = h5py.ExternalLink(tree / "elsewhere.nc", "/sample")
-
-
 def pipe(tree):
     reseal(tree)  # nobody can hash one
     (tree / tree.session("s1")).unlink()
@@ -341,10 +419,6 @@ ATTACKS = {
     "declaration: of a file elsewhere": (
         edit_text("dataset.yaml", "title:", "from: secret\ntitle:"), "is derived from another one",
     ),
-    "features of other labels": (
-        lambda t: edit_rows(t, lambda rows: rows[0].update(edge_mm="1.0")),
-        "metadata.csv:2: edge_mm = '1.0', in features.nc it is",
-    ),
     "declaration: a bomb": (
         edit_text("dataset.yaml", "title:", "a: &a {b: c}\nd: {<<: [*a, *a]}\ntitle:"),
         "dataset.yaml: repeats itself by YAML aliases",
@@ -355,10 +429,6 @@ ATTACKS = {
     ),
     "declaration: a pit": (
         edit_text("dataset.yaml", "title:", f"a: {'[' * 1000}\nb:"), "not valid YAML .*recursion",
-    ),
-    "features: a bomb": (lambda t: claim(t, 10**9), "not a readable feature store"),
-    "features: of a file elsewhere": (
-        link_features, "features.nc: not a readable feature store",
     ),
     "a pipe": (pipe, "session.yaml: is missing, or no plain file"),
     "a link": (link_session, "session.yaml: is a link"),
@@ -401,9 +471,12 @@ def test_sums_are_not_believed(tree, server, elsewhere, line, said):
 @pytest.mark.parametrize(
     ("limit", "file"), [("MAX_TEXT_BYTES", "SHA256SUMS"), ("MAX_BYTES", "CITATION.cff")]
 )
-def test_absurd_sizes_are_refused(server, elsewhere, monkeypatch, limit, file):
-    monkeypatch.setattr(f"ajgdata.store.publishing.download.{limit}", 500)
-    with pytest.raises(DataError, match=f"{file}: is absurdly large"):
+def test_absurd_sizes_are_refused(tree, server, elsewhere, monkeypatch, limit, file):
+    most = 500
+    if limit == "MAX_BYTES":  # of all files together
+        most = 10 + sum((tree / name).stat().st_size for name in (tree.SUMS, tree.DECLARATION))
+    monkeypatch.setattr(f"ajgdata.store.publishing.download.{limit}", most)
+    with pytest.raises(DataError, match=f"{file}: is too large"):
         fetch(elsewhere.paths, address(server), retries=0)
     assert not list(elsewhere.paths.fetched.rglob("*.part"))
 
@@ -484,8 +557,7 @@ def test_killed_after_it_was_registered_the_next_one_removes_what_is_left(
 ):
     fetch(elsewhere.paths, address(server))
     whole = snapshot(elsewhere.root)
-    for path in (elsewhere.paths.data, elsewhere.paths.results):
-        shutil.rmtree(path)
+    shutil.rmtree(elsewhere.paths.data)
     elsewhere.paths.dataset("d").unlink()
     with monkeypatch.context() as patch:
         patch.setattr("ajgdata.pipeline.fetch.shutil", SimpleNamespace(rmtree=killed))

@@ -26,6 +26,8 @@ MAX_BYTES = 50 * 2**30
 #: What is read as YAML, CSV or a list of hashes is not larger than this.
 MAX_TEXT_BYTES = 2**28
 MAX_YAML_BYTES = 2**22
+#: What to do about a data set that looks like an attack.
+DISTRUST = "do not use this data set"
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_labels
 from ajgdata.store.files import read_json, read_text
 from ajgdata.store.publishing import archive
+from ajgdata.store.publishing.archive import DISTRUST
 from ajgdata.store.publishing.checksums import files_of, read_checksums
 from ajgdata.store.publishing.croissant import RECORDINGS
 from ajgdata.store.publishing.datapackage import LABELS
@@ -27,7 +28,7 @@ from ajgdata.store.sessions import read_declaration, read_session
 from ajgdata.store.yaml_loading import has_aliases
 from ajgdata.types import DataError
 
-AGAIN, DISTRUST = "publish it again, or fetch it again", "do not use this data set"
+AGAIN = "publish it again, or fetch it again"
 REQUIRED = (
     *(Tree.README, Tree.LICENCE, Tree.CITATION, Tree.CROISSANT, Tree.DATAPACKAGE, Tree.METADATA),
     *(Tree.FEATURES, Tree.ARCHIVE, Tree.DECLARATION),

@@ -27,11 +27,24 @@ def checksums_bytes(root: Path) -> bytes:
     return "".join(lines).encode()
 
 
+def is_web_page(content: bytes) -> bool:
+    """Return True for the beginning of an HTML page."""
+    return content.lstrip()[:14].lower().startswith((b"<!doctype html", b"<html"))
+
+
 def read_checksums(path: Path) -> dict[str, str]:
-    """Return hashes by file name. Raises DataError for a line that is none and for a name that
-    would leave the tree or that stands twice (also where case does not count)."""
+    """Return hashes by file name.
+
+    Raises DataError for a web page, an invalid line, a name that would leave the tree, and a name
+    that is listed twice (ignoring case).
+    """
     hashes: dict[str, str] = {}
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    text = read_text(path)
+    if is_web_page(text.encode()):
+        problem = "is a web page (HTML), not a list of hashes"
+        raise DataError(path, problem, "download the file itself, not the page that shows it")
+    lines = text.splitlines()
+    for number, line in enumerate(lines, 1):
         where = f"{path}:{number}"
         if not (match := _LINE.fullmatch(line)):
             raise DataError(where, "is no `sha256  name`", "publish the data set again")
@@ -40,10 +53,9 @@ def read_checksums(path: Path) -> dict[str, str]:
             raise DataError(where, f"{name!r} {problem}", "do not use this data set")
         hashes[name] = digest
     counts = Counter(name.lower() for name in hashes)
-    lines = len(read_text(path).splitlines())
     if doubled := [name for name in hashes if counts[name.lower()] > 1]:
         raise DataError(path, f"{doubled[0]!r} stands twice", "publish the data set again")
-    if lines != len(hashes):
+    if len(lines) != len(hashes):
         raise DataError(path, "a file stands twice", "publish the data set again")
     if not hashes:
         raise DataError(path, "names no files", "publish the data set again")
