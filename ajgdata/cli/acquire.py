@@ -128,6 +128,7 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
             name, done = acquire_live(
                 find_project(), dataset, session,
                 device=device, operator=operator, noted=noted, warn=_warn,
+                allow=_refuse if yes else _ask,
             )  # fmt: skip
     except KeyboardInterrupt:
         out.print(f"stopped; what was recorded is kept, {again}", soft_wrap=True)
@@ -141,6 +142,21 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
         _warn(f"labels of {', '.join(done.unlabelled)} were not asked for; {fix}")
     missing = done.skipped or done.unlabelled or (yes and done.left)
     raise typer.Exit(bool(missing))
+
+
+def _ask(text: str) -> bool:
+    """Show what a config would start, and return whether the user allows it."""
+    out.print(escape(text), soft_wrap=True)
+    try:
+        return out.input("allow this program to run? (yes/no) ").strip().lower() == "yes"
+    except EOFError:
+        return False
+
+
+def _refuse(text: str) -> bool:
+    """Show what a config would start, and refuse it: there is nobody to allow it."""
+    out.print(escape(text), soft_wrap=True)
+    return False
 
 
 def _warn(said: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
@@ -21,6 +22,7 @@ from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import open_robot
 from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.paths import EXCITATION_FILE, Paths
+from ajgdata.pipeline.fetch import folder_sums
 from ajgdata.store.audio import read_audio
 from ajgdata.store.files import sha256_of
 from ajgdata.store.riff import encode_pcm24
@@ -55,15 +57,19 @@ def acquire_live(
     operator: Operator,
     noted: Noted,
     warn: Callable[[str], object],
+    allow: Callable[[str], bool] = lambda text: False,
 ) -> tuple[str, Outcome]:
-    """Record what is left of the protocol of `dataset` into `session`; "": see `session_name`.
+    """Record the missing grasps of the protocol of `dataset` into `session`; "": see
+    `session_name`.
 
-    `device` are keys of `CardSettings` but the rate, which the data set declares; `warn` is told
-    what is doubtful and no reason to refuse. Returns the session's name and the outcome. Raises
-    DataError for whatever cannot be recorded.
+    `device` are keys of `CardSettings` except the rate, which the data set declares; `warn` gets
+    warnings. `allow` decides whether the robot of a data set from elsewhere may start, of which it
+    gets a description. Returns the session's name and the outcome. Raises DataError for whatever
+    cannot be recorded.
     """
     spec = read_dataset(paths, dataset)
     protocol = protocol_of(paths, spec)
+    _check_robot(paths, dataset, protocol, allow)
     if not operator.attended:
         _refuse_what_needs_a_person(paths.dataset(dataset), protocol, device["device"])
     simulated = device["device"] == DEVICE
@@ -114,6 +120,20 @@ def acquire_live(
             return session, acquisition.run()
         finally:
             live.about(**known_of(card))
+
+
+def _check_robot(
+    paths: Paths, dataset: str, protocol: GraspProtocol, allow: Callable[[str], bool]
+) -> None:
+    """Raise DataError for a robot of a data set from elsewhere, unless the user allows it."""
+    from_elsewhere = folder_sums(paths, dataset).is_file() or paths.source(dataset).is_file()
+    if protocol.robot == "manual" or not from_elsewhere:
+        return
+    settings = json.dumps(protocol.robot_settings)
+    if not allow(f"{dataset} was fetched. Its robot {protocol.robot!r} would start: {settings}"):
+        problem = f"the robot {protocol.robot!r} of a fetched data set was not allowed to start"
+        fix = "check protocol.robot_settings, then run it at a terminal, without --yes"
+        raise DataError(paths.dataset(dataset), problem, fix)
 
 
 def _refuse_what_needs_a_person(path: Path, protocol: GraspProtocol, device: str) -> None:

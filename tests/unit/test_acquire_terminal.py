@@ -178,6 +178,66 @@ def test_a_signal_ends_it_as_ctrl_c_does(paths, number):
     assert read_session(paths.session("d", "soundcard-01")).acquisition.finished
 
 
+QUICK = """
+import json, pathlib, sys
+step = json.load(sys.stdin)["step"]
+with pathlib.Path(sys.argv[1]).open("a") as log:
+    print(step, file=log)
+"""
+
+
+def fetched_robot(paths):
+    """A data set that was fetched, to whose protocol somebody adds a program."""
+    program = paths.root / "robot.py"
+    program.write_text(QUICK)
+    command = [sys.executable, str(program), str(paths.root / "log")]
+    declare(
+        paths, samples_per_grasp=1, grasps_per_object=1, robot="command",
+        robot_settings={"command": command},
+    )  # fmt: skip
+    sums = paths.recordings("d") / "published" / "SHA256SUMS"
+    sums.parent.mkdir(parents=True)
+    sums.touch()
+    return command
+
+
+def test_the_robot_of_a_fetched_data_set_is_shown_and_needs_a_yes(paths):
+    command = fetched_robot(paths)
+    terminal = Terminal(paths.root)
+    assert json.dumps(command) in terminal.expect("allow this program to run? (yes/no) ")
+    terminal.type("yes")
+    code, said = terminal.end()
+    assert code == 0, said
+    assert "approach" in log_of(paths)
+    assert qualities(paths) == {"cube_01_1": "ok", "ball_01_1": "ok"}
+
+
+@pytest.mark.parametrize("answer", ["", "no", "y", "\x04"])
+def test_the_robot_of_a_fetched_data_set_does_not_start_without_it(paths, answer):
+    fetched_robot(paths)
+    terminal = Terminal(paths.root)
+    terminal.expect("allow this program to run? (yes/no) ")
+    terminal.type(answer)
+    code, said = terminal.end()
+    assert code == 1
+    assert "the robot 'command' of a fetched data set was not allowed to start" in said
+    assert log_of(paths) == []
+    assert not paths.sessions("d").exists()
+
+
+@pytest.mark.parametrize("origin", ["fetched", "by name"])
+def test_nobody_can_allow_it_unattended(paths, origin):
+    command = fetched_robot(paths)
+    if origin == "by name":
+        (paths.recordings("d") / "published" / "SHA256SUMS").unlink()
+        paths.source("d").touch()
+    code, said = Terminal(paths.root, "--yes").end()
+    assert code == 1
+    assert json.dumps(command) in said
+    assert "without --yes" in said
+    assert log_of(paths) == []
+
+
 SLOW = """
 import json, pathlib, sys, time
 step = json.load(sys.stdin)["step"]
