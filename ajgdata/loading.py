@@ -150,8 +150,8 @@ def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
 def load_predictor(name: str, task: str, model: str = "cnn", project: Project = None) -> Predictor:
     """Return the model trained for `task` of the data set `name`, ready for new recordings.
 
-    It takes waveforms, checks them as the workflow does, and gives calibrated probabilities, or a
-    number with an interval, and says when nothing is held or when it is unlike anything seen. See
+    It takes waveforms, checks them as the workflow does, and returns calibrated probabilities, or a
+    number with an interval. It also reports an empty gripper, and novel objects. See
     `docs/predicting.md`. Raises DataError when it has not been, or could not be, trained, and for
     features that one recording alone does not give.
 
@@ -195,6 +195,8 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
     if "calibration" not in about:
         raise DataError(folder, "was trained without calibration", "run `snakemake` again")
     calibration = Calibration(**about["calibration"])
+    arrays, threshold = read_guard(folder), calibration.novelty_threshold
+    absent = Guard.absent(len(about["frequency_hz"]))
     try:
         return Predictor(
             estimator=estimator,
@@ -207,7 +209,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             audio=AudioSettings.model_validate(about["audio"]),
             features=FeatureSettings.model_validate(about["features"]),
             calibration=calibration,
-            guard=Guard(**read_guard(folder), threshold=calibration.novelty_threshold),
+            guard=Guard(**arrays, threshold=threshold) if arrays else absent,
         )
     except ValueError as error:
         raise DataError(folder, str(error), "choose a data set without") from None

@@ -451,14 +451,14 @@ class Tree:
         return self.root / name
 
 
-def find_project(start: Path | None = None) -> Paths:
+def find_project(start: str | Path | None = None) -> Paths:
     """The project that holds `start` (default: AJGDATA_ROOT, else the working directory).
 
     Raises FileNotFoundError when neither it nor a parent has a `datasets` folder.
     """
     if start is None and (root := os.environ.get("AJGDATA_ROOT")):
         start = Path(root)
-    here = (start or Path.cwd()).absolute()
+    here = Path(start or Path.cwd()).absolute()
     for folder in (here, *here.parents):
         if (folder / "datasets").is_dir():
             return Paths(folder)

@@ -28,6 +28,7 @@ _VERDICTS = {
     Verdict.KNOWN: ("green", "known"),
     Verdict.NOTHING: ("yellow", "nothing held"),
     Verdict.UNKNOWN: ("red", "unlike anything known"),
+    Verdict.NOT_CHECKED: ("yellow", "novelty not checked"),
 }
 
 
@@ -56,15 +57,24 @@ def table_of(prediction: Prediction, width: int, threshold: float) -> list[str]:
     ordered = sorted(prediction.probability.items(), key=lambda one: -one[1])
     for name, share in ordered:
         drawn = f"  {bar(share, room, threshold)}" if room >= _NARROWEST else ""
-        strong = share >= threshold and prediction.verdict is Verdict.KNOWN
+        strong = share >= threshold and prediction.verdict in (Verdict.KNOWN, Verdict.NOT_CHECKED)
         style = f"[{colour}]" if strong else "[dim]" if share < 0.01 else "[default]"
         lines.append(f"{style}{escape(name.ljust(name_width))}{drawn}  {percent(share):>7}[/]")
     if prediction.verdict is Verdict.KNOWN and ordered and ordered[0][1] < threshold:
         colour, said = "yellow", f"known, but below {percent(threshold)}"
-    far = f" (novelty {prediction.novelty:.2g}, limit 1)"
+    far = _novelty(prediction)
     named = "" if prediction.verdict is Verdict.NOTHING else f": [b]{escape(value)}[/b]"
     lines.append(f"[{colour}]{said}[/]{named}[dim]{far}[/dim]")
     return [*lines, *(f"[yellow]warning[/yellow] {escape(one)}" for one in prediction.remarks)]
+
+
+def _novelty(prediction: Prediction) -> str:
+    """Return the novelty, and how many novel objects the check detects, in brackets."""
+    if prediction.novelty is None:
+        return ""
+    rate = prediction.detection_rate
+    detects = "" if rate is None else f"; this check detects {percent(rate)} of novel objects"
+    return f" (novelty {prediction.novelty:.2g}, limit 1{detects})"
 
 
 class Typed:

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate.calibration import TINIEST, temperature
 from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
 from ajgdata.evaluate.metrics import wrapped
-from ajgdata.evaluate.novelty import alarm
+from ajgdata.evaluate.novelty import alarm, detection_rate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import fit_model, make_model
 from ajgdata.types import Kind, NotPossibleError
@@ -37,6 +37,8 @@ class Calibration:
     the target's unit) of a predicted number in a share `coverage` of new groups. What is further
     from the nearest grasp than `novelty_threshold` is unlike anything seen; of new grasps of what
     is known a share `false_alarm` is at most, where `false_alarm_stated` was asked for.
+    `detection_rate` is the share of grasps of novel objects that are further away, measured on
+    objects that were held out.
     """
 
     folds: int
@@ -48,6 +50,7 @@ class Calibration:
     false_alarm: float | None
     false_alarm_stated: float
     problems: dict[str, str]
+    detection_rate: float | None = None
 
     def plain(self) -> dict[str, Any]:
         """Return it as JSON can hold it."""
@@ -62,6 +65,7 @@ def calibration(
     *,
     model: str,
     kind: Kind,
+    objects: np.ndarray | None = None,
     seed: int = 0,
     period: float | None = None,
     coverage: float = COVERAGE,
@@ -69,9 +73,10 @@ def calibration(
 ) -> Calibration:
     """Return the calibration of `model`, trained on features (n, f) and `target` (n,).
 
-    `groups` (n,) are held out whole; `grasp` (n,) names the grasp of each recording. The same
-    inputs and `seed` give the same numbers. What cannot be found (folds that cannot be made, a
-    model without probabilities, too few groups) is None, with the reason: nothing is raised.
+    `groups` (n,) are held out whole; `grasp` (n,) and `objects` (n,) name the grasp and the object
+    of each recording. The same inputs and `seed` give the same numbers. What cannot be computed
+    (impossible folds, a model without probabilities, too few groups) is None, with the reason in
+    `problems`; nothing is raised.
     """
     problems: dict[str, str] = {}
 
@@ -98,6 +103,12 @@ def calibration(
             "novelty_threshold",
             lambda: alarm(features, grasp, groups, false_alarm=false_alarm, seed=seed),
         )
+        rate = None
+        if far and objects is not None:
+            rate = found(
+                "detection_rate",
+                lambda: detection_rate(features, grasp, objects, far.threshold, seed=seed),
+            )
     return Calibration(
         folds=folds,
         groups=len(np.unique(groups)),
@@ -108,6 +119,7 @@ def calibration(
         false_alarm=far and far.false_alarm,
         false_alarm_stated=false_alarm,
         problems=problems,
+        detection_rate=rate,
     )
 
 

@@ -21,6 +21,8 @@ from ajgdata.types import NotPossibleError
 EQUAL = 1e-6
 #: That are held out to find a threshold: nothing is trained, so that many cost little.
 FOLDS = 10
+#: Recordings from which a detection rate is computed: each is compared with all grasps.
+MAX_TESTED = 2_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,13 @@ class Guard:
     std: np.ndarray
     scale: np.ndarray
     threshold: float | None = None
+
+    @classmethod
+    def absent(cls, bins: int) -> Self:
+        """Return the guard of a model that has none: it checks nothing."""
+        none = np.empty((0, bins), np.float32)
+        ones = np.ones(bins, np.float32)
+        return cls(none, none, 0 * ones, ones, np.ones((), np.float32))
 
     @classmethod
     def of(cls, features: np.ndarray, grasp: np.ndarray) -> Self:
@@ -74,14 +83,19 @@ class Guard:
         return cdist(self.points(features), self.grasps).min(axis=1)
 
     def novelty(self, features: np.ndarray) -> np.ndarray:
-        """Return `distance` (m,) in units of the threshold; 0 where there is none: no alarm."""
-        if not self.threshold:
-            return np.zeros(len(features))
+        """Return `distance` (m,) in units of the threshold; NaN without a threshold."""
+        if not self.can_check:
+            return np.full(len(features), np.nan)
         return self.distance(features) / self.threshold
+
+    @property
+    def can_check(self) -> bool:
+        """Return whether novel objects can be detected: grasps and a threshold are known."""
+        return bool(self.threshold) and len(self.grasps) > 0
 
     def is_nothing(self, features: np.ndarray) -> np.ndarray:
         """Return whether features (m, f) are nearer to a reference than to any grasp: (m,)."""
-        if not len(self.references):
+        if not len(self.references) or not len(self.grasps):
             return np.zeros(len(features), bool)
         nearest = cdist(self.points(features), self.references).min(axis=1)
         return nearest < self.distance(features)
@@ -136,3 +150,33 @@ def alarm(
             "held-out grasps lie on those that are known: their features are equal"
         )
     return Alarm(threshold, rate, folds, count)
+
+
+def detection_rate(
+    features: np.ndarray,
+    grasp: np.ndarray,
+    objects: np.ndarray,
+    threshold: float,
+    *,
+    folds: int = FOLDS,
+    seed: int = 0,
+) -> float:
+    """Return the share of grasps of novel objects that are further away than `threshold`.
+
+    `features` (n, f), their `grasp` (n,) and their `objects` (n,), which are held out: with more
+    than `folds` objects several at a time, so the rate is then slightly too high. Each grasp counts
+    once. Raises NotPossibleError for fewer than two objects.
+    """
+    count = len(np.unique(objects))
+    if count < 2:
+        raise NotPossibleError("one object only: none is left to hold out")
+    folds, random = min(folds, count), np.random.default_rng(seed)
+    detected, tested = [], []
+    none = np.zeros(len(features))
+    for known, held in grouped_folds(none, objects, "regression", folds, seed):
+        chosen = random.permutation(held)[: MAX_TESTED // folds]
+        distance = Guard.of(features[known], grasp[known]).distance(features[chosen])
+        detected.append(distance > threshold)
+        tested.append(grasp[chosen])
+    weights = grasp_weights(np.concatenate(tested))
+    return float(np.average(np.concatenate(detected), weights=weights))

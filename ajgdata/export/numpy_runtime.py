@@ -27,7 +27,7 @@ FORMAT = 1
 METADATA = "ajgdata"  # key under which an ONNX file holds `about`
 TOO_QUIET = 1e-30  # as ajgdata.features.checks
 TINIEST = 1e-12  # as ajgdata.evaluate.calibration
-VERDICTS = ("known", "nothing", "unknown")
+VERDICTS = ("known", "nothing", "unknown", "not checked")
 LARGEST = 2**31  # bytes of all arrays: a file that unpacks to more is no model
 FRAMES = 64  # transformed at once: a long recording takes no more memory than a short one
 
@@ -227,17 +227,19 @@ class Model:
         return x
 
     def _guard(self, features):
-        """Return novelty and verdict of features (1, n_bins); (None, "") without a guard."""
+        """Return novelty and verdict of features (1, n_bins); novelty is None if not checked."""
         if "guard.grasps" not in self.arrays:
-            return None, ""
+            return None, VERDICTS[3]
         of = {name: self.arrays["guard." + name].astype(np.float64) for name in GUARD}
         z = (np.arcsinh(features / of["scale"]) - of["mean"]) / of["std"]
         near = math.sqrt(_squared_distances(z, of["grasps"]).min())
         threshold = self.about["calibration"]["novelty_threshold"]
-        novelty = near / threshold if threshold else 0.0
+        novelty = near / threshold if threshold else None
         empty = _squared_distances(z, of["references"]).min(initial=np.inf)
         if math.sqrt(empty) < near:
             return novelty, VERDICTS[1]
+        if novelty is None:
+            return None, VERDICTS[3]
         return novelty, VERDICTS[2 if novelty > 1 else 0]
 
 

@@ -343,7 +343,10 @@ def _answer(graph: _Graph, score: str, about: Mapping[str, Any]) -> list[tuple]:
 
 
 def _guard(graph: _Graph, feature: str, exported: Exported) -> list[tuple]:
-    """Add `novelty` (batch,), and `verdict`: 0 known, 1 nothing, 2 unknown."""
+    """Add `novelty` (batch,), and `verdict`: 0 known, 1 nothing, 2 unknown, 3 not checked.
+
+    Without a threshold there is no `novelty`.
+    """
     guard, threshold = exported.guard, exported.about["calibration"]["novelty_threshold"]
     if guard is None:
         return []
@@ -354,15 +357,19 @@ def _guard(graph: _Graph, feature: str, exported: Exported) -> list[tuple]:
     near = graph(
         "ReduceMin", _squared_distances(graph, z, guard["grasps"]), graph.whole(1), keepdims=0
     )
-    # without a threshold there is no alarm: 0
+    # Without a threshold no distance is too far, and every other verdict is 3.
     novelty = graph("Div", graph("Sqrt", near), graph.constant(threshold or np.inf))
-    graph.to(novelty, 32, name="novelty")
     new = graph("Greater", novelty, graph.constant(1.0))
-    verdict = graph("Where", new, graph.constant(2, np.int64), graph.constant(0, np.int64))
+    near_code = graph.constant(0 if threshold else 3, np.int64)
+    verdict = graph("Where", new, graph.constant(2, np.int64), near_code)
     if len(guard["references"]):
         empty = _squared_distances(graph, z, guard["references"])
         empty = graph("ReduceMin", empty, graph.whole(1), keepdims=0)
         nothing = graph("Less", empty, near)
         verdict = graph("Where", nothing, graph.constant(1, np.int64), verdict)
     graph("Identity", verdict, name="verdict")
-    return [("novelty", TensorProto.FLOAT, []), ("verdict", TensorProto.INT64, [])]
+    outputs: list[tuple] = [("verdict", TensorProto.INT64, [])]
+    if threshold:
+        graph.to(novelty, 32, name="novelty")
+        outputs.insert(0, ("novelty", TensorProto.FLOAT, []))
+    return outputs

@@ -64,7 +64,7 @@ class OnnxModel:
             "probability": dict(zip(names, got.get("probability", ()), strict=False)),
             "interval": interval if interval and np.isfinite(interval).all() else None,
             "novelty": got.get("novelty"),
-            "verdict": self.about["verdicts"][got["verdict"]] if "verdict" in got else "",
+            "verdict": numpy_runtime.VERDICTS[got.get("verdict", 3)],
         }
 
     def outputs(self, samples: np.ndarray) -> Said:

@@ -20,6 +20,8 @@ _RUN = 3  # samples at the extreme, one after another, before it is called clipp
 #: squared (q the quantum), hence leaves it by 4 c + q <= 5 q at the most; clipping leaves a cliff.
 _CLIFF_QUANTA = 8
 _BITS = {"PCM_U8": 8, "PCM_S8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
+#: Code of the note about float samples above full scale.
+BEYOND = "beyond_full_scale"
 _GAIN = "lower the gain and record again, or set quality to reject"
 
 
@@ -66,7 +68,7 @@ def check_samples(samples: NDArray[Any], subtype: str, window: int) -> list[Rema
     if peak > 1 and subtype not in _BITS:
         problem = f"samples beyond full scale: peak {peak:.4g} (float samples may)"
         fix = "nothing to do, unless the file was meant to be within +-1"
-        remarks.append(Remark("note", "beyond_full_scale", problem, fix))
+        remarks.append(Remark("note", BEYOND, problem, fix))
     return remarks
 
 

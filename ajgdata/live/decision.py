@@ -45,11 +45,12 @@ class Decision:
 def judge(looks: Sequence[Prediction], plan: SortPlan) -> Decision:
     """Return what becomes of an object that was sensed in `looks`, at least once, the last one now.
 
-    Looks at what is known are combined (`evaluate.looks.combined`), the others are not: their
-    probabilities mean nothing. The last look says if anything is held.
+    Looks at what is known, or was not checked, are combined (`evaluate.looks.combined`), the others
+    are not: their probabilities mean nothing. The last look says if anything is held.
     """
     last = looks[-1]
-    known = [one for one in looks if one.verdict is Verdict.KNOWN]
+    usable = (Verdict.KNOWN, Verdict.NOT_CHECKED)
+    known = [one for one in looks if one.verdict in usable]
     classes = list(last.probability)
     shares = combined(np.array([[one.probability[c] for c in classes] for one in known or looks]))
     probability = dict(zip(classes, shares.tolist(), strict=True))
@@ -64,10 +65,12 @@ def judge(looks: Sequence[Prediction], plan: SortPlan) -> Decision:
         if action is Action.AGAIN and not left:
             action = Action.STOP
         return decided(action, "nothing is held")
-    if last.verdict is Verdict.KNOWN:
+    if last.verdict in usable:
         if decide(shares, plan.threshold) is not None:
-            share = percent(probability[best])
-            return decided(Action.PLACE, f"{best}, {share}", plan.bins[best])
+            reason = f"{best}, {percent(probability[best])}"
+            if last.verdict is Verdict.NOT_CHECKED:
+                reason += ", novelty not checked"
+            return decided(Action.PLACE, reason, plan.bins[best])
         reason = f"{best} has {percent(probability[best])}, needs {percent(plan.threshold)}"
         action = Action(plan.below)
     else:

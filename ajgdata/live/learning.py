@@ -100,7 +100,8 @@ def _labelled(
         return row  # a reference
     typed = _typed(row, target)
     if int(number) not in said and not typed and row.quality == REJECTED:
-        meant = row.labels.get(VERDICT) == Verdict.KNOWN  # else what was predicted says nothing
+        # of other verdicts what was predicted says nothing
+        meant = row.labels.get(VERDICT) in (Verdict.KNOWN, Verdict.NOT_CHECKED)
         said[int(number)] = ask(int(number), row.labels.get(PREDICTED, "") if meant else "")
     value = typed if _is_nothing(row) and typed else said.get(int(number)) or typed
     if not value or (value == typed and row.quality != REJECTED):

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import Calibration
 from ajgdata.evaluate.novelty import Guard
-from ajgdata.features.checks import check_audio
+from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.prediction import Prediction, Verdict
 from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio
@@ -27,6 +27,8 @@ from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
 
+#: Samples beyond this are of another scale: converters of ±1 clip, volts stay far below.
+MAX_PEAK = 100.0
 #: What samples that came from no file are called in complaints.
 HERE = Path("this recording")
 
@@ -115,13 +117,14 @@ class Predictor:
 
         `waveform` (n,), or (n, channels) where the data set says what to do with them; full scale
         ±1. Raises DataError for what the workflow would not use: another rate or channels (unless
-        the data set converts them), too short, NaN, silence.
+        the data set converts them), too short, NaN, silence; and for integers, complex numbers and
+        samples that are not scaled to ±1.
         """
         return self._predicted(_audio(waveform, sample_rate_hz, self.audio), HERE)
 
-    def predict_file(self, path: Path) -> Prediction:
-        """Return what the model says of one audio file. Raises DataError as `predict` does."""
-        return self._predicted(read_audio(path, self.audio), path)
+    def predict_file(self, path: str | Path) -> Prediction:
+        """Return the prediction for one audio file. Raises DataError as `predict` does."""
+        return self._predicted(read_audio(Path(path), self.audio), Path(path))
 
     def predict_many(
         self, waveforms: Iterable[ArrayLike], sample_rate_hz: float
@@ -144,7 +147,9 @@ class Predictor:
         features = np.asarray(features, np.float32)
         if features.ndim != 2 or features.shape[1] != len(self.guard.mean):
             raise ValueError(f"need features (m, {len(self.guard.mean)}), not {features.shape}")
-        novelty, nothing = self.guard.novelty(features), self.guard.is_nothing(features)
+        nothing = self.guard.is_nothing(features)
+        checks = self.guard.can_check
+        novelty = self.guard.novelty(features).tolist() if checks else [None] * len(features)
         model: Any = self.estimator
         if self.kind == "regression":
             values, table = model.predict(features).astype(float), None
@@ -164,8 +169,9 @@ class Predictor:
                 if table is None
                 else dict(zip(self.classes, table[row].tolist(), strict=True)),
                 interval=self._interval(value),
+                detection_rate=self.calibration.detection_rate if checks else None,
             )
-            for row, (value, far) in enumerate(zip(values.tolist(), novelty.tolist(), strict=True))
+            for row, (value, far) in enumerate(zip(values.tolist(), novelty, strict=True))
         ]
 
     def _interval(self, value: Any) -> tuple[float, float] | None:
@@ -186,19 +192,24 @@ class Predictor:
             feature = spectrum(audio.samples, self.sample_rate_hz, self.features)
         except ValueError as error:  # not normalised, and beyond float32
             raise DataError(where, str(error), "change features in dataset.yaml") from None
-        told = [f"{one.problem}; {one.fix}" for one in remarks if one.level == "warning"]
-        return feature, told
+        shown = [one for one in remarks if one.level == "warning" or one.code == BEYOND]
+        return feature, [f"{one.problem}; {one.fix}" for one in shown]
 
 
-def _verdict(nothing: bool, novelty: float) -> Verdict:
+def _verdict(nothing: bool, novelty: float | None) -> Verdict:
     if nothing:
         return Verdict.NOTHING
+    if novelty is None:
+        return Verdict.NOT_CHECKED
     return Verdict.UNKNOWN if novelty > 1 else Verdict.KNOWN
 
 
 def _audio(waveform: ArrayLike, sample_rate_hz: float, wanted: AudioSettings) -> Audio:
-    """Return samples as `read_audio` would if they stood in a file of floats."""
-    given = np.asarray(waveform, np.float32)
+    """Return samples as `read_audio` would return them from a file of floats."""
+    array = np.asarray(waveform)
+    _check_scale(array)
+    with np.errstate(over="ignore"):  # infinity is for the checks
+        given = array.astype(np.float32)
     if given.ndim not in (1, 2):
         raise DataError(HERE, f"an array of shape {given.shape}", "give (n,) or (n, channels)")
     columns = given[:, np.newaxis] if given.ndim == 1 else given
@@ -214,3 +225,21 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, wanted: AudioSettings) ->
     if info.sample_rate_hz != wanted.sample_rate_hz:
         samples = resample(samples, info.sample_rate_hz, wanted.sample_rate_hz)
     return Audio(samples, columns, info, ())
+
+
+def _check_scale(array: np.ndarray) -> None:
+    """Raise DataError for samples that are not real numbers of full scale ±1."""
+    if array.dtype.kind in "iu":
+        full = 2 ** (8 * array.dtype.itemsize - 1)
+        how = f"divide them by {full}" if array.dtype.kind == "i" else "convert them to floats"
+        problem = f"samples are integers ({array.dtype}), not floats"
+        raise DataError(HERE, problem, f"{how}, so that full scale is ±1")
+    if array.dtype.kind == "c":
+        fix = "give the real waveform, not its spectrum or analytic signal"
+        raise DataError(HERE, f"samples are complex ({array.dtype})", fix)
+    if array.dtype.kind != "f":
+        raise DataError(HERE, f"samples are {array.dtype}, not numbers", "give an array of floats")
+    finite = array[np.isfinite(array)]
+    if finite.size and (peak := float(np.abs(finite).max())) > MAX_PEAK:
+        fix = "divide by full scale (32768 for 16-bit samples), so that full scale is ±1"
+        raise DataError(HERE, f"the peak is {peak:.4g}, of a full scale of 1", fix)

@@ -28,7 +28,7 @@ _PLAN = (
 _TAKE = ("recording", "look", "seconds", "peak_dbfs", "clipped", "xruns", "attempts", "spectrum")
 _PREDICTION = (
     "look", "seconds", "kind", "value", "unit", "verdict", "novelty", "probability", "interval",
-    "remarks",
+    "remarks", "detection_rate",
 )  # fmt: skip
 _DECISION = ("action", "value", "bin", "probability", "looks", "reason")
 

@@ -141,7 +141,9 @@ def _quantities(predictor: Predictor, said: Sequence[Said]) -> dict[str, tuple[S
     def theirs(take: Callable[[Said], Any]) -> np.ndarray:
         return np.array([take(one) for one in said], np.float64)
 
-    found = {"novelty": (of(lambda one: [one.novelty]), theirs(lambda one: [one["novelty"]]))}
+    found: dict[str, tuple[Says, np.ndarray]] = {}
+    if predictor.guard.can_check:
+        found["novelty"] = (of(lambda one: [one.novelty]), theirs(lambda one: [one["novelty"]]))
     if not predictor.classes:
         says = of(lambda one: [one.value])
         found["score"] = (says, theirs(lambda one: one["score"]))

@@ -60,7 +60,9 @@ def exported_model(paths: Paths, dataset: str, task: str, model: str) -> Exporte
                 "mean": guard.mean,
                 "std": guard.std,
                 "scale": guard.scale,
-            },
+            }
+            if len(guard.grasps)
+            else None,
             provenance=provenance(about),
         )
     except CannotExportError as error:

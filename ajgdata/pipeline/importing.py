@@ -30,7 +30,7 @@ from ajgdata.types import DataError, DatasetSpec, ImportSettings
 def import_folder(
     paths: Paths,
     dataset: str,
-    folder: Path,
+    folder: str | Path,
     *,
     settings: ImportSettings | None,
     targets: Sequence[str] = (),
@@ -51,7 +51,7 @@ def import_folder(
     is written when the folder cannot be understood, nor while another process brings recordings
     into this data set.
     """
-    declared = _declared(paths, dataset)
+    folder, declared = Path(folder), _declared(paths, dataset)
     if convert and not copy:
         raise DataError("--convert", "makes new files", "import without --reference")
     if declared:

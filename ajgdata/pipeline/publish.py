@@ -66,7 +66,7 @@ class Source:
 def publish(
     paths: Paths,
     dataset: str,
-    out: Path,
+    out: str | Path,
     *,
     version: str = "",
     date: str = "",
@@ -90,6 +90,7 @@ def publish(
     >>> sorted(path.name for path in Path("tree/size").iterdir())[:3]
     ['CITATION.cff', 'LICENSE', 'README.md']
     """
+    out = Path(out)
     _check_options(version, date)
     _check_target(out)
     spec = read_dataset(paths, dataset)

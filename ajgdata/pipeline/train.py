@@ -85,7 +85,8 @@ def train_model(
             used = recordings_used(estimator, len(data.name))
             found = calibration(
                 data.feature, data.value, data.group, grasp := _grasps(shard, data),
-                model=model, kind=kind, seed=seed, period=period_deg,
+                model=model, kind=kind, objects=_column(shard, data, "object"), seed=seed,
+                period=period_deg,
             )  # fmt: skip
     except NotPossibleError as error:
         write_about(folder, {**about, "skipped": str(error)})
@@ -107,9 +108,14 @@ def train_model(
 
 def _grasps(shard: Shard, data: TaskData) -> np.ndarray:
     """Return the grasp (n,) of each recording of a task; never the same in two groups."""
-    chosen = np.isin(shard.columns["recording"].values, data.name)
-    grasp = shard.columns["grasp_id"].values[chosen].astype(str)
+    grasp = _column(shard, data, "grasp_id")
     return np.array([f"{a}\n{b}" for a, b in zip(data.group, grasp, strict=True)])
+
+
+def _column(shard: Shard, data: TaskData, name: str) -> np.ndarray:
+    """Return the text (n,) in a column of the recordings of a task."""
+    chosen = np.isin(shard.columns["recording"].values, data.name)
+    return shard.columns[name].values[chosen].astype(str)
 
 
 def _guarding(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -40,9 +39,10 @@ def write_guard(folder: Path, arrays: Mapping[str, np.ndarray]) -> None:
     _write_arrays(folder / GUARD_FILE, arrays)
 
 
-def read_guard(folder: Path) -> dict[str, np.ndarray]:
-    """Return the arrays that `write_guard` wrote, by name."""
-    return _read_arrays(folder / GUARD_FILE)
+def read_guard(folder: Path) -> dict[str, np.ndarray] | None:
+    """Return the arrays that `write_guard` wrote, by name; None if the model was stored without."""
+    path = folder / GUARD_FILE
+    return _read_arrays(path) if path.is_file() else None
 
 
 def _write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -73,11 +73,10 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
     """Return the estimator that `write_estimator` wrote. Types that are neither scikit-learn's nor
     numpy's nor `trusted` are refused with DataError."""
     from skops.io import load
-    from skops.io.exceptions import UntrustedTypesFoundException
 
     try:
         return load(folder / ESTIMATOR_FILE, trusted=list(trusted))
-    except (OSError, ValueError, BadZipFile, UntrustedTypesFoundException) as error:
+    except Exception as error:  # skops does not check its schema: any type can be raised
         raise _unreadable(folder / ESTIMATOR_FILE, error) from None
 
 

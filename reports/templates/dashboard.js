@@ -64,7 +64,10 @@
     if (state.paused !== null || state.mode === "paused")
       return ["unsure", "❚❚", "paused", state.paused || "It goes on with Go on."];
     if (!prediction) return ["", "…", state.grasps.length ? "listening" : "no grasp yet", ""];
-    const then = decided(state);
+    const rate = prediction.detection_rate ?? null;
+    const check = prediction.verdict === "not checked" ? " · novelty not checked" :
+      rate === null ? "" : ` · the novelty check detects ${percent(rate)} of novel objects`;
+    const then = check + decided(state);
     if (prediction.verdict === "nothing")
       return ["unsure", "∅", "nothing held", `it sounds like the empty gripper${then}`];
     if (prediction.verdict === "unknown")
@@ -121,7 +124,7 @@
     list.style.setProperty("--at", needed === null ? "-9rem" : `${100 * needed}%`);
     rows.forEach((row, i) => {
       const p = given[names[i]] ?? 0, first = p === best && p > 0;
-      const enough = first && needed !== null && p >= needed && state.prediction?.verdict === "known";
+      const enough = first && needed !== null && p >= needed && ["known", "not checked"].includes(state.prediction?.verdict);
       row.dataset.class = names[i];
       row.dataset.probability = p.toFixed(4);
       row.className = `${first ? "best" : ""} ${enough ? "enough" : ""}`.trim();
@@ -189,8 +192,8 @@
     const [good, all] = Object.entries(state.confusion).reduce(([good, all], [truth, row]) =>
       [good + (row[truth] ?? 0), all + Object.values(row).reduce((a, b) => a + b, 0)], [0, 0]);
     write("right", all ? `${good} of ${all}` : "—");
-    const novelty = state.prediction?.novelty;
-    write("novelty", novelty === undefined ? "—" : `${novelty.toFixed(2)} ${novelty > 1 ? "(too far)" : "of 1"}`);
+    const novelty = state.prediction?.novelty ?? null;
+    write("novelty", novelty === null ? "—" : `${novelty.toFixed(2)} ${novelty > 1 ? "(too far)" : "of 1"}`);
     const peak = state.take?.peak_dbfs;
     const bar = byId("level-bar");
     bar.firstChild.style.width = `${Math.max(0, Math.min(100, 100 * (1 + (peak ?? -60) / 60)))}%`;

@@ -150,7 +150,9 @@ def test_an_interrupted_slow_download_resumes(server, project, monkeypatch):
 
 
 def test_20000_listed_sessions_cause_no_requests(server, project, tree):
-    lines = [f"{hashlib.sha256(b'').hexdigest()}  sessions/x{n}/session.yaml" for n in range(20_000)]
+    lines = [
+        f"{hashlib.sha256(b'').hexdigest()}  sessions/x{n}/session.yaml" for n in range(20_000)
+    ]
     with (tree / tree.SUMS).open("a") as sums:
         sums.write("\n".join(lines) + "\n")
     line = refusal(fetched(server), project)

@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.evaluate.calibration import temperature, with_temperature
 from ajgdata.evaluate.in_use import calibration
-from ajgdata.evaluate.novelty import Guard, alarm
+from ajgdata.evaluate.novelty import Guard, alarm, detection_rate
 
 GENERATOR = np.random.default_rng(0)
 
@@ -125,7 +125,7 @@ def test_a_guard_measures_from_the_means_of_grasps():
     np.testing.assert_allclose(guard.grasps, [points[:2].mean(0), points[2:].mean(0)], rtol=1e-5)
     expected = np.linalg.norm(points[0] - guard.grasps[0].astype(float))
     assert guard.distance(features[:1])[0] == pytest.approx(expected, rel=1e-12)
-    assert guard.novelty(features).tolist() == [0, 0, 0, 0]  # no threshold, no alarm
+    assert np.isnan(guard.novelty(features)).all()  # without a threshold nothing was checked
 
 
 def test_nothing_is_what_is_nearer_to_a_reference():
@@ -168,3 +168,47 @@ def test_the_smallest_rate_is_that_of_one_more_grasp():
     assert found.threshold == pytest.approx(max(left_out), rel=1e-12)
     with pytest.raises(ValueError, match="one group only"):
         alarm(features, np.arange(9), np.zeros(9))
+
+
+def test_a_guard_that_is_absent_checks_nothing():
+    guard = Guard.absent(40)
+    assert not guard.can_check
+    assert np.isnan(guard.novelty(spectra([1, 2]))).all()
+    assert not guard.with_references(spectra([1])).is_nothing(spectra([1])).any()
+
+
+def test_objects_far_from_the_others_are_detected_and_near_ones_are_not():
+    """Three grasps of two recordings of four objects, of which two give the same spectra."""
+    objects, grasp = np.repeat(["a", "b", "c", "d"], 6), np.repeat(np.arange(12), 2)
+    edge = np.repeat([1.0, 1.0, 5.0, 9.0], 6)
+    features = 1 + np.outer(edge, np.linspace(0, 1, 40))
+    assert detection_rate(features, grasp, objects, 0.1) == pytest.approx(2 / 4)
+    assert detection_rate(features, grasp, objects, 1e9) == 0
+    with pytest.raises(ValueError, match="one object only"):
+        detection_rate(features, grasp, np.zeros(24), 1.0)
+
+
+def test_the_detection_rate_counts_grasps_not_recordings():
+    """The far object has one grasp of eight recordings, the two near ones eight grasps of one."""
+    edge = np.r_[np.full(8, 9.0), np.full(4, 1.0), np.full(4, 1.01)]
+    grasp = np.r_[np.zeros(8, int), np.arange(1, 9)]
+    features = spectra(edge, np.random.default_rng(5))
+    rate = detection_rate(features, grasp, edge.astype(str), 10.0)
+    assert rate == pytest.approx(1 / 9)
+
+
+def test_a_model_in_use_stores_the_rate_at_its_own_threshold():
+    edge = np.repeat([1.0, 3.0, 5.0, 7.0], 10)
+    features = spectra(edge, np.random.default_rng(6))
+    objects, grasp = edge.astype(str), np.arange(40)
+    found = calibration(
+        features, objects, grasp, grasp, model="linear", kind="classification", objects=objects
+    )
+    expected = detection_rate(features, grasp, objects, found.novelty_threshold)
+    assert found.detection_rate == expected > 0.5
+    one = calibration(
+        features, objects, grasp, grasp, model="linear", kind="classification",
+        objects=np.zeros(40),
+    )  # fmt: skip
+    assert one.detection_rate is None
+    assert "one object only" in one.problems["detection_rate"]

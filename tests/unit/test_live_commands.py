@@ -1,6 +1,7 @@
 """`ajgdata sense` and `ajgdata sort` as they are typed, over the virtual gripper."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -25,6 +26,7 @@ from ajgdata.pipeline.learn import learn_from
 from ajgdata.pipeline.sort import read_plan
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Shard, text_column, write_store
+from ajgdata.store.files import sealed_json_bytes
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings
 from ajgdata.types import DataError
 
@@ -88,6 +90,20 @@ def trained(tmp_path_factory):
     return paths
 
 
+def change_model(trained, root, calibration, *, guard=True):
+    """Give the project at `root` a model whose calibration has the values of `calibration`."""
+    folder = Paths(root).model("d", "what", "linear")
+    (root / "results").unlink()
+    shutil.copytree(trained.root / "results", root / "results")
+    about = json.loads((folder / "model.json").read_text())
+    del about["content_sha256"]
+    about["calibration"] |= calibration
+    if not guard:
+        del about["files"]["guard.safetensors"]
+        (folder / "guard.safetensors").unlink()
+    (folder / "model.json").write_bytes(sealed_json_bytes(about))
+
+
 @pytest.fixture
 def run(trained, tmp_path, monkeypatch):
     """Run the command in a copy of the project; return its result."""
@@ -135,6 +151,43 @@ def test_sense_fits_any_terminal(run, monkeypatch, columns):
     assert all(len(row) <= columns for row in rows)
     assert ("█" in rows[0], "│" in rows[1]) == (columns > 20, columns > 20)
     assert "known: box" in done.stdout and "\x1b" not in done.stdout
+
+
+@pytest.mark.parametrize("guard", [True, False])
+def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run, tmp_path, guard):
+    change_model(trained, tmp_path / "p", {"novelty_threshold": None}, guard=guard)
+    done = run(*SENSE, "--object", "cube")
+    assert done.exit_code == 0, done.output
+    last = done.output.splitlines()[-1]
+    assert last == "novelty not checked: box"
+    said = json.loads(run(*SENSE, "--object", "cube", "--json").output)
+    assert (said["verdict"], said["novelty"], said["detection_rate"]) == ("not checked", None, None)
+
+
+@pytest.mark.parametrize(
+    ("rate", "said"),
+    [(0.034, "; this check detects 3.4 % of novel objects)"), (None, ", limit 1)")],
+)
+def test_sense_says_how_many_novel_objects_its_check_detects(trained, run, tmp_path, rate, said):
+    change_model(trained, tmp_path / "p", {"detection_rate": rate})
+    last = run(*SENSE, "--object", "cube").output.splitlines()[-1]
+    assert last.startswith("known: box (novelty 0.")
+    assert last.endswith(said)
+
+
+def test_a_model_stores_how_many_novel_objects_its_check_detects(trained):
+    about = json.loads((trained.model("d", "what", "linear") / "model.json").read_text())
+    assert 0 <= about["calibration"]["detection_rate"] <= 1
+
+
+def test_sort_places_what_was_not_checked_and_says_so(trained, run, tmp_path):
+    change_model(trained, tmp_path / "p", {"novelty_threshold": None})
+    done = run("sort", plan(objects=["cube", "screw"]), "--json")
+    assert done.exit_code == 0, done.output
+    events = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    reasons = [one["reason"] for one in events if one["event"] == "decision"]
+    assert len(reasons) == 2
+    assert all(reason.endswith(", novelty not checked") for reason in reasons)
 
 
 def test_sense_watches_until_ctrl_c_and_each_grasp_is_another(run, monkeypatch):

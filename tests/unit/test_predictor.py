@@ -2,16 +2,20 @@
 
 import dataclasses
 import json
+import shutil
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 import soundfile
-from worlds import RATE_HZ, tone
+from worlds import RATE_HZ, Project, tone
 
 import ajgdata
 from ajgdata.evaluate import in_use
 from ajgdata.live.prediction import Verdict
 from ajgdata.loading import read_model
+from ajgdata.paths import Paths, find_project
 from ajgdata.pipeline.recordings import examine
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import read_audio, write_pcm24
@@ -52,10 +56,6 @@ def record(project, session, generator):
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
     """A project with three models, the CNN among them, trained as the workflow does."""
-    from worlds import Project
-
-    from ajgdata.paths import Paths
-
     project, generator = Project(Paths(tmp_path_factory.mktemp("trained"))), None
     project.declare(targets=TARGETS, tasks=TASKS)
     generator = np.random.default_rng(0)
@@ -264,6 +264,95 @@ def test_a_spoilt_guard_and_a_missing_model_are_told(trained, tmp_path):
         load(trained, "size", "linear")
     with pytest.raises(DataError, match=r"has no task 'colour'; there are .*size.*what"):
         load(trained, "colour", "linear")
+
+
+def sealed_copy(trained, folder, change):
+    """A copy of the linear model in which `change` edited the files; its hashes are right."""
+    from ajgdata.store.audio import file_sha256
+
+    for file in trained.paths.model("d", "what", "linear").iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    change(folder)
+    about = json.loads((folder / "model.json").read_text())
+    del about["content_sha256"]
+    about["files"] = {name: file_sha256(folder / name) for name in about["files"]}
+    (folder / "model.json").write_bytes(sealed_json_bytes(about))
+
+
+#: Schemas of a skops file that no skops writes.
+SCHEMAS = [
+    b"null", b"[]", b"{}", b"7", b"not json", b'{"__module__": 1}', b'{"__loader__": "X"}',
+    b'{"__class__": "list", "__module__": "builtins", "__loader__": "ListNode", "content": 3}',
+    b'{"__class__": null, "__module__": null, "__loader__": "ObjectNode", "content": null}',
+    b"[" * 100_000,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema[:24].decode())
+def test_an_invalid_skops_schema_is_one_line(trained, tmp_path, schema):
+    def change(folder):
+        with zipfile.ZipFile(folder / "model.skops", "w") as archive:
+            archive.writestr("schema.json", schema)
+
+    project = Project(Paths(tmp_path / "project"))
+    shutil.copytree(trained.paths.datasets, project.paths.datasets)
+    folder = project.paths.model("d", "what", "linear")
+    folder.mkdir(parents=True)
+    sealed_copy(trained, folder, change)
+    with pytest.raises(DataError, match=r"model.skops: not a readable model \(") as refusal:
+        load(project, "what", "linear")
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_paths_may_be_text(trained, kind):
+    predictor = ajgdata.load_predictor("d", "what", "linear", kind(trained.root))
+    files, samples = waveforms(trained)
+    said = predictor.predict_file(kind(files["s1/r00"]))
+    assert said == predictor.predict(samples["s1/r00"], RATE_HZ)
+    assert ajgdata.load_features("d", kind(trained.root)).sizes["recording"] == 52
+    assert ajgdata.load_recordings("d", kind(trained.root)).sizes["recording"] == 52
+    assert ajgdata.load_dataset("d", kind(trained.root)).tasks == ("size", "what")
+    assert ajgdata.load_model("d", "what", "linear", kind(trained.root)).classes_.size == 3
+    assert find_project(kind(trained.root)).root == trained.root
+
+
+SIXTEEN_BIT = (tone(750) * 32767).astype(np.int16)
+#: Samples that are not real numbers of full scale ±1, the problem, and what to do.
+UNSCALED = {
+    "int16": (SIXTEEN_BIT, "integers (int16)", "divide them by 32768"),
+    "int32": (SIXTEEN_BIT.astype(np.int32) << 16, "integers (int32)", "divide them by 2147483648"),
+    "uint8": (np.full(2000, 128, np.uint8), "integers (uint8)", "full scale is ±1"),
+    "list of int": (SIXTEEN_BIT.tolist(), "integers (int64)", "full scale is ±1"),
+    "bool": (SIXTEEN_BIT > 0, "bool, not numbers", "floats"),
+    "complex": (tone(750).astype(complex), "complex (complex128)", "give the real waveform"),
+    "text": (["a"] * 2000, "not numbers", "floats"),
+    "int16 as float": (SIXTEEN_BIT.astype(float), "the peak is ", "divide by full scale (32768"),
+}
+
+
+@pytest.mark.parametrize("name", UNSCALED)
+def test_samples_of_another_type_or_scale_are_refused(trained, name):
+    samples, problem, fix = UNSCALED[name]
+    predictor = load(trained, "what", "linear")
+    for call in (
+        lambda: predictor.predict(samples, RATE_HZ),
+        lambda: predictor.feature(samples, RATE_HZ),
+        lambda: predictor.predict_many([samples], RATE_HZ),
+    ):
+        with pytest.raises(DataError) as refused:
+            call()
+        assert problem in refused.value.problem
+        assert fix in refused.value.fix
+
+
+def test_scaled_samples_of_any_float_type_are_used(trained):
+    predictor = load(trained, "what", "linear")
+    sixteen = (SIXTEEN_BIT / 32768).astype(np.float16)
+    assert predictor.predict(sixteen, RATE_HZ).value == predictor.predict(tone(750), RATE_HZ).value
+    loud = predictor.predict(tone(750) * 3, RATE_HZ)
+    assert loud.value == predictor.predict(tone(750), RATE_HZ).value
+    assert [remark.partition(":")[0] for remark in loud.remarks] == ["samples beyond full scale"]
 
 
 def test_features_of_another_width_are_refused(trained):

@@ -33,6 +33,7 @@ from typer.testing import CliRunner
 
 from ajgdata.cli import app
 from ajgdata.paths import Tree
+from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.publish import check, declaration_bytes, publish
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.features import Column, Shard, read_store, text_column
@@ -47,6 +48,7 @@ from ajgdata.store.publishing.table import (
     table_of,
 )
 from ajgdata.types import DataError, DatasetSpec, FeatureSettings
+from ajgdata.types.dataset import ImportSettings
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +72,16 @@ def tree(world, tmp_path):
 
 def contents(root: Path) -> dict[str, bytes]:
     return {str(p.relative_to(root)): p.read_bytes() for p in root.rglob("*") if p.is_file()}
+
+
+def test_folders_may_be_text(project, tmp_path):
+    publish(project.paths, "d", str(tmp_path / "text"), date="2026-01-31")
+    publish(project.paths, "d", tmp_path / "path", date="2026-01-31")
+    assert contents(tmp_path / "text") == contents(tmp_path / "path")
+    folder = project.folder("s1") / "audio"
+    pattern = ImportSettings(pattern=r"(?P<label>\d)\.wav")
+    _, _, result = import_folder(project.paths, "new", str(folder), settings=pattern)
+    assert result.added + len(result.failed) == len(list(folder.iterdir()))
 
 
 def test_the_same_inputs_give_the_same_bytes(world, tmp_path):

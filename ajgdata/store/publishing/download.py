@@ -203,4 +203,3 @@ class Download:
                 raise DataError(url, problem, "do not use it, or ask its owner for another address")
         fix = "use the address to which it leads"
         raise DataError(url, f"leads on more than {MAX_REDIRECTS} times", fix)
-
