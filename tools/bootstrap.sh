@@ -25,4 +25,20 @@ fi
 "$venv/bin/python" -m pip --version >/dev/null 2>&1 || "$python" -m venv --clear "$venv"
 pip="$venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock"
 $pip setuptools
+
+# On Linux the default index has torch with CUDA packages (several GB); this index has its CPU build.
+# TORCH_INDEX names another index, for example of a CUDA version; if it is empty, pip's default is used.
+index=${TORCH_INDEX-https://download.pytorch.org/whl/cpu}
+pinned=$(grep '^torch==' requirements.lock)
+# pip would try an unreachable index for minutes, so this limits the attempt to ten seconds.
+probe='import signal, sys, urllib.request
+signal.alarm(10)
+urllib.request.urlopen(sys.argv[1] + "/torch/")'
+if [ -n "$index" ] && [ "$(uname -s)" = Linux ] &&
+  ! "$venv/bin/python" -m pip list --format freeze 2>/dev/null | grep -q "^$pinned"; then
+  { "$venv/bin/python" -c "$probe" "$index" && $pip --no-deps --index-url "$index" torch; } 2>/dev/null || {
+    echo "No torch from $index (unreachable, or no build for this machine)." >&2
+    echo "pip's default index is used, which may add CUDA packages (several GB)." >&2
+  }
+fi
 $pip --no-build-isolation --editable ".[$extra]"

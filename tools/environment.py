@@ -5,6 +5,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+#: Index with the CPU build of torch, as in tools/bootstrap.sh.
+CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 
 
 def pins(lock: str) -> dict[str, str]:
@@ -21,12 +23,15 @@ def environment(project: dict, lock: str) -> str:
     lines = [
         "# The pins of requirements.lock for conda; made by tools/environment.py: do not edit.",
         "# conda env create -f environment.yml && conda activate ajgdata && snakemake",
+        "# The extra index has the CPU build of torch. If it cannot be reached, remove its line: pip",
+        "# would try it again for each package.",
         "name: ajgdata",
         "channels: [conda-forge]",
         "dependencies:",
         "  - python >=3.11",
         "  - pip",
         "  - pip:",
+        f"    - --extra-index-url {CPU_INDEX}",
         "    - --constraint requirements.lock",
         *(f"    - {name}=={locked[name]}" for name in names),
         "    - --editable .",

@@ -1,9 +1,11 @@
 """environment.yml, pyproject.toml, requirements.lock and the docs name the same packages."""
 
+import ast
 import importlib.util
 import re
+import sys
 import tomllib
-from importlib.metadata import version
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
 import yaml
@@ -42,9 +44,54 @@ def test_environment_file_is_what_its_maker_writes():
     assert maker.environment(PROJECT, LOCK) == (ROOT / "environment.yml").read_text()
 
 
+def test_both_set_ups_use_the_cpu_build_of_torch():
+    pip = next(
+        entry["pip"]
+        for entry in yaml.safe_load((ROOT / "environment.yml").read_text())["dependencies"]
+        if isinstance(entry, dict)
+    )
+    (index,) = (line.split()[1] for line in pip if line.startswith("--extra-index-url"))
+    assert index.endswith("/whl/cpu")
+    assert f"index=${{TORCH_INDEX-{index}}}" in (ROOT / "tools/bootstrap.sh").read_text()
+
+
 def test_installed_versions_are_the_locked_ones():
     installed = {name: version(name).split("+")[0] for name in DIRECT}
     assert installed == {name: locked()[name] for name in DIRECT}
+
+
+def imported(folder: str) -> dict[str, str]:
+    """Modules that the sources in `folder` import when they run, and a file of each; without the
+    standard library."""
+    modules = {}
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        tree = ast.parse(path.read_text())
+        for_types = {
+            inner
+            for node in ast.walk(tree)
+            if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+            for inner in ast.walk(node)
+        }
+        for node in set(ast.walk(tree)) - for_types:
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module]
+            modules |= {name.partition(".")[0]: str(path.relative_to(ROOT)) for name in names}
+    own = {"ajgdata", *sys.stdlib_module_names}
+    return {name: path for name, path in modules.items() if name not in own}
+
+
+def test_every_imported_package_is_declared():
+    """A package that only another one brings along may be gone with its next version."""
+    distributions = packages_distributions() | {"jack": ["jack-client"]}
+    declared = {
+        name_of(r) for r in [*PROJECT["dependencies"], *(r for e in EXTRAS.values() for r in e)]
+    }
+    modules = imported("ajgdata") | imported("workflow")
+    assert {"requests", "markupsafe", "numpy", "yaml"} <= set(modules)
+    for module, path in modules.items():
+        names = {name.lower() for name in distributions.get(module, [module])}
+        assert names & declared, f"{path} imports {module}: declare it in pyproject.toml"
 
 
 def test_torch_keeps_its_plain_pin():
