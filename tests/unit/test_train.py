@@ -94,7 +94,10 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
     assert about["period"] == 8
     assert about["recordings"] == 23
     assert about["frequency_hz"] == list(range(64))
-    assert about["calibration"]["problems"] == {"half_width": "no folds"}
+    assert about["calibration"]["problems"] == {
+        "half_width": "no folds",
+        "detection_rate": "one object only: none is left to hold out",
+    }
     assert about["calibration"]["coverage"] is None
 
 
