@@ -23,8 +23,8 @@ def environment(project: dict, lock: str) -> str:
     lines = [
         "# The pins of requirements.lock for conda; made by tools/environment.py: do not edit.",
         "# conda env create -f environment.yml && conda activate ajgdata && snakemake",
-        "# The extra index has the CPU build of torch. If it cannot be reached, remove its line: pip",
-        "# would try it again for each package.",
+        "# The extra index has the CPU build of torch. If it cannot be reached, remove its line:",
+        "# pip would try it again for each package.",
         "name: ajgdata",
         "channels: [conda-forge]",
         "dependencies:",
