@@ -39,8 +39,9 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     (4, array([12., 18., 24., 30.]))
     """
     from ajgdata.store.open_xarray import open_store
+    from ajgdata.types import checked_name
 
-    return open_store(_paths(project).features(name))
+    return open_store(_paths(project).features(checked_name(name)))
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
@@ -169,9 +170,10 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     """Return the folder of a trained model. Raises DataError, and says what there is, where there
     is none."""
     from ajgdata.store.sessions import read_dataset
-    from ajgdata.types import DataError
+    from ajgdata.types import DataError, checked_name
 
-    if (folder := paths.model(name, task, model)).is_dir():
+    names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
+    if (folder := paths.model(*names)).is_dir():
         return folder
     tasks = read_dataset(paths, name).tasks
     if task not in tasks:

@@ -13,6 +13,7 @@ from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
 from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.label_counts import label_issues
 from ajgdata.pipeline.label_kinds import label_findings
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
@@ -49,7 +50,7 @@ def validate_datasets(
     `project` finds the project; it is asked only when a data set is to be checked. A name that is
     no data set but a folder is checked as a plain folder of audio files.
     """
-    folders = [Path(n) for n in names if Path(n).is_dir() and not _is_dataset(project, n)]
+    folders = [Path(n) for n in names if _is_folder(n) and not _is_dataset(project, n)]
     count = 0
     told: list[Finding] = []
     for folder in folders:
@@ -94,6 +95,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
                 label = tuple(table[name].get(target, "") for target in spec.targets)
                 rows.append((f"{session}/{name}", entry["sha256"], label))
     told += label_findings([labels for _, labels in surveys], spec.targets)
+    told += label_issues({one["session_id"]: labels for one, labels in surveys}, spec)
     if rows:
         told += copies(*zip(*rows, strict=True)).values()
     return sum(len(labels) for _, labels in surveys), sorted(told)
@@ -121,7 +123,9 @@ def _without_row(root: Path, folder: Path, manifest: dict[str, Any]) -> list[Fin
 
     Of a session whose table cannot be read nothing is known.
     """
-    if any(told["recording_id"] == WHOLE_SESSION for told in manifest["findings"]):
+    if any(
+        (f["recording_id"], f["level"]) == (WHOLE_SESSION, "error") for f in manifest["findings"]
+    ):
         return []
     known = {(root / entry["path"]).absolute() for entry in manifest["recordings"]}
     known |= {(folder / told["file"]).absolute() for told in manifest["findings"]}
@@ -178,6 +182,13 @@ def _check_session(
             delays[name] = delay
         advance()
     return told + late_or_early(session, list(delays), list(delays.values()), audio.sample_rate_hz)
+
+
+def _is_folder(name: str) -> bool:
+    try:
+        return Path(name).is_dir()
+    except OSError:  # a name too long for a file
+        return False
 
 
 def _is_dataset(project: Callable[[], Paths], name: str) -> bool:

@@ -9,7 +9,7 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -260,14 +260,18 @@ def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[
 
 
 def numbered_rows(
-    path: Path, required: Iterable[str] = ()
+    path: Path, required: Iterable[str] = (), standard: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """Return what `read_csv` does, each row with the line on which it ends; empty lines are left
-    out."""
+    """Return the header and rows as `read_csv` does, each row with the line on which it ends.
+
+    Empty lines are skipped. Columns named like those in `standard`, but in another case, get the
+    standard name.
+    """
     reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
     rows = []
     try:
         header = [cell.strip() for cell in next(reader, [])]
+        header = [name.lower() if name.lower() in standard else name for name in header]
         _check_header(path, header, required)
         for cells in reader:
             if not any(cell.strip() for cell in cells):
