@@ -26,7 +26,7 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.hashes import HashCache
-from ajgdata.store.labels import bad_label, copies, label_problem
+from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.manifest import WHOLE_SESSION, survey
 from ajgdata.store.scan import audio_files
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
@@ -85,8 +85,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
         found = [Finding(**known) for known in manifest["findings"]]
         found += _check_session(paths.root, manifest, spec.audio, spec.features.window, advance)
         for name, row in table.items():
-            if problem := label_problem(row, spec.targets):
-                found.append(bad_label(session, name, problem))
+            found += bad_labels(session, name, row, spec.targets)
         found = without_rejected(found, list(rejected(session, table).values()))
         told += [*found, *_without_row(paths.root, paths.session(dataset, session), manifest)]
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}

@@ -7,6 +7,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -20,6 +21,9 @@ from ajgdata.store.locks import own_folder
 from ajgdata.store.yaml_loading import yaml_node, yaml_value
 from ajgdata.types import DataError
 
+#: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
+#: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
+_FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/-]*$))")
 #: Key of the hash of all else in a JSON document.
 SEAL = "content_sha256"
 
@@ -303,6 +307,16 @@ def _check_header(path: Path, header: Sequence[str], required: Iterable[str]) ->
         raise DataError(path, problem, "name it or remove it")
     if doubled := {column for column in header if header.count(column) > 1}:
         raise DataError(path, f"column {sorted(doubled)[0]!r} stands twice", "rename one of them")
+
+
+def spreadsheet_cell(value: Any) -> Any:
+    """Return a cell that no spreadsheet runs as a formula: an apostrophe precedes such a text."""
+    return f"'{value}" if isinstance(value, str) and _FORMULA.match(value) else value
+
+
+def from_spreadsheet_cell(text: str) -> str:
+    """Return the text of a cell that `spreadsheet_cell` wrote."""
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:

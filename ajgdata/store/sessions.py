@@ -32,6 +32,7 @@ from ajgdata.types import (
     checked_name,
     describe,
     is_reserved,
+    location,
 )
 
 #: Columns whose text is compared, as labels are.
@@ -67,7 +68,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     try:
         return DatasetSpec.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None
 
 

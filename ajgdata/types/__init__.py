@@ -18,6 +18,7 @@ from ajgdata.types.base import (
     describe,
     flagged,
     left_out,
+    location,
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings
 from ajgdata.types.embedding import Embedding
@@ -115,4 +116,5 @@ __all__ = [
     "flagged",
     "is_reserved",
     "left_out",
+    "location",
 ]

@@ -90,11 +90,19 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def _most_useful_first(error: ValidationError) -> list[ErrorDetails]:
+    """Return unknown keys, then all other errors: a misspelt key is often missing as well."""
+    return sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+
+
+def location(error: ValidationError) -> tuple[int | str, ...]:
+    """Return the keys that lead to the value of which `describe` reports the error."""
+    return _most_useful_first(error)[0]["loc"]
+
+
 def describe(error: ValidationError, where: object) -> DataError:
-    """Name file, key, value and fix of the first complaint in `error`."""
-    # A key that is misspelt is often missing, too: its spelling is what to say.
-    errors = sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
-    first, *others = errors
+    """Return one line with file, key, value and fix of the first error."""
+    first, *others = _most_useful_first(error)
     place = first["loc"]
     # Where a value may be of several types, pydantic complains once for each: say it together.
     alternatives = []

@@ -29,8 +29,8 @@ class ImportSettings(Strict):
     file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
     grasp: str = Field(
         "",
-        description="template of grasp_id, e.g. '{stone}'; default: the column or group `grasp_id`, "
-        "else object and `grasp`, else the file",
+        description="template of grasp_id, e.g. '{stone}'; default: the column or group "
+        "`grasp_id`, else object and `grasp`, else the file",
     )
     object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
     session: str = Field("", description="template of the session; default: the folder")
