@@ -103,6 +103,9 @@ def _unused(
         for role, template in options.items()
         if template and role in roles and roles[role] not in in_templates
     ]
+    is_convention = not settings.table and settings.pattern in ("", "starter-kit")
+    if not (settings.grasp or is_convention or {"grasp", "grasp_id"} & set(roles)):
+        notes.append("each file is one grasp, because nothing names the grasp (see --grasp)")
     if not settings.grasp and {"grasp", "grasp_id"} <= set(roles):
         notes.append(
             f"{noun} {roles['grasp']!r} is not used, because {roles['grasp_id']!r} names the grasp"

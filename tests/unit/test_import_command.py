@@ -155,6 +155,10 @@ def test_columns_that_are_not_used_are_listed(ajgdata, folder):
     out = ajgdata("import", folder, "--dataset", "f", *more, "--grasp", "{form} {grasp}")[1]
     assert "note column 'grasp_id' is not used, because --grasp is '{form} {grasp}'\n" in out
     assert "'grasp' is not used" not in out
+    assert "each file is one grasp" not in out
+    (folder / "t.csv").write_text("name,form\nw0,pl\nw1,pl\nw2,pt\nw3,pt\n")
+    out = ajgdata("import", folder, "--dataset", "g", *TABLE)[1]
+    assert "note each file is one grasp, because nothing names the grasp (see --grasp)\n" in out
 
 
 def test_a_grasp_number_counts_within_its_object(ajgdata, folder, rows):

@@ -381,6 +381,7 @@ def test_decimal_commas_and_tables_of_a_spreadsheet(paths, tmp_path):
     settings = ImportSettings(table="t.csv", file="{name}.wav")
     _, found, _ = import_folder(paths, "d", folder, settings=settings, targets=["mass"])
     assert found.notes == [
+        "each file is one grasp, because nothing names the grasp (see --grasp)",
         "target mass: a number (14 distinct numbers, 100.5 to 113.5)",
         "mass: 14 decimal commas are written as points",
         "stored, but not a target: name",
