@@ -28,7 +28,7 @@ from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.hashes import HashCache
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.manifest import WHOLE_SESSION, survey
-from ajgdata.store.scan import audio_files
+from ajgdata.store.scan import Search, audio_files, search
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
 
@@ -141,7 +141,8 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
 
     Returns the number of files and all findings.
     """
-    files = [folder.absolute() / path for path in audio_files(folder)]
+    found = search(folder)
+    files = [folder.absolute() / path for path in found.audio]
     name = folder.absolute().name
     entries = [
         {"recording_id": str(p.relative_to(folder.absolute())), "path": str(p)} for p in files
@@ -149,6 +150,7 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     manifest = {"session_id": name, "excitation": None, "recordings": entries}
     audio, window = common_audio(files), FeatureSettings().window
     told = _check_session(Path(), manifest, audio, window, started(len(files)))
+    told += _not_searched(name, found)
     unusable = {one.recording_id for one in told if one.level == "error"}
     usable = [entry for entry in entries if entry["recording_id"] not in unusable]
     digests = [file_sha256(Path(entry["path"])) for entry in usable]
@@ -156,6 +158,16 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     names = [f"{name}/{entry['recording_id']}" for entry in usable]
     told += copies(names, digests, labels).values()
     return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in told)
+
+
+def _not_searched(name: str, found: Search) -> list[Finding]:
+    """Return warnings for hidden audio files and closed folders, notes for other skipped names."""
+    fix = "nothing to do, unless recordings are there"
+    closed = found.closed + [(path.as_posix(), reason) for path, reason in found.concealed.items()]
+    return [
+        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in closed),
+        *(Finding(name, p, "", "note", "not_searched", r, fix) for p, r in found.skipped),
+    ]
 
 
 def _check_session(

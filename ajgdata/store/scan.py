@@ -129,11 +129,11 @@ def audio_files(folder: Path) -> list[Path]:
 
     The list includes broken links and pipes, but no folders and no hidden files.
     """
-    return _walk(folder).audio
+    return search(folder).audio
 
 
 @dataclass
-class _Walk:
+class Search:
     """Audio files below a folder, and what was not searched, with the reasons."""
 
     audio: list[Path] = field(default_factory=list)
@@ -141,12 +141,23 @@ class _Walk:
     closed: list[tuple[str, str]] = field(default_factory=list)
     own: list[tuple[str, str]] = field(default_factory=list)
 
+    @property
+    def skipped(self) -> list[tuple[str, str]]:
+        """Return files and folders that do not matter, with the reasons."""
+        return self.own + [(p.as_posix(), _DOUBLE) for p in self.hidden if _is_double(p)]
 
-def _walk(folder: Path) -> _Walk:
+    @property
+    def concealed(self) -> dict[Path, str]:
+        """Return hidden audio files, with what to do."""
+        reason = "hidden: rename the file or its folder"
+        return {path: reason for path in self.hidden if not _is_double(path)}
+
+
+def search(folder: Path) -> Search:
     """Search a folder for audio. Hidden files are listed separately; the recordings and results of
     a project are not searched."""
     suffixes = {*AUDIO_SUFFIXES, *UNREADABLE_SUFFIXES}
-    result = _Walk()
+    result = Search()
 
     def refused(error: OSError) -> None:
         where = os.path.relpath(error.filename, folder)
@@ -190,11 +201,10 @@ def _audio_files(
     are not imported although their names may match, with reasons. All other files go to
     `result`."""
     files: dict[Path, bool] = {}
-    walk = _walk(folder)
-    refused = {p: "hidden: rename the file or its folder" for p in walk.hidden if not _is_double(p)}
+    walk = search(folder)
+    refused = walk.concealed
     result.missing += sorted(walk.closed)
-    result.skipped += walk.own
-    result.skipped += [(p.as_posix(), _DOUBLE) for p in walk.hidden if _is_double(p)]
+    result.skipped += walk.skipped
     readable = {p.with_suffix("") for p in walk.audio if p.suffix.lower() in AUDIO_SUFFIXES}
     for path in walk.audio:
         name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES

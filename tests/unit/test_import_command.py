@@ -258,6 +258,18 @@ def test_hidden_recordings_are_reported(ajgdata, folder):
     for name in (".wood/1.wav", "glass/.2.wav"):
         assert f"left out {name}: hidden: rename the file or its folder" in out
     assert "skipped metal/._1.wav: an AppleDouble file of macOS" in out
+    code, out, _ = ajgdata("validate", folder, "--notes")
+    assert code == 1
+    levels = {
+        line.split()[0]: line.split()[1] for line in out.splitlines() if "not_searched" in line
+    }
+    assert levels == {
+        "recordings/.wood/1.wav": "warning",
+        "recordings/glass/.2.wav": "warning",
+        "recordings/.git/x/1.wav": "warning",
+        "recordings/metal/._1.wav": "note",
+        "not_searched": "4,",  # the last line counts
+    }
 
 
 def test_one_class_is_no_task(ajgdata, project, folder):
