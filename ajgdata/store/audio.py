@@ -106,10 +106,8 @@ def inspect_audio(path: Path) -> AudioInfo:
 def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Audio:
     """Read a recording, converting channel and rate only as far as `audio` allows.
 
-    With `partial`, read the samples that a truncated file still contains. Raises AudioError with
-    code `missing`, `unreadable`, `empty`, `lfs_pointer`, `not_audio`, `unsupported_format`,
-    `damaged`, `truncated`, `several_data_chunks`, `no_samples`, `implausible`, `channels` or
-    `other_rate`.
+    With `partial`, read the samples that a truncated file still contains. Raises AudioError; its
+    `code` is a slug such as `truncated`.
 
     >>> from pathlib import Path
     >>> import numpy as np

@@ -162,11 +162,7 @@ class _Import:
     def _take(self, entry: ScannedFile, recording_id: str) -> None:
         session = self.sessions[entry.session]
         digest = self.hashes.sha256(self.folder / entry.path)
-        if entry.sha256 not in ("", digest):
-            raise DataError(entry.path, "its sha256 is not that of the table", "restore the file")
-        if entry.recording_id and entry.recording_id != recording_id:
-            difference = f"recording_id {recording_id!r} here, {entry.recording_id!r} in the folder"
-            self.result.corrected.append(f"{recording_id}: {difference}")
+        self._compare_identity(entry, recording_id, digest)
         recording = recording_of(self.folder, entry, recording_id, copy=self.how.copy)
         old, before = session.held.get(recording_id), session.before(recording_id)
         moved_from = None if old else next(iter(self.homeless.get(digest, ())), None)
@@ -202,6 +198,14 @@ class _Import:
             self.result.relabelled += 1
         else:
             self.result.unchanged += 1
+
+    def _compare_identity(self, entry: ScannedFile, recording_id: str, digest: str) -> None:
+        """Raise DataError if the table has another hash; list another recording_id."""
+        if entry.sha256 not in ("", digest):
+            raise DataError(entry.path, "its sha256 is not that of the table", "restore the file")
+        if entry.recording_id and entry.recording_id != recording_id:
+            difference = f"recording_id {recording_id!r} here, {entry.recording_id!r} in the folder"
+            self.result.corrected.append(f"{recording_id}: {difference}")
 
     def _with_labels(
         self, recording: Recording, old: Recording, before: dict[str, str] | None

@@ -37,7 +37,7 @@ def read_label_table(path: Path) -> tuple[list[str], Rows]:
     header = lines[0][1][:width]  # without empty columns at the end
     if wrong := [name for name in header if not name or header.count(name) > 1]:
         place = f"column {header.index('') + 1} has no name" if "" in wrong else ""
-        raise DataError(path, place or f"column {wrong[0]!r} stands twice", "rename it")
+        raise DataError(path, place or f"column {wrong[0]!r} occurs twice", "rename it")
     if not lines[1:]:
         raise DataError(path, "has column names but no rows", "add one line per file")
     for line, cells in lines[1:]:
@@ -82,7 +82,7 @@ def joined(
         by_key: dict[str, dict[str, str]] = {}
         for row in other:
             if by_key.setdefault(row[key], row) is not row:
-                raise DataError(folder / file, f"{key} {row[key]!r} stands twice", "keep one row")
+                raise DataError(folder / file, f"{key} {row[key]!r} occurs twice", "keep one row")
         more = [column for column in other_header if column not in header]
         if unused := [column for column in other_header if column in header and column != key]:
             notes.append(f"{file}: not used, because a table before has it: {', '.join(unused)}")

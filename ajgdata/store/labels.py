@@ -22,7 +22,7 @@ MEANINGS = {
     "grasp_id": "placement of the object: session/grasp_id",
     "sample": "number of the repeat within the grasp",
     "object": "what was held",
-    "quality": "ok, or what somebody noted",
+    "quality": "ok or clipped",
     "source": "virtual (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",

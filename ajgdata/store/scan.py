@@ -209,7 +209,9 @@ def _audio_files(
     for path in walk.audio:
         name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES
         if name != name.strip() or _NO_TEXT.search(name):
-            result.wanting.append((_NO_TEXT.sub("?", name), "its name is no plain text: rename it"))
+            result.wanting.append(
+                (_NO_TEXT.sub("?", name), "its name is not plain text: rename it")
+            )
         elif wrong := why_no_file(folder / path):
             result.missing.append((name, "; ".join(wrong)))
         elif decode and path.with_suffix("") in readable:
@@ -250,8 +252,8 @@ def _by_name(
     cleaner = Cleaner()
     for path, reason in refused.items():
         matches = _match(pattern, path)
-        told = (path.as_posix(), reason if matches else "does not match the pattern")
-        (result.wanting if matches else result.skipped).append(told)
+        entry = (path.as_posix(), reason if matches else "does not match the pattern")
+        (result.wanting if matches else result.skipped).append(entry)
     for path, decode in audio.items():
         match = _match(pattern, path)
         if not match:
@@ -369,31 +371,26 @@ def _scanned(
     A number of a grasp counts within its object, `grasp_id` within its session.
     """
 
-    def role(name: str, template: str = "", default: str = "") -> str:
-        text = (
-            _filled(name, template, texts)
-            if template
-            else texts.get(fields.roles.get(name, ""), "")
-        )
-        return text.strip() or default
+    def role(name: str, template: str = "") -> str:
+        column = fields.roles.get(name, "")
+        return (_filled(name, template, texts) if template else texts.get(column, "")).strip()
 
     labels = {column: texts[name] for name, column in fields.labels.items()}
     label = next((text for column, text in labels.items() if column.lower() == "label"), "")
-    object_name = role("object", settings.object, label)
-    number = role("grasp", settings.grasp)
-    grasp = f"{object_name}/{number}" if number and object_name else number
-    if settings.grasp:
-        grasp = number
+    object_name = role("object", settings.object) or label
+    grasp = role("grasp", settings.grasp)
+    if not settings.grasp:
+        grasp = role("grasp_id") or (f"{object_name}/{grasp}" if grasp and object_name else grasp)
     return ScannedFile(
-        path,
-        session_name(role("session", settings.session, session)),
-        ("" if settings.grasp else role("grasp_id")) or grasp or path.with_suffix("").as_posix(),
-        object_name,
-        0,
-        labels,
-        role("quality"),
-        decode,
-        role("recording_id"),
-        role("sha256").lower(),
-        role("sample"),
+        path=path,
+        session=session_name(role("session", settings.session) or session),
+        grasp=grasp or path.with_suffix("").as_posix(),
+        object=object_name,
+        sample=0,
+        labels=labels,
+        quality=role("quality"),
+        decode=decode,
+        recording_id=role("recording_id"),
+        sha256=role("sha256").lower(),
+        sample_text=role("sample"),
     )

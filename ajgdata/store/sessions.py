@@ -214,8 +214,8 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     recordings, findings = [], []
     cleaner = Cleaner()
     texts = [column for column in header if column in _TEXTS or column in extra]
-    for line, given in rows:
-        row = {**given, **cleaner({column: given[column] for column in texts})}
+    for line, cells in rows:
+        row = {**cells, **cleaner({column: cells[column] for column in texts})}
         known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
         try:
             labels = {c: row[c] for c in extra}
@@ -234,15 +234,18 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     ]
     counts = Counter(recording.recording_id for recording in recordings)
     findings += [
-        Finding(
-            folder.name, r.recording_id, r.file, "error", "duplicate_id",
-            f"{counts[r.recording_id]} rows share this recording_id", "give each row its own",
-        )
+        _duplicate(folder, r, counts[r.recording_id])
         for r in recordings
         if counts[r.recording_id] > 1
-    ]  # fmt: skip
-    kept = [r for r in recordings if counts[r.recording_id] == 1]
-    return sorted(kept, key=lambda r: r.recording_id), findings
+    ]
+    unique = [r for r in recordings if counts[r.recording_id] == 1]
+    return sorted(unique, key=lambda r: r.recording_id), findings
+
+
+def _duplicate(folder: Path, recording: Recording, count: int) -> Finding:
+    problem, fix = f"{count} rows share this recording_id", "give each row its own"
+    name, file = recording.recording_id, recording.file
+    return Finding(folder.name, name, file, "error", "duplicate_id", problem, fix)
 
 
 def _check_label_columns(path: Path, columns: Sequence[str]) -> None:

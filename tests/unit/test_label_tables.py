@@ -27,7 +27,7 @@ def test_the_mark_between_cells_is_recognised(tmp_path, text):
     ("text", "said"),
     [
         ("a;b\n1;2;3\n", "t.csv:2: 3 cells, the header has 2"),
-        ("a;a\n1;2\n", "column 'a' stands twice"),
+        ("a;a\n1;2\n", "column 'a' occurs twice"),
         ("a;\n1;2\n", "column 2 has no name"),
         ('a;b\n"1;2\n', "not a valid table"),
     ],
@@ -59,5 +59,5 @@ def test_tables_are_joined_by_a_key(tmp_path):
     with pytest.raises(DataError, match="--join: has no column 'frost'"):
         joined(tmp_path, header, rows, {"stats.csv": "frost"})
     (tmp_path / "stats.csv").write_text("stone;frost\nS1;1\nS1;0\n")
-    with pytest.raises(DataError, match="stone 'S1' stands twice"):
+    with pytest.raises(DataError, match="stone 'S1' occurs twice"):
         joined(tmp_path, header, rows, {"stats.csv": "stone"})

@@ -63,7 +63,7 @@ def test_names_that_a_table_cannot_hold(tmp_path):
     (tmp_path / os.fsdecode(b"4_caf\xe9.wav")).write_bytes(b"")
     result = scan(tmp_path, KIT, "d")
     assert [f.path.name for f in result.files] == ["1_a.wav"]
-    assert [reason for _, reason in result.wanting] == ["its name is no plain text: rename it"] * 3
+    assert [reason for _, reason in result.wanting] == ["its name is not plain text: rename it"] * 3
     assert [name for name, _ in result.wanting] == [" 3_c.wav", "2_b?.wav", "4_caf?.wav"]
 
 
