@@ -32,7 +32,7 @@ from ajgdata.pipeline.experiments import (
 from ajgdata.pipeline.inputs import Inputs, dates_mended
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
-from ajgdata.pipeline.run_summary import lines, summarise
+from ajgdata.pipeline.run_summary import lines, skipped_line, summarise
 from ajgdata.pipeline.running import note_run
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
@@ -144,7 +144,7 @@ onstart:
 
 
 onsuccess:
-    tell_run()
+    end_run(tell_run())
 
 
 onerror:

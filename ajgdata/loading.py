@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from ajgdata.evaluate.task_data import TaskData
     from ajgdata.live.predictor import Predictor
     from ajgdata.paths import Paths
-    from ajgdata.types import DataError, DatasetSpec
+    from ajgdata.types import DataError, DatasetSpec, Finding
 
 Project = str | Path | None
 
@@ -39,8 +40,9 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     (4, array([12., 18., 24., 30.]))
     """
     from ajgdata.store.open_xarray import open_store
+    from ajgdata.types import checked_name
 
-    return open_store(_paths(project).features(name))
+    return open_store(_paths(project).features(checked_name(name)))
 
 
 def load_recordings(name: str, project: Project = None) -> xr.Dataset:
@@ -54,8 +56,8 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     dataset.yaml allows (`audio.other_rate`, `audio.channel`), and refused if its bytes are not
     those that were recorded. Nothing needs to have been run.
 
-    Recordings that are rejected or that cannot be used are left out, and a UserWarning says how
-    many. Raises DataError when there is none, FileNotFoundError outside a project.
+    Recordings that are rejected or unusable are excluded; a UserWarning gives the number of
+    unusable recordings. Raises DataError when there is none, FileNotFoundError outside a project.
 
     >>> import ajgdata
     >>> recordings = ajgdata.load_recordings("size")
@@ -74,21 +76,25 @@ def load_recordings(name: str, project: Project = None) -> xr.Dataset:
     sessions = whole_sessions(paths, name, virtual)
     check_one_kind(paths, spec, sessions)
     folders = [paths.session(name, session) for session in sessions]
-    takes, columns, left_out = takes_of(folders, spec)
+    takes, columns, issues = takes_of(folders, spec)
     if not takes:
         fix = f"get some with `ajgdata import FOLDER --dataset {name}` or `ajgdata acquire`"
         raise DataError(paths.sessions(name), "holds no recording that can be used", fix)
-    if left_out:
-        first = left_out[0]
-        warnings.warn(
-            f"{len(left_out)} recordings of {name} are left out, the first is "
-            f"{first.session_id}/{first.recording_id}: {first.problem}; "
-            f"`ajgdata validate {name}` lists all",
-            stacklevel=2,
-        )
+    _warn_of(issues, name)
     simulated = any(source == "virtual" for source in columns["source"].values)
     attrs = {"data_set": name, "source": "simulated" if simulated else "recorded"}
     return waveforms(takes, dict(columns), spec.audio, attrs)
+
+
+def _warn_of(issues: Sequence[Finding], name: str) -> None:
+    """Warn of recordings that are excluded, and of recordings that are used with an issue."""
+    for what, excluded in (("excluded", True), ("used with an issue", False)):
+        if some := [issue for issue in issues if issue.leaves_out == excluded]:
+            first = some[0]
+            count = len({(issue.session_id, issue.recording_id) for issue in some})
+            message = f"recordings of {name}: {count} {what}; {first.session_id}/"
+            message += f"{first.recording_id}: {first.problem}; `ajgdata validate {name}` lists all"
+            warnings.warn(message, stacklevel=3)
 
 
 def load_dataset(name: str, project: Project = None) -> Dataset:
@@ -169,9 +175,10 @@ def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
     """Return the folder of a trained model. Raises DataError, and says what there is, where there
     is none."""
     from ajgdata.store.sessions import read_dataset
-    from ajgdata.types import DataError
+    from ajgdata.types import DataError, checked_name
 
-    if (folder := paths.model(name, task, model)).is_dir():
+    names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
+    if (folder := paths.model(*names)).is_dir():
         return folder
     tasks = read_dataset(paths, name).tasks
     if task not in tasks:

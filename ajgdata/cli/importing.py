@@ -14,8 +14,10 @@ from ajgdata.pipeline.progress import bar
 from ajgdata.types import DataError, ImportSettings
 
 if TYPE_CHECKING:
+    from ajgdata.paths import Paths
     from ajgdata.store.importing import Imported
     from ajgdata.store.scan import Scan
+    from ajgdata.types import DatasetSpec
 
 importing = typer.Typer()
 out = Console(emoji=False, highlight=False)
@@ -33,8 +35,8 @@ def import_command(
         typer.Option(
             help="'starter-kit' (<n>_<label>.wav, 0_<sound>.wav is the played sound), or a regular "
             "expression for the whole path inside the folder, whose named groups are the labels; "
-            "(?P<session>), (?P<grasp>), (?P<object>), (?P<sample>), (?P<quality>) have their "
-            "meaning. Default: what dataset.yaml says, else starter-kit"
+            "(?P<session>), (?P<grasp>), (?P<object>), (?P<sample>), (?P<quality>) and the names "
+            "of the data model have their meaning. Default: as in dataset.yaml, else starter-kit"
         ),
     ] = "",
     table: Annotated[
@@ -48,7 +50,10 @@ def import_command(
         typer.Option(help="with --table: 'more.csv:column', a further table and its key (repeat)"),
     ] = None,
     grasp: Annotated[
-        str, typer.Option(help="what one grasp is, e.g. '{stone}'; default: each file is one")
+        str,
+        typer.Option(
+            help="grasp_id, e.g. '{stone}'; default: object and grasp number, or the file"
+        ),
     ] = "",
     session: Annotated[str, typer.Option(help="what one session is, e.g. '{day}'")] = "",
     object_: Annotated[
@@ -105,12 +110,13 @@ def import_command(
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder
+    from ajgdata.types import checked_name
 
     given: dict[str, Any] = {"pattern": pattern, "table": table, "file": file, "grasp": grasp}
     given |= {"session": session, "object": object_, "join": _joins(join or [])}
     settings = _import_settings({key: value for key, value in given.items() if value})
     paths = find_project()
-    known = paths.dataset(dataset).is_file()
+    known = paths.dataset(checked_name(dataset)).is_file()
     with bar("importing") as started:
         spec, found, result = import_folder(
             paths,
@@ -127,13 +133,34 @@ def import_command(
             started=started,
         )
     show_import(result, found, dataset, prune=prune, everything=everything)
-    if paths.dataset(dataset).is_file():  # not where nothing could be imported
+    issues = False
+    if paths.dataset(dataset).is_file():  # not if nothing could be imported
         where, audio = escape(str(paths.dataset(dataset))), spec.audio
-        says = f"{audio.sample_rate_hz} Hz, channel {audio.channel}, targets "
-        says += ", ".join(spec.targets) or "none"
-        _say(f"as declared before in {where}" if known else f"now declared in {where}: {says}")
-        _say(f"next: ajgdata validate {dataset}, then ajgdata run {dataset}")
-    raise typer.Exit(exit_code(result, found))
+        summary = f"{audio.sample_rate_hz} Hz, channel {audio.channel}, targets "
+        summary += ", ".join(spec.targets) or "none"
+        _say(f"as declared before in {where}" if known else f"now declared in {where}: {summary}")
+        issues = show_summary(paths, spec)
+    raise typer.Exit(exit_code(result, found) or (INCOMPLETE if issues else 0))
+
+
+def show_summary(paths: Paths, spec: DatasetSpec) -> bool:
+    """Print the numbers of recordings, grasps and classes, what is wrong with the labels, and the
+    next command. Returns True if grasps are ambiguous."""
+    from ajgdata.pipeline.label_counts import counts, impossible_tasks, label_issues, label_tables
+
+    tables = label_tables(paths, spec.name)
+    facts = counts(tables, spec.targets)
+    width = max(map(len, facts))
+    for topic, text in facts.items():
+        _say(f"{topic:{width}}  {escape(text)}")
+    issues = label_issues(tables, spec)
+    for issue in issues:
+        _say(f"[yellow]warning[/yellow] {escape(issue.problem)}; {issue.fix}")
+    if len(impossible_tasks(tables, spec)) < len(spec.tasks):
+        _say(f"next: ajgdata validate {spec.name}, then ajgdata run {spec.name}")
+    else:
+        _say(f"next: ajgdata validate {spec.name} (no task of this data set is possible yet)")
+    return any(issue.code == "mixed_grasp" for issue in issues)
 
 
 def exit_code(result: Imported, found: Scan) -> int:

@@ -11,12 +11,22 @@ import importlib
 import pkgutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from ajgdata.experiments.base import Experiment
-from ajgdata.types import CROSS_VALIDATION, MODELS, DataError, DatasetSpec, Embedding, describe
+from ajgdata.store.files import line_of
+from ajgdata.types import (
+    CROSS_VALIDATION,
+    MODELS,
+    DataError,
+    DatasetSpec,
+    Embedding,
+    describe,
+    location,
+)
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
@@ -93,15 +103,24 @@ def packages_of(asked: Asked, kind: str) -> list[str]:
     return sorted(set(filter(None, named)))
 
 
+class SettingsError(ValueError):
+    """Settings of an experiment that are wrong, with the keys that lead to them in dataset.yaml."""
+
+    def __init__(self, message: str, keys: tuple[int | str, ...]) -> None:
+        super().__init__(message)
+        self.keys = keys
+
+
 def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
     """Return what a task, or an embedding of that name, asks for, in the order of the report.
 
-    Raises ValueError, naming task and key, for an unknown experiment and wrong settings.
+    Raises SettingsError for an unknown experiment and wrong settings.
     """
     if task in spec.embeddings:
         return _asked_of_embedding(spec, task)
     asked = []
     for name, given in spec.tasks[task].asked.items():
+        keys = ("tasks", task, *(("experiments", name) if name != CROSS_VALIDATION else ()))
         try:
             if name not in EXPERIMENTS.names():
                 raise ValueError(f"no experiment {name!r}: there are {', '.join(_for_tasks())}")
@@ -110,10 +129,10 @@ def asked_of(spec: DatasetSpec, task: str) -> list[Asked]:
                 raise ValueError(f"experiments.{name} is for embeddings: declare it there")
             asked.append(_asked(spec, task, one, one.settings.model_validate(given)))
         except ValidationError as error:
-            problem = describe(error, "").problem
-            raise ValueError(f"task {task}: experiments.{name}: {problem}") from None
+            problem = f"task {task}: experiments.{name}: {describe(error, '').problem}"
+            raise SettingsError(problem, (*keys, *location(error))) from None
         except ValueError as error:
-            raise ValueError(f"task {task}: {error}") from None
+            raise SettingsError(f"task {task}: {error}", keys) from None
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
 
 
@@ -140,16 +159,17 @@ def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
 
 
-def all_asked(spec: DatasetSpec, where: object) -> Iterator[Asked]:
+def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
     """Yield every experiment that the tasks and embeddings of a data set ask for.
 
-    Raises DataError, naming `where`, for what cannot be made.
+    Raises DataError with the line in `path`, its dataset.yaml, for settings that are wrong.
     """
     for task in (*spec.tasks, *spec.embeddings):
         try:
             yield from asked_of(spec, task)
-        except ValueError as error:
-            raise DataError(where, f"tasks: {error}", "correct it, or remove it") from None
+        except SettingsError as error:
+            where = f"{path}:{line_of(path, error.keys)}"
+            raise DataError(where, str(error), "correct it, or remove it") from None
 
 
 def experiment_modules(asked: Iterable[Asked]) -> list[str]:

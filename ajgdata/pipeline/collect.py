@@ -11,7 +11,13 @@ from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
 from ajgdata.report.run_difference import MEASURED
-from ajgdata.store.files import csv_bytes, sealed_json_bytes, sha256_of, write_bytes
+from ajgdata.store.files import (
+    csv_bytes,
+    sealed_json_bytes,
+    sha256_of,
+    spreadsheet_cell,
+    write_bytes,
+)
 from ajgdata.store.provenance import environment, project_commit, software
 from ajgdata.store.runs import keep_run
 from ajgdata.store.tables import as_json, read_tables
@@ -66,8 +72,8 @@ def collect(
         numbers += [row for one in (*tables, *costs) for row in _rows(about, one)]
     made_by = {**software(), **environment()}
     written = {
-        table: csv_bytes((*COLUMNS, REASON), numbers),
-        predictions: csv_bytes(PREDICTION_COLUMNS, predicted),
+        table: csv_bytes((*COLUMNS, REASON), map(_for_spreadsheets, numbers)),
+        predictions: csv_bytes(PREDICTION_COLUMNS, map(_for_spreadsheets, predicted)),
     }
     for file, content in written.items():
         write_bytes(file, content)
@@ -80,6 +86,10 @@ def collect(
     scores = [{column: row[column] for column in COLUMNS} for row in again]
     digest = sha256_of(csv_bytes(COLUMNS, scores))
     keep_run(paths, project_commit(paths.root), digest, (document, table, predictions))
+
+
+def _for_spreadsheets(row: Mapping[str, object]) -> dict[str, object]:
+    return {column: spreadsheet_cell(value) for column, value in row.items()}
 
 
 def _rows(about: Mapping[str, Any], table: Table) -> Iterator[dict[str, object]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from ajgdata.pipeline.label_counts import CLASSES_NEEDED
 from ajgdata.pipeline.label_kinds import Verdict, verdict
 from ajgdata.store.audio import AudioInfo, inspect_audio
 from ajgdata.store.scan import Scan, target_column
@@ -21,7 +22,6 @@ from ajgdata.types import (
 )
 
 FOLDS = 5
-CLASSES_NEEDED = 2
 
 
 def declare(
@@ -46,11 +46,9 @@ def declare(
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     cells = {column: [file.cell(column) for file in scanned.files] for column in wanted}
     verdicts = {column: verdict(found) for column, found in cells.items()}
-    tasks = {
-        column: Task(target=column, folds=FOLDS)
-        for column, judged in verdicts.items()
-        if _can_be_learnt(judged, cells[column])
-    }
+    possible = [c for c, judged in verdicts.items() if _can_be_learnt(judged, cells[c])]
+    # If no column has two classes, every column gets a task: more recordings may follow.
+    tasks = {column: Task(target=column, folds=FOLDS) for column in possible or verdicts}
     try:
         spec = DatasetSpec(
             name=name,

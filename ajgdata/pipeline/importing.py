@@ -14,9 +14,10 @@ from ajgdata.pipeline.label_kinds import (
     with_decimal_points,
 )
 from ajgdata.pipeline.progress import Started
+from ajgdata.store.import_fields import session_name
 from ajgdata.store.importing import How, Imported, import_scan
 from ajgdata.store.locks import BRINGING, alone, remove_abandoned
-from ajgdata.store.scan import Scan, scan, slug, target_column
+from ajgdata.store.scan import Scan, scan, target_column
 from ajgdata.store.sessions import (
     check_one_kind,
     list_sessions,
@@ -24,7 +25,7 @@ from ajgdata.store.sessions import (
     read_recordings,
     write_dataset,
 )
-from ajgdata.types import DataError, DatasetSpec, ImportSettings
+from ajgdata.types import DataError, DatasetSpec, ImportSettings, checked_name
 
 
 def import_folder(
@@ -51,13 +52,13 @@ def import_folder(
     is written when the folder cannot be understood, nor while another process brings recordings
     into this data set.
     """
-    folder, declared = Path(folder), _declared(paths, dataset)
+    folder, declared = Path(folder), _declared(paths, checked_name(dataset))
     if convert and not copy:
         raise DataError("--convert", "makes new files", "import without --reference")
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), adding=False)
     chosen = _chosen(settings, declared)
-    found = scan(folder, chosen, name=slug(folder.resolve().name), convert=convert)
+    found = scan(folder, chosen, name=session_name(folder.resolve().name), convert=convert)
     if declared:
         _check_declared(paths, declared, targets)
         spec, told = declared, list[str]()
@@ -101,6 +102,9 @@ def _understood(scanned: Scan, spec: DatasetSpec, told: Sequence[str]) -> Scan:
     odd = [] if told else no_numbers(cells, spec.targets)
     found.notes += [*told, *points, *odd, *odd_labels(cells, spec.targets)]
     found.notes += played_as_class(found, spec.targets)
+    columns = dict.fromkeys(column for file in found.files for column in file.labels)
+    if free := [column for column in columns if column not in spec.targets]:
+        found.notes.append(f"stored, but not a target: {', '.join(free)}")
     return found
 
 

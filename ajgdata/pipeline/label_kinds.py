@@ -23,6 +23,8 @@ _NOT_MEASURED = {"nan", "na", "n/a", "#n/a", "<na>", "none", "null", "-", "--", 
 _NO_CLASS = {"nan", "n/a", "#n/a", "<na>", "null"}
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
+#: A number with a thousands separator, or with a unit after it.
+_NEARLY_NUMBER = re.compile(r"[+-]?\d[\d,.' ]*\s*[^\W\d_]{0,3}[%°]?")
 #: Zeros stand apart if the next number is farther away than so many usual steps.
 _APART = 2
 _NAMED = 5
@@ -60,6 +62,10 @@ def verdict(cells: Sequence[str]) -> Verdict:
         said = f"only {len(numbers)} distinct numbers, {FEWEST_NUMBERS} would make it a number"
     elif numbers:
         said += f", {len(numbers)} of them numbers; not a number: {_named(against)}"
+    nearly = {cell for cell in against if _NEARLY_NUMBER.fullmatch(cell)}
+    likely = len(numbers | nearly)
+    if nearly and likely >= max(FEWEST_NUMBERS, _SHARE_OF_NUMBERS * len(numbers | against)):
+        said += f"; {_named(nearly)} look like numbers: remove units and thousands separators"
     missing = {cell for cell in distinct if cell.lower() in _NO_CLASS}
     if missing:
         said += f"; declared missing: {_named(missing)}"

@@ -36,10 +36,10 @@ def merge(
 ) -> None:
     """Join the shards of a data set (same order as `labels`) with their labels.
 
-    A recording whose target is no number, that is marked `reject`, or that stands a second time is
-    left out and listed in `quarantine`, together with what the shards found. Of a rejected one only
-    that it is rejected is told. Spectra pass through memory one shard at a time, however many there
-    are.
+    A recording that is marked `reject`, or whose bytes occur a second time, is excluded and listed
+    in `quarantine`, together with the issues of the shards. A target that is not a number is
+    missing, and listed. Of a rejected recording only the rejection is listed. Spectra pass through
+    memory one shard at a time.
     """
     found = [finding for path in findings for finding in read_findings(path)]
     parts = []

@@ -197,18 +197,19 @@ def verdicts(said: Sequence[str]) -> dict[str, int]:
 def complete(
     paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key], out: Path
 ) -> None:
-    """Write the summary of a whole run to `out`, if all that was asked for is there.
-
-    Raises DataError if something was skipped without being declared optional: the run then ends
-    with an exit code that says so, after everything that could be made is there.
-    """
+    """Write the summary of a whole run to `out`."""
     run = summarise(paths, specs, keys, report=True)
-    if run.wanting:
-        first, others = run.wanting[0], len(run.wanting) - 1
-        more = f" (and {others} more, see below)" if others else ""
-        raise DataError(
-            paths.dataset(first.task.partition("/")[0]),
-            f"{first.task} was skipped: {first.reason}{more}",
-            "mend it, or declare `optional: true` there",
-        )
     write_bytes(out, "".join(f"{line}\n" for line in lines(paths, run)).encode())
+
+
+def skipped_line(run: RunSummary) -> str:
+    """Return the last line of a run that skipped tasks which are not optional; else ""."""
+    tasks = dict.fromkeys(one.task for one in run.wanting)
+    if not tasks:
+        return ""
+    first, *others = tasks
+    more = f" and {len(others)} more" if others else ""
+    return (
+        f"incomplete: {first}{more} skipped (reasons above), everything else is done; correct the "
+        "data, or declare `optional: true` for the task in dataset.yaml"
+    )

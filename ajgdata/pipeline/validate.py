@@ -13,6 +13,7 @@ from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
 from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.label_counts import label_issues
 from ajgdata.pipeline.label_kinds import label_findings
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
@@ -25,9 +26,9 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.hashes import HashCache
-from ajgdata.store.labels import bad_label, copies, label_problem
+from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.manifest import WHOLE_SESSION, survey
-from ajgdata.store.scan import audio_files
+from ajgdata.store.scan import Search, audio_files, search
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
 
@@ -49,7 +50,7 @@ def validate_datasets(
     `project` finds the project; it is asked only when a data set is to be checked. A name that is
     no data set but a folder is checked as a plain folder of audio files.
     """
-    folders = [Path(n) for n in names if Path(n).is_dir() and not _is_dataset(project, n)]
+    folders = [Path(n) for n in names if _is_folder(n) and not _is_dataset(project, n)]
     count = 0
     told: list[Finding] = []
     for folder in folders:
@@ -84,8 +85,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
         found = [Finding(**known) for known in manifest["findings"]]
         found += _check_session(paths.root, manifest, spec.audio, spec.features.window, advance)
         for name, row in table.items():
-            if problem := label_problem(row, spec.targets):
-                found.append(bad_label(session, name, problem))
+            found += bad_labels(session, name, row, spec.targets)
         found = without_rejected(found, list(rejected(session, table).values()))
         told += [*found, *_without_row(paths.root, paths.session(dataset, session), manifest)]
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
@@ -94,6 +94,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
                 label = tuple(table[name].get(target, "") for target in spec.targets)
                 rows.append((f"{session}/{name}", entry["sha256"], label))
     told += label_findings([labels for _, labels in surveys], spec.targets)
+    told += label_issues({one["session_id"]: labels for one, labels in surveys}, spec)
     if rows:
         told += copies(*zip(*rows, strict=True)).values()
     return sum(len(labels) for _, labels in surveys), sorted(told)
@@ -121,7 +122,9 @@ def _without_row(root: Path, folder: Path, manifest: dict[str, Any]) -> list[Fin
 
     Of a session whose table cannot be read nothing is known.
     """
-    if any(told["recording_id"] == WHOLE_SESSION for told in manifest["findings"]):
+    if any(
+        (f["recording_id"], f["level"]) == (WHOLE_SESSION, "error") for f in manifest["findings"]
+    ):
         return []
     known = {(root / entry["path"]).absolute() for entry in manifest["recordings"]}
     known |= {(folder / told["file"]).absolute() for told in manifest["findings"]}
@@ -138,7 +141,8 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
 
     Returns the number of files and all findings.
     """
-    files = [folder.absolute() / path for path in audio_files(folder)]
+    found = search(folder)
+    files = [folder.absolute() / path for path in found.audio]
     name = folder.absolute().name
     entries = [
         {"recording_id": str(p.relative_to(folder.absolute())), "path": str(p)} for p in files
@@ -146,6 +150,7 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     manifest = {"session_id": name, "excitation": None, "recordings": entries}
     audio, window = common_audio(files), FeatureSettings().window
     told = _check_session(Path(), manifest, audio, window, started(len(files)))
+    told += _not_searched(name, found)
     unusable = {one.recording_id for one in told if one.level == "error"}
     usable = [entry for entry in entries if entry["recording_id"] not in unusable]
     digests = [file_sha256(Path(entry["path"])) for entry in usable]
@@ -153,6 +158,16 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     names = [f"{name}/{entry['recording_id']}" for entry in usable]
     told += copies(names, digests, labels).values()
     return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in told)
+
+
+def _not_searched(name: str, found: Search) -> list[Finding]:
+    """Return warnings for hidden audio files and closed folders, notes for other skipped names."""
+    fix = "nothing to do, unless recordings are there"
+    closed = found.closed + [(path.as_posix(), reason) for path, reason in found.concealed.items()]
+    return [
+        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in closed),
+        *(Finding(name, p, "", "note", "not_searched", r, fix) for p, r in found.skipped),
+    ]
 
 
 def _check_session(
@@ -178,6 +193,13 @@ def _check_session(
             delays[name] = delay
         advance()
     return told + late_or_early(session, list(delays), list(delays.values()), audio.sample_rate_hz)
+
+
+def _is_folder(name: str) -> bool:
+    try:
+        return Path(name).is_dir()
+    except OSError:  # a name too long for a file
+        return False
 
 
 def _is_dataset(project: Callable[[], Paths], name: str) -> bool:

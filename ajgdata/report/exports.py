@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from ajgdata.report.blocks import ResultRow, ShownTable
 from ajgdata.report.format import DASH
+from ajgdata.store.files import spreadsheet_cell
 from ajgdata.types.table import Column, Table
 
 NUMBERS = "|"  #: ends the head of a column of numbers
@@ -59,7 +60,8 @@ def csv_of(table: Table | ShownTable) -> str:
         heads = [_keyed(column) for column in table.columns]
         rows = [[row[column.key] for column in table.columns] for row in table.rows]
     text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerows([heads, *rows])
+    cells = [[spreadsheet_cell(cell) for cell in row] for row in (heads, *rows)]
+    csv.writer(text, lineterminator="\n").writerows(cells)
     return text.getvalue()
 
 

@@ -103,12 +103,11 @@ def inspect_audio(path: Path) -> AudioInfo:
     return _layout(path, content)[0]
 
 
-def read_audio(path: Path, audio: AudioSettings) -> Audio:
+def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Audio:
     """Read a recording, converting channel and rate only as far as `audio` allows.
 
-    Raises AudioError with code `missing`, `unreadable`, `empty`, `lfs_pointer`, `not_audio`,
-    `unsupported_format`, `damaged`, `truncated`, `no_samples`, `implausible`, `channels` or
-    `other_rate`.
+    With `partial`, read the samples that a truncated file still contains. Raises AudioError; its
+    `code` is a slug such as `truncated`.
 
     >>> from pathlib import Path
     >>> import numpy as np
@@ -119,7 +118,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     array([ 0.  ,  0.5 , -0.25], dtype=float32)
     """
     content = _content(path)
-    info, wave = _layout(path, content)
+    info, wave = _layout(path, content, partial=partial)
     remarks = []
     if info.declared_frames is None:
         remarks.append(
@@ -131,7 +130,9 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
             )
         )
     check_layout(path, info, audio)
-    taken, remark = _take_channel(_decode(path, content, info, wave), audio.channel)
+    taken, remark = _take_channel(
+        _decode(path, content, info, wave, partial=partial), audio.channel
+    )
     remarks += [remark] if remark else []
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
         samples = taken[:, 0] if taken.shape[1] == 1 else taken.mean(axis=1)
@@ -166,7 +167,7 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
+def _layout(path: Path, content: bytes, *, partial: bool = False) -> tuple[AudioInfo, Wave | None]:
     """Return the header of a file, checked against what the file holds."""
     wave = parse_wave(content) if is_wave(content) else None
     if wave and wave.subtype:
@@ -177,10 +178,13 @@ def _layout(path: Path, content: bytes) -> tuple[AudioInfo, Wave | None]:
             name, subtype, frames = file.format, file.subtype, file.frames
             rate, channels = file.samplerate, file.channels
     is_open = wave is not None and wave.declared is None
-    if wave and wave.is_cut:
+    if wave and wave.data_chunks > 1:
+        problem = f"has {wave.data_chunks} `data` chunks: which of them is the recording is unknown"
+        raise AudioError(path, "several_data_chunks", problem, "save each as a file of its own")
+    if wave and wave.is_cut and not partial:
         lost = f"holds {wave.held} of the {wave.declared} bytes of samples that its header declares"
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
-    if name == "OGG" and not _ogg_is_whole(content):
+    if name == "OGG" and not partial and not _ogg_is_whole(content):
         problem = "the file is cut short: its last Ogg page is missing"
         raise AudioError(path, "truncated", problem, _AGAIN)
     if frames == 0:
@@ -252,7 +256,9 @@ def unsupported(path: Path, what: str = "") -> AudioError:
     return AudioError(path, "unsupported_format", f"{name} audio is not read as it is", fix)
 
 
-def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> Float32:
+def _decode(
+    path: Path, content: bytes, info: AudioInfo, wave: Wave | None, *, partial: bool = False
+) -> Float32:
     """Return samples (frames, channels), full scale ±1."""
     if wave and wave.subtype:
         return decode(content, wave)
@@ -264,7 +270,7 @@ def _decode(path: Path, content: bytes, info: AudioInfo, wave: Wave | None) -> F
     except soundfile.LibsndfileError as error:
         problem = f"cannot be decoded ({error.error_string.rstrip('.')})"
         raise AudioError(path, "damaged", problem, _AGAIN) from None
-    if len(samples) < info.frames:
+    if len(samples) < info.frames and not partial:
         lost = f"holds {len(samples)} of the {info.frames} frames that its header declares"
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
     return samples

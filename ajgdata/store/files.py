@@ -7,9 +7,10 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ from ajgdata.store.locks import own_folder
 from ajgdata.store.yaml_loading import yaml_node, yaml_value
 from ajgdata.types import DataError
 
+#: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
+#: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
+_FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/-]*$))")
 #: Key of the hash of all else in a JSON document.
 SEAL = "content_sha256"
 
@@ -260,14 +264,18 @@ def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[
 
 
 def numbered_rows(
-    path: Path, required: Iterable[str] = ()
+    path: Path, required: Iterable[str] = (), standard: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """Return what `read_csv` does, each row with the line on which it ends; empty lines are left
-    out."""
+    """Return the header and rows as `read_csv` does, each row with the line on which it ends.
+
+    Empty lines are skipped. Columns named like those in `standard`, but in another case, get the
+    standard name.
+    """
     reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
     rows = []
     try:
         header = [cell.strip() for cell in next(reader, [])]
+        header = [name.lower() if name.lower() in standard else name for name in header]
         _check_header(path, header, required)
         for cells in reader:
             if not any(cell.strip() for cell in cells):
@@ -299,6 +307,16 @@ def _check_header(path: Path, header: Sequence[str], required: Iterable[str]) ->
         raise DataError(path, problem, "name it or remove it")
     if doubled := {column for column in header if header.count(column) > 1}:
         raise DataError(path, f"column {sorted(doubled)[0]!r} stands twice", "rename one of them")
+
+
+def spreadsheet_cell(value: Any) -> Any:
+    """Return a cell that no spreadsheet runs as a formula: an apostrophe precedes such a text."""
+    return f"'{value}" if isinstance(value, str) and _FORMULA.match(value) else value
+
+
+def from_spreadsheet_cell(text: str) -> str:
+    """Return the text of a cell that `spreadsheet_cell` wrote."""
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
 
 
 def csv_bytes(header: Sequence[str], rows: Iterable[Mapping[str, object]]) -> bytes:

@@ -40,14 +40,16 @@ def _size(path: Path) -> int:
 
 
 def ids_of(members: Sequence[ScannedFile], session: ImportedSession) -> list[str]:
-    """Return the id that a file has, else its path inside the folder without suffix; with suffix
-    where two files would share it. What is too long for an id ends in its own digest."""
+    """Return the id that a file has, or that its row gives, else its path inside the folder without
+    suffix (with suffix, if two files would share an id). An id that is too long ends in a digest of
+    itself."""
     known = {session.source(name): name for name in session.held}
     stems = [entry.path.with_suffix("").as_posix() for entry in members]
     counts = Counter(stems)
     ids: list[str] = []
     for entry, stem in zip(members, stems, strict=True):
         new = stem if counts[stem] == 1 and stem not in session.held else entry.path.as_posix()
+        new = entry.recording_id or new
         ids.append(known.get(entry.path.as_posix(), _short(new)))
     return ids
 

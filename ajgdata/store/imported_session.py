@@ -185,10 +185,10 @@ def _held(target: Path) -> dict[str, Recording]:
     if not (target / RECORDINGS_FILE).is_file():
         return {}
     recordings, findings = read_recordings(target)
-    if findings:
+    if errors := [finding for finding in findings if finding.level == "error"]:
         raise DataError(
             target / RECORDINGS_FILE,
-            f"{findings[0].problem}; nothing was imported into this session",
-            findings[0].fix,
+            f"{errors[0].problem}; nothing was imported into this session",
+            errors[0].fix,
         )
     return {r.recording_id: r for r in recordings}

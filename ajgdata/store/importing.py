@@ -3,21 +3,24 @@ is not read as it is can be decoded into a new file."""
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ajgdata.paths import Paths
+from ajgdata.paths import AUDIO_FOLDER, Paths
 from ajgdata.store.audio import inspect_audio
 from ajgdata.store.decoding import decoded
-from ajgdata.store.files import remove_empty_folders, replacing, sha256_of, write_bytes
+from ajgdata.store.files import remove_empty_folders, sha256_of, write_bytes
 from ajgdata.store.hashes import HashCache
 from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
 from ajgdata.store.import_rows import check_space, ids_of, recording_of
 from ajgdata.store.imported_session import ImportedSession, open_sessions
+from ajgdata.store.locks import own_folder
 from ajgdata.store.scan import Scan, ScannedFile
 from ajgdata.types import DataError, Recording
 
@@ -123,6 +126,8 @@ class _Import:
         self.folder, self.how, self.sessions, self.result = folder, how, sessions, result
         self.hashes = hashes
         self.root = str(folder.absolute())
+        self.temporary: dict[Path, Path] = {}
+        self.stack = ExitStack()
         self.obsolete: list[Path] = []
         self.unfinished: Path | None = None
         self.homeless = self._homeless()
@@ -157,6 +162,7 @@ class _Import:
     def _take(self, entry: ScannedFile, recording_id: str) -> None:
         session = self.sessions[entry.session]
         digest = self.hashes.sha256(self.folder / entry.path)
+        self._compare_identity(entry, recording_id, digest)
         recording = recording_of(self.folder, entry, recording_id, copy=self.how.copy)
         old, before = session.held.get(recording_id), session.before(recording_id)
         moved_from = None if old else next(iter(self.homeless.get(digest, ())), None)
@@ -193,6 +199,14 @@ class _Import:
         else:
             self.result.unchanged += 1
 
+    def _compare_identity(self, entry: ScannedFile, recording_id: str, digest: str) -> None:
+        """Raise DataError if the table has another hash; list another recording_id."""
+        if entry.sha256 not in ("", digest):
+            raise DataError(entry.path, "its sha256 is not that of the table", "restore the file")
+        if entry.recording_id and entry.recording_id != recording_id:
+            difference = f"recording_id {recording_id!r} here, {entry.recording_id!r} in the folder"
+            self.result.corrected.append(f"{recording_id}: {difference}")
+
     def _with_labels(
         self, recording: Recording, old: Recording, before: dict[str, str] | None
     ) -> Recording:
@@ -222,9 +236,20 @@ class _Import:
         if entry.decode:
             return self._with_decoded(entry, destination, recording, session)
         if self.how.copy and not self._holds(destination, digest):
-            with replacing(destination) as temporary:
-                shutil.copyfile(self.folder / entry.path, temporary)
+            self._copy(self.folder / entry.path, destination, session)
         return recording
+
+    def _copy(self, source: Path, destination: Path, session: ImportedSession) -> None:
+        """Copy a file and rename the copy. All copies of a session share a temporary folder: one
+        for each would cost more than the copies."""
+        audio = session.folder / AUDIO_FOLDER
+        if audio not in self.temporary:
+            audio.parent.mkdir(parents=True, exist_ok=True)
+            self.temporary[audio] = self.stack.enter_context(own_folder(audio))
+        temporary = self.temporary[audio] / "copy"
+        shutil.copyfile(source, temporary)
+        destination.parent.mkdir(parents=True, exist_ok=True)
+        temporary.replace(destination)
 
     def _with_decoded(
         self, entry: ScannedFile, destination: Path, recording: Recording, session: ImportedSession
@@ -302,6 +327,9 @@ class _Import:
         if self.unfinished:  # its row is not in the table
             self.unfinished.unlink(missing_ok=True)
             remove_empty_folders(self.unfinished.parent)
+        self.stack.close()
+        if self.temporary:
+            os.sync()  # the audio is on the disk before a table names it
         for session in self.sessions.values():
             if session.held:
                 session.write()

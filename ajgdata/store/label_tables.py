@@ -4,52 +4,63 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from ajgdata.store.files import read_csv, read_text
+from ajgdata.store.files import read_text
 from ajgdata.types import DataError
 
 _DELIMITERS = ",;\t"
+#: First line by which a spreadsheet names the delimiter.
+_HINT = re.compile(r'"?sep=(.)"?;*,*', re.IGNORECASE)
 Rows = list[dict[str, str]]
 
 
 def read_label_table(path: Path) -> tuple[list[str], Rows]:
-    """Return header and rows of a table, as `read_csv` does, whatever stands between its cells.
+    """Return header and rows of a table with commas, semicolons or tabs, as stripped text.
 
-    That is the mark (comma, semicolon or tab) which makes the most cells of the first line. Raises
-    DataError as `read_csv` does.
+    The delimiter is that of a first line `sep=;`, or else the one that splits the header into the
+    most cells. Empty lines, and empty cells after the last column, are dropped. Raises DataError
+    for an empty table, a nameless or doubled column, and a row of another length.
     """
-    first = read_text(path).partition("\n")[0]
-    cells = {mark: _cells(first, mark) for mark in _DELIMITERS}
-    mark = max(_DELIMITERS, key=cells.__getitem__)  # the first of equals, a comma
-    return read_csv(path) if mark == "," else _separated(path, mark)
+    text, skipped = read_text(path), 0
+    if hint := _HINT.fullmatch(text.partition("\n")[0].strip()):
+        text, skipped = text.partition("\n")[2], 1
+    first = text.partition("\n")[0]
+    counts = {mark: len(next(csv.reader([first], delimiter=mark), [])) for mark in _DELIMITERS}
+    mark = hint[1] if hint else max(_DELIMITERS, key=counts.__getitem__)  # a comma, if equal
+    lines = [(n, cells) for n, cells in _lines(path, text, mark, skipped) if any(cells)]
+    if not lines:
+        raise DataError(path, "is empty", "write one line with column names and one line per file")
+    width = max(len(_without_empty_end(cells)) for _, cells in lines)
+    header = lines[0][1][:width]  # without empty columns at the end
+    if wrong := [name for name in header if not name or header.count(name) > 1]:
+        place = f"column {header.index('') + 1} has no name" if "" in wrong else ""
+        raise DataError(path, place or f"column {wrong[0]!r} occurs twice", "rename it")
+    if not lines[1:]:
+        raise DataError(path, "has column names but no rows", "add one line per file")
+    for line, cells in lines[1:]:
+        if not len(_without_empty_end(cells)) <= len(header) <= len(cells):
+            problem = f"{len(cells)} cells, the header has {len(header)}"
+            raise DataError(f"{path}:{line}", problem, "add or remove cells, or quote them")
+    return header, [dict(zip(header, cells, strict=False)) for _, cells in lines[1:]]
 
 
-def _cells(line: str, mark: str) -> int:
-    return len(next(csv.reader([line], delimiter=mark), []))
-
-
-def _separated(path: Path, mark: str) -> tuple[list[str], Rows]:
-    """Return header and rows of a table with another mark than a comma."""
-    reader = csv.reader(io.StringIO(read_text(path), newline=""), delimiter=mark, strict=True)
-    rows: Rows = []
+def _lines(path: Path, text: str, mark: str, skipped: int) -> Iterator[tuple[int, list[str]]]:
+    """Yield number and stripped cells of each line of `text`, before which lines were skipped."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
     try:
-        header = [cell.strip() for cell in next(reader, [])]
-        if wrong := [name for name in header if not name or header.count(name) > 1]:
-            problem = f"column {wrong[0]!r} stands twice" if wrong[0] else "a column has no name"
-            raise DataError(path, problem, "rename it")
         for cells in reader:
-            if any(cell.strip() for cell in cells):
-                if len(cells) != len(header):
-                    problem = f"{len(cells)} cells, the header has {len(header)}"
-                    where = f"{path}:{reader.line_num}"
-                    raise DataError(where, problem, "add or remove cells")
-                rows.append(dict(zip(header, map(str.strip, cells), strict=True)))
+            yield skipped + reader.line_num, [cell.strip() for cell in cells]
     except csv.Error as error:
-        where = f"{path}:{reader.line_num}"
+        where = f"{path}:{skipped + reader.line_num}"
         raise DataError(where, f"not a valid table ({error})", "correct the quotes") from None
-    return header, rows
+
+
+def _without_empty_end(cells: list[str]) -> list[str]:
+    width = max((number for number, cell in enumerate(cells, 1) if cell), default=0)
+    return cells[:width]
 
 
 def joined(
@@ -57,11 +68,12 @@ def joined(
 ) -> tuple[list[str], Rows, list[str]]:
     """Return a table with the columns of further `tables` (file in `folder`: key column) added.
 
-    Each row gets the cells of the row with the same key; what it has already stays. Also returns,
-    in words, keys that a further table lacks: their cells are empty. Raises DataError for a key
-    that is no column of both tables, or that stands twice in a further one.
+    Each row gets the cells of the row with the same key; its own cells stay. Also returns notes on
+    keys that a table lacks (their cells are empty), and on columns that are not used because the
+    first table has a column of that name. Raises DataError for a key that is not a column of both
+    tables, or that a joined table has twice.
     """
-    lacking = []
+    notes = []
     for file, key in tables.items():
         other_header, other = read_label_table(folder / file)
         for where, columns in ((folder / file, other_header), ("--join", header)):
@@ -70,15 +82,17 @@ def joined(
         by_key: dict[str, dict[str, str]] = {}
         for row in other:
             if by_key.setdefault(row[key], row) is not row:
-                raise DataError(folder / file, f"{key} {row[key]!r} stands twice", "keep one row")
+                raise DataError(folder / file, f"{key} {row[key]!r} occurs twice", "keep one row")
         more = [column for column in other_header if column not in header]
+        if unused := [column for column in other_header if column in header and column != key]:
+            notes.append(f"{file}: not used, because a table before has it: {', '.join(unused)}")
         empty = dict.fromkeys(more, "")
         rows = [{**empty, **by_key.get(row[key], {}), **row} for row in rows]
         header = [*header, *more]
         absent = list(dict.fromkeys(row[key] for row in rows if row[key] not in by_key))
         if absent:
-            lacking.append(
+            notes.append(
                 f"{file} has no row for {key} {', '.join(absent[:5])}"
                 + (f" and {len(absent) - 5} more" if len(absent) > 5 else "")
             )
-    return header, rows, lacking
+    return header, rows, notes

@@ -22,7 +22,7 @@ MEANINGS = {
     "grasp_id": "placement of the object: session/grasp_id",
     "sample": "number of the repeat within the grasp",
     "object": "what was held",
-    "quality": "ok, or what somebody noted",
+    "quality": "ok or clipped",
     "source": "virtual (simulated), soundcard or import",
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
@@ -36,35 +36,38 @@ def select(
     targets: Mapping[str, Target],
     session: str,
 ) -> tuple[Shard, list[Finding]]:
-    """Return the rows of a shard that are not rejected and whose labels can be used, and a finding
-    for each row with a bad label."""
+    """Return the rows of a shard that have labels and are not rejected, an error for each row
+    without labels, and a warning for each cell that is not a value of its target."""
     findings, keep = [], []
-    for index, name in enumerate(shard.columns["recording"].values):
-        row = table.get(str(name))
-        problem = "has no label row" if row is None else label_problem(row, targets)
-        if problem is None:
+    for index, name in enumerate(map(str, shard.columns["recording"].values)):
+        row = table.get(name)
+        if row is None:
+            problem, fix = "has no label row", "import the session again"
+            findings.append(Finding(session, name, "", "error", "bad_label", problem, fix))
+        elif not is_rejected(row):
             keep.append(index)
-        elif row is None or not is_rejected(row):
-            findings.append(bad_label(session, str(name), problem))
+            findings += bad_labels(session, name, row, targets)
     return take_rows(shard, np.asarray(keep, int)), findings
 
 
-def bad_label(session: str, recording_id: str, problem: str) -> Finding:
-    """Return a label that cannot be used."""
+def bad_labels(
+    session: str, recording_id: str, row: Mapping[str, str], targets: Mapping[str, Target]
+) -> list[Finding]:
+    """Return a warning for each cell that is not a value of its target.
+
+    Only tasks of these targets exclude the recording.
+    """
     fix = "correct recordings.csv, or declare the text under `missing` of the target"
-    return Finding(session, recording_id, "", "error", "bad_label", problem, fix)
-
-
-def label_problem(row: Mapping[str, str], targets: Mapping[str, Target]) -> str | None:
-    """Return why a row of labels cannot be used; None if it can."""
-    if is_rejected(row):
-        return "quality is `reject`"
+    findings = []
     for name, target in targets.items():
         try:
             parse_label(row.get(name, ""), target)
         except ValueError:
-            return f"{name} = {row[name]!r} is not a finite number"
-    return None
+            problem = f"{name} = {row[name]!r} is not a finite number: no task of {name} uses it"
+            findings.append(
+                Finding(session, recording_id, "", "warning", "bad_label", problem, fix)
+            )
+    return findings
 
 
 def parse_label(text: str, target: Target) -> float | str:
@@ -78,6 +81,14 @@ def parse_label(text: str, target: Target) -> float | str:
     if missing:
         return math.nan
     return number(text)
+
+
+def _value(text: str, target: Target) -> float | str:
+    """Return a cell as the value of a target; a cell that is not a value is missing."""
+    try:
+        return parse_label(text, target)
+    except ValueError:
+        return math.nan
 
 
 def number(text: str) -> float:
@@ -117,7 +128,7 @@ def labelled(
         if target is None:
             columns[name] = _standard(name, [row[name] for row in rows])
         else:
-            columns[name] = target_column([parse_label(row[name], target) for row in rows], target)
+            columns[name] = target_column([_value(row[name], target) for row in rows], target)
     return dataclasses.replace(shard, columns=columns)
 
 

@@ -7,7 +7,7 @@ equal to it sample for sample.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -41,6 +41,7 @@ class Wave:
     stop: int
     declared: int | None
     order: str = "<"
+    data_chunks: int = 1
 
     @property
     def held(self) -> int:
@@ -71,7 +72,8 @@ def is_wave(content: bytes) -> bool:
 
 
 def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
-    """Walk the chunks up to `data`; None when that is not there (libsndfile then says why).
+    """Return the layout of the first `data` chunk and the number of these chunks; None if there is
+    none.
 
     `content` may be the beginning of a file of `size_of_file` bytes.
     """
@@ -79,6 +81,7 @@ def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
     order = _ORDERS.get(content[:4], "<")
     fmt: tuple[int, ...] | None = None
     long_sizes: tuple[int, ...] = ()
+    wave: Wave | None = None
     at = 12
     while at + 8 <= len(content):
         name, size = struct.unpack_from(f"{order}4sI", content, at)
@@ -87,19 +90,22 @@ def parse_wave(content: bytes, size_of_file: int | None = None) -> Wave | None:
             long_sizes = struct.unpack_from("<QQ", content, at)
         if name == b"fmt " and at + 16 <= len(content):
             fmt = struct.unpack_from(f"{order}HHIIHH", content, at)
-        if name == b"data" and fmt:
+        if name == b"data" and wave:
+            wave = replace(wave, data_chunks=wave.data_chunks + 1)
+        elif name == b"data" and fmt:
             if long_sizes and size == _IN_DS64:
-                stop = min(at + long_sizes[1], whole)
-                return _wave(fmt, at, stop, long_sizes[1], order)
+                size = long_sizes[1]
             riff_end = struct.unpack_from(f"{order}I", content, 4)[0] + 8
             unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
             stop = whole if unfinished else min(at + size, whole)
-            is_open = unfinished or (size >= _UNKNOWN_SIZE and at + size > stop)
-            return _wave(fmt, at, stop, None if is_open else size, order)
+            is_open = unfinished or (not long_sizes and size >= _UNKNOWN_SIZE and at + size > stop)
+            wave = _wave(fmt, at, stop, None if is_open else size, order)
+            if wave is None or is_open:
+                return wave
         at += size
         if size & 1 and content[at : at + 1] == b"\0":  # some writers forget the padding
             at += 1
-    return None
+    return wave
 
 
 def _wave(

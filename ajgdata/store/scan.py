@@ -7,30 +7,45 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter
-from collections.abc import Mapping
+import signal
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ajgdata.paths import DATASET_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import UNREADABLE_SUFFIXES, AudioError, inspect_audio, unsupported
 from ajgdata.store.files import why_no_file
+from ajgdata.store.import_fields import (
+    Fields,
+    check_vocabulary,
+    fields_of,
+    session_name,
+    slug,
+    with_numbered_samples,
+)
 from ajgdata.store.label_tables import joined, read_label_table
-from ajgdata.types import RECORDING_COLUMNS, DataError, ImportSettings, is_reserved
+from ajgdata.store.plain_text import Cleaner
+from ajgdata.types import DataError, ImportSettings
 
 AUDIO_SUFFIXES = {".wav", ".wave", ".ogg", ".oga", ".flac"}
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
-#: Named groups that say what a recording is; every other named group is a label.
-ROLES = ("session", "grasp", "object", "sample", "quality")
 #: Control characters, and bytes of a file name that are not UTF-8: a table cannot hold them.
 _NO_TEXT = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff]")
+
+
+#: Time limit for matching one path with the pattern.
+LONGEST_MATCH_S = 2.0
+_DOUBLE = "an AppleDouble file of macOS, without sound"
+_OWN = "recordings or results of a project: not searched"
 
 
 @dataclass(frozen=True)
 class ScannedFile:
     """One recording in the folder: path relative to it, its roles and labels.
 
-    `quality` is "" where nothing says it. `decode` is True for a file that has to be decoded into
-    a new one.
+    `quality`, `recording_id` and `sha256` are "" if the folder does not specify them. `decode` is
+    True for a file that has to be decoded into a new one. `sample` is the number of `sample_text`.
     """
 
     path: Path
@@ -41,6 +56,9 @@ class ScannedFile:
     labels: Mapping[str, str]
     quality: str = ""
     decode: bool = False
+    recording_id: str = ""
+    sha256: str = ""
+    sample_text: str = ""
 
     def cell(self, column: str) -> str:
         """Return what stands in a column that can be learnt."""
@@ -80,6 +98,9 @@ def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = F
     else:
         _by_name(audio, refused, settings, name, result)
     if result.files:
+        check_vocabulary(result.files, folder / settings.table if settings.table else "--pattern")
+        result.files, notes = with_numbered_samples(result.files)
+        result.notes += notes
         return result
     left_out = [*result.missing, *result.wanting, *result.skipped]
     if not left_out and not result.excitations:
@@ -98,71 +119,107 @@ def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = F
     )
 
 
-def slug(text: str) -> str:
-    """Return `text` with everything but letters, digits and - made _ (the charset of names)."""
-    return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_-") or "x"
-
-
-def label_column(text: str) -> str:
-    """Return the column that holds the labels called `text`: a name that every reader can take."""
-    return slug(text) + ("_" if is_reserved(slug(text)) else "")
-
-
 def target_column(text: str) -> str:
     """Return the column of a target called `text`: `object` is one that every recording has."""
-    return text if text == "object" else label_column(text)
+    return "object" if text.lower() == "object" else slug(text)
 
 
 def audio_files(folder: Path) -> list[Path]:
     """Return what looks like audio by its name below `folder`, sorted, relative to it.
 
-    Links that lead nowhere, pipes and the like are among it; folders and what is hidden are not.
+    The list includes broken links and pipes, but no folders and no hidden files.
     """
-    return _walk(folder)[0]
+    return search(folder).audio
 
 
-def _walk(folder: Path) -> tuple[list[Path], list[tuple[str, str]]]:
-    """Return the audio files below `folder`, and folders that were not looked into, with why."""
+@dataclass
+class Search:
+    """Audio files below a folder, and what was not searched, with the reasons."""
+
+    audio: list[Path] = field(default_factory=list)
+    hidden: list[Path] = field(default_factory=list)
+    closed: list[tuple[str, str]] = field(default_factory=list)
+    own: list[tuple[str, str]] = field(default_factory=list)
+
+    @property
+    def skipped(self) -> list[tuple[str, str]]:
+        """Return files and folders that do not matter, with the reasons."""
+        return self.own + [(p.as_posix(), _DOUBLE) for p in self.hidden if _is_double(p)]
+
+    @property
+    def concealed(self) -> dict[Path, str]:
+        """Return hidden audio files, with what to do."""
+        reason = "hidden: rename the file or its folder"
+        return {path: reason for path in self.hidden if not _is_double(path)}
+
+
+def search(folder: Path) -> Search:
+    """Search a folder for audio. Hidden files are listed separately; the recordings and results of
+    a project are not searched."""
     suffixes = {*AUDIO_SUFFIXES, *UNREADABLE_SUFFIXES}
-    found: list[Path] = []
-    closed: list[tuple[str, str]] = []
+    result = Search()
 
     def refused(error: OSError) -> None:
-        closed.append((os.path.relpath(error.filename, folder), f"{error.strerror}: not looked at"))
+        where = os.path.relpath(error.filename, folder)
+        result.closed.append((where, f"{error.strerror}: not searched"))
 
     for root, folders, names in os.walk(folder, onerror=refused):
         here = Path(root).relative_to(folder)
-        folders[:] = sorted(one for one in folders if not one.startswith("."))
-        for one in (one for one in folders if Path(root, one).is_symlink()):
-            reason = "a link to a folder, not looked at: name that folder"
-            closed.append(((here / one).as_posix(), reason))
-        shown = (here / name for name in names if not name.startswith("."))
-        found += [path for path in shown if path.suffix.lower() in suffixes]
-    return sorted(found), sorted(closed)
+        own = {name for name in folders if _belongs_to_project(Path(root), name)}
+        result.own += [((here / name).as_posix(), _OWN) for name in sorted(own)]
+        folders[:] = sorted(set(folders) - own)
+        for name in (name for name in folders if Path(root, name).is_symlink()):
+            reason = "a link to a folder, not searched: name that folder"
+            result.closed.append(((here / name).as_posix(), reason))
+        for path in (here / name for name in names):
+            if path.suffix.lower() in suffixes:
+                is_hidden = any(part.startswith(".") for part in path.parts)
+                (result.hidden if is_hidden else result.audio).append(path)
+    result.audio.sort()
+    result.hidden.sort()
+    return result
+
+
+def _is_double(path: Path) -> bool:
+    """Return True for an AppleDouble file, which macOS writes next to a file on other disks."""
+    return path.name.startswith("._")
+
+
+def _belongs_to_project(parent: Path, name: str) -> bool:
+    """Return True for a session of a data set, and for folders that a project writes."""
+    paths = Paths(parent)
+    written = {one.name for one in (paths.data, paths.results, paths.cache)} | {".snakemake"}
+    if name in written and any(paths.datasets.glob(f"*/{DATASET_FILE}")):
+        return True
+    return (parent / name / SESSION_FILE).is_file()
 
 
 def _audio_files(
     folder: Path, result: Scan, *, convert: bool
 ) -> tuple[dict[Path, bool], dict[Path, str]]:
-    """Return audio files that can be imported, True for one that has to be decoded, and those that
-    would have to be, with why they are not. The others go to `result`."""
+    """Return audio files that can be imported, True for one that has to be decoded, and files that
+    are not imported although their names may match, with reasons. All other files go to
+    `result`."""
     files: dict[Path, bool] = {}
-    refused: dict[Path, str] = {}
-    paths, closed = _walk(folder)
-    result.missing += closed
-    readable = {path.with_suffix("") for path in paths if path.suffix.lower() in AUDIO_SUFFIXES}
-    for path in paths:
+    walk = search(folder)
+    refused = walk.concealed
+    result.missing += sorted(walk.closed)
+    result.skipped += walk.skipped
+    readable = {p.with_suffix("") for p in walk.audio if p.suffix.lower() in AUDIO_SUFFIXES}
+    for path in walk.audio:
         name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES
         if name != name.strip() or _NO_TEXT.search(name):
-            result.wanting.append((_NO_TEXT.sub("?", name), "its name is no plain text: rename it"))
+            result.wanting.append(
+                (_NO_TEXT.sub("?", name), "its name is not plain text: rename it")
+            )
         elif wrong := why_no_file(folder / path):
             result.missing.append((name, "; ".join(wrong)))
+        elif decode and path.with_suffix("") in readable:
+            reason = "probably the same sound as the WAV, FLAC or Ogg file with the same name"
+            result.skipped.append((name, reason))
         elif decode and not convert:
             refusal = unsupported(path)
             refused[path] = f"{refusal.problem}; {refusal.fix}"
-        elif decode and path.with_suffix("") in readable:
-            reason = "left out: of the same name as a recording beside it, whose sound it may hold"
-            result.skipped.append((name, reason))
         else:
             files[path] = decode or (convert and _is_other_audio(folder / path))
     return files, refused
@@ -191,17 +248,19 @@ def _by_name(
         raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
     if not pattern.groupindex:
         raise DataError("--pattern", "has no named group", r"name the label: (?P<label>[^/]+)")
+    groups = fields_of(list(pattern.groupindex), settings, "--pattern", "group")
+    cleaner = Cleaner()
     for path, reason in refused.items():
-        matches = pattern.fullmatch(path.as_posix())
-        told = (path.as_posix(), reason if matches else "does not match the pattern")
-        (result.wanting if matches else result.skipped).append(told)
+        matches = _match(pattern, path)
+        entry = (path.as_posix(), reason if matches else "does not match the pattern")
+        (result.wanting if matches else result.skipped).append(entry)
     for path, decode in audio.items():
-        match = pattern.fullmatch(path.as_posix())
+        match = _match(pattern, path)
         if not match:
             result.skipped.append((path.as_posix(), "does not match the pattern"))
             continue
-        fields = {key: value or "" for key, value in match.groupdict().items()}
-        session = slug(path.parent.as_posix()) if starter_kit and path.parent.name else name
+        fields = cleaner({key: value or "" for key, value in match.groupdict().items()})
+        session = session_name(path.parent.as_posix()) if starter_kit and path.parent.name else name
         if starter_kit and int(fields["n"]) == 0:
             played = path if decode else result.excitations.setdefault(session, path)
             if decode:
@@ -209,7 +268,35 @@ def _by_name(
             elif played != path:
                 result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
             continue
-        result.files.append(_scanned(path, fields, settings, session, decode=decode))
+        result.files.append(_scanned(path, fields, groups, settings, session, decode=decode))
+    result.notes += [*groups.notes, *cleaner.notes()]
+
+
+@contextmanager
+def _time_limit(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError in the main thread after `seconds`."""
+
+    def stop(*_: object) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _match(pattern: re.Pattern[str], path: Path) -> re.Match[str] | None:
+    """Return the match of a whole path. Raises DataError for a pattern with exponential cost."""
+    try:
+        with _time_limit(LONGEST_MATCH_S):
+            return pattern.fullmatch(path.as_posix())
+    except TimeoutError:
+        problem = f"takes more than {LONGEST_MATCH_S} s for {path.as_posix()!r}"
+        fix = "avoid nested repetitions such as (a+)+"
+        raise DataError("--pattern", problem, fix) from None
 
 
 def _by_table(
@@ -221,14 +308,10 @@ def _by_table(
     result: Scan,
 ) -> None:
     table = folder / settings.table
-    header, rows, lacking = joined(folder, *read_label_table(table), settings.join)
-    result.notes += lacking
-    columns = Counter(map(label_column, header))
-    if doubled := [name for name in header if columns[label_column(name)] > 1]:
-        problem = (
-            f"columns {doubled[0]!r} and {doubled[1]!r} would both be {label_column(doubled[0])}"
-        )
-        raise DataError(table, problem, "rename one of them")
+    header, rows, notes = joined(folder, *read_label_table(table), settings.join)
+    result.notes += notes
+    columns = fields_of(header, settings, table, "column")
+    cleaner = Cleaner()
     taken: set[Path] = set()
     named = {name for name, _ in (*result.missing, *result.wanting, *result.skipped)}
     for row in rows:
@@ -238,7 +321,8 @@ def _by_table(
         if path in taken:
             raise DataError(table, f"{path} stands in two rows", "keep one of them")
         if path in audio:
-            result.files.append(_scanned(path, row, settings, name, decode=audio[path]))
+            fields = cleaner(row)
+            result.files.append(_scanned(path, fields, columns, settings, name, decode=audio[path]))
             taken.add(path)
         elif path in refused:
             result.wanting.append((str(path), refused[path]))
@@ -248,6 +332,7 @@ def _by_table(
     left = sorted({*audio, *refused} - taken)
     result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
     result.files.sort(key=lambda one: one.path)
+    result.notes += [*columns.notes, *cleaner.notes()]
 
 
 def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
@@ -273,34 +358,39 @@ def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
 
 
 def _scanned(
-    path: Path, fields: Mapping[str, str], settings: ImportSettings, session: str, *, decode: bool
+    path: Path,
+    texts: Mapping[str, str],
+    fields: Fields,
+    settings: ImportSettings,
+    session: str,
+    *,
+    decode: bool,
 ) -> ScannedFile:
-    def role(key: str, template: str, default: str) -> str:
-        filled = _filled(key, template, fields) if template else fields.get(key, "")
-        return filled.strip() or default
+    """Return the recording of a file whose columns or groups have these `texts`.
 
-    label = fields.get("label", "")
+    A number of a grasp counts within its object, `grasp_id` within its session.
+    """
+
+    def role(name: str, template: str = "") -> str:
+        column = fields.roles.get(name, "")
+        return (_filled(name, template, texts) if template else texts.get(column, "")).strip()
+
+    labels = {column: texts[name] for name, column in fields.labels.items()}
+    label = next((text for column, text in labels.items() if column.lower() == "label"), "")
+    object_name = role("object", settings.object) or label
+    grasp = role("grasp", settings.grasp)
+    if not settings.grasp:
+        grasp = role("grasp_id") or (f"{object_name}/{grasp}" if grasp and object_name else grasp)
     return ScannedFile(
-        path,
-        slug(role("session", settings.session, session)),
-        role("grasp", settings.grasp, path.with_suffix("").as_posix()),
-        role("object", settings.object, label).strip(),
-        _sample(fields.get("sample", "")),
-        {
-            label_column(k): v.strip()
-            for k, v in fields.items()
-            if k not in (*ROLES, *RECORDING_COLUMNS)
-        },
-        fields.get("quality", "").strip(),
-        decode,
+        path=path,
+        session=session_name(role("session", settings.session) or session),
+        grasp=grasp or path.with_suffix("").as_posix(),
+        object=object_name,
+        sample=0,
+        labels=labels,
+        quality=role("quality"),
+        decode=decode,
+        recording_id=role("recording_id"),
+        sha256=role("sha256").lower(),
+        sample_text=role("sample"),
     )
-
-
-def _sample(text: str) -> int:
-    """Return the number of a repeat as people and spreadsheets write it (`1`, `1.0`, `1,0`); 0
-    where it is none."""
-    try:
-        number = float(text.replace(",", "."))
-    except ValueError:
-        return 0
-    return int(number) if number.is_integer() and number > 0 else 0

@@ -20,6 +20,7 @@ from ajgdata.store.files import (
     write_if_changed,
     yaml_bytes,
 )
+from ajgdata.store.plain_text import Cleaner
 from ajgdata.types import (
     NAME,
     RECORDING_COLUMNS,
@@ -28,9 +29,14 @@ from ajgdata.types import (
     Finding,
     Recording,
     Session,
+    checked_name,
     describe,
     is_reserved,
+    location,
 )
+
+#: Columns whose text is compared, as labels are.
+_TEXTS = ("grasp_id", "object", "quality")
 
 
 def list_datasets(paths: Paths) -> list[str]:
@@ -40,7 +46,7 @@ def list_datasets(paths: Paths) -> list[str]:
 
 def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     """Return the declaration of a data set; DataError names file, key, value and fix."""
-    path = paths.dataset(dataset)
+    path = paths.dataset(checked_name(dataset))
     if not path.is_file():
         known = ", ".join(list_datasets(paths)) or "none"
         raise DataError(path, "no such data set", f"declared here: {known}")
@@ -62,7 +68,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     try:
         return DatasetSpec.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None
 
 
@@ -194,27 +200,26 @@ def read_session(folder: Path) -> Session:
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
-    """Return rows of recordings.csv in order of recording_id, and a finding for each row left out.
+    """Return rows of recordings.csv in order of recording_id, an error for each row that cannot be
+    used, and a warning for each column whose text was cleaned (see `plain_text`).
 
     Raises DataError when the table itself cannot be read (no such file, a column missing or with a
     name that the feature store cannot take).
     """
     path = folder / RECORDINGS_FILE
-    header, rows = numbered_rows(path, required=("recording_id", "file", "grasp_id"))
+    required = ("recording_id", "file", "grasp_id")
+    header, rows = numbered_rows(path, required, RECORDING_COLUMNS)
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    for column in extra:
-        if is_reserved(column):
-            raise DataError(
-                path, f"column {column!r} has the name of a standard column", "rename it"
-            )
-        if not NAME.fullmatch(column):
-            fix = "rename it (letters, digits, _ and -)"
-            raise DataError(path, f"no label can have the name {column!r}", fix)
+    _check_label_columns(path, extra)
     recordings, findings = [], []
-    for line, row in rows:
+    cleaner = Cleaner()
+    texts = [column for column in header if column in _TEXTS or column in extra]
+    for line, cells in rows:
+        row = {**cells, **cleaner({column: cells[column] for column in texts})}
         known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
         try:
-            recording = Recording.model_validate({**known, "labels": {c: row[c] for c in extra}})
+            labels = {c: row[c] for c in extra}
+            recordings.append(Recording.model_validate({**known, "labels": labels}))
         except ValidationError as error:
             problem = describe(error, f"row {line}")
             findings.append(
@@ -223,19 +228,36 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
                     "bad_row", f"{RECORDINGS_FILE} row {line}: {problem.problem}", problem.fix,
                 )
             )  # fmt: skip
-            continue
-        recordings.append(recording)
+    findings += [
+        Finding(folder.name, "*", path.name, "warning", "odd_text", note, f"correct {path.name}")
+        for note in cleaner.notes()
+    ]
     counts = Counter(recording.recording_id for recording in recordings)
     findings += [
-        Finding(
-            folder.name, r.recording_id, r.file, "error", "duplicate_id",
-            f"{counts[r.recording_id]} rows share this recording_id", "give each row its own",
-        )
+        _duplicate(folder, r, counts[r.recording_id])
         for r in recordings
         if counts[r.recording_id] > 1
-    ]  # fmt: skip
-    kept = [r for r in recordings if counts[r.recording_id] == 1]
-    return sorted(kept, key=lambda r: r.recording_id), findings
+    ]
+    unique = [r for r in recordings if counts[r.recording_id] == 1]
+    return sorted(unique, key=lambda r: r.recording_id), findings
+
+
+def _duplicate(folder: Path, recording: Recording, count: int) -> Finding:
+    problem, fix = f"{count} rows share this recording_id", "give each row its own"
+    name, file = recording.recording_id, recording.file
+    return Finding(folder.name, name, file, "error", "duplicate_id", problem, fix)
+
+
+def _check_label_columns(path: Path, columns: Sequence[str]) -> None:
+    """Raise DataError for a column that cannot be a label."""
+    for column in columns:
+        if is_reserved(column):
+            raise DataError(
+                path, f"column {column!r} has the name of a standard column", "rename it"
+            )
+        if not NAME.fullmatch(column):
+            fix = "rename it (letters, digits, _ and -)"
+            raise DataError(path, f"no label can have the name {column!r}", fix)
 
 
 def table_columns(paths: Paths, dataset: str, sessions: Iterable[str]) -> set[str]:

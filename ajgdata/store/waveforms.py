@@ -29,6 +29,7 @@ from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 
 HEAD_BYTES = 4096  # in which the header of a plain WAV ends
+_CHUNK_HEADER = 8  # bytes
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,8 @@ def _header(path: Path) -> AudioInfo:
         return inspect_audio(path)  # which says what is wrong
     wave = parse_wave(head, size) if is_wave(head) else None
     if wave is None or not wave.subtype or wave.is_cut or not wave.frames:
+        return inspect_audio(path)
+    if size - wave.stop >= _CHUNK_HEADER:  # more chunks
         return inspect_audio(path)
     rate, frames = wave.sample_rate_hz, wave.frames
     return AudioInfo("WAV", wave.subtype, rate, wave.channels, frames, frames)
@@ -130,7 +133,7 @@ def takes_of(
     folders: Sequence[Path], spec: DatasetSpec
 ) -> tuple[list[Take], Mapping[str, Column], list[Finding]]:
     """Return every recording of sessions that header and labels let one use, its labels (n,) by
-    column as the feature store has them, and a finding for each recording that is left out.
+    column as the feature store has them, and the issues of recordings.
 
     No sample is read. Raises DataError when a session cannot be read.
     """

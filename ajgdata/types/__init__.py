@@ -5,6 +5,7 @@ Nothing here opens a file. Every model forbids unknown keys, so that a typing er
 """
 
 from ajgdata.types.base import (
+    LONGEST_NAME,
     NAME,
     DataError,
     Finding,
@@ -13,9 +14,11 @@ from ajgdata.types.base import (
     NotPossibleError,
     SourceName,
     Strict,
+    checked_name,
     describe,
     flagged,
     left_out,
+    location,
 )
 from ajgdata.types.dataset import DatasetSpec, ImportSettings
 from ajgdata.types.embedding import Embedding
@@ -42,6 +45,8 @@ from ajgdata.types.registry import (
     SourceMaker,
 )
 from ajgdata.types.session import (
+    HIGHEST_SAMPLE,
+    QUALITIES,
     RECORDING_COLUMNS,
     SESSION_COLUMNS,
     STORE_NAMES,
@@ -58,8 +63,11 @@ from ajgdata.types.tasks import CROSS_VALIDATION, Task
 __all__ = [
     "CROSS_VALIDATION",
     "DEFAULT_EXCITATION",
+    "HIGHEST_SAMPLE",
+    "LONGEST_NAME",
     "MODELS",
     "NAME",
+    "QUALITIES",
     "RECORDING_COLUMNS",
     "ROBOTS",
     "SESSION_COLUMNS",
@@ -103,8 +111,10 @@ __all__ = [
     "Strict",
     "Target",
     "Task",
+    "checked_name",
     "describe",
     "flagged",
     "is_reserved",
     "left_out",
+    "location",
 ]

@@ -15,7 +15,12 @@ from ajgdata.types.registry import MODELS, SOURCES
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-NAME = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_-]*$")
+#: Names are parts of file names, several of which are joined.
+LONGEST_NAME = 100
+NAME = re.compile(rf"^[A-Za-z0-9][A-Za-z0-9_-]{{0,{LONGEST_NAME - 1}}}$")
+_NAME_RULE = (
+    f"letters, digits, _ and -, up to {LONGEST_NAME} characters, the first a letter or digit"
+)
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
 ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
 SourceName = Annotated[Name, AfterValidator(SOURCES.checked)]
@@ -31,6 +36,13 @@ class DataError(Exception):
     def __reduce__(self) -> tuple[type[DataError], tuple[str, str, str]]:
         """Comes back whole from another process, which the joined text alone would not."""
         return type(self), (self.where, self.problem, self.fix)
+
+
+def checked_name(name: str, what: str = "data set") -> str:
+    """Return a name. Raises DataError if no file could have it."""
+    if NAME.fullmatch(name):
+        return name
+    raise DataError(reprlib.repr(name), f"is not the name of a {what}", f"use {_NAME_RULE}")
 
 
 class NotPossibleError(ValueError):
@@ -78,11 +90,19 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def _most_useful_first(error: ValidationError) -> list[ErrorDetails]:
+    """Return unknown keys, then all other errors: a misspelt key is often missing as well."""
+    return sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+
+
+def location(error: ValidationError) -> tuple[int | str, ...]:
+    """Return the keys that lead to the value of which `describe` reports the error."""
+    return _most_useful_first(error)[0]["loc"]
+
+
 def describe(error: ValidationError, where: object) -> DataError:
-    """Name file, key, value and fix of the first complaint in `error`."""
-    # A key that is misspelt is often missing, too: its spelling is what to say.
-    errors = sorted(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
-    first, *others = errors
+    """Return one line with file, key, value and fix of the first error."""
+    first, *others = _most_useful_first(error)
     place = first["loc"]
     # Where a value may be of several types, pydantic complains once for each: say it together.
     alternatives = []
@@ -110,5 +130,5 @@ def describe(error: ValidationError, where: object) -> DataError:
 
 def _message(error: ErrorDetails, without: str = "Value error, ") -> str:
     if error["type"] == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME.pattern:
-        return "Names are letters, digits, _ and -, and begin with a letter or digit"
+        return f"Names are {_NAME_RULE}"
     return error["msg"].removeprefix(without)

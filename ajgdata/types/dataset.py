@@ -27,7 +27,11 @@ class ImportSettings(Strict):
         {}, description="further tables and the column that they share with `table`"
     )
     file: str = Field("", description="with table: path of a row's file, e.g. 'wav/{name}.wav'")
-    grasp: str = Field("", description="template of grasp_id, e.g. '{stone}'; default: the file")
+    grasp: str = Field(
+        "",
+        description="template of grasp_id, e.g. '{stone}'; default: the column or group "
+        "`grasp_id`, else object and `grasp`, else the file",
+    )
     object: str = Field("", description="template of object, e.g. '{label}'; default: the label")
     session: str = Field("", description="template of the session; default: the folder")
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, JsonValue
+from pydantic import AfterValidator, Field, JsonValue
 
 from ajgdata.types.base import Name, Strict
 
 #: Columns of recordings.csv that mean the same in every data set; all others are declared targets
 #: or free columns.
 RECORDING_COLUMNS = ("recording_id", "file", "sha256", "grasp_id", "sample", "object", "quality")
+#: Values of the column `quality`.
+QUALITIES = ("ok", "reject", "clipped")
+#: The feature file stores `sample` as a 32-bit integer.
+HIGHEST_SAMPLE = 2**31 - 1
 #: Columns that session.yaml gives to every recording of a session.
 SESSION_COLUMNS = ("source", "gripper", "medium")
 #: Names that the feature store uses itself.
@@ -67,6 +71,13 @@ class Session(Strict):
     acquisition: Acquisition | None = Field(None, description="null unless a real gripper's")
 
 
+def checked_quality(text: str) -> str:
+    """Return a value of `quality` in lower case. Raises ValueError for an unknown value."""
+    if text.lower() not in ("", *QUALITIES):
+        raise ValueError(f"unknown value; use {', '.join(QUALITIES)}, and another column for notes")
+    return text.lower()
+
+
 class Recording(Strict):
     """One row of recordings.csv. `labels` holds every further column as text."""
 
@@ -82,13 +93,22 @@ class Recording(Strict):
     grasp_id: Annotated[str, Field(min_length=1)] = Field(
         description="placement of the object; the default group of cross-validation"
     )
-    sample: int = Field(0, ge=0, description="number of the repeat within the grasp")
+    sample: int = Field(
+        0, ge=0, le=HIGHEST_SAMPLE, description="number of the repeat within the grasp"
+    )
     object: str = Field("", description="what was held")
-    quality: str = Field("ok", description="'reject' keeps a recording out; other text is kept")
+    quality: Annotated[str, AfterValidator(checked_quality)] = Field(
+        "ok", description="`ok`, `clipped`, or `reject`, which excludes the recording"
+    )
     labels: dict[str, str] = Field({}, description="every other column: a target, or kept as text")
 
 
 def is_reserved(name: str) -> bool:
-    """Return True if another column of the store has this name, so that no label can."""
-    standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, *STORE_NAMES)
-    return name in standard or re.fullmatch(r"string\d+", name) is not None  # netCDF dimensions
+    """Return True if no label can have this name, because a standard column has it.
+
+    Names of the data model are compared without regard to case.
+    """
+    standard = (*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id")
+    if name.lower() in standard or name in STORE_NAMES:
+        return True
+    return re.fullmatch(r"string\d+", name) is not None  # dimensions of netCDF files

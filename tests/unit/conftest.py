@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
 from worlds import Project
 
 from ajgdata import gripper
+from ajgdata.cli import main
 from ajgdata.paths import Paths
 
 
@@ -16,6 +18,22 @@ def project(tmp_path: Path) -> Project:
     made = Project(Paths(tmp_path / "project"))
     made.declare()
     return made
+
+
+@pytest.fixture
+def ajgdata(project, monkeypatch, capsys):
+    """Run `ajgdata …` in the project; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(project.root)
+    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["ajgdata", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        printed = capsys.readouterr()
+        return stopped.value.code or 0, printed.out, printed.err
+
+    return run
 
 
 @pytest.fixture

@@ -411,10 +411,10 @@ def test_edits_of_the_table_during_a_session_are_kept(lab):
             super().confirm(text)
             if len(self.asked) == 3:
                 table = lab.folder() / "recordings.csv"
-                table.write_text(table.read_text().replace("ball,ok", "ball,odd"))
+                table.write_text(table.read_text().replace("ball,ok", "ball,clipped"))
 
     lab.acquire(Editor())
-    assert qualities(lab)["ball_01_1"] == "odd" and qualities(lab)["cube_02_2"] == "ok"
+    assert qualities(lab)["ball_01_1"] == "clipped" and qualities(lab)["cube_02_2"] == "ok"
 
 
 def test_a_quit_at_the_last_label_keeps_the_grasp(lab):

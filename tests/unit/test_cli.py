@@ -1,38 +1,14 @@
 """The command as people meet it: exit codes, one line for what is wrong, help."""
 
 import re
-import sys
 
 import pytest
 import yaml
 from typer.testing import CliRunner
-from worlds import write_tone
+from worlds import assert_one_line, write_tone
 
-from ajgdata.cli import app, main
+from ajgdata.cli import app
 from ajgdata.store.sessions import read_dataset, read_recordings
-
-
-@pytest.fixture
-def ajgdata(project, monkeypatch, capsys):
-    """Run `ajgdata …` in the project; returns exit code, what it printed, what it complained."""
-    monkeypatch.chdir(project.root)
-    monkeypatch.delenv("AJGDATA_ROOT", raising=False)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["ajgdata", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stopped:
-            main()
-        printed = capsys.readouterr()
-        return stopped.value.code or 0, printed.out, printed.err
-
-    return run
-
-
-def assert_one_line(error: str, said: str) -> None:
-    assert error.startswith("error ")
-    assert said in error
-    assert error.count("\n") == 1
-    assert "Traceback" not in error
 
 
 def test_validate_clean_and_not(ajgdata, project):
@@ -105,8 +81,8 @@ def test_names_are_shown_as_they_are(ajgdata, tmp_path):
         ),
         (["import", "audio", "--dataset", "d", "--join", "a.csv:b"], "join adds to a table: give"),
         (["import", "audio", "--dataset", "d", "--convert", "--reference"], "makes new files"),
-        (["import", "audio", "--dataset", "my data"], "data set 'my data': name = 'my data'"),
-        (["import", "audio", "--dataset", "../up"], "Names are letters, digits, _ and -"),
+        (["import", "audio", "--dataset", "my data"], "'my data': is not the name of a data"),
+        (["import", "audio", "--dataset", "../up"], "use letters, digits, _ and -, up"),
     ],
 )
 def test_mistakes_are_one_line(ajgdata, project, arguments, said):
@@ -153,8 +129,14 @@ def test_import_says_what_it_did(ajgdata, project):
         "2 added, 0 changed, 0 unchanged in 1 session(s) of e",
         "skipped odd :smile:.wav: does not match the pattern",
         "note target label: a class (2 distinct texts)",
+        "note stored, but not a target: n",
         f"now declared in {project.root}/datasets/e/dataset.yaml: 8000 Hz, channel mono, targets "
         "label",
+        "recordings            2",
+        "objects               2",
+        "grasps                2",
+        "samples per grasp     1 (2 grasps)",
+        "recordings per label  a [x] 1, b 1",
         "next: ajgdata validate e, then ajgdata run e",
     ]
     assert read_dataset(project.paths, "e").imports.pattern == "starter-kit"

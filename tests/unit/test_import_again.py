@@ -99,10 +99,10 @@ def test_quality_comes_from_the_folder_and_stays_where_it_was_corrected(paths, t
     folder = tmp_path / "stones"
     for number, name in enumerate("abc"):
         write_tone(folder / f"{name}.wav", 200 + 50 * number)
-    (folder / "t.csv").write_text("name,form,quality\na,x,reject\nb,y,\nc,y,clicks\n")
+    (folder / "t.csv").write_text("name,form,quality\na,x,reject\nb,y,\nc,y,Clipped\n")
     run(paths, folder, settings=ImportSettings(table="t.csv", file="{name}.wav"), targets=["form"])
     qualities = {name: row.quality for name, row in rows(paths, "stones").items()}
-    assert qualities == {"a": "reject", "b": "ok", "c": "clicks"}
+    assert qualities == {"a": "reject", "b": "ok", "c": "clipped"}
     correct(paths, "stones", "a", quality="ok")
     correct(paths, "stones", "b", quality="reject")
     result = run(paths, folder)

@@ -239,7 +239,7 @@ def test_nothing_is_written_when_the_folder_is_not_understood(paths, kit, snapsh
             run(paths, kit, settings=settings)
     with pytest.raises(DataError, match="there is no column 'mass'"):
         run(paths, kit, targets=["mass"])
-    with pytest.raises(DataError, match="data set 'my data'"):
+    with pytest.raises(DataError, match="'my data': is not the name of a data set"):
         import_folder(paths, "my data", kit, settings=None)
     assert snapshot(paths.root) == before
 
@@ -352,7 +352,8 @@ def test_the_object_can_be_learnt(paths, kit):
     """Our own central label: from a pattern's label, and from a table's column of that name."""
     spec, found, _ = import_folder(paths, "d", kit, settings=None, targets=["object"])
     assert list(spec.targets) == ["object"]
-    assert found.notes == ["target object: a class (2 distinct texts)"]
+    stored = "stored, but not a target: n, label"
+    assert found.notes == ["target object: a class (2 distinct texts)", stored]
     (kit / "t.csv").write_text("name,object,mass\n1_no object,nothing,0\n2_cube ä,cube,7\n")
     table = ImportSettings(table="t.csv", file="{name}.wav")
     spec, _, _ = import_folder(paths, "e", kit, settings=table, targets=["object", "mass"])
@@ -380,8 +381,10 @@ def test_decimal_commas_and_tables_of_a_spreadsheet(paths, tmp_path):
     settings = ImportSettings(table="t.csv", file="{name}.wav")
     _, found, _ = import_folder(paths, "d", folder, settings=settings, targets=["mass"])
     assert found.notes == [
+        "each file is one grasp, because nothing names the grasp (see --grasp)",
         "target mass: a number (14 distinct numbers, 100.5 to 113.5)",
         "mass: 14 decimal commas are written as points",
+        "stored, but not a target: name",
     ]
     assert rows(paths, "stones")["w3"].labels["mass"] == "103.5"
     assert import_folder(paths, "d", folder, settings=None)[2].corrected == []
@@ -447,7 +450,7 @@ def test_what_only_looks_like_a_recording_is_named(paths, kit, tmp_path):
     _, found, result = import_folder(paths, "d", kit, settings=None)
     assert result.added == 3
     assert found.missing == [
-        ("other", "a link to a folder, not looked at: name that folder"),
+        ("other", "a link to a folder, not searched: name that folder"),
         ("4_far.wav", "a link to .git/annex/objects/4.wav, where nothing is; run `git annex get` "
          "where it came from, or remove it"),
         ("5_pipe.wav", "a pipe, socket or device, not a file; remove it"),

@@ -27,8 +27,8 @@ def test_the_mark_between_cells_is_recognised(tmp_path, text):
     ("text", "said"),
     [
         ("a;b\n1;2;3\n", "t.csv:2: 3 cells, the header has 2"),
-        ("a;a\n1;2\n", "column 'a' stands twice"),
-        ("a;\n1;2\n", "a column has no name"),
+        ("a;a\n1;2\n", "column 'a' occurs twice"),
+        ("a;\n1;2\n", "column 2 has no name"),
         ('a;b\n"1;2\n', "not a valid table"),
     ],
 )
@@ -50,11 +50,14 @@ def test_tables_are_joined_by_a_key(tmp_path):
     assert got[0] == ["hit", "stone", "form", "frost"]
     assert [row["frost"] for row in got[1]] == ["1", "1", ""]
     assert [row["form"] for row in got[1]] == ["flat", "flat", "round"]  # the first table's stays
-    assert got[2] == ["stats.csv has no row for stone S2"]
+    assert got[2] == [
+        "stats.csv: not used, because a table before has it: form",
+        "stats.csv has no row for stone S2",
+    ]
     with pytest.raises(DataError, match=r"stats.csv: has no column 'hit'; there are \['stone'"):
         joined(tmp_path, header, rows, {"stats.csv": "hit"})
     with pytest.raises(DataError, match="--join: has no column 'frost'"):
         joined(tmp_path, header, rows, {"stats.csv": "frost"})
     (tmp_path / "stats.csv").write_text("stone;frost\nS1;1\nS1;0\n")
-    with pytest.raises(DataError, match="stone 'S1' stands twice"):
+    with pytest.raises(DataError, match="stone 'S1' occurs twice"):
         joined(tmp_path, header, rows, {"stats.csv": "stone"})

@@ -62,7 +62,7 @@ def test_what_is_no_number(text):
         number(text)
 
 
-def test_select_leaves_out_with_the_reason():
+def test_select_excludes_rejected_rows_and_names_bad_cells():
     table = {
         "a": row(edge_mm="1"),
         "b": row(edge_mm="1,5"),
@@ -71,11 +71,16 @@ def test_select_leaves_out_with_the_reason():
         "f": row(edge_mm="bad", quality="reject"),
     }
     kept, told = select(shard(*"abcdef"), table, {"edge_mm": SIZE}, "s1")
-    assert kept.columns["recording"].values.tolist() == ["a", "d"]
-    assert kept.feature.tolist() == [[0, 1, 2], [9, 10, 11]]
-    assert [(f.session_id, f.recording_id, f.code, f.problem) for f in told] == [
-        ("s1", "b", "bad_label", "edge_mm = '1,5' is not a finite number"),
-        ("s1", "e", "bad_label", "has no label row"),
+    assert kept.columns["recording"].values.tolist() == ["a", "b", "d"]
+    assert kept.feature.tolist() == [[0, 1, 2], [3, 4, 5], [9, 10, 11]]
+    assert [(f.session_id, f.recording_id, f.level, f.problem) for f in told] == [
+        (
+            "s1",
+            "b",
+            "warning",
+            "edge_mm = '1,5' is not a finite number: no task of edge_mm uses it",
+        ),
+        ("s1", "e", "error", "has no label row"),
     ]
 
 

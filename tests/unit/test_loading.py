@@ -103,17 +103,19 @@ def test_shorter_recordings_end_in_nan_and_other_rates_are_resampled(project):
     np.testing.assert_allclose(second[middle], tone(500)[middle], atol=0.005)
 
 
-def test_what_cannot_be_used_is_left_out_and_said(project):
+def test_what_cannot_be_used_is_excluded_or_missing(project):
     rows = project.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0, "e": 600.0})
     write_pcm24(project.folder() / "audio" / "b.wav", tone(500), 16_000)
     bad = rows[2].model_copy(update={"labels": {"edge_mm": "large"}})
     rejected = rows[3].model_copy(update={"quality": "reject"})
     project.write([*rows[:2], bad, rejected])
-    with pytest.warns(
-        UserWarning, match=r"2 recordings of d are left out, the first is s1/b: samp"
-    ):
+    with pytest.warns(UserWarning, match=r"of d: ") as warned:
         loaded = load(project)
-    assert loaded.recording.values.tolist() == ["s1/a"]
+    excluded, used = (str(one.message) for one in warned)
+    assert excluded.startswith("recordings of d: 1 excluded; s1/b: sampled at 16000 Hz")
+    assert used.startswith("recordings of d: 1 used with an issue; s1/c: edge_mm = 'large' is not")
+    assert loaded.recording.values.tolist() == ["s1/a", "s1/c"]
+    np.testing.assert_array_equal(loaded.edge_mm, [500.0, np.nan])
 
 
 def test_changed_bytes_are_refused_when_read(project):

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from ajgdata.store.scan import label_column, scan, slug
+from ajgdata.store.import_fields import slug
+from ajgdata.store.scan import scan
 from ajgdata.types import DataError, ImportSettings
 
 KIT = ImportSettings(pattern="starter-kit")
@@ -45,8 +46,10 @@ def test_starter_kit(tmp_path):
         "d": "0_sweep.wav",
         "Day_1_left": "Day 1/left/00_sweep.wav",
     }
-    assert result.wanting == [("Day 1/4_cube.m4a", NO_M4A)]
-    assert result.skipped == [("cube.wav", "does not match the pattern")]
+    hidden = "hidden: rename the file or its folder"
+    assert result.wanting == [(".hidden/5_cube.wav", hidden), ("Day 1/4_cube.m4a", NO_M4A)]
+    double = "an AppleDouble file of macOS, without sound"
+    assert result.skipped == [("._6_cube.wav", double), ("cube.wav", "does not match the pattern")]
 
 
 def test_a_second_played_sound_is_not_taken_for_the_first(tmp_path):
@@ -60,7 +63,7 @@ def test_names_that_a_table_cannot_hold(tmp_path):
     (tmp_path / os.fsdecode(b"4_caf\xe9.wav")).write_bytes(b"")
     result = scan(tmp_path, KIT, "d")
     assert [f.path.name for f in result.files] == ["1_a.wav"]
-    assert [reason for _, reason in result.wanting] == ["its name is no plain text: rename it"] * 3
+    assert [reason for _, reason in result.wanting] == ["its name is not plain text: rename it"] * 3
     assert [name for name, _ in result.wanting] == [" 3_c.wav", "2_b?.wav", "4_caf?.wav"]
 
 
@@ -85,8 +88,8 @@ def test_named_groups_that_are_roles_are_no_labels(tmp_path):
     files(tmp_path, "mon/cube/7_2.wav", "tue/cube/7_x.wav")
     pattern = r"(?P<session>\w+)/(?P<object>\w+)/(?P<grasp>\d+)_(?P<sample>\w+)(?P<opt>-.)?\.wav"
     one, other = scanned(tmp_path, pattern=pattern).files
-    assert (one.session, one.object, one.grasp, one.sample) == ("mon", "cube", "7", 2)
-    assert (other.session, other.sample) == ("tue", 0)
+    assert (one.session, one.object, one.grasp, one.sample) == ("mon", "cube", "cube/7", 0)
+    assert (other.session, other.sample) == ("tue", 1)  # 2 and x are texts
     assert one.labels == {"opt": ""}
 
 
@@ -108,7 +111,7 @@ def table(folder: Path, text: str) -> Path:
 
 def test_table(tmp_path):
     files(tmp_path, "wav/a.wav", "wav/b.wav", "wav/c.wav", "wav/e.mp3")
-    table(tmp_path, "name,mass (g),source,quality\nb,12.5,x,poor\na,,y,\nd,1,z,\ne,1,z,\n")
+    table(tmp_path, "name,mass (g),source,quality\nb,12.5,x,Clipped\na,,y,\nd,1,z,\ne,1,z,\n")
     result = scanned(
         tmp_path, table="t.csv", file="wav/{name}.wav", grasp="{source}", object="o {name}"
     )
@@ -116,9 +119,9 @@ def test_table(tmp_path):
         ("a.wav", "d", "y", "o a"),
         ("b.wav", "d", "x", "o b"),
     ]
-    assert [f.quality for f in result.files] == ["", "poor"]
-    # names are made fit for every reader, standard columns are not overwritten
-    assert result.files[1].labels == {"name": "b", "mass_g": "12.5", "source_": "x"}
+    assert [f.quality for f in result.files] == ["", "Clipped"]
+    # names are fit for every reader; a standard name is used by a template only
+    assert result.files[1].labels == {"name": "b", "mass_g": "12.5"}
     assert result.files[0].labels["mass_g"] == ""
     no_file = "in t.csv but not in the folder"
     assert result.wanting == [("wav/d.wav", no_file), ("wav/e.wav", no_file)]
@@ -146,7 +149,7 @@ def test_table(tmp_path):
         ({"table": "t.csv", "file": "{name}.flac"}, "correct --file"),
         ({"table": "t.csv", "file": "../{name}.wav"}, "leaves the folder"),
         ({"table": "t.csv", "file": "1_a.wav"}, "1_a.wav stands in two rows"),
-        ({"table": "u.csv", "file": "{a b}.wav"}, "columns 'a b' and 'a_b' would both be a_b"),
+        ({"table": "u.csv", "file": "{a b}.wav"}, "columns 'a b' and 'a_b' would both be 'a_b'"),
     ],
 )
 def test_what_cannot_be_understood(tmp_path, settings, said):
@@ -171,6 +174,4 @@ def test_names():
     assert slug("Day 1/left") == "Day_1_left"
     assert slug("--größe--") == "gr_e"
     assert slug("日本") == "x"
-    assert label_column("mass (g)") == "mass_g"
-    assert label_column("feature") == "feature_"
-    assert label_column("string7") == "string7_"
+    assert slug("mass (g)") == "mass_g"

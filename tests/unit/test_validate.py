@@ -55,7 +55,7 @@ def test_every_kind_of_mistake_once(project):
         ("s1", "a", "error", "truncated"),
         ("s1", "b", "error", "silent"),
         ("s1", "c", "error", "missing"),
-        ("s1", "d", "error", "bad_label"),
+        ("s1", "d", "warning", "bad_label"),
         ("s1", "e", "error", "two_labels"),
         ("s1", "f", "error", "two_labels"),
     ]

@@ -43,6 +43,14 @@ def write_tone(path: Path, hz: float, samples: int = 2_000) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
+def assert_one_line(error: str, text: str) -> None:
+    """Check that a command printed one line with `text` and no traceback."""
+    assert error.startswith("error ")
+    assert text in error
+    assert error.count("\n") == 1
+    assert "Traceback" not in error
+
+
 @dataclass
 class Project:
     """A project folder with one data set, `d`."""

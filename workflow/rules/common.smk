@@ -197,9 +197,7 @@ def taken():
     jobs = [job for job in dag.jobs if not job.is_norun]
     needed = [job for job in jobs if dag.needrun(job)]
     ran = [job for job in needed if dag.finished(job)]
-    lost = [
-        job for job in needed if not dag.finished(job) and job.rule.name != "complete"
-    ]
+    lost = [job for job in needed if not dag.finished(job)]
     return effort(
         time.monotonic() - STARTED_S,
         len(ran),
@@ -253,12 +251,11 @@ def failed_jobs():
     return [
         f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
         for job in workflow.scheduler.failed
-        if job.rule.name != "complete"  # which fails for what is told as skipped
     ]
 
 
 def tell_run():
-    """Print what the run did, of all that was asked for, on the console."""
+    """Print what the run did, of all that was asked for, on the console; return its summary."""
     outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
     keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
     specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
@@ -266,6 +263,16 @@ def tell_run():
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
         told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]
         print("", *told, "", sep="\n", file=sys.stderr, flush=True)
+        return run
+    return None
+
+
+def end_run(run):
+    """End a whole run that skipped a task with one line and exit code 1; the next run, too."""
+    whole = any(job.rule.name == "complete" for job in workflow.dag.jobs)
+    if whole and run and (line := skipped_line(run)):
+        PATHS.complete.unlink(missing_ok=True)
+        raise SystemExit(line)
 
 
 @cache

@@ -41,7 +41,7 @@ rule verify_solver:
         "../scripts/verify_solver.py"
 
 
-# Last of all: fails, when everything else is there, if something that was asked for was skipped.
+# Last of all. If a task was skipped, `end_run` removes the output and ends with an exit code.
 rule complete:
     input:
         EVERYTHING,

@@ -26,7 +26,7 @@ MEANING = {
     "grasp_id": "placement of the object: never split between training and test",
     "sample": "number of the recording within its grasp",
     "object": "what was held",
-    "quality": "what the people who recorded it say of it",
+    "quality": "ok or clipped",
     "source": "virtual: computed; soundcard or import: recorded",
     "gripper": "gripper that held the object",
     "medium": "what fills the gripper",

@@ -1,0 +1,106 @@
+"""Recordings, grasps and classes of a data set: their numbers, and what makes tasks impossible."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+
+from ajgdata.paths import Paths
+from ajgdata.store.findings import is_rejected
+from ajgdata.store.manifest import label_rows
+from ajgdata.store.plain_text import listed
+from ajgdata.store.sessions import list_sessions, read_recordings, read_session
+from ajgdata.types import DatasetSpec, Finding, Target
+
+Row = Mapping[str, str]
+CLASSES_NEEDED = 2
+
+
+def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:
+    """Return the label rows of each session of a data set."""
+    folders = [paths.session(dataset, name) for name in list_sessions(paths, dataset)]
+    return {f.name: label_rows(read_session(f), read_recordings(f)[0]) for f in folders}
+
+
+def label_issues(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> list[Finding]:
+    """Return a warning for grasps with two objects or target values, and for impossible tasks."""
+    mixed_fix = "give each grasp of a session its own grasp_id"
+    issues = [("mixed_grasp", problem, mixed_fix) for problem in _mixed_grasps(tables, spec)]
+    class_fix = "record or import another class"
+    issues += [("no_task", problem, class_fix) for problem in impossible_tasks(tables, spec)]
+    return [Finding("*", "*", "", "warning", *issue) for issue in issues]
+
+
+def _mixed_grasps(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> list[str]:
+    problems = []
+    for column in dict.fromkeys(("object", *spec.targets)):
+        missing = _missing(spec.targets.get(column))
+        values: dict[str, dict[str, None]] = defaultdict(dict)
+        for session, rows in tables.items():
+            for row in filter(_is_used, rows):
+                if (text := row.get(column, "")) not in missing:
+                    values[f"{session}/{row['grasp_id']}"][text] = None
+        if mixed := {grasp: texts for grasp, texts in values.items() if len(texts) > 1}:
+            shown = [f"{grasp} ({', '.join(texts)})" for grasp, texts in mixed.items()]
+            noun = "object" if column == "object" else f"value of {column}"
+            problems.append(
+                f"{len(mixed)} of {len(values)} grasps have more than one {noun}: {listed(shown)}"
+            )
+    return problems
+
+
+def impossible_tasks(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> list[str]:
+    """Return a line for each task without two classes, or without a number."""
+    rows = [row for table in tables.values() for row in table if _is_used(row)]
+    problems = []
+    for name, task in spec.tasks.items() if rows else ():
+        target = spec.targets[task.target]
+        there = Counter(row.get(task.target, "") for row in rows)
+        values = [text for text in there if text not in _missing(target)]
+        if task.classes:
+            values = [text for text in values if text in task.classes]
+        if not values:
+            problems.append(f"task {name} is not possible: no recording has a {task.target}")
+        elif target.kind == "classification" and len(values) < CLASSES_NEEDED:
+            problems.append(f"task {name} is not possible: {values[0]!r} is its only class")
+    return problems
+
+
+def counts(tables: Mapping[str, Sequence[Row]], targets: Mapping[str, Target]) -> dict[str, str]:
+    """Return the numbers of recordings, objects and grasps, and of recordings per class."""
+    rows = [(session, row) for session, table in tables.items() for row in table]
+    used = [row for _, row in rows if _is_used(row)]
+    grasps = Counter((session, row["grasp_id"]) for session, row in rows)
+    sizes = Counter(grasps.values())
+    rejected = f" ({len(rows) - len(used)} rejected)" if len(used) < len(rows) else ""
+    facts = {
+        "recordings": f"{len(rows)}{rejected}",
+        "objects": str(len({row["object"] for _, row in rows} - {""})),
+        "grasps": str(len(grasps)),
+        "samples per grasp": listed([_times(size, sizes[size]) for size in sorted(sizes)]),
+    }
+    for name, target in targets.items():
+        cells = Counter(row.get(name, "") for row in used)
+        missing = sum(cells.pop(text, 0) for text in _missing(target))
+        facts[f"recordings per {name}"] = listed(_per_value(cells, target)) + (
+            f"; {missing} missing" if missing else ""
+        )
+    return facts
+
+
+def _times(size: int, grasps: int) -> str:
+    return f"{size} ({grasps} grasp{'' if grasps == 1 else 's'})"
+
+
+def _per_value(cells: Counter[str], target: Target) -> list[str]:
+    if target.kind == "regression":
+        return [f"{cells.total()} numbers, {len(cells)} distinct"]
+    return [f"{text} {count}" for text, count in cells.most_common()]
+
+
+def _missing(target: Target | None) -> set[str]:
+    return {"", *(target.missing if target else ())}
+
+
+def _is_used(row: Row) -> bool:
+    return not is_rejected(row)

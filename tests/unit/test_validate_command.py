@@ -1,0 +1,220 @@
+"""`ajgdata validate`: issues of recordings and of recordings.csv, through the command."""
+
+import csv
+import struct
+
+import numpy as np
+import pytest
+import soundfile
+from worlds import RATE_HZ, Project, assert_one_line, tone, write_tone
+
+import ajgdata as library
+from ajgdata.paths import Paths
+from ajgdata.types import DataError
+
+
+@pytest.fixture
+def edit(project):
+    """Change cells of recordings.csv: `edit(a={"sample": "7"})`, and names of its columns."""
+
+    def change(columns=None, **cells):
+        path = project.folder() / "recordings.csv"
+        with path.open(encoding="utf-8", newline="") as stream:
+            rows = list(csv.DictReader(stream))
+        rows = [row | cells.get(row["recording_id"], {}) for row in rows]
+        names = {name: (columns or {}).get(name, name) for name in rows[0]}
+        with path.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(names.values())
+            writer.writerows(row.values() for row in rows)
+
+    return change
+
+
+def issues(out):
+    """Recording, level and code of each line of the table that `validate` prints."""
+    lines = out.splitlines()
+    table = lines[1 : lines.index("")] if "" in lines else []
+    return [tuple(line.split()[:3]) for line in table]
+
+
+@pytest.mark.parametrize("text", ["1e300", "20251120163400", "-1", "a", "2147483648"])
+def test_a_sample_that_no_feature_file_can_hold(ajgdata, project, edit, text):
+    project.session()
+    edit(b={"sample": text})
+    code, out, _ = ajgdata("validate", "d")
+    assert code == 1
+    assert issues(out) == [("s1/b", "error", "bad_row")]
+    assert "sample = " in out
+    project.shard()
+    store, quarantine = project.merge("s1")
+    assert store.columns["recording"].values.tolist() == ["s1/a", "s1/c"]
+    assert [(one.recording_id, one.code) for one in quarantine] == [("b", "bad_row")]
+
+
+def test_the_highest_sample_reaches_the_features(ajgdata, project, edit):
+    project.session()
+    edit(b={"sample": "2147483647"})
+    assert ajgdata("validate", "d")[0] == 0
+    project.shard()
+    project.merge("s1")
+    with library.load_features("d", project.root) as features:
+        assert features.sample.values.tolist() == [0, 2147483647, 2]
+
+
+@pytest.mark.parametrize("column", ["quality", "Quality", "QUALITY"])
+def test_the_column_quality_in_any_case(ajgdata, project, edit, column):
+    project.session()
+    edit({"quality": column}, b={"quality": "Reject"})
+    code, out, _ = ajgdata("validate", "d", "--notes")
+    assert (code, issues(out)) == (0, [("s1/b", "note", "rejected")])
+    project.shard()
+    store, _ = project.merge("s1")
+    assert store.columns["recording"].values.tolist() == ["s1/a", "s1/c"]
+    assert column == "quality" or column not in store.columns
+
+
+@pytest.mark.parametrize("text", ["rejected", "bad", "reject (noise)", "rejct"])
+def test_unknown_values_of_quality(ajgdata, project, edit, text):
+    project.session()
+    edit(b={"quality": text})
+    code, out, _ = ajgdata("validate", "d")
+    assert (code, issues(out)) == (1, [("s1/b", "error", "bad_row")])
+    assert f"quality = {text!r}: unknown value; use ok, reject, clipped" in out
+    project.shard()
+    assert project.merge("s1")[0].columns["recording"].values.tolist() == ["s1/a", "s1/c"]
+
+
+def test_labels_that_look_the_same_are_one_class(ajgdata, project, edit):
+    project.declare(targets={"material": {"kind": "classification"}})
+    project.session("s1", {"a": 500.0, "b": 750.0, "c": 900.0, "e": 1000.0})
+    texts = dict(zip("abce", ["metal", "metal\u200b", "gro\u0308\u00dfe", "größe"], strict=True))
+    edit({"edge_mm": "material"}, **{name: {"edge_mm": text} for name, text in texts.items()})
+    code, out, _ = ajgdata("validate", "d")
+    assert (code, issues(out)) == (1, [("s1/*", "warning", "odd_text")])
+    assert r"were removed from 2 cells: 'metal\u200b', 'gro\u0308\xdfe'" in out
+    recordings = library.load_recordings
+    with pytest.warns(UserWarning, match="used with an issue"):
+        loaded = recordings("d", project.root)
+    assert loaded.material.values.tolist() == ["metal", "metal", "größe", "größe"]
+
+
+def test_an_invalid_cell_excludes_the_recording_from_its_target_only(ajgdata, project, edit):
+    number = {"kind": "regression"}
+    project.declare(targets={"edge_mm": number, "other": {"kind": "classification"}})
+    project.session("s1", {"a": 500.0, "b": 750.0, "c": 900.0})
+    rows = [("a", "1", "x"), ("b", "wide", "y"), ("c", "3", "")]
+    head = "recording_id,file,grasp_id,edge_mm,other\n"
+    body = "".join(f"{name},audio/{name}.wav,{name},{edge},{o}\n" for name, edge, o in rows)
+    (project.folder() / "recordings.csv").write_text(head + body)
+    code, out, _ = ajgdata("validate", "d")
+    assert (code, issues(out)) == (1, [("s1/b", "warning", "bad_label")])
+    assert "edge_mm = 'wide' is not a finite number: no task of edge_mm uses it" in out
+    spec_targets = library.load_dataset("d", project.root).spec.targets
+    project.shard()
+    project.merge("s1", targets=dict(spec_targets))
+    with library.load_features("d", project.root) as features:
+        assert features.other.values.tolist() == ["x", "y", ""]
+        np.testing.assert_array_equal(features.edge_mm, [1, np.nan, 3])
+
+
+def chunk(name, content):
+    return name + struct.pack("<I", len(content)) + content + b"\0" * (len(content) & 1)
+
+
+def wav(*chunks):
+    return b"RIFF" + struct.pack("<I", 4 + sum(map(len, chunks))) + b"WAVE" + b"".join(chunks)
+
+
+@pytest.mark.parametrize("bits", [8, 16])  # decoded by libsndfile, and by numpy
+def test_two_data_chunks_are_an_issue(ajgdata, project, tmp_path, bits):
+    frame = bits // 8
+    fmt = chunk(b"fmt ", struct.pack("<HHIIHH", 1, 1, RATE_HZ, RATE_HZ * frame, frame, bits))
+    data = chunk(b"data", np.random.default_rng(0).bytes(3_000 * frame + 1))
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "1_a.wav").write_bytes(wav(fmt, data, chunk(b"LIST", b"INFO"), data))
+    (folder / "2_b.wav").write_bytes(wav(fmt, data, chunk(b"LIST", b"INFO data")))
+    code, out, _ = ajgdata("validate", folder)
+    assert code == 1
+    assert issues(out)[0] == ("folder/1_a.wav", "error", "several_data_chunks")
+    assert "has 2 `data` chunks: which of them is the recording is unknown" in out
+    assert "2_b.wav" not in out
+    code, out, _ = ajgdata("import", folder, "--dataset", "e")
+    assert code == 3
+    assert "unreadable 1_a.wav: has 2 `data` chunks" in out
+    with pytest.warns(UserWarning, match="1 excluded; folder/1_a: has 2 `data` chunks"):
+        loaded = library.load_recordings("e", project.root)
+    assert loaded.recording.values.tolist() == ["folder/2_b"]
+
+
+def test_truncated_hides_no_other_issue(ajgdata, tmp_path):
+    folder = tmp_path / "folder"
+    for number in range(3):
+        write_tone(folder / f"{number}.wav", 500 + number, samples=3000)
+    bad = np.stack([tone(500, 3000), tone(500, 3000)], axis=1).astype(np.float32)
+    bad[7] = np.nan
+    soundfile.write(folder / "bad.wav", bad, 2 * RATE_HZ, subtype="FLOAT")
+    content = (folder / "bad.wav").read_bytes()
+    (folder / "bad.wav").write_bytes(content[:-8_000])
+    code, out, _ = ajgdata("validate", folder)
+    assert code == 1
+    assert sorted(issues(out)) == [
+        ("folder/bad.wav", "error", code)
+        for code in ("channels", "not_finite", "other_rate", "truncated")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("load", "text"),
+    [
+        (lambda root: library.load_features("a/../b", root), "'a/../b': is not the name of a data"),
+        (lambda root: library.load_features("x" * 300, root), "up to 100 characters"),
+        (lambda root: library.load_recordings("../d", root), "'../d': is not the name of a data"),
+        (lambda root: library.load_dataset("x" * 300, root), "up to 100 characters"),
+        (lambda root: library.load_model("d", "../t", project=root), "is not the name of a task"),
+        (lambda root: library.load_model("d", "t", "x" * 300, root), "is not the name of a model"),
+        (lambda root: library.load_features("", root), "'': is not the name of a data set"),
+    ],
+)
+def test_names_that_no_file_has_are_one_line(project, load, text):
+    with pytest.raises(DataError) as caught:
+        load(project.root)
+    message = str(caught.value)
+    assert text in message
+    assert "\n" not in message
+    assert len(message) < 200
+
+
+def test_settings_of_an_experiment_have_file_and_line(ajgdata, project):
+    path = project.declare()
+    path.write_text(
+        path.read_text() + "tasks:\n"
+        "  size:\n"
+        "    target: edge_mm\n"
+        "    experiments:\n"
+        "      tuning: {}\n"
+        "      learning_curve:\n"
+        "        repeats: 2\n"
+        "        groups: [0, 4]\n"
+    )
+    line = path.read_text().splitlines().index("        groups: [0, 4]") + 1
+    code, _, error = ajgdata("validate", "d")
+    assert code == 1
+    assert_one_line(error, f"dataset.yaml:{line}: task size: experiments.learning_curve: groups")
+    path.write_text(path.read_text().replace("learning_curve:", "lerning_curve:"))
+    code, _, error = ajgdata("validate", "d")
+    assert_one_line(error, f"dataset.yaml:{line - 2}: task size: no experiment 'lerning_curve'")
+
+
+def test_a_derived_data_set_names_its_own_file(ajgdata, project):
+    other = Project(Paths(project.root))
+    path = other.paths.dataset("e")
+    path.parent.mkdir(parents=True)
+    path.write_text(
+        "name: e\nfrom: d\ntasks:\n  size:\n    target: edge_mm\n"
+        "    experiments: {learning_curve: {reps: 1}}\n"
+    )
+    code, _, error = ajgdata("validate", "e")
+    assert code == 1
+    assert_one_line(error, f"{path}:6: task size: experiments.learning_curve: unknown key reps")
