@@ -1,4 +1,4 @@
-"""A JACK server without hardware and a simulated card on it, for `pytest -m jack`."""
+"""A JACK server without hardware and a simulated card on it, for `make test-jack`."""
 
 from __future__ import annotations
 
