@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-slow test-browser test-cluster test-torture lint format bench demo-live sort-live docs findings lock clean
+.PHONY: reproduce real test test-slow test-browser test-cluster test-jack test-torture lint format bench demo-live sort-live docs findings lock clean
 
 reproduce: $(VENV)/.test
 	$(BIN)/snakemake
@@ -28,6 +28,10 @@ test-browser: $(VENV)/.test $(VENV)/.browser
 # A small project on a SLURM that the tests start on this machine (docs/cluster.md); as root. Debian: slurmctld slurmd slurm-client munge.
 test-cluster: $(VENV)/.test $(VENV)/.cluster
 	AJGDATA_REQUIRE_CLUSTER=1 $(BIN)/pytest -n 0 -m cluster tests/cluster
+
+# Sessions through a simulated sound card. Debian: jackd2 libportaudio2.
+test-jack: $(VENV)/.test $(VENV)/.live
+	AJGDATA_REQUIRE_JACK=1 $(BIN)/pytest -n 0 -m jack tests/jack
 
 # Kills, full disks, races, flipped bits, odd surroundings; writes the table of docs/reliability.md. RECORDINGS: a folder with knock_material/ (else simulated sounds);
 # AJGDATA_TORTURE_SHARE=0.1 makes a tenth of the trials, AJGDATA_TORTURE_SECONDS bounds each kind, AJGDATA_TORTURE_TOTAL_SECONDS all, AJGDATA_TORTURE_SEED gives others.

@@ -29,7 +29,7 @@ from ajgdata.pipeline.experiments import (
     models_of,
     tasks_by_report,
 )
-from ajgdata.pipeline.inputs import Inputs, dates_mended
+from ajgdata.pipeline.inputs import Inputs, dates_mended, errors_stop_snakemake
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.run_summary import lines, skipped_line, summarise
@@ -48,7 +48,6 @@ from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DataError
 
 min_version("9.10")
 
@@ -68,11 +67,9 @@ except WorkflowError as error:  # one line instead of the whole schema
 PATHS = Paths(run=run_name(config["datasets"] or ()) if config["alone"] else "")
 REPORT_FILES = report_files_digest(PATHS)
 # Jobs run what the main process has checked.
-try:
+with errors_stop_snakemake("project"):
     PLANS = plan(PATHS, config["datasets"], check=workflow.is_main_process)
     PUBLISHED = published(PLANS, config["publish"])
-except DataError as error:
-    raise SystemExit(str(error)) from None  # one line instead of a traceback
 SPECS = {name: one.spec for name, one in PLANS.items()}
 TASKS = [(name, task) for name, spec in SPECS.items() for task in spec.tasks]
 MEASURED = TASKS + [
@@ -101,10 +98,8 @@ PAGES = [
 
 
 LATENTS = list(dict.fromkeys(key[:2] for key in ASKED if ASKED[key].of_latents))
-try:
+with errors_stop_snakemake("project"):
     NAVIGATION = plain(navigation_of(PATHS, SPECS, MEASURED, PAGES, LATENTS))
-except DataError as error:
-    raise SystemExit(str(error)) from None
 
 
 wildcard_constraints:

@@ -7,7 +7,8 @@ a data set are dealt with when the inputs of its first job are asked for, not wh
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -20,6 +21,8 @@ from ajgdata.store import manifest
 from ajgdata.store.clock import latest_s, mend_dates
 from ajgdata.store.files import link_or_copy, write_bytes
 from ajgdata.store.sessions import dropped_sessions, incomplete_sessions
+from ajgdata.store.trouble import machine_trouble
+from ajgdata.types import DataError
 
 #: `run` executes jobs, `look` does not (a dry run, a summary), `job` is the process of one job.
 Mode = Literal["run", "look", "job"]
@@ -46,7 +49,8 @@ class Inputs:
     def of(self, dataset: str, path: Path) -> Path:
         """Return the file that a job depends on: `path`, up to date, or what stands for it."""
         if dataset not in self._replaced:
-            self._replaced[dataset] = self._prepared(dataset)
+            with errors_stop_snakemake(dataset):
+                self._replaced[dataset] = self._prepared(dataset)
         return self._replaced[dataset].get(path, path)
 
     def lost_tree(self, dataset: str) -> list[Path]:
@@ -71,6 +75,22 @@ class Inputs:
             if latest >= path.stat().st_mtime:  # the clock was set back
                 os.utime(path, (latest + 1,) * 2)
         return replaced
+
+
+@contextmanager
+def errors_stop_snakemake(where: str) -> Iterator[None]:
+    """Turn any error into a SystemExit with one line.
+
+    Snakemake ignores exceptions of an input function if the outputs exist, and then reports that
+    nothing is to be done. It does not ignore SystemExit.
+    """
+    try:
+        yield
+    except Exception as error:
+        known = error if isinstance(error, DataError) else machine_trouble(error)
+        problem = f"cannot determine what is out of date ({type(error).__name__}: {error})"
+        fix = "correct this error, then run again"
+        raise SystemExit(str(known or DataError(where, problem, fix))) from error
 
 
 def dates_mended(paths: Paths) -> str:

@@ -9,10 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rounding import U64, gamma, likely, network_error, softmax_error
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
 import ajgdata
+from ajgdata.evaluate.calibration import TINIEST
 from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
+from ajgdata.models.circular import Circular
 from ajgdata.paths import RUN_VARIABLE, Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
@@ -269,8 +272,8 @@ def test_the_page_says_what_each_stage_took():
 
 @pytest.mark.parametrize("run", IN_USE, ids="-".join)
 def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features(run):
-    """From samples to a prediction, one by one and together, beside the stored model on stored
-    features; of many recordings MOST_ASKED, evenly."""
+    """Samples give the stored feature; a feature gives the same prediction alone, among others and
+    by the stored model. Of many recordings MOST_ASKED, evenly."""
     dataset, task, model = run
     try:
         predictor = ajgdata.load_predictor(dataset, task, model, PATHS.root)
@@ -279,21 +282,63 @@ def test_a_predictor_says_of_every_recording_what_the_model_says_of_its_features
         return
     store, waveform = read_store(PATHS.features(dataset)), samples_of(dataset)
     asked = evenly(store.columns["recording"].values)
-    feature = store.feature[asked]
-    expected = ajgdata.load_model(dataset, task, model, PATHS.root).predict(feature)
-    together = predictor.of_features(feature)
-    for row, name in enumerate(store.columns["recording"].values[asked].tolist()):
-        samples, rate_hz = waveform[name], predictor.sample_rate_hz
-        np.testing.assert_array_equal(predictor.feature(samples, rate_hz), feature[row])
-        one = predictor.predict(samples, rate_hz)
-        assert one.verdict == together[row].verdict
-        if predictor.kind == "classification":
-            assert one.value == together[row].value == expected[row]
-        else:  # float32 in the CNN: 24 bits of a sum of some hundred terms, as large as targets are
-            values, off = [one.value, together[row].value], 1e-6 * np.ptp(expected)
-            np.testing.assert_allclose(values, expected[row], rtol=1e-5, atol=off)
-        pairs = [(one.probability[c], together[row].probability[c]) for c in one.probability]
-        assert all(abs(a - b) < 1e-4 for a, b in pairs)  # the same, times 1 / temperature
+    stored, rate_hz = store.feature[asked], predictor.sample_rate_hz
+    samples = [waveform[name] for name in store.columns["recording"].values[asked].tolist()]
+    feature = np.array([predictor.feature(one, rate_hz) for one in samples])
+    assert_same_features(feature, stored, predictor.features, predictor.frequency_hz)
+    estimator = ajgdata.load_model(dataset, task, model, PATHS.root)
+    expected, of_stored = estimator.predict(stored), predictor.of_features(stored)
+    assert_same(expected, of_stored, rounding_errors(estimator, stored), predictor)
+    together, errors = predictor.of_features(feature), rounding_errors(estimator, feature)
+    alone = [predictor.predict(one, rate_hz) for one in samples]
+    assert [one.verdict for one in alone] == [one.verdict for one in together]
+    assert_same([one.value for one in alone], together, errors, predictor)
+    for one, other, error in zip(alone, together, errors, strict=True):
+        pairs = [(one.probability[name], other.probability[name]) for name in one.probability]
+        assert all(abs(a - b) <= 2 * _of_probability(error, predictor) for a, b in pairs)
+
+
+def assert_same_features(feature, stored, settings, frequency_hz):
+    """Equal up to rounding. The rounding errors of a Fourier transform of N samples, likely(8 log2
+    N) of its norm, spread evenly over the bins; a norm is no larger than the sum of magnitudes,
+    which is 1 if the feature is normalised. Each bin adds up frames: 32 in float32 at a time."""
+    assert feature.shape == stored.shape == (len(stored), len(frequency_hz))
+    transform = likely(8 * np.log2(settings.window)) / np.sqrt(settings.window / 2)
+    error = transform * stored.sum(axis=1, keepdims=True) + likely(50) * stored
+    power = 1 if settings.quantity == "magnitude" else 2  # a square doubles relative errors
+    assert (np.abs(feature - stored) <= 2 * power * error).all()
+
+
+def rounding_errors(estimator, feature):
+    """Likely rounding errors of predicted numbers, or of logits, of features (m, f): (m,)."""
+    if isinstance(estimator, Circular):
+        points = estimator.estimator_.predict(feature)
+        off = rounding_errors(estimator.estimator_, feature) / np.linalg.norm(points, axis=1)
+        return estimator.period / (2 * np.pi) * np.arcsin(np.minimum(1, np.sqrt(2) * off))
+    if hasattr(estimator, "module_"):
+        return network_error(estimator.module_, feature).max(axis=1)
+    # float64: sums of up to 1000 terms, whose absolute values add up to up to 1000 times as much
+    values = estimator.predict(feature)
+    largest = np.abs(values).max() if values.dtype.kind == "f" else -np.log(TINIEST)
+    return np.full(len(feature), gamma(1e6, U64) * largest)
+
+
+def _of_probability(error, predictor):
+    return softmax_error(error / predictor.temperature)
+
+
+def assert_same(values, predictions, errors, predictor):
+    """Assert that predictions have these values: numbers up to rounding, or classes unless two are
+    equally probable up to rounding."""
+    for value, other, error in zip(values, predictions, errors, strict=True):
+        if predictor.kind == "regression":
+            off = abs(value - other.value)
+            period = getattr(predictor.estimator, "period", np.inf)
+            assert min(off, abs(period - off)) <= 2 * error
+        elif value != other.value:
+            probability = other.probability
+            off = probability[other.value] - probability[value]
+            assert off <= 4 * _of_probability(error, predictor)
 
 
 def evenly(rows: np.ndarray) -> np.ndarray:

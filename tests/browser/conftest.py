@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -18,6 +19,10 @@ from sites import Site, sample_site  # noqa: E402
 REQUIRED = "AJGDATA_REQUIRE_BROWSER"
 #: Python packages by module.
 PACKAGES = {"axe_selenium_python": "axe-selenium-python-nhsuk", "pypdf": "pypdf"}
+
+
+# Lets fixtures end what they started, as after Ctrl-C.
+signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

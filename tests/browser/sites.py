@@ -11,6 +11,7 @@ from embedding_samples import pictures as projections
 from report_samples import PAPER, SCRIPT, sample_report
 
 from ajgdata.paths import FIGURES, INDEX, SOUNDS, TABLES
+from ajgdata.pipeline.exports import report_tables, write_csv
 from ajgdata.report.comparison import LOWER, Cost, PaperComparison, mark_of
 from ajgdata.report.explorer import Explored, render_explorer
 from ajgdata.report.format import Score
@@ -99,6 +100,8 @@ def sample_site(folder: Path) -> Site:
             for number, _ in enumerate(part.tables, start=1):
                 table = f"{TABLES}/{part.name}--shown-{number}.csv"
                 write_bytes(index.parent / table, b"value\n1\n")
+    for name, table in report_tables(report, []):
+        write_csv(index.parent / TABLES / f"{name}.csv", table)
     for dataset in report.datasets:
         write_bytes(folder / "quarantine" / f"{dataset.name}.csv", b"session_id\n")
     return Site(index.parent)

@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import signal
+import tempfile
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -57,6 +59,10 @@ CUBES = {
 SETTINGS = {"pages": [], "publish": ["cubes"], "quick": True}
 
 
+# Lets fixtures end what they started, as after Ctrl-C.
+signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if Path(__file__).parent in item.path.parents:
@@ -73,9 +79,13 @@ def _can_start() -> None:
 
 
 @pytest.fixture
-def slurm(_can_start, tmp_path: Path) -> Iterator[Slurm]:
-    """Two nodes of one CPU and 4000 MB each."""
-    with loopback_slurm(tmp_path / "slurm", nodes=2, cpus=1) as running:
+def slurm(_can_start) -> Iterator[Slurm]:
+    """Two nodes of one CPU and 4000 MB each, in a folder with a short path: they create sockets in
+    it, whose paths have 108 characters or fewer."""
+    with (
+        tempfile.TemporaryDirectory(prefix="slurm-") as folder,
+        loopback_slurm(Path(folder) / "s", nodes=2, cpus=1) as running,
+    ):
         yield running
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ajgdata.paths import Paths
+from tools.loopback_slurm import WITH_PARENT
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Seconds after which a run is given up: a busy machine takes ten times as long as an idle one.
@@ -45,8 +46,9 @@ class Submitted:
         self.log = project.root / "submitted.log"
         with self.log.open("w") as log:
             self.process = subprocess.Popen(
-                command, cwd=project.root, stdout=log, stderr=log, stdin=subprocess.DEVNULL
-            )
+                [*WITH_PARENT, *command], cwd=project.root, stdout=log, stderr=log,
+                stdin=subprocess.DEVNULL,
+            )  # fmt: skip
 
     def finish(self) -> str:
         """Wait for its end, which must be a good one; returns what it said."""

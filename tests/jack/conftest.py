@@ -1,12 +1,15 @@
-"""A JACK server without hardware and a simulated card on it, for `pytest -m jack`."""
+"""A JACK server without hardware and a simulated card on it, for `make test-jack`."""
 
 from __future__ import annotations
 
+import fcntl
 import os
+import signal
 import subprocess
 import sys
+import tempfile
+import threading
 import time
-import uuid
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -22,14 +25,39 @@ from ajgdata.types import DataError
 
 #: Set (to anything) where the tier must not be skipped.
 REQUIRED = "AJGDATA_REQUIRE_JACK"
+#: Prefix of a command that ends when its parent process ends, for whatever reason.
+WITH_PARENT = ("setpriv", "--pdeathsig", "TERM")
+#: JACK has eight servers per machine, and a killed one keeps its place until the next of its name.
+SERVERS = [f"ajgdata-test-{n}" for n in range(4)]
+#: A card that answers each line with "ready", and with "playing" at the next sound that it plays.
 CARD = """
-import sys, numpy as np
+import sys, threading, numpy as np
 from ajgdata.acquire.plant import Plant
 from ajgdata.acquire.simulated_card import jack_server, run_card
+
+class WatchedPlant(Plant):
+    sound = threading.Event()
+
+    def process(self, played):
+        if played.any():
+            self.sound.set()
+        return super().process(played)
+
+def answer():
+    for _ in sys.stdin:
+        WatchedPlant.sound.clear()
+        print("ready", flush=True)
+        WatchedPlant.sound.wait()
+        print("playing", flush=True)
+
+threading.Thread(target=answer, daemon=True).start()
 response, period, noise = np.load(sys.argv[1]), *map(int, sys.argv[2:])
 with jack_server(period=period) as pid:
-    run_card(Plant(response, noise * 1e-6), {}, lambda: print(pid, flush=True))
+    run_card(WatchedPlant(response, noise * 1e-6), {}, lambda: print(pid, flush=True))
 """
+
+# Lets fixtures end what they started, as after Ctrl-C.
+signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -45,6 +73,22 @@ class Rig(NamedTuple):
     jackd: int
     settings: CardSettings
 
+    @contextmanager
+    def at_next_sound(self, act: Callable[[], object]) -> Iterator[None]:
+        """Call `act` when the card begins to play a sound within this context."""
+        assert self.card.stdin and self.card.stdout
+        print(file=self.card.stdin, flush=True)
+        assert self.card.stdout.readline() == "ready\n"
+
+        def wait(lines=self.card.stdout) -> None:
+            if lines.readline() == "playing\n":
+                act()
+
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        yield
+        waiting.join()
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _packages() -> None:
@@ -58,13 +102,29 @@ def _packages() -> None:
     sys.modules["sounddevice"]._terminate()  # it belongs into a child, after the server is up
 
 
+@pytest.fixture(scope="session")
+def server() -> Iterator[str]:
+    """Name of a JACK server that no other test process on this machine uses."""
+    with ExitStack() as stack:
+        for name in SERVERS:
+            path = Path(tempfile.gettempdir()) / f"{name}.lock"
+            lock = stack.enter_context(path.open("w"))
+            with suppress(BlockingIOError):
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+        else:
+            pytest.fail(f"{len(SERVERS)} other test processes use JACK on this machine")
+        yield name
+
+
 @pytest.fixture
-def rig(tmp_path: Path, monkeypatch) -> Iterator[Callable[..., Rig]]:
+def rig(tmp_path: Path, monkeypatch, server) -> Iterator[Callable[..., Rig]]:
     """Start a simulated card of the given response, on a JACK server of its own."""
+    monkeypatch.setenv(SERVER_VARIABLE, server)
     with ExitStack() as stack:
 
         def start(response=(1.0,), *, period=1_024, noise=0.0, **settings) -> Rig:
-            monkeypatch.setenv(SERVER_VARIABLE, f"ajg-{uuid.uuid4().hex[:8]}")
+            stack.close()  # the one before
             np.save(tmp_path / "response.npy", np.asarray(response, dtype=float))
             numbers = period, round(noise * 1e6)
             settings.setdefault("attempts", 20)  # without real-time rights, on a busy machine
@@ -75,8 +135,8 @@ def rig(tmp_path: Path, monkeypatch) -> Iterator[Callable[..., Rig]]:
 
 @contextmanager
 def _running(response: Path, numbers: tuple[int, ...], settings: dict) -> Iterator[Rig]:
-    command = [sys.executable, "-c", CARD, str(response), *map(str, numbers)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL}
+    command = [*WITH_PARENT, sys.executable, "-c", CARD, str(response), *map(str, numbers)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.PIPE}
     with subprocess.Popen(command, text=True, **pipes) as process:
         try:
             said = process.stdout.readline()
@@ -88,8 +148,8 @@ def _running(response: Path, numbers: tuple[int, ...], settings: dict) -> Iterat
             with suppress(subprocess.TimeoutExpired):
                 process.wait(10)
             process.kill()
-    # JACK knows eight servers, and a killed one keeps its place until one of its name ends well.
-    for _ in range(5):
+    # A killed server keeps its place until the next of its name has ended without a signal.
+    for _ in range(60):
         with suppress(DataError), jack_server():  # fails while the old one is still ending
             break
         time.sleep(1)

@@ -72,7 +72,7 @@ def test_killed_at_random_moments(paths, rig):
         process.communicate()
         killed += process.returncode == -signal.SIGKILL
     process = acquisition(paths, started, *goes_on(paths))
-    said = process.communicate(timeout=300)
+    said = process.communicate(timeout=900)
     assert process.returncode in (0, 1), said
     for name in list_sessions(paths, "d"):
         held, planned = rows(paths, name), plan_protocol(protocol, name)
@@ -102,10 +102,10 @@ def test_a_second_process_is_refused(paths, rig):
     first = acquisition(paths, started, "--session", "s1")
     first.stdout.readline()
     second = acquisition(paths, started, "--session", "s1")
-    _, said = second.communicate(timeout=60)
+    _, said = second.communicate(timeout=900)
     assert second.returncode == 1 and len(said.splitlines()) == 1
     assert "another process is recording into this session; stop that one" in said
-    out, _ = first.communicate(timeout=300)
+    out, _ = first.communicate(timeout=900)
     assert first.returncode in (0, 1) and "d/s1: " in out
 
 
@@ -115,12 +115,12 @@ def test_a_card_that_went_away_is_named_and_the_session_goes_on_with_another(pat
     while not process.stdout.readline().startswith("6 of"):
         pass
     os.kill(started.jackd, signal.SIGKILL)
-    _, said = process.communicate(timeout=120)
+    _, said = process.communicate(timeout=900)
     assert process.returncode == 1 and len(said.splitlines()) == 1
     assert read_session(paths.session("d", "s1")).acquisition.finished
     before = {row.recording_id: row.sha256 for row in rows(paths, "s1") if row.quality == "ok"}
     assert before
     again = acquisition(paths, rig(RESPONSE, noise=1e-4), "--session", "s1")
-    assert again.communicate(timeout=300) and again.returncode in (0, 1)
+    assert again.communicate(timeout=900) and again.returncode in (0, 1)
     after = {row.recording_id: row.sha256 for row in rows(paths, "s1")}
     assert before.items() <= after.items()

@@ -61,6 +61,21 @@ def test_what_is_tested_is_trained_on_in_neither_gripper():
     assert accuracy(made(leaky, told, sizes=(0,)), 0) == [1] * 6
 
 
+def test_each_fold_draws_its_own_calibration_grasps():
+    """Grasps of 1 to 6 recordings of one class, and of 10 to 60 of another: the number of added
+    recordings shows which two were drawn. If all folds drew by the same random numbers, a class
+    could only show two neighbouring grasps, because a fold holds out one of six."""
+    sizes = [*range(1, 7), *range(10, 70, 10)]
+    groups = np.repeat([f"g{size:02d}" for size in sizes], sizes)
+    target = np.repeat(["a"] * 6 + ["b"] * 6, sizes)
+    feature = np.random.default_rng(0).uniform(1, 2, (len(target), 4))
+    other = ExtraTestSet(feature, target, groups)
+    points = made(other, other, sizes=(1,), model="knn_plain")
+    drawn = [divmod(point.recordings, 10) for point in points]
+    assert len(drawn) == 6
+    assert all(len(set(numbers)) > 2 for numbers in zip(*drawn, strict=True))
+
+
 def test_a_number_is_calibrated_value_by_value():
     """A gripper tells a size by its first bin, the other by its second: to a model of the first all
     of the other's recordings are those of one size, and neighbours among its own are right."""

@@ -181,11 +181,12 @@ def test_only_whole_frames_count():
     assert not np.array_equal(spectrum(samples, RATE, RAW), spectrum(changed, RATE, RAW))
 
 
-def test_more_frames_than_fit_one_block_are_all_summed():
+@pytest.mark.parametrize("frames", [33, 101])  # a block has 32: the last one has one frame, or 5
+def test_more_frames_than_fit_one_block_are_all_summed(frames):
     """A periodic signal has the same spectrum in every frame, however many there are."""
     period = noise(512)
     few = spectrum(np.tile(period, 8), RATE, RAW) / 5
-    many = spectrum(np.tile(period, 4 + 100), RATE, RAW) / 101
+    many = spectrum(np.tile(period, 3 + frames), RATE, RAW) / frames
     np.testing.assert_allclose(many, few, rtol=2 * 32 * U)
 
 

@@ -119,6 +119,18 @@ def test_a_group_that_is_tested_is_trained_on_in_no_session():
     assert leaky[0].scores["accuracy"] == 1.0
 
 
+def test_each_draw_labels_other_grasps():
+    """Grasps of 1 to 6 recordings: the number of labelled recordings shows which were drawn."""
+    session, value = np.repeat(["s0", "s1"], 42), np.tile(np.repeat(["a", "b"], 21), 2)
+    grasps = [f"{half}{size}" for half in "wxyz" for size in range(1, 7)]
+    group = np.repeat(grasps, list(range(1, 7)) * 4)
+    feature = np.random.default_rng(0).uniform(1, 2, (84, BINS)).astype(np.float32)
+    given = data(feature=feature, value=value, group=group, session=session)
+    labelled = [one.labelled for one in told(given, sizes=[1], draws=4) if one.grasps]
+    assert len(labelled) == 4
+    assert len(set(labelled)) > 2
+
+
 def test_labelled_grasps_teach_what_the_session_is_like():
     found = {one.remedy: one.scores["accuracy"] for one in told(data(), model="linear_plain")}
     assert found["2 grasps of each"] == 1.0 > found[NONE]

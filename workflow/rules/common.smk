@@ -22,8 +22,9 @@ def note_this_run():
 
 def noted(wildcards):
     """No input: asked for before Snakemake locks anything, it notes the run."""
-    process_mode()
-    spare_pandas()
+    with errors_stop_snakemake("project"):
+        process_mode()
+        spare_pandas()
     return []
 
 

@@ -226,6 +226,17 @@ def test_noise_from_outside_adds_to_all_else_and_has_its_seed():
     assert abs(np.corrcoef(alone, other)[0, 1]) < 0.2
 
 
+def test_noise_from_outside_is_independent_of_the_microphone_noise():
+    """The correlation of two independent noises of n samples has the deviation 1 / sqrt(n). With
+    the same draws it is .95: only sound below 20 Hz and above 20 kHz is filtered out."""
+    silence, response = np.zeros(44_100), _response([0.0], outside=np.ones(2))
+    outside = SignalChain(noise_db_spl=None, external_noise_dba=70)
+    for seed in (0, 9):
+        floor = record(response, silence, SignalChain(), seed).samples
+        external = record(response, silence, outside, seed).samples
+        assert abs(np.corrcoef(floor, external)[0, 1]) < 5 / np.sqrt(44_100)
+
+
 def test_sound_from_outside_comes_through_the_membrane_as_it_is_solved():
     """Bin by bin against a gain of 1; powers are drawn straight between the given frequencies."""
     chain = SignalChain(noise_db_spl=None, external_noise_dba=90.0)

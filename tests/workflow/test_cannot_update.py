@@ -1,0 +1,119 @@
+"""A run that cannot determine what is out of date fails with one line. Snakemake ignores errors of
+input functions if the outputs exist, and would report "Nothing to be done"."""
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+from conftest import Project
+
+from ajgdata.paths import RECORDINGS_FILE
+from ajgdata.store.features import read_labels
+
+#: Three levels above the labels: Snakemake ignores errors at least one level below its target.
+TARGET = "results/metrics.csv"
+
+
+@pytest.fixture(scope="module")
+def collected(finished, tmp_path_factory) -> Project:
+    """The project with its metrics, everything up to date."""
+    root = tmp_path_factory.mktemp("collected") / "project"
+    shutil.copytree(finished.root, root, symlinks=True)
+    project = Project(root)
+    project.snakemake(TARGET)
+    return project
+
+
+@pytest.fixture
+def relabelled(collected, tmp_path) -> Project:
+    """A copy in which the label of one recording has changed since the run."""
+    root = tmp_path / "copy"
+    shutil.copytree(collected.root, root, symlinks=True)
+    project = Project(root)
+    table = project.folder("day1") / RECORDINGS_FILE
+    table.write_text(table.read_text().replace(",low", ",high", 1))
+    return project
+
+
+def failed_run(project: Project, *arguments: str) -> list[str]:
+    """Run Snakemake without the capability of root to ignore permissions; return its lines."""
+    unprivileged = ["setpriv", "--bounding-set", "-all"] if os.geteuid() == 0 else []
+    snakemake = [sys.executable, "-m", "snakemake", *project.arguments(*arguments, TARGET)]
+    run = subprocess.run([*unprivileged, *snakemake], check=False, capture_output=True, text=True)
+    printed = run.stdout + run.stderr
+    assert run.returncode == 1, printed
+    assert "Nothing to be done" not in printed
+    assert "Traceback" not in printed
+    return printed.splitlines()
+
+
+@contextmanager
+def read_only_results(project):
+    """Take the permission to write from the results and from every folder in them."""
+    paths = [project.paths.results, *project.paths.results.rglob("*")]
+    modes = {path: path.stat().st_mode for path in paths}
+    writing = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
+    for path, mode in modes.items():
+        path.chmod(mode & ~writing)
+    yield
+    for path, mode in modes.items():
+        path.chmod(mode)
+
+
+@contextmanager
+def forbidden_manifests(project):
+    """Take all permissions from the folder of the manifests."""
+    folder = project.paths.label_manifest("tones", "day1").parent
+    folder.chmod(0)
+    yield
+    folder.chmod(0o755)
+
+
+@contextmanager
+def folder_instead_of_manifest(project):
+    """Let replacing a manifest raise an error that no code expects."""
+    path = project.paths.label_manifest("tones", "day1")
+    path.unlink()
+    (path / "x").mkdir(parents=True)
+    yield
+    shutil.rmtree(path)
+
+
+@contextmanager
+def forbidden_session(project):
+    """Take all permissions from the folder of a session."""
+    project.folder("day1").chmod(0)
+    yield
+    project.folder("day1").chmod(0o755)
+
+
+MANIFESTS, DENIED = "results/manifest/tones/", "the system does not permit it"
+UNKNOWN = "tones: cannot determine what is out of date (IsADirectoryError: "
+
+
+@pytest.mark.parametrize(
+    ("trouble", "line"),
+    [
+        (read_only_results, f"{MANIFESTS}.day1.labels.csv.tmp: {DENIED}"),
+        (forbidden_manifests, f"{MANIFESTS}day1.audio.json: {DENIED}"),
+        (folder_instead_of_manifest, UNKNOWN),
+        (forbidden_session, f"data/tones/sessions/day1/session.yaml: {DENIED}"),
+    ],
+)
+def test_a_run_fails_if_it_cannot_update_what_a_changed_label_concerns(relabelled, trouble, line):
+    with trouble(relabelled):
+        lines = failed_run(relabelled)
+    assert len([text for text in lines if text.startswith(line)]) == 1, lines
+    relabelled.snakemake("results/features/tones.nc")
+    labels = read_labels(relabelled.paths.features("tones")).columns
+    assert labels["pitch"].values[labels["recording"].values == "day1/0"] == ["high"]
+
+
+def test_a_dry_run_fails_if_it_cannot_determine_what_is_out_of_date(relabelled):
+    with forbidden_manifests(relabelled):
+        lines = failed_run(relabelled, "--dry-run")
+    assert len([text for text in lines if DENIED in text]) == 1, lines
