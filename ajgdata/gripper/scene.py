@@ -23,7 +23,7 @@ from ajgdata.gripper.scene_model import PartName, SceneError, SceneModel
 from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
-PHYSICS_VERSION = 3
+PHYSICS_VERSION = 4
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.
