@@ -1,6 +1,5 @@
 """Studies become files, and files pages: nothing is lost, nothing is unescaped."""
 
-import dataclasses
 import sys
 import types
 from pathlib import Path
@@ -23,7 +22,7 @@ from ajgdata.report.format import DASH, value
 from ajgdata.report.labels import EndLabel, PointLabel
 from ajgdata.report.navigation import LEADS, navigation, page_links
 from ajgdata.report.render import draw_figures, picture
-from ajgdata.report.study_figures import FIGURES
+from ajgdata.report.study_figures import FIGURES, stability_caption
 from ajgdata.report.study_page import (
     holds,
     numeric,
@@ -194,24 +193,26 @@ def test_the_convergence_figure_shows_each_case_and_the_slopes():
 
 
 def test_the_stability_figure_shows_what_was_marched_in_both_precisions():
-    keys = ("group", "name", "growth", "growth_single")
-    rows = (("a", "x", 0.1, 0.2), ("a", "y", None, None), ("b", "z", 1.0, 1.1))
-    table = Table(
-        "stability",
-        "t",
-        "n",
-        tuple(Column(key, key) for key in keys),
-        tuple(dict(zip(keys, row, strict=True)) for row in rows),
+    keys = ("group", "name", "outcome", "gain", "transient", "growth", "growth_single")
+    rows = (
+        ("a", "x", "bounded", 1e-11, 10.0, 0.1, 0.2),
+        ("a", "y", "refused", None, None, None, None),
+        ("b", "z", "bounded", 3e-9, 8000.0, 1.0, 1.1),
     )
+    table = table_of("stability", keys, rows)
     figure = drawn(table, "energies")
     (axes,) = figure.axes
     shown = [list(line.get_ydata()) for line in axes.lines]
     assert shown == [[0.1], [0.2], [1.0], [1.1], [1, 1]]
-    assert title(figure) == "None of 2 marched cases gains energy"
+    assert title(figure) == (
+        "None of 2 marched cases gains energy: at most 3 × 10⁻⁹ per step, any state"
+    )
+    assert "of 8,000 in the worst, z" in stability_caption(table).text
     assert {"a", "b"} <= {text.get_text() for text in axes.texts}
-    rows = ({"group": "a", "name": "x", "growth": 1.5, "growth_single": 2.0}, *table.rows)
-    grown = dataclasses.replace(table, rows=rows)
-    assert title(drawn(grown, "energies")).startswith("1 of 3 marched cases gain energy")
+    worse = ("a", "w", "grows", 1e-3, 1e40, 0.5, 0.5)
+    assert title(drawn(table_of("stability", keys, (*rows, worse)), "energies")) == (
+        "1 of 3 marched cases can gain energy"
+    )
 
 
 def drawn(table, name):

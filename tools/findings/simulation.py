@@ -1,7 +1,7 @@
 """Blocks on the virtual gripper, made of the tables of its studies and of the ablations."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ajgdata.gripper.scene import Numerics
@@ -157,18 +157,31 @@ def verification(results: Results) -> str:
 
 
 def stability(results: Results) -> str:
-    """Outcomes of the extreme cases by group, and growth at the limit of the time step."""
+    """Outcomes and worst bounds of the extreme cases by group, and growth at the limit of the time
+    step."""
     tables = results.study("stability")
     rows = _rows(tables["stability"])
     counts = Counter((row["group"], row["expected"], row["outcome"]) for row in rows)
-    counted = [[*key, str(count)] for key, count in counts.items()]
-    head = ("what is extreme", "expected", "outcome", "cases")
+    counted = [
+        [*key, str(count), *(_worst(rows, key[0], bound) for bound in ("gain", "transient"))]
+        for key, count in counts.items()
+    ]
+    head = (
+        "what is extreme", "expected", "outcome", "cases", "gain of energy per step, any state",
+        "growth of stored energy, any state",
+    )  # fmt: skip
     growth = [
         [str(row["ratio"]), value(row["rate"]), value(row["expected"])]
         for row in _rows(tables["limit"])
     ]
     limit = markdown_table(("time step over its limit", "growth a step", "in theory"), growth)
     return f"{markdown_table(head, counted)}\nGrowth at the limit of the time step:\n\n{limit}"
+
+
+def _worst(rows: Iterable[dict[str, Any]], group: str, key: str) -> str:
+    """Return the largest value of the cases of a group, a dash for those that are refused."""
+    values = [row[key] for row in rows if row["group"] == group and row[key] is not None]
+    return value(max(values)) if values else DASH
 
 
 def contact_estimates(results: Results) -> str:

@@ -53,12 +53,13 @@ def of_bowl(
     wall: tuple[float, float, float] | None = None,
     modes: np.ndarray | None = None,
     courant: float | None = None,
+    h: float = H,
 ) -> Callable[[type], Ends]:
-    """The bowl, half full of grains if there is a packing, with walls (m, r, k per area) or modes
-    (m, r, k each); at the time step of scenes or at a Courant number."""
+    """The bowl on a grid of `h` (m), half full of grains if there is a packing, with walls (m, r, k
+    per area) or modes (m, r, k each); at the time step of scenes or at a Courant number."""
 
     def build(dtype: type) -> Ends:
-        cells = cut_cells(bowl(), H, *BOWL)
+        cells = cut_cells(bowl(), h, *BOWL)
         grains = None
         if packing is not None:
             fluid = fit_fluid(packing, AIR)
@@ -68,9 +69,9 @@ def of_bowl(
         moving = NO_MODES
         if modes is not None:
             cell = np.flatnonzero(cells.bed)
-            weight = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * H**2
+            weight = np.random.default_rng(0).uniform(-1, 1, (len(modes), len(cell))) * h**2
             moving = ModeList(cell, weight, *modes.T)
-        dt = time_step(H) if courant is None else courant * H / (np.sqrt(3) * AIR.sound_speed)
+        dt = time_step(h) if courant is None else courant * h / (np.sqrt(3) * AIR.sound_speed)
         system = assemble(cells, air_fluid(AIR), dt, grains, walls, dtype, moving)
         return system, *two_probes(system)
 
@@ -168,6 +169,12 @@ def _beds() -> Members:
     for diameter_mm in (0.05, 20.0):
         medium = {"kind": "plastic", "grain_diameter_mm": diameter_mm}
         yield f"grains of {diameter_mm:g} mm", of_scene({"medium": medium})
+    powder = {"kind": "plastic", "grain_diameter_mm": 0.05}
+    plain = {"scheme": "second", "dx_mm": 3.0}
+    yield (
+        "cube in grains of 0.05 mm, plain scheme, 3 mm grid",
+        of_scene({"object": CUBE, "medium": powder, "numerics": plain}),
+    )
 
 
 def _shapes() -> Members:
@@ -214,6 +221,9 @@ def _time_steps() -> Members:
     yield "CFL 0.99, scene", of_scene({"object": CUBE, "numerics": {"cfl": 0.99}})
     for courant in (0.99, 1.0, 1.2, 2.0):
         yield f"CFL {courant:g}, cells enlarged for it", of_bowl(packing=None, courant=courant)
+    for drag in (1e2, 1e4):
+        name = f"CFL 2, flow resistivity × {drag:g}, cells enlarged for it"
+        yield name, of_bowl(drag=drag, courant=2.0)
 
 
 def _impossible() -> dict[str, dict[str, Any]]:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from ajgdata.gripper import Scene, SceneError, build_plan, simulate
 from ajgdata.gripper.object_materials import MATERIALS
 from ajgdata.gripper.solver import at_rest, march
-from ajgdata.studies.discrete_operator import energies
+from ajgdata.studies.discrete_energy import energies
 
 MATERIAL = st.sampled_from(sorted(MATERIALS)) | st.fixed_dictionaries(
     {
