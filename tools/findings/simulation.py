@@ -131,22 +131,11 @@ def _left_out(table: Table, scene: str) -> str:
     return ", ".join(parts) or "nothing"
 
 
-def estimates_of_omissions(results: Results) -> str:
-    """Estimate and measured change of each part, where either is worth mentioning."""
-    table = results.study("omissions")["omissions"]
-    rows = [row for row in _rows(table) if row["estimate"] is not None]
-    worth = [row for row in rows if max(row["estimate"], row["measured"]) > 2e-3]
-    head = ("scene", "part", "estimate", "measured change", "estimate / measured")
-    return markdown_table(
-        head,
-        [
-            [
-                row["scene"], row["part"], value(row["estimate"]), value(row["measured"]),
-                number(row["estimate"] / row["measured"], 2) if row["measured"] else DASH,
-            ]
-            for row in worth
-        ],
-    )  # fmt: skip
+def omission_summary(results: Results) -> str:
+    """By part: scenes that leave it out, what that changes, and scenes that need not solve it."""
+    table = results.study("omissions")["omission_summary"]
+    keys = ("part", "omitted", "worst", "above", "solved", "needless")
+    return study_table(table, keys)
 
 
 def verification(results: Results) -> str:

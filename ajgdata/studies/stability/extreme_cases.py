@@ -22,8 +22,6 @@ from ajgdata.studies.stability.trial import Ends, Trial
 
 DX_MM = 5.0
 H = DX_MM * 1e-3
-#: Everything that a plan might leave out is kept: an extreme must be stable, not absent.
-KEEP = ("motion", "elastic", "compliance", "film", "frame", "support")
 EXTREME = (0.0, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6)
 CUBE = {"kind": "cube", "edge_mm": 20.0}
 NEEDLE = {"kind": "cylinder", "diameter_mm": 10.0, "height_mm": 60.0}
@@ -37,7 +35,8 @@ def of_scene(parts: dict[str, Any]) -> Callable[[type], Ends]:
         numerics = {
             "dx_mm": DX_MM,
             "precision": "float32" if dtype is np.float32 else "float64",
-            "keep": KEEP,
+            # An extreme must be stable, not absent.
+            "tolerance": 0.0,
             **parts.get("numerics", {}),
         }
         plan = build_plan(Scene.model_validate({**parts, "numerics": numerics}))
