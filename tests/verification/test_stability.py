@@ -1,11 +1,13 @@
 """Stiff and extreme cases: bounded or refused, as each should be."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from ajgdata.gripper.solver import at_rest, march
 from ajgdata.studies.discrete_energy import (
     energies,
     marched,
@@ -15,8 +17,7 @@ from ajgdata.studies.discrete_energy import (
     stored_weights,
 )
 from ajgdata.studies.discrete_operator import fastest
-from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed
-from ajgdata.studies.stability import time_step_limit
+from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed, two_probes
 from ajgdata.studies.stability.extreme_cases import of_bowl, trials
 from ajgdata.studies.stability.transient import ROUNDINGS, transient
 from ajgdata.studies.stability.trial import Trial, judge, run
@@ -56,6 +57,14 @@ def test_without_losses_nothing_is_lost_either():
         assert verdict.growth == pytest.approx(1, abs=1e-10)
 
 
+def at_ratio(system, ratio, largest):
+    """`system`, whose largest eigenvalue is `largest`, as if its time step were `ratio` of the
+    largest stable one and no cell were enlarged."""
+    factor = 4 * ratio**2 / largest
+    gains = {name: factor * getattr(system.faces, name) for name in ("gain_x", "gain_y", "gain_z")}
+    return replace(system, faces=system.faces._replace(**gains))
+
+
 def test_cells_not_enlarged_are_caught_growing():
     """The judgement can say no: the bowl of the study, a thousandth above its limit."""
 
@@ -63,19 +72,26 @@ def test_cells_not_enlarged_are_caught_growing():
 
     def build(dtype):
         system, source, receiver = of_bowl(packing=None)(dtype)
-        return time_step_limit.at_ratio(system, 1.001, largest), source, receiver
+        return at_ratio(system, 1.001, largest), source, receiver
 
     verdict = judge(Trial("g", "n", build, 2_000))
     assert verdict.outcome == "grows"
 
 
-def test_the_limit_of_the_time_step_is_sharp():
-    rows = time_step_limit.table().rows
-    assert [row["ratio"] for row in rows] == [0.99, 0.999, 1.001, 1.01]
-    for row in rows:
-        # Below: a beat of modes may move the largest value of a quarter; above: exactly e^{μn}.
-        assert row["rate"] == pytest.approx(row["expected"], rel=2e-3, abs=2e-3)
-        assert (row["rate"] > 0.05) == (row["ratio"] > 1)
+@pytest.mark.parametrize("ratio", [0.99, 0.999, 1.001, 1.01])
+def test_the_limit_of_the_time_step_is_sharp(ratio):
+    """sin(ωΔt/2) = ratio: above 1 the fastest mode grows by 2 arcosh(ratio) per step."""
+    _, system = closed(bowl(), 5e-3, *BOWL)
+    faster = at_ratio(system, ratio, fastest(system))
+    steps, (source, receiver) = 2_000, two_probes(system)
+    heard = np.abs(march(faster, at_rest(faster), source, receiver, np.ones(1), steps))
+    late, before = heard[3 * steps // 4 :].max(), heard[steps // 4 : steps // 2].max()
+    # Below: a beat of modes may move the largest value of a quarter; above: exactly e^{μn}.
+    growth = 2 * np.arccosh(max(1.0, ratio))
+    assert np.log(late / before) / (steps / 2) == pytest.approx(growth, rel=2e-3, abs=2e-3)
+    assert transient(faster).bounded == (ratio < 1)
+    if ratio < 1:
+        assert transient(faster).growth == pytest.approx((1 + ratio) / (1 - ratio), rel=1e-3)
 
 
 def test_the_limit_of_a_box_is_the_textbook_one():

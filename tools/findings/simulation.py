@@ -146,10 +146,8 @@ def verification(results: Results) -> str:
 
 
 def stability(results: Results) -> str:
-    """Outcomes and worst bounds of the extreme cases by group, and growth at the limit of the time
-    step."""
-    tables = results.study("stability")
-    rows = _rows(tables["stability"])
+    """Outcomes and worst bounds of the extreme cases by group."""
+    rows = _rows(results.study("stability")["stability"])
     counts = Counter((row["group"], row["expected"], row["outcome"]) for row in rows)
     counted = [
         [*key, str(count), *(_worst(rows, key[0], bound) for bound in ("gain", "transient"))]
@@ -159,12 +157,7 @@ def stability(results: Results) -> str:
         "what is extreme", "expected", "outcome", "cases", "gain of energy per step, any state",
         "growth of stored energy, any state",
     )  # fmt: skip
-    growth = [
-        [str(row["ratio"]), value(row["rate"]), value(row["expected"])]
-        for row in _rows(tables["limit"])
-    ]
-    limit = markdown_table(("time step over its limit", "growth a step", "in theory"), growth)
-    return f"{markdown_table(head, counted)}\nGrowth at the limit of the time step:\n\n{limit}"
+    return markdown_table(head, counted)
 
 
 def _worst(rows: Iterable[dict[str, Any]], group: str, key: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from ajgdata.studies.stability import time_step_limit
 from ajgdata.studies.stability.extreme_cases import trials
 from ajgdata.studies.stability.transient import STEPS
 from ajgdata.studies.stability.trial import judge
@@ -38,5 +37,4 @@ def tables(quick: bool = False) -> list[Table]:
         "rounding. Stored energy is that of pressure, flow, grains, walls and modes added up; it "
         "can rise at frequencies near the limit of the grid although the conserved energy does not."
     )
-    table = Table("stability", "Stiff and extreme cases", note, COLUMNS, rows)
-    return [table, time_step_limit.table()]
+    return [Table("stability", "Stiff and extreme cases", note, COLUMNS, rows)]
