@@ -187,14 +187,17 @@ def sample() -> list[Case]:
 
 
 def omission_rows(case: Case) -> list[dict[str, Value]]:
-    """Return one row per part, and a last one for all that the default plan leaves out."""
+    """Return one row per part that the object has, and a last one for all that the default plan
+    leaves out."""
     tolerance = Numerics().tolerance
     default = case.plan(tolerance=tolerance)
     parts = {part.name: part for part in default.parts}
+    present = {part.name for part in case.plan().parts if part.kept}
     named: dict[str, Value] = {"scene": case.name, "tolerance": tolerance}
     rows: list[dict[str, Value]] = [
         {**named, "part": part, "bound": parts[part].effect, "kept": parts[part].kept, **change}
         for part, change in changes(case).items()
+        if part in present
     ]
     total = sound(case.plan()).change(sound(default))
     return [*rows, {**named, "part": TOTAL, "bound": None, "kept": None, **total}]

@@ -69,11 +69,8 @@ def test_the_table_is_of_todays_physics_and_of_other_scenes_than_the_study():
     assert table.physics == PHYSICS_VERSION, "run python -m ajgdata.studies.omission_table"
     assert len(table.kinds) == len(kinds())
     for kind, (shapes, support) in zip(table.kinds, kinds(), strict=True):
-        first, last = (
-            Case("", shape, support, 0).plan().scene
-            for shape in shapes[:: len(shapes) - 1 or 1][:2]
-        )
-        assert kind.holds(first.object, support) and kind.holds(last.object, support)
+        for shape in (shapes[0], shapes[-1]):
+            assert kind.holds(Case("", shape, support, 0).plan().scene.object, support)
         assert set(kind.change) == set(PARTS) and kind.scenes >= 3
     assert min(case.seed for case in sample()) == FIRST_SEED > 2
 
@@ -121,7 +118,8 @@ def test_what_the_table_does_not_hold_is_simulated(other):
     assert bounds(as_met(scene)) == {}
     parts = {part.name: part for part in build_plan(scene).parts}
     for name in PARTS:
-        none = name == "film" and scene.object.material != "wood"
+        # Of a material that is given by its numbers no surface is known.
+        none = name == "film" and not isinstance(scene.object.material, str)
         assert parts[name].kept is not none and parts[name].effect is None
 
 
@@ -151,7 +149,7 @@ def test_parts_are_left_out_from_the_least_while_their_sum_is_below_the_toleranc
 
 
 def test_with_the_grains_on_it_an_object_moves():
-    case = COARSE["67 mm sphere of wood on concave rubber"]
+    case = COARSE["67 mm sphere of styrofoam on concave rubber"]
     counts = [
         len(case.plan(omit).system.modes.inertia)
         for omit in ((), ("motion", "elastic"), ("frame",), ("frame", "elastic"), PARTS)
