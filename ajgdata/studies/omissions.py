@@ -188,7 +188,7 @@ def sample() -> list[Case]:
 
 def omission_rows(case: Case) -> list[dict[str, Value]]:
     """Return one row per part that the object has, and a last one for all that the default plan
-    leaves out."""
+    leaves out, if it leaves out anything."""
     tolerance = Numerics().tolerance
     default = case.plan(tolerance=tolerance)
     parts = {part.name: part for part in default.parts}
@@ -199,6 +199,8 @@ def omission_rows(case: Case) -> list[dict[str, Value]]:
         for part, change in changes(case).items()
         if part in present
     ]
+    if all(row["kept"] for row in rows):
+        return rows
     total = sound(case.plan()).change(sound(default))
     return [*rows, {**named, "part": TOTAL, "bound": None, "kept": None, **total}]
 
