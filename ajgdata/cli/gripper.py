@@ -54,7 +54,7 @@ def plan_command(scene: SceneArgument) -> None:
     out.print()
     for part in parts:
         kept = "solved" if part.kept else "[yellow]left out[/yellow]"
-        effect = "" if part.effect is None else f"(effect about {part.effect:.2g}) "
+        effect = "" if part.effect is None else f"(changes at most {part.effect:.2g}) "
         out.print(f"{part.name:13} {kept}: {effect}{escape(part.why)}", soft_wrap=True)
 
 

@@ -19,11 +19,11 @@ from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.levels import Assembly, Degrees, History, Pair, SessionOffsets
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Support
-from ajgdata.gripper.scene_model import PartName, SceneError, SceneModel
+from ajgdata.gripper.scene_model import ObjectPart, SceneError, SceneModel
 from ajgdata.gripper.shapes import Object
 
 #: Raised whenever the same scene would give other numbers; part of every digest.
-PHYSICS_VERSION = 3
+PHYSICS_VERSION = 4
 #: Δt is fixed by the speed of sound at this temperature; warmer scenes take a shorter one.
 HOTTEST_C = 30.0
 #: The local porosity stays within this many standard deviations.
@@ -130,12 +130,14 @@ class Numerics(SceneModel):
         50.0, description="stop when the energy in the cavity has fallen by this much"
     )
     max_time_s: Annotated[float, Field(gt=0, le=1)] = Field(0.2, description="stop at the latest")
-    tolerance: Annotated[float, Field(ge=0, le=2)] = Field(
+    tolerance: Annotated[float, Field(ge=0, le=1)] = Field(
         0.01,
-        description="parts that change the feature by less (relative L2) are left out; 2, more"
-        " than any two features differ, leaves out all but `keep`",
+        description="parts that were measured to change the sound by less (relative L2) are left"
+        " out; 0 leaves nothing out",
     )
-    keep: tuple[PartName, ...] = Field((), description="parts of the plan that are never left out")
+    omit: tuple[ObjectPart, ...] = Field(
+        (), description="parts of the object left out, whatever they change"
+    )
 
 
 class Scene(SceneModel):

@@ -12,20 +12,10 @@ Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
-#: What a plan keeps or leaves out.
-PartName = Literal[
-    "bed",
-    "poles",
-    "membrane",
-    "object",
-    "motion",
-    "elastic",
-    "compliance",
-    "film",
-    "frame",
-    "support",
-    "noise",
-]
+#: Parts of what is grasped that a plan can leave out.
+ObjectPart = Literal["motion", "elastic", "compliance", "film", "frame"]
+#: Parts of the physics of a scene.
+PartName = Literal["bed", "poles", "membrane", "object", ObjectPart, "support", "noise"]
 
 
 class SceneError(ValueError):

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.gripper.effect_estimates import OMEGA, Part, circuit
 from ajgdata.gripper.geometry import Cavity, cavity
-from ajgdata.gripper.grasped_object import grasped, judged, rigid, where_grasped
+from ajgdata.gripper.grasped_object import grasped, rigid, where_grasped
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.membrane import membrane_walls
 from ajgdata.gripper.modes import ModeList
+from ajgdata.gripper.omissions import Part
 from ajgdata.gripper.one_thread import one_thread
 from ajgdata.gripper.outside import Skin, skin
 from ajgdata.gripper.random_fields import RandomField
 from ajgdata.gripper.scene import HOTTEST_C, SAMPLE_RATE_HZ, Scene, Scheme, as_met, derive_seed
-from ajgdata.gripper.scene_model import MM, PartName, SceneError
+from ajgdata.gripper.scene_model import MM, SceneError
 from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -36,7 +36,7 @@ NOT_MODELLED = "air behind the drape"
 class Plan:
     """A scene ready to march, and what of its physics is solved and why.
 
-    `skin` is the membrane where sound from outside reaches it, whether it is solved or not.
+    `skin` is the membrane where sound from outside reaches it.
     """
 
     scene: Scene
@@ -53,9 +53,9 @@ class Plan:
 
     @property
     def left_out(self) -> list[str]:
-        """Names of the parts that are not solved, with the estimated effect where there is one."""
+        """Names of the parts that are not solved, with what that changes if it was measured."""
         absent = [
-            part.name if part.effect is None else f"{part.name} (effect about {part.effect:.2g})"
+            part.name if part.effect is None else f"{part.name} (changes at most {part.effect:.2g})"
             for part in self.parts
             if not part.kept
         ]
@@ -132,15 +132,14 @@ def _planned(scene: Scene) -> Plan:
     grains = _grains(scene, cells, air)
     wide = stencil_weight(scene.numerics.scheme, h)
     per_sample = steps_per_sample(h, scene.numerics.cfl, air.temperature_c, wide)
-    parts, object_walls, modes = _parts(scene, shape, cells, air)
+    parts, object_walls, modes = _parts(scene, shape, cells)
     membrane = membrane_walls(scene, cells)
-    solved = any(part.name == "membrane" and part.kept for part in parts)
     system = assemble(
         cells,
         air_fluid(air),
         1 / (SAMPLE_RATE_HZ * per_sample),
         grains,
-        (membrane if solved else NO_WALLS) + _housing(scene, cells, air) + object_walls,
+        membrane + _housing(scene, cells, air) + object_walls,
         np.float32 if scene.numerics.precision == "float32" else np.float64,
         modes,
         wide=wide,
@@ -158,39 +157,23 @@ def _planned(scene: Scene) -> Plan:
 
 
 def _parts(
-    scene: Scene, shape: Cavity, cells: Cells, air: Air
+    scene: Scene, shape: Cavity, cells: Cells
 ) -> tuple[tuple[Part, ...], WallList, ModeList]:
-    """Return the parts, kept or not, and the walls and modes of what is grasped."""
-    gripper, medium = scene.gripper, scene.medium
-    where, full = where_grasped(scene, shape, cells), medium.kind != "air"
-    packing = Packing(medium.grain_diameter_mm * MM, medium.porosity) if full else None
-    absorbing = 8 * gripper.wall_admittance * float(cells.housing.sum())
-    absorbing += np.pi / 4 * (gripper.port_bore_mm * MM) ** 2
-    absorbing += np.pi * (gripper.rim_radius_mm * MM) ** 2 if full else 0.0
-    room = float(cells.volume.sum() - (cells.bed.sum() if full else 0.0))
-    depth = where.depth if where else gripper.bed_depth_mm * MM
-    area = where.total if where else float(cells.membrane.sum())
-    cavity_answer = circuit(air, room, absorbing, packing, depth, area)
-    skin = gripper.membrane
-    free = replace(cavity_answer, area=float(cells.membrane.sum())).skin(
-        (skin.mass_kg_m2, skin.resistance_pa_s_m, skin.stiffness_n_m3)
-    )
-    there = Part("object", scene.object is not None, None, "in the scene or not")
-    bed = Part("bed", full, None, "grains or air, as the scene says")
+    """Return the parts, solved or not, and the walls and modes of what is grasped."""
+    full = scene.medium.kind != "air"
     relaxing = full and scene.numerics.poles > 0
-    poles = Part("poles", relaxing, None, f"{scene.numerics.poles} relaxation poles of the bed")
-    worth: dict[PartName, float] = {"membrane": cavity_answer.effect(free)}
-    balloon = judged(worth, scene.numerics, {"membrane": "the free balloon"})["membrane"]
-    if balloon.kept:
-        beside = membrane_walls(scene, cells).admittance(OMEGA)
-        cavity_answer = circuit(air, room, absorbing, packing, depth, area, beside)
-    noise = Part("noise", False, None, "added when a take is recorded: the response needs none")
-    on_object = (
-        grasped(scene, shape, cells, cavity_answer, where)
-        if where
-        else rigid("nothing is touched" if scene.object is None else "the object is rigid")
+    where = where_grasped(scene, shape, cells)
+    touched = "nothing is touched" if scene.object is None else "the object is rigid"
+    held = rigid(touched) if where is None else grasped(scene, shape, cells, where)
+    parts = (
+        Part("bed", full, None, "grains or air, as the scene says"),
+        Part("poles", relaxing, None, f"{scene.numerics.poles} relaxation poles of the bed"),
+        Part("membrane", True, None, "the free balloon"),
+        Part("object", scene.object is not None, None, "in the scene or not"),
+        *held.parts,
+        Part("noise", False, None, "added when a take is recorded: the response needs none"),
     )
-    return (bed, poles, balloon, there, *on_object.parts, noise), on_object.walls, on_object.modes
+    return parts, held.walls, held.modes
 
 
 def _air(scene: Scene) -> Air:

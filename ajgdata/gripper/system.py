@@ -127,7 +127,7 @@ def assemble(
         strict=True,
     )
     capacity, relaxing, rates = _capacity(cells, air, dt, share, grains)
-    least = MARGIN * dt / 4 * _row_sums(gain, weight)
+    least = MARGIN * dt / 4 * _row_sums(_fastest_gain(gain, decay), weight)
     live = least > 0
     mass = np.where(live, np.maximum(_share_out(capacity, least), least), 0.0)
     added = float((mass - capacity)[live].sum() / capacity.sum())
@@ -179,6 +179,15 @@ def _weight(area: Real, axis: int, share: Real, wide: float) -> Real:
     open_ = area > 0
     both = open_ & np.roll(open_, 1, axis) & np.roll(open_, -1, axis)
     return np.where(both, wide * (1 - jump / 2), 0.0)
+
+
+def _fastest_gain(gain: tuple[Real, ...], decay: tuple[Real, ...]) -> tuple[Real, ...]:
+    """Gain 2b/(1+a) of a face without drag that limits the time step as one of gain b and decay a.
+
+    A mode p₊ = p + βU₊, U₊ = aU - βp has determinant a and trace 1 + a - β², and is stable up to
+    β² = 2(1+a), twice as early with much drag as without.
+    """
+    return tuple(2 * b / (1 + a) for b, a in zip(gain, decay, strict=True))
 
 
 def _row_sums(gain: tuple[Real, ...], weight: tuple[Real, ...]) -> Real:

@@ -50,15 +50,6 @@ class WallList:
         ones = np.ones(len(cell))
         return cls(cell, area.ravel()[cell], mass * ones, resistance * ones, stiffness * ones)
 
-    def admittance(self, omega: Real) -> NDArray[np.complexfloating]:
-        """All walls together, m³/s per Pa at `omega` (rad/s, 1-D): Σ S / (r + iωm + k/iω)."""
-        kinds = np.stack([self.mass, self.resistance, self.stiffness])
-        kinds, which = np.unique(kinds, axis=1, return_inverse=True)
-        area = np.bincount(which.ravel(), self.area, kinds.shape[1])[:, None]
-        mass, resistance, stiffness = kinds[:, :, None]
-        impedance = WEAKEST + resistance + 1j * omega * mass + stiffness / (1j * omega)
-        return np.sum(area / impedance, axis=0)
-
     def __add__(self, other: WallList) -> WallList:
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)
         return WallList(*(np.concatenate(pair) for pair in pairs))

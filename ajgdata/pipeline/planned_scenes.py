@@ -13,7 +13,7 @@ import numpy as np
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
-from ajgdata.store.code_digest import code_digest
+from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import (
     json_bytes,
     read_sealed_json,
@@ -72,6 +72,6 @@ def _follow_from(paths: Paths, spec: DatasetSpec) -> str:
     """Return a digest of all that scenes follow from."""
     recipe = recipe_of(paths.dataset(spec.name), spec)
     declared = spec.model_dump(mode="json", include={"name", "recipe", "excitation"})
-    code = code_digest(PLANNED_BY), code_digest("ajgdata.gripper"), SOURCES.origin(recipe.source)
+    code = code_digest(PLANNED_BY), code_digest(*GRIPPER_CODE), SOURCES.origin(recipe.source)
     content = [declared, *code, np.__version__]
     return sha256_of(json.dumps(content, sort_keys=True).encode())

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.code_digest import code_digest
+from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.files import (
     copy,
@@ -308,5 +308,5 @@ def _provenance(
         "digest of the recordings": told.provenance.inputs_hash,
     }
     if told.source == "simulated":
-        facts["digest of the code of the virtual gripper"] = code_digest("ajgdata.gripper")
+        facts["digest of the code of the virtual gripper"] = code_digest(*GRIPPER_CODE)
     return facts

@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from ajgdata.gripper import Plan, Scene, SceneError, build_plan, simulate
-from ajgdata.gripper.effect_estimates import Part
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Material
+from ajgdata.gripper.omissions import Part
 from ajgdata.gripper.pressure_slices import Film, slices
 from ajgdata.report.format import number
 from ajgdata.store.files import write_bytes
@@ -121,6 +121,6 @@ def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:
         "memory": f"{number(plan.bytes / 1e6)} MB, {numerics.precision}",
         "displaced": f"{number(1e6 * plan.displaced_m3)} cm³ by the object",
         "volume added": f"{round(system.added_volume, 4) + 0.0:.2%}, to be stable",
-        "tolerance": f"{number(numerics.tolerance)} of the feature for all that is left out",
+        "tolerance": f"{number(numerics.tolerance)} for all that is left out, by measurement",
     }
     return facts, plan.parts

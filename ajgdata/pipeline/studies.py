@@ -28,7 +28,11 @@ GALLERY = "gallery"
 
 def study_code(name: str) -> tuple[str, ...]:
     """Return what the tables of the study `name` follow from, for `code_digest`."""
-    return ("ajgdata.pipeline.studies:run_study", f"ajgdata.studies.{name}:tables")
+    return (
+        "ajgdata.pipeline.studies:run_study",
+        f"ajgdata.studies.{name}:tables",
+        "ajgdata/gripper/omissions.yaml",
+    )
 
 
 def ablation_code(name: str) -> tuple[str, ...]:

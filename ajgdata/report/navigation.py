@@ -60,8 +60,8 @@ LEADS = {
     ),
     "omissions": Lead(
         "What is left out",
-        "What a plan leaves out of a scene, what it expected that to change, and what it does "
-        "change when it is put back in.",
+        "What a plan leaves out of a scene because a measured table allows it, and what that "
+        "changes in scenes that the table does not hold.",
     ),
     "acoustics": Lead(
         "Losses, speaker and outside noise",

@@ -30,6 +30,8 @@ from ajgdata.store.kept_digests import KeptDigests, kept_beside
 
 #: Where files are is no matter of what is in them, and the rules' inputs and outputs tell.
 IGNORED = {"ajgdata.paths"}
+#: Entries of what simulated responses follow from: code, and the table of what may be left out.
+GRIPPER_CODE = ("ajgdata.gripper", "ajgdata/gripper/omissions.yaml")
 _PLACE = re.compile(r"([A-Za-z_]\w*(?:\.\w+)*):(\w*)")
 #: What an import means: (module, name in it), None for the module itself.
 Target = tuple[str, str | None]

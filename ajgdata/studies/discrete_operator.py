@@ -1,4 +1,4 @@
-"""The operator that is marched, read off the kernel: its energy, limit and resonances."""
+"""The operator that is marched, read off the kernel: its limit and resonances."""
 
 from __future__ import annotations
 
@@ -7,66 +7,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, diags_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from ajgdata.gripper.solver import State, at_rest, march
+from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.system import System
 from ajgdata.studies.domains import SILENT
 
 Real = NDArray[np.floating]
-
-
-def energies(system: System, state: State, steps: int) -> Real:
-    """Return the discrete energy (J) before each of `steps` steps, (steps,), marching `state`.
-
-    ½‖p‖²_M + ½ Σ Δt/b [(1-a)/2 U⁻² + U⁻U⁺] + poles + walls + modes, with a and b the decay and
-    gain of a face. Its change in a step is -Σ Δt/2b (1-a)/2 (U⁻+U⁺)² and what poles, walls and
-    modes dissipate: constant without losses, never growing with them, both at round-off, for every
-    stencil whose divergence is the adjoint of its gradient.
-    """
-    out = np.empty(steps)
-    for n in range(steps):
-        old = State(*(a.copy() for a in state))
-        march(system, state, SILENT, SILENT, np.zeros(0), 1)
-        total = np.sum(system.mass.ravel() * _double(old.p) ** 2)
-        total += _kinetic(system, old, state)
-        total += _stored(system, old)
-        out[n] = total / 2
-    return out
-
-
-def _kinetic(system: System, old: State, new: State) -> float:
-    total = 0.0
-    for before, after, decay, gain in zip(
-        old[1:4], new[1:4], system.faces[:3], system.faces[3:], strict=True
-    ):
-        open_ = gain > 0
-        w, u, a, b = (_double(v[open_]) for v in (before, after, decay, gain))
-        total += np.sum(system.dt / b * ((1 - a) / 2 * w**2 + w * u))
-    return float(total)
-
-
-def _stored(system: System, state: State) -> float:
-    c, walls, modes, dt = system.capacities, system.walls, system.modes, system.dt
-    live, total = c.yield_ > 0, 0.0
-    held = zip((state.r1, state.r2), (c.return1, c.return2), c.rates[:2], strict=True)
-    for r, back, rate in held:
-        if rate > 0:
-            q = _double(r) + rate * _double(state.p)
-            total += np.sum(back[live] * dt / (2 * rate * c.yield_[live]) * q[live] ** 2)
-    area = walls.coupling / (c.yield_[walls.cell] * walls.admittance)
-    every = np.ones(len(modes.inertia))
-    for share, force, impedance in (
-        (area, state.momentum, walls.inertia),
-        (area, state.tension, walls.half_spring),
-        (every, state.motion[0], modes.inertia),
-        (every, state.motion[1], modes.half_spring),
-    ):
-        some = impedance > 0
-        total += np.sum(share[some] * _double(force[some]) ** 2 * dt / (2 * impedance[some]))
-    return float(total)
-
-
-def _double(values: NDArray) -> Real:
-    return values.astype(np.float64)
 
 
 def operator(system: System) -> csc_array:

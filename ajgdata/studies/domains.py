@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ajgdata.gripper.grid import Cells, cut_cells
 from ajgdata.gripper.medium import Air, Packing, air_fluid, fit_fluid
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Scheme
-from ajgdata.gripper.solver import Probe, State, at_rest
+from ajgdata.gripper.solver import Probe
 from ajgdata.gripper.solver_plan import stencil_weight, steps_per_sample
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
@@ -106,18 +106,6 @@ def closed(
     if courant:
         dt = courant * h / (np.sqrt(3) * AIR.sound_speed * (1 + 4 * weight))
     return cells, assemble(cells, air_fluid(AIR), dt, walls=NO_WALLS, dtype=dtype, wide=weight)
-
-
-def random_state(system: System, seed: int = 0) -> State:
-    """Random pressure and velocity wherever there is something open."""
-    rng = np.random.default_rng(seed)
-    state = at_rest(system)
-    live = system.mass.ravel() > 0
-    state.p[live] = rng.standard_normal(live.sum())
-    for u, gain in zip(state[1:4], system.faces[3:], strict=True):
-        u[gain > 0] = rng.standard_normal((gain > 0).sum()) * gain.max()
-    state.before[:] = state.p[system.walls.cell]
-    return state
 
 
 def at_cell(flat: int) -> Probe:

@@ -93,7 +93,7 @@ def test_the_rougher_a_surface_the_more_is_trapped_and_it_is_named():
 
 def test_a_film_that_grows_thin_comes_to_nothing_in_proportion():
     none = simulate(_scene(gap_um=0.0)).samples
-    keep = {"keep": ("compliance", "film"), "tolerance": 0.0}
+    keep = {"tolerance": 0.0}
     scenes = [_scene(gap_um=gap) for gap in (0.0, 0.5, 1.0)]
     heard = [
         simulate(s.model_copy(update={"numerics": s.numerics.model_copy(update=keep)})).samples

@@ -9,8 +9,9 @@ from ajgdata.gripper.grid import cut_cells
 from ajgdata.gripper.medium import air_fluid
 from ajgdata.gripper.modes import ModeList
 from ajgdata.gripper.system import assemble
-from ajgdata.studies.discrete_operator import energies, frequencies, operator
-from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed, random_state, time_step
+from ajgdata.studies.discrete_energy import energies, random_state
+from ajgdata.studies.discrete_operator import frequencies, operator
+from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed, time_step
 from ajgdata.studies.verification.resonances import SphereDipole, box_modes
 
 BOX = (0.060, 0.050, 0.040)

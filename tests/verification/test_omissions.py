@@ -1,121 +1,212 @@
-"""What a plan leaves out is worth as little as it says; what it keeps, as much."""
+"""Nothing is left out but what was measured to change little; all else is solved."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ajgdata.gripper import Scene, build_plan, simulate
-from ajgdata.gripper.effect_estimates import (
+from ajgdata.gripper import Scene, build_plan, canonical, simulate
+from ajgdata.gripper import grasped_object as solved_parts
+from ajgdata.gripper.object_materials import MATERIALS
+from ajgdata.gripper.omissions import MARGIN, bounds, measured_table
+from ajgdata.gripper.scene import PHYSICS_VERSION, as_met
+from ajgdata.studies.omission_table import kinds, measured
+from ajgdata.studies.omissions import (
     BANDS_HZ,
     EDGES,
-    OMEGA,
-    POINTS,
-    SAFETY,
-    WEIGHTS,
-    Circuit,
-)
-from ajgdata.gripper.object_materials import MATERIALS
-from ajgdata.studies.omissions import (
-    ALL,
-    NOTHING,
+    FIRST_SEED,
+    PARTS,
     QUICK,
-    SAMPLE,
     TOTAL,
-    OmissionCase,
-    heard,
+    Case,
+    changes,
+    cube,
     omission_rows,
+    sample,
+    sound,
+    sphere,
+    summary_rows,
 )
 
-#: Coarser than the study: the plan does not depend on the grid, nor does what a part is worth.
+#: Coarser than the study: what a part changes depends little on the grid.
 DX_MM = 6.0
+COARSE = {case.name: replace(case, dx_mm=DX_MM) for case in sample()}
+WOOD_IN_DISH = {"object": "sphere80_wood", "support": {"kind": "concave"}}
 
 
-@pytest.mark.parametrize(("thing", "support"), [*QUICK, ("bar", "rigid")])
-def test_all_that_is_left_out_stays_below_the_tolerance_in_every_third_octave(thing, support):
-    rows = {row["part"]: row for row in omission_rows(OmissionCase(thing, support, DX_MM))}
-    assert rows[TOTAL]["feature"] <= rows[TOTAL]["measured"] < rows[TOTAL]["tolerance"]
-    for part in ALL:
-        # Stated: within a factor of four, or too little to matter by ten.
-        assert rows[part]["measured"] < max(4 * rows[part]["estimate"], 1e-3), part
+def check(rows):
+    for row in rows:
+        assert row["feature"] <= row["measured"]
+        if not row["kept"]:  # None: all that is left out, together
+            assert row["measured"] < row["tolerance"], row
+        if row["bound"] is None:
+            assert row["kept"] is not False
+        else:
+            assert row["measured"] < max(row["bound"], 1e-3), row
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_what_is_left_out_changes_less_than_the_tolerance(name):
+    check(omission_rows(COARSE[name]))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("thing", "support"), sorted(set(SAMPLE) - set(QUICK)))
-def test_no_scene_of_the_sample_loses_more_than_the_tolerance_in_a_band(thing, support):
-    total = omission_rows(OmissionCase(thing, support))[-1]
-    assert total["part"] == TOTAL and total["measured"] < total["tolerance"]
+@pytest.mark.parametrize("case", sample(), ids=lambda case: case.name)
+def test_no_scene_of_the_sample_loses_more_than_the_tolerance(case):
+    check(omission_rows(case))
 
 
-def test_a_ball_on_rubber_is_heard_where_it_bounces_and_not_where_the_feature_has_its_energy():
-    rows = {
-        row["part"]: row for row in omission_rows(OmissionCase("sphere80_wood", "concave", DX_MM))
-    }
-    motion = rows["motion"]
-    assert motion["kept"] and motion["measured"] > motion["tolerance"] > 3 * motion["feature"]
-    why = next(
-        part.why
-        for part in OmissionCase("sphere80_wood", "concave").plan(keep=("motion",)).parts
-        if part.name == "motion"
-    )
-    bounce = float(why.split(",")[1].split()[0])
-    low, high = EDGES[0] ** 3, EDGES[1] ** 3
-    assert low < motion["band_hz"] / bounce < high
+def test_a_plate_on_a_sheet_of_rubber_moves():
+    """An estimate had put its motion at a hundredth; it changes four times as much."""
+    case = COARSE["plate of wood on a sheet of rubber"]
+    assert changes(case)["motion"]["measured"] > 0.02
+    parts = {part.name: part for part in case.plan(tolerance=0.01).parts}
+    assert parts["motion"].kept and parts["motion"].effect > 0.02
+
+
+def test_the_table_is_of_todays_physics_and_of_other_scenes_than_the_study():
+    table = measured_table()
+    assert table.physics == PHYSICS_VERSION, "run python -m ajgdata.studies.omission_table"
+    assert len(table.kinds) == len(kinds())
+    for kind, (shapes, support) in zip(table.kinds, kinds(), strict=True):
+        for shape in (shapes[0], shapes[-1]):
+            assert kind.holds(Case("", shape, support, 0).plan().scene.object, support)
+        assert set(kind.change) == set(PARTS) and kind.scenes >= 3
+    assert min(case.seed for case in sample()) == FIRST_SEED > 2
+
+
+@pytest.mark.slow
+def test_measuring_again_gives_the_table():
+    kind = kinds()[1]
+    again, stored = measured(kind), measured_table().kinds[1]
+    assert (again.least_mm, again.most_mm) == (stored.least_mm, stored.most_mm)
+    for part in PARTS:
+        # Sums in another order on another machine: float32's difference in the response is 1e-6.
+        assert again.change[part] == pytest.approx(stored.change[part], rel=0.01, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"object": sphere(29.9, "wood")},
+        {"object": sphere(80.1, "wood")},
+        {"object": sphere(60, "rubber")},
+        {"object": sphere(60, MATERIALS["wood"].model_dump())},
+        {"object": sphere(60, "wood") | {"shell_mm": 3.0}},
+        {"object": sphere(60, "wood") | {"gap_um": 10.0}},
+        {"object": {"kind": "ellipsoid", "diameters_mm": (60, 60, 60), "material": "wood"}},
+        {"support": {"kind": "rubber"}},
+        {"support": {"kind": "concave", "thickness_mm": 4.0}},
+        {"gripper": "small"},
+        {"gripper": {"membrane": {"film": 2.0}}},
+        {"gripper": {"bed_depth_mm": 34.0}},
+        {"medium": {"kind": "metal"}},
+        {"medium": {"kind": "plastic", "porosity": 0.39}},
+        {"grasp": {"force_n": 7.0}},
+        {"grasp": {"offset_x_mm": 7.0}},
+        {"grasp": {"nuisance": {"roughness_mm": 2.0}}},
+        {"environment": {"temperature_c": 18.0}},
+        {"assembly": {"askew_mm": (0.0, 2.6)}},
+        {"session": {"fill_mm": -0.7}},
+    ],
+)
+def test_what_the_table_does_not_hold_is_simulated(other):
+    known = as_met(Scene.model_validate(WOOD_IN_DISH))
+    assert MARGIN * measured_table().kinds[0].change["compliance"] > 0
+    assert set(bounds(known)) == set(PARTS)
+    scene = Scene.model_validate({**WOOD_IN_DISH, "numerics": {"dx_mm": DX_MM}, **other})
+    assert bounds(as_met(scene)) == {}
+    parts = {part.name: part for part in build_plan(scene).parts}
+    for name in PARTS:
+        # Of a material that is given by its numbers no surface is known.
+        none = name == "film" and not isinstance(scene.object.material, str)
+        assert parts[name].kept is not none and parts[name].effect is None
+
+
+def test_what_is_left_out_depends_on_what_the_gripper_meets_alone():
+    meant = {"grasp": {"offset_x_mm": 6.0}, **WOOD_IN_DISH}
+    shifted = {"grasp": {"offset_x_mm": 3.0}, "session": {"jig_mm": (3.0, 0.0)}, **WOOD_IN_DISH}
+    far = {"grasp": {"offset_x_mm": 3.0}, "session": {"jig_mm": (4.0, 0.0)}, **WOOD_IN_DISH}
+    one, other, away = (Scene.model_validate(scene) for scene in (meant, shifted, far))
+    assert canonical(one) == canonical(other)
+    assert bounds(as_met(one)) == bounds(as_met(other)) != {}
+    assert bounds(as_met(away)) == {}
+
+
+def test_parts_are_left_out_from_the_least_while_their_sum_is_below_the_tolerance():
+    case = COARSE["67 mm sphere of wood on concave rubber"]
+    limits = bounds(case.plan().scene)
+    skin, frame = limits["compliance"], limits["frame"]
+    assert limits["elastic"] < skin < frame < limits["film"]
+    for tolerance, expected in (
+        (skin, set()),
+        (1.001 * skin, {"compliance"}),
+        # The modes are those of the frame, too: they are the last, however little they change.
+        (1.001 * (skin + frame), {"compliance", "frame"}),
+        (1.001 * (skin + frame + limits["elastic"]), {"compliance", "frame", "elastic"}),
+    ):
+        parts = case.plan(tolerance=tolerance).parts
+        absent = {part.name: part.effect for part in parts if part.name in PARTS and not part.kept}
+        assert set(absent) == expected and sum(absent.values()) < tolerance
+    everything = case.plan(tolerance=1.0)
+    assert not everything.system.modes.inertia.size
+    left_out = simulate(everything).provenance["left_out"]
+    assert any(text.startswith("frame (changes at most") for text in left_out)
+
+
+def test_with_the_grains_on_it_an_object_moves():
+    case = COARSE["67 mm sphere of styrofoam on concave rubber"]
+    counts = [
+        len(case.plan(omit).system.modes.inertia)
+        for omit in ((), ("motion", "elastic"), ("frame",), ("frame", "elastic"), PARTS)
+    ]
+    assert counts[0] == counts[1] > counts[2] > counts[3] == 1 and counts[4] == 0
+
+
+def test_a_ball_on_rubber_is_heard_where_it_bounces():
+    case = COARSE["67 mm sphere of wood on concave rubber"]
+    motion = changes(case)["motion"]
+    assert motion["measured"] > 0.01 > 3 * motion["feature"]
+    parts = {part.name: part for part in case.plan(("frame",)).parts}
+    bounce = float(parts["motion"].why.split(",")[1].split()[0])
+    assert EDGES[0] ** 3 < motion["band_hz"] / bounce < EDGES[1] ** 3
+
+
+def test_modes_faster_than_those_solved_change_next_to_nothing(monkeypatch):
+    for name in ("plate of steel on concave rubber", "foam brick on the ground"):
+        case = COARSE[name]
+        usual = case.plan()
+        whole = sound(usual)
+        with monkeypatch.context() as patch:
+            patch.setattr(solved_parts, "FASTEST_HZ", 3 * solved_parts.FASTEST_HZ)
+            more = case.plan()
+        assert len(more.system.modes.inertia) > len(usual.system.modes.inertia)
+        assert 0 < whole.change(sound(more))["measured"] < 2e-3
 
 
 def test_bands_are_third_octaves_from_60_hz_up_without_a_gap():
     assert BANDS_HZ[[0, 12, -1]] == pytest.approx([63.1, 1000, 12589], rel=1e-3)
     assert EDGES[1] * BANDS_HZ[:-1] == pytest.approx(EDGES[0] * BANDS_HZ[1:], rel=1e-12)
-    assert WEIGHTS.sum(axis=1) == pytest.approx(1, rel=1e-12)
-    # Of a constant every mean is the constant.
-    everywhere = Circuit(np.full(len(OMEGA), 1.0), None, 0.0, 1.0, np.zeros(len(OMEGA)))
-    half = everywhere.effects(np.full(len(OMEGA), 0.1 + 0j))
-    assert half == pytest.approx(SAFETY * 0.1 / 1.1, rel=1e-12)
 
 
-def test_an_effect_in_one_band_alone_counts_as_much_as_one_in_all():
-    one = Circuit(np.full(len(OMEGA), 1.0), None, 0.0, 1.0, np.zeros(len(OMEGA)))
-    narrow = np.where(np.arange(len(OMEGA)) // POINTS == 3, 0.01, 0.0) + 0j
-    effects = one.effects(narrow)
-    assert effects[3] == one.effect(narrow) == pytest.approx(SAFETY * 0.01 / 1.01)
-    assert effects[-1] == 0 and np.count_nonzero(effects) == 1
+def test_a_change_in_one_third_octave_counts_as_much_as_one_in_all():
+    quiet = sound(Case("", cube(20), "rigid", 0, dx_mm=DX_MM).plan(PARTS))
+    louder = replace(quiet, bands=(*quiet.bands[:-1], 1.25 * quiet.bands[-1]))
+    change = quiet.change(louder)
+    assert change["measured"] == pytest.approx(0.25)
+    assert change["feature"] == 0 and change["band_hz"] == 12589
 
 
-def test_a_resonance_too_narrow_for_the_points_is_not_overlooked():
-    # Mean square over a band of a mode's velocity per force, 1/(2η ω₀³/…) in closed form: ∫|H|²dω =
-    # π/(2 η ω₀ m²) for unit mass, wherever the resonance lies between the points.
-    one = Circuit(np.full(len(OMEGA), 1.0), None, 0.0, 1.0, np.zeros(len(OMEGA)))
-    loss = np.array([0.002])
-    for centre in (1000.0, 1004.0, 1011.0):
-        natural = np.array([(2 * np.pi * centre) ** 2])
-        admittance = one.bent(natural, loss, np.array([1e-6]), np.array([0.0]))[0]
-        width = 2 * np.pi * 1000 * (EDGES[1] - EDGES[0])
-        exact = 1e-6**2 * np.sqrt(np.pi / (2 * loss[0] * np.sqrt(natural[0])) / width)
-        # A peak as wide as the points are apart is met by one or two of them.
-        assert WEIGHTS[12] @ np.abs(admittance) ** 2 == pytest.approx(exact**2, rel=0.5)
-
-
-def test_soft_objects_keep_their_skin_and_hard_ones_what_moves_them():
-    kept = {
-        thing: {
-            part.name
-            for part in OmissionCase(thing, "rigid").plan(tolerance=0.02).parts
-            if part.kept
-        }
-        for thing in ("sphere80_styrofoam", "sphere80_metal")
-    }
-    assert {"compliance", "film", "motion", "elastic", "frame"} <= kept["sphere80_styrofoam"]
-    assert "compliance" not in kept["sphere80_metal"]
-
-
-def test_the_plan_says_why_and_the_response_what_was_left_out():
-    loose = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(tolerance=0.3)
-    frame = next(part for part in loose.parts if part.name == "frame")
-    assert not frame.kept and 0 < frame.effect < 0.3 and "stress through the grains" in frame.why
-    left_out = simulate(loose).provenance["left_out"]
-    assert any(said.startswith("frame (effect about") for said in left_out)
-    asked = OmissionCase("sphere80_metal", "rigid", DX_MM).plan(keep=("frame",))
-    assert next(part for part in asked.parts if part.name == "frame").kept
-    assert loose.bytes < asked.bytes
-    assert loose.describe()["modes"] == 0 < asked.describe()["modes"]
+def test_the_summary_counts_what_is_left_out_and_what_need_not_be_solved():
+    rows = [
+        {"part": "film", "kept": kept, "measured": measured, "tolerance": 0.01}
+        for kept, measured in ((True, 0.02), (True, 0.002), (False, 0.003), (False, 0.02))
+    ] + [{"part": TOTAL, "kept": None, "measured": 0.004, "tolerance": 0.01}]
+    film, total = summary_rows(rows)
+    assert film == {
+        "part": "film", "omitted": 2, "worst": 0.02, "above": 1, "solved": 2, "needless": 1,
+    }  # fmt: skip
+    assert (total["worst"], total["above"], total["solved"]) == (0.004, 0, 0)
 
 
 def test_a_harder_object_comes_nearer_to_a_rigid_one_as_its_stiffness_grows():
@@ -123,8 +214,7 @@ def test_a_harder_object_comes_nearer_to_a_rigid_one_as_its_stiffness_grows():
         shape = {"kind": "cube", "edge_mm": 20, "material": material}
         numerics = {
             "dx_mm": DX_MM,
-            "keep": ["membrane", "motion", "elastic", "compliance"],
-            "tolerance": NOTHING,
+            "omit": ["frame"],
             "precision": "float64",
             "max_time_s": 0.02,
         }
@@ -152,12 +242,3 @@ def test_what_a_rigid_object_rests_on_changes_nothing():
     one, other = (simulate(scene).samples.tobytes() for scene in (rigid, on_rubber))
     assert one == other
     assert not build_plan(rigid).system.modes.inertia.size
-
-
-def test_the_error_stays_below_whatever_tolerance_is_asked_for():
-    case = OmissionCase("sphere80_styrofoam", "rigid", DX_MM)
-    whole = heard(case.plan(ALL))
-    limits = (0.001, 0.03, 0.3)
-    errors = [max(whole.change(heard(case.plan(("membrane",), limit)))[:2]) for limit in limits]
-    assert errors == sorted(errors) and errors[2] > 0.01
-    assert all(error < limit for error, limit in zip(errors, limits, strict=True))

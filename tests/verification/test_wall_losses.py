@@ -8,7 +8,7 @@ from ajgdata.gripper.medium import Air, air_fluid
 from ajgdata.gripper.solver import at_rest
 from ajgdata.gripper.system import assemble
 from ajgdata.gripper.walls import WallList, boundary_layer_admittance
-from ajgdata.studies.discrete_operator import energies
+from ajgdata.studies.discrete_energy import energies
 from ajgdata.studies.domains import AIR, box, time_step
 
 

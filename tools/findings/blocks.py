@@ -50,7 +50,7 @@ BLOCKS: dict[str, Callable[[Results], str]] = {
     "grid-sweep": simulation.grid_sweep,
     "grid-settings": simulation.grid_settings,
     "omissions": simulation.omissions,
-    "estimates-of-omissions": simulation.estimates_of_omissions,
+    "omission-summary": simulation.omission_summary,
     "verification": simulation.verification,
     "stability": simulation.stability,
     "contact-estimates": simulation.contact_estimates,

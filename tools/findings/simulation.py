@@ -1,7 +1,7 @@
 """Blocks on the virtual gripper, made of the tables of its studies and of the ablations."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ajgdata.gripper.scene import Numerics
@@ -131,22 +131,11 @@ def _left_out(table: Table, scene: str) -> str:
     return ", ".join(parts) or "nothing"
 
 
-def estimates_of_omissions(results: Results) -> str:
-    """Estimate and measured change of each part, where either is worth mentioning."""
-    table = results.study("omissions")["omissions"]
-    rows = [row for row in _rows(table) if row["estimate"] is not None]
-    worth = [row for row in rows if max(row["estimate"], row["measured"]) > 2e-3]
-    head = ("scene", "part", "estimate", "measured change", "estimate / measured")
-    return markdown_table(
-        head,
-        [
-            [
-                row["scene"], row["part"], value(row["estimate"]), value(row["measured"]),
-                number(row["estimate"] / row["measured"], 2) if row["measured"] else DASH,
-            ]
-            for row in worth
-        ],
-    )  # fmt: skip
+def omission_summary(results: Results) -> str:
+    """By part: scenes that leave it out, what that changes, and scenes that need not solve it."""
+    table = results.study("omissions")["omission_summary"]
+    keys = ("part", "omitted", "worst", "above", "solved", "needless")
+    return study_table(table, keys)
 
 
 def verification(results: Results) -> str:
@@ -157,18 +146,24 @@ def verification(results: Results) -> str:
 
 
 def stability(results: Results) -> str:
-    """Outcomes of the extreme cases by group, and growth at the limit of the time step."""
-    tables = results.study("stability")
-    rows = _rows(tables["stability"])
+    """Outcomes and worst bounds of the extreme cases by group."""
+    rows = _rows(results.study("stability")["stability"])
     counts = Counter((row["group"], row["expected"], row["outcome"]) for row in rows)
-    counted = [[*key, str(count)] for key, count in counts.items()]
-    head = ("what is extreme", "expected", "outcome", "cases")
-    growth = [
-        [str(row["ratio"]), value(row["rate"]), value(row["expected"])]
-        for row in _rows(tables["limit"])
+    counted = [
+        [*key, str(count), *(_worst(rows, key[0], bound) for bound in ("gain", "transient"))]
+        for key, count in counts.items()
     ]
-    limit = markdown_table(("time step over its limit", "growth a step", "in theory"), growth)
-    return f"{markdown_table(head, counted)}\nGrowth at the limit of the time step:\n\n{limit}"
+    head = (
+        "what is extreme", "expected", "outcome", "cases", "gain of energy per step, any state",
+        "growth of stored energy, any state",
+    )  # fmt: skip
+    return markdown_table(head, counted)
+
+
+def _worst(rows: Iterable[dict[str, Any]], group: str, key: str) -> str:
+    """Return the largest value of the cases of a group, a dash for those that are refused."""
+    values = [row[key] for row in rows if row["group"] == group and row[key] is not None]
+    return value(max(values)) if values else DASH
 
 
 def contact_estimates(results: Results) -> str:

@@ -1,4 +1,4 @@
-"""The judgement of a trial: strike the system once, march it in both precisions, look on."""
+"""The judgement of a trial: bound the growth of any state, then march one in both precisions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from ajgdata.gripper import SceneError
 from ajgdata.gripper.scene import one_line
 from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete_operator import energies
+from ajgdata.studies.discrete_energy import energies
+from ajgdata.studies.stability.transient import transient
 
 Real = NDArray[np.floating]
 Ends = tuple[System, Probe, Probe]
@@ -35,13 +36,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Run:
-    """One precision: pressure heard; energy at the end over that after the strike; the largest
-    relative growth among the steps looked at singly; change of the mean pressure between the last
-    two quarters, over the peak."""
+    """One precision: pressure heard; energy at the end over that after the strike; change of the
+    mean pressure between the last two quarters, over the peak."""
 
     heard: Real
     growth: float
-    step_growth: float
     drift: float
 
     @property
@@ -52,7 +51,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Outcome of a trial: "bounded", "grows" or "refused" with the message."""
+    """Outcome of a trial: "bounded", "grows" or "refused" with the message; `gain` and `transient`
+    are the bounds of `Transient`."""
 
     group: str
     name: str
@@ -60,8 +60,9 @@ class Verdict:
     outcome: str
     message: str = ""
     steps: int | None = None
+    gain: float | None = None
+    transient: float | None = None
     growth: float | None = None
-    step_growth: float | None = None
     growth_single: float | None = None
     drift: float | None = None
     drift_single: float | None = None
@@ -70,23 +71,22 @@ class Verdict:
     difference_single: float | None = None
 
 
-def run(ends: Ends, steps: int, watched: int = 50) -> Run:
-    """Strike the source once, watch the energy for `watched` steps, then march the rest."""
+def run(ends: Ends, steps: int) -> Run:
+    """Strike the source once and march."""
     system, source, receiver = ends
     state = at_rest(system)
     march(system, state, source, receiver, np.ones(1), 1)
-    energy = energies(system, state, watched)
-    heard = march(system, state, source, receiver, np.zeros(0), steps - watched)
+    first = energies(system, state, 1)[0]
+    heard = march(system, state, source, receiver, np.zeros(0), steps)
     last = energies(system, state, 1)[0]
     quarters = heard[len(heard) % 4 :].reshape(4, -1)
     peak = float(np.max(np.abs(heard)))
     drift = float(abs(quarters[3].mean() - quarters[2].mean()) / peak) if peak > 0 else 0.0
-    grown = float(np.max(np.diff(energy) / energy[:-1]))
-    return Run(heard, float(last / energy[0]), max(0.0, grown), drift)
+    return Run(heard, float(last / first), drift)
 
 
 def judge(trial: Trial) -> Verdict:
-    """Run a trial in float64 and float32."""
+    """Bound the growth of all states in float64, and run the trial in float64 and float32."""
     try:
         built = {dtype: trial.build(dtype) for dtype in (np.float64, np.float32)}
     except ValidationError as error:
@@ -94,7 +94,8 @@ def judge(trial: Trial) -> Verdict:
     except SceneError as error:
         return Verdict(trial.group, trial.name, trial.expected, "refused", str(error))
     double, single = (run(ends, trial.steps) for ends in built.values())
-    bounded = all(
+    bounds = transient(built[np.float64][0])
+    bounded = bounds.bounded and all(
         r.finite and r.growth <= 1 + trial.steps * ROUNDING[dtype]
         for dtype, r in zip(built, (double, single), strict=True)
     )
@@ -106,8 +107,9 @@ def judge(trial: Trial) -> Verdict:
         "bounded" if bounded else "grows",
         "",
         trial.steps,
+        bounds.gain,
+        bounds.growth,
         double.growth,
-        double.step_growth,
         single.growth,
         double.drift,
         single.drift,

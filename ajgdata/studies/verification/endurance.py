@@ -11,14 +11,13 @@ from ajgdata.gripper import Scene, simulate
 from ajgdata.gripper.scene import Precision
 from ajgdata.gripper.solver import State, at_rest, march
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete_operator import energies
+from ajgdata.studies.discrete_energy import energies, random_state
 from ajgdata.studies.domains import (
     BOWL,
     SILENT,
     bowl,
     closed,
     lossy_bowl,
-    random_state,
     two_probes,
 )
 from ajgdata.studies.verification.case import Bound

@@ -13,7 +13,8 @@ from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
-from ajgdata.studies.discrete_operator import applied, energies, operator
+from ajgdata.studies.discrete_energy import energies, random_state
+from ajgdata.studies.discrete_operator import applied, operator
 from ajgdata.studies.domains import (
     AIR,
     BOWL,
@@ -22,7 +23,6 @@ from ajgdata.studies.domains import (
     box,
     closed,
     lossy_bowl,
-    random_state,
     two_probes,
 )
 from ajgdata.studies.verification.case import EPS, Identity

@@ -13,14 +13,13 @@ from ajgdata.gripper.solver import Probe, State, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import WallList
-from ajgdata.studies.discrete_operator import energies
+from ajgdata.studies.discrete_energy import energies, random_state
 from ajgdata.studies.domains import (
     AIR,
     BOWL,
     PLASTIC,
     bowl,
     box,
-    random_state,
     time_step,
     two_probes,
 )
