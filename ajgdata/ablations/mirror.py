@@ -7,8 +7,6 @@ mirror maps s to s and m to m, or s to m and m to s, which by reciprocity sounds
 
 from __future__ import annotations
 
-import cmath
-import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -22,6 +20,7 @@ from ajgdata.ablations.data import AblationData, nuisances
 from ajgdata.acquire.source import Grasp
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.gripper.mirror_symmetry import mirror_plane
 from ajgdata.report.blocks import TableFigure
 from ajgdata.report.format import Caption, number
 from ajgdata.types.table import Column, Table, Value
@@ -42,21 +41,6 @@ LOPSIDED = (
 )
 
 
-def mirror_plane(gripper: Gripper) -> tuple[float, float]:
-    """Return the angle (degrees, 0 to 180) of the mirror plane of least misfit, and that misfit:
-    root mean square distance (mm) of the transducers from the places where the mirror puts them.
-
-    A mirror at angle a maps z to exp(2ia) z*. Of those that keep each transducer the best has
-    exp(2ia) along s² + m², of those that exchange them along s m.
-    """
-    s, m = complex(*gripper.speaker_mm), complex(*gripper.microphone_mm)
-    size = abs(s) ** 2 + abs(m) ** 2
-    kept = max(0.0, size - abs(s * s + m * m)), s * s + m * m
-    exchanged = max(0.0, size - 2 * abs(s * m)), s * m
-    squared, along = min(kept, exchanged, key=lambda one: one[0])
-    return math.degrees(cmath.phase(along)) / 2 % 180, math.sqrt(squared)
-
-
 def _lopsided() -> dict[str, Gripper]:
     return {f"transducers {mirror_plane(g)[1]:.0f} mm off any mirror plane": g for g in LOPSIDED}
 
@@ -67,9 +51,9 @@ def measure(data: AblationData) -> list[Table]:
     default = data.recorded(DATASET, "direction", grasps)
     grippers = {
         "default": (GRIPPERS["default"], default),
-        "asymmetric": (
-            GRIPPERS["asymmetric"],
-            data.changed(DATASET, "direction", grasps, {"gripper": "asymmetric"}),
+        "moved-transducers": (
+            GRIPPERS["moved-transducers"],
+            data.changed(DATASET, "direction", grasps, {"gripper": "moved-transducers"}),
         ),
     }
     for name, gripper in _lopsided().items():
@@ -77,7 +61,7 @@ def measure(data: AblationData) -> list[Table]:
         grippers[name] = gripper, data.changed(DATASET, "direction", grasps, moved)
     still = data.changed(DATASET, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
     trials: list[Trial] = []
-    for name in ("default", "asymmetric"):
+    for name in ("default", "moved-transducers"):
         trials.append(_mirrored(data, "linear_plain", name, *grippers[name]))
     for model in data.models:
         read = {name: _direction(data, model, rows) for name, (_, rows) in grippers.items()}
@@ -169,7 +153,7 @@ def _readings(data: AblationData, grippers: dict[str, tuple[Gripper, TaskData]])
         )
     return Table(
         "mirror_grippers",
-        "Orientation: how asymmetric a gripper must be",
+        "Orientation: how far a gripper must be from its mirror image",
         "Misfit: how far the best mirror plane puts the transducers from where they are (0: the"
         " gripper is its own mirror image, or that with speaker and microphone exchanged). R² of"
         " what the mirror keeps (cosine) and flips (sine), and the error of the direction learned"

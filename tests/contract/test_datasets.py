@@ -131,8 +131,8 @@ NEEDS = {
     },
     "grid": {"size", "size_fine"},
     "transfer": {
-        "size", "size_other_membrane", "size_asymmetric",
-        "ycb", "ycb_other_membrane", "ycb_asymmetric",
+        "size", "size_other_membrane", "size_moved_transducers",
+        "ycb", "ycb_other_membrane", "ycb_moved_transducers",
     },
 }  # fmt: skip
 

@@ -1,18 +1,12 @@
 """Ablations: the mirror plane, changed grasps, verdicts, and how the report uses them."""
 
-import math
-
 import numpy as np
 import pytest
 import yaml
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from ajgdata.ablations import ABLATIONS, ablation, possible, variance
 from ajgdata.ablations.base import Folds, Hypothesis, Trial, reasons_of, trial_table
 from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
-from ajgdata.ablations.mirror import LOPSIDED, mirror_plane
-from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
@@ -49,51 +43,6 @@ def data(tmp_path) -> AblationData:
     paths.dataset("made").parent.mkdir(parents=True)
     paths.dataset("made").write_text(yaml.safe_dump(DECLARATION))
     return AblationData(paths)
-
-
-def reflected(place: complex, axis_deg: float) -> complex:
-    return np.exp(2j * np.deg2rad(axis_deg)) * place.conjugate()
-
-
-@given(st.floats(0, 180), st.floats(10, 35), st.floats(10, 35), st.floats(20, 160))
-@settings(max_examples=25, derandomize=True, deadline=None)
-def test_the_mirror_plane_of_mirrored_transducers_is_found(axis, near, far, opening):
-    """Either both lie on the plane, or one is the other's image."""
-    on = np.exp(1j * np.deg2rad(axis))
-    both = [(near * on, -far * on)]
-    half = np.exp(1j * np.deg2rad(opening / 2))
-    both.append((near * on * half, near * on / half))
-    for speaker, microphone in both:
-        assume(abs(speaker - microphone) > 5)  # they may not overlap
-        gripper = Gripper(
-            speaker_mm=(speaker.real, speaker.imag),
-            microphone_mm=(microphone.real, microphone.imag),
-        )
-        found, misfit = mirror_plane(gripper)
-        # the misfit is the root of a difference of squares of 35 mm: √eps of that
-        assert misfit < 1e-5
-        images = {reflected(speaker, found), reflected(microphone, found)}
-        for place in (speaker, microphone):
-            assert min(abs(place - image) for image in images) < 1e-5
-
-
-def test_the_best_plane_is_the_best_of_all_angles():
-    for name in ("default", "asymmetric", "close-transducers"):
-        gripper = GRIPPERS[name]
-        s, m = complex(*gripper.speaker_mm), complex(*gripper.microphone_mm)
-        axis, misfit = mirror_plane(gripper)
-
-        def missed(angle: float, s: complex = s, m: complex = m) -> float:
-            first, second = reflected(s, angle), reflected(m, angle)
-            kept = abs(first - s) ** 2 + abs(second - m) ** 2
-            return math.sqrt(min(kept, abs(first - m) ** 2 + abs(second - s) ** 2) / 2)
-
-        assert missed(axis) == pytest.approx(misfit, abs=1e-6)
-        assert misfit <= min(missed(angle) for angle in np.linspace(0, 180, 181)) + 1e-9
-    assert mirror_plane(GRIPPERS["symmetric"]) == pytest.approx((0, 0), abs=1e-6)
-    misfits = [mirror_plane(g)[1] for g in (GRIPPERS["default"], *LOPSIDED)]
-    assert misfits == sorted(misfits)
-    assert misfits[-1] > 10
 
 
 def test_nuisances_scale_what_differs_between_grasps_and_nothing_else():
