@@ -130,6 +130,7 @@ def test_an_angle_is_withheld_with_its_mirror_image(name):
     tasks, objects = SPECS[name].tasks, SPECS[name].recipe.objects
     labels = {made.targets["angle_deg"]: made.targets["angle_from_plane_deg"] for made in objects}
     withheld = tasks["angle"].withhold
+    assert tasks["direction"].withhold == withheld
     assert sorted(tasks["angle_from_plane"].withhold) == sorted(labels[a] for a in withheld)
     plane = mirror_plane(GRIPPERS["default"]).angle_deg
     for angle in withheld:
