@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field
@@ -24,8 +26,11 @@ from ajgdata.experiments.base import (
 )
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import Mark, PaperComparison, agreement
-from ajgdata.report.format import Score, number, with_unit
+from ajgdata.report.format import Caption, Score, number, sentence, with_unit
 from ajgdata.types import ModelName, Name, Strict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Half the width of a 95 % interval in standard deviations.
 DEVIATIONS = 1.96
@@ -98,9 +103,57 @@ def shown(results: TaskResults, result: Result, name: str) -> str:
     return f"{with_unit(number(median), results.shown_unit)} (95 % interval {ends})"
 
 
-def figures(_: TaskResults) -> list[Illustration]:
-    """Return none: the table has all numbers."""
-    return []
+def fits_of(result: Result, name: str) -> np.ndarray:
+    """Return the RMSE (fits,) of each fit on a data set."""
+    table = result.tables[SCORES].where(part=part_of(name))
+    rows = zip(table.column("statistic"), table.numbers("value"), strict=True)
+    return np.array([value for statistic, value in rows if str(statistic).startswith("fit ")])
+
+
+def finding(results: TaskResults) -> str:
+    """Return the median of the first model on the first data set, and the range of its fits."""
+    result, name = results.results[0], results.settings.test_on[0]
+    fits = fits_of(result, name)
+    ends = f"{number(min(fits))} to {with_unit(number(max(fits)), results.shown_unit)}"
+    title = results.others[name].title
+    return f"{result.label} on {title}: {shown(results, result, name)}; single fits {ends}"
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return the RMSE of each fit, and the median with its interval, by data set and model."""
+    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
+    from ajgdata.report.labels import reference_line
+
+    about = "RMSE of each cross-validation (dots), median with 95 % interval (line)"
+    drawn = new_figure((WIDTH_IN, 3.0), finding(results), about, [results.source])
+    axes = drawn.subplots()
+    lines = [(name, result) for name in results.settings.test_on for result in results.results]
+    for place, (name, result) in enumerate(lines):
+        style = line_style(results.results.index(result))
+        fits = fits_of(result, name)
+        axes.plot(fits, np.full(len(fits), place), "o", color=style["color"], ms=3, alpha=0.4)
+        median, low, high = (robust_score(result, name, key) for key in ("median", "low", "high"))
+        axes.plot([low, high], [place, place], color=style["color"], lw=2)
+        axes.plot(median, place, color=style["color"], marker=style["marker"], ms=6)
+    labels = [f"{results.others[name].title}\n{result.label}" for name, result in lines]
+    axes.set_yticks(range(len(lines)), labels)
+    axes.set(xlabel=f"RMSE ({results.shown_unit})", ylim=(-0.6, len(lines) - 0.4))
+    axes.set_xlim(left=0)
+    if results.paper is not None and results.paper.value is not None:
+        paper = results.paper.value
+        reference_line(axes, "paper", paper, f"the paper: {number(paper)}", "x")
+    return drawn
+
+
+def figures(results: TaskResults) -> list[Illustration]:
+    """Return the figure of all fits."""
+    caption = Caption(
+        "RMSE on recordings that the models were not trained for, in repeated cross-validations"
+        f" with other folds and random states ({results.source}). Dots: single cross-validations."
+        " Line and mark: median, with its 95 % bootstrap interval over grasps and fits.",
+        f"{sentence(finding(results))}.",
+    )
+    return [Illustration(results.named(), caption, partial(figure, results))]
 
 
 def tables(results: TaskResults) -> list[ShownTable]:
@@ -111,8 +164,7 @@ def tables(results: TaskResults) -> list[ShownTable]:
     rows = []
     for name in results.settings.test_on:
         for result in results.results:
-            table = result.tables[SCORES].where(part=part_of(name))
-            fits = [float(r["value"]) for r in table.rows if str(r["statistic"]).startswith("fit ")]
+            fits = fits_of(result, name)
             low, middle, high = (
                 number(robust_score(result, name, f"grasps, {key}"))
                 for key in ("5 %", "50 %", "95 %")

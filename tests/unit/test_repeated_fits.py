@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from drawn_figures import fits, texts
 from experiment_samples import measured, small_inputs, small_store, task_results
 
 from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
@@ -11,6 +12,7 @@ from ajgdata.evaluate.repeated_fits import grasp_errors, robust_error
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Outcome, score_table
 from ajgdata.experiments.repeated_fits import LESS_NOISE, feature_note
+from ajgdata.report.canvas import draw
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types.table import table_of
 
@@ -71,9 +73,9 @@ def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_
     assert again.tables == outcomes["ridge_plain"].tables
     for outcome in outcomes.values():
         rows = outcome.tables[0].where(part="repeated fits on:b")
-        fits = [rows.where(statistic=f"fit {n}").numbers("value")[0] for n in range(3)]
-        assert len(set(fits)) == 3
-        assert rows.where(statistic="median").numbers("value")[0] == np.median(fits)
+        each = [rows.where(statistic=f"fit {n}").numbers("value")[0] for n in range(3)]
+        assert len(set(each)) == 3
+        assert rows.where(statistic="median").numbers("value")[0] == np.median(each)
         assert outcome.about == {"counts": {"b": [30, 60]}}
     # one cross-validation with the task's own seed is the first fit
     own, tested = inputs.data(), inputs.data("b")
@@ -102,6 +104,16 @@ def check_shown(outcomes, ask):
         ("Gripper b", "CNN"), ("Gripper b", "ridge, plain"),
     ]  # fmt: skip
     assert table.rows[0][-2:] == ("30", "60")
+    near = task_results(
+        "repeated_fits", outcomes, "regression", ask,
+        papers={"repeated_fits": published.model_copy(update={"value": 5.0})},
+    )  # fmt: skip
+    (illustration,) = EXPERIMENTS["repeated_fits"].figures(near)
+    figure = draw(illustration)
+    assert fits(figure) and {"simulated", "the paper: 5"} <= set(texts(figure))
+    dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert [len(line.get_xdata()) for line in dots[:1]] == [3]
+    assert illustration.caption.alt.startswith("CNN on Gripper b: ")
 
 
 def test_the_row_has_the_errors_with_features_that_let_less_noise_in():
@@ -113,8 +125,8 @@ def test_the_row_has_the_errors_with_features_that_let_less_noise_in():
     made = Outcome((score_table(scores, "s"), listed))
     settings = {"models": ["cnn"], "test_on": ["b"]}
     quantities = task_results("feature_quantity", {"": made}, "regression", settings)
-    fits = task_results("repeated_fits", {}, "regression", {"test_on": ["b"]})
+    results = task_results("repeated_fits", {}, "regression", {"test_on": ["b"]})
     # by name, not by which error is least
     said = "With features that let less noise in, RMSE in mm: CNN 2.5 (root_power), 0.9 (s)."
-    assert feature_note(fits, lambda *_: quantities, "b") == said
-    assert feature_note(fits, lambda *_: quantities, "c") == ""
+    assert feature_note(results, lambda *_: quantities, "b") == said
+    assert feature_note(results, lambda *_: quantities, "c") == ""
