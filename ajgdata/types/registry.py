@@ -191,9 +191,6 @@ MODELS = Registry(
     Model,
     {
         "cnn": Model("ajgdata.models.cnn:cnn", "CNN", "CNN"),
-        "cnn_one_scale": Model(
-            "ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", "CNN, one scale"
-        ),
         "linear": _tuned("linear", "logistic regression", "ridge", "linear_plain"),
         "ridge": _tuned("ridge", "ridge classifier", "ridge", "ridge_plain"),
         "knn": _tuned("nearest_neighbours", "k-NN", "k-NN", "knn_plain", trusted=_METRICS),
@@ -209,6 +206,9 @@ MODELS = Registry(
             "nearest_neighbours", "k-NN, plain", "k-NN, plain", trusted=_METRICS
         ),
         "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", several=False),
+        "cnn_one_scale": Model(
+            "ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", "CNN, one scale"
+        ),
     },
 )
 SOURCES = Registry(

@@ -79,7 +79,7 @@ def test_the_cnn_with_one_scale_differs_in_its_scaling_only():
 
 def test_unknown_names_are_refused():
     with pytest.raises(
-        ValueError, match="unknown model 'tree': choose one of cnn, cnn_one_scale, linear"
+        ValueError, match="unknown model 'tree': choose one of cnn, linear, ridge, knn"
     ):
         make_model("tree", "regression", 0)
     with pytest.raises(ValueError, match="unknown kind 'ranking'"):
