@@ -89,8 +89,19 @@ class AblationData:
 
         `elsewhere`: of another data set, which has the same target.
         """
+        return self.parts(dataset, task, elsewhere)[0]
+
+    def parts(
+        self, dataset: str, task: str, elsewhere: str | None = None
+    ) -> tuple[TaskData, TaskData]:
+        """Return the recordings of training values, and those of withheld values (see `known`)."""
         withhold = read_dataset(self.paths, dataset).tasks[task].withhold
-        return split_withheld(self._stored(dataset, task, elsewhere), withhold)[0]
+        return split_withheld(self._stored(dataset, task, elsewhere), withhold)
+
+    def labels(self, dataset: str) -> list[Mapping[str, float | str]]:
+        """Return the labels of each object of the recipe."""
+        recipe = _recipe(read_dataset(self.paths, dataset))
+        return [made.targets for made in recipe.objects]
 
     def _stored(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         spec = read_dataset(self.paths, dataset)

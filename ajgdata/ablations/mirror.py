@@ -1,226 +1,277 @@
-"""Orientation: a gripper that is its own mirror image cannot tell an angle from its image.
+"""Orientation: an angle and its mirror image, and what makes them sound different.
 
-Speaker s and microphone m on a round roof have a mirror plane at the angle a of least misfit: the
-mirror maps s to s and m to m, or s to m and m to s, which by reciprocity sounds the same. A bar at
-θ then sounds like one at 2a - θ: cos 2(θ - a) can be read, sin 2(θ - a) cannot.
+A gripper whose transducers have nearly equal radii nearly equals its mirror image
+(`gripper.mirror_symmetry`). A bar at θ then sounds like one at 2a - θ, a being the plane's angle:
+cos 2(θ - a) can be predicted, sin 2(θ - a) cannot. Two changes break the mirror: transducers at
+unequal radii, and a bar off the axis about which it is turned.
 """
 
 from __future__ import annotations
 
-import cmath
-import math
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from pydantic import JsonValue
 
 from ajgdata.ablations.base import Ablation, Folds, Hypothesis, Trial, folds_of, trial_table
 from ajgdata.ablations.data import AblationData, nuisances
+from ajgdata.ablations.mirror_figure import DIRECTION, FROM_PLANE, SETUPS, caption, figure
 from ajgdata.acquire.source import Grasp
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.gripper.mirror_symmetry import mirror_plane, mirror_planes
+from ajgdata.gripper.object_library import BAR_ECCENTRIC_RANGE_MM, OBJECTS
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.format import Caption, number
 from ajgdata.types.table import Column, Table, Value
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from ajgdata.evaluate.crossval import CrossValidation
 
 Wave = Callable[[np.ndarray], np.ndarray]
-DATASET, PERIOD_DEG = "orientation", 180.0
-KNOWN, UNSEEN = "orientation-known", "orientation"
+#: The paper's angles, and twice as many in three setups: data set and gripper of each.
+PAPER_ANGLES, PERIOD_DEG = "orientation", 180.0
+DATASETS = {
+    "default": ("orientation_fine", "default"),
+    "unequal": ("orientation_unequal_radii", "unequal-radii"),
+    "eccentric": ("orientation_eccentric", "default"),
+}
+KNOWN, WITHHELD_ROW = "orientation-known", "orientation"
+WITHHELD = "withheld"
 #: What of a setup makes a gripper and a session differ from their design.
 OFF_DESIGN = ("assembly", "session")
-CAME_OUT = "default, as it came out: transducers, balloon, fill and jig a little off"
-#: Transducers off every mirror plane, a little and more; the rest is the default gripper.
-LOPSIDED = (
-    Gripper(speaker_mm=(-35.0, 0.75), microphone_mm=(27.5, -5.0)),
-    Gripper(speaker_mm=(-35.0, 1.5), microphone_mm=(20.0, -10.0)),
+AS_BUILT = "default, as built: transducers, balloon, fill and jig a little off"
+MIRROR_CLAIM = (
+    "the gripper nearly equals its mirror image, so an angle and its mirror image give the same"
+    " sound"
 )
+ECCENTRIC_CLAIM = "the bar was off the axis about which it was turned, so its mirror image differs"
+SCATTER_CLAIM = "grasps of one angle differ too much"
+COPIES_CLAIM = "a second recording of a grasp, in the training data, gives its angle away"
 
 
-def mirror_plane(gripper: Gripper) -> tuple[float, float]:
-    """Return the angle (degrees, 0 to 180) of the mirror plane of least misfit, and that misfit:
-    root mean square distance (mm) of the transducers from the places where the mirror puts them.
+class Errors(NamedTuple):
+    """Cross-validations of one setup: of the bar's direction, and of its angle from the plane."""
 
-    A mirror at angle a maps z to exp(2ia) z*. Of those that keep each transducer the best has
-    exp(2ia) along s² + m², of those that exchange them along s m.
-    """
-    s, m = complex(*gripper.speaker_mm), complex(*gripper.microphone_mm)
-    size = abs(s) ** 2 + abs(m) ** 2
-    kept = max(0.0, size - abs(s * s + m * m)), s * s + m * m
-    exchanged = max(0.0, size - 2 * abs(s * m)), s * m
-    squared, along = min(kept, exchanged, key=lambda one: one[0])
-    return math.degrees(cmath.phase(along)) / 2 % 180, math.sqrt(squared)
-
-
-def _lopsided() -> dict[str, Gripper]:
-    return {f"transducers {mirror_plane(g)[1]:.0f} mm off any mirror plane": g for g in LOPSIDED}
+    direction: CrossValidation
+    from_plane: CrossValidation
 
 
 def measure(data: AblationData) -> list[Table]:
-    """Return trials, readings of the angle by each gripper, and distances of mirror images."""
-    grasps = data.grasps(DATASET, each=3)
-    default = data.recorded(DATASET, "direction", grasps)
-    grippers = {
-        "default": (GRIPPERS["default"], default),
-        "asymmetric": (
-            GRIPPERS["asymmetric"],
-            data.changed(DATASET, "direction", grasps, {"gripper": "asymmetric"}),
-        ),
-    }
-    for name, gripper in _lopsided().items():
-        moved: dict[str, JsonValue] = {"gripper": gripper.model_dump(mode="json")}
-        grippers[name] = gripper, data.changed(DATASET, "direction", grasps, moved)
-    still = data.changed(DATASET, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
-    trials: list[Trial] = []
-    for name in ("default", "asymmetric"):
-        trials.append(_mirrored(data, "linear_plain", name, *grippers[name]))
-    for model in data.models:
-        read = {name: _direction(data, model, rows) for name, (_, rows) in grippers.items()}
-        for name in _lopsided():
-            trials.append(Trial(_moved(name), model, "rmse", "°", read["default"], read[name]))
-        alike = Trial(SCATTER, model, "rmse", "°", read["default"], _direction(data, model, still))
-        trials.append(alike)
-        trials.append(_second_recordings(data, model))
-    title = "Orientation: an angle and its mirror image"
-    note = f"{len(grasps)} grasps of the bar at {len(set(default.value))} angles."
+    """Return trials, errors by setup and by angle, and distances of mirror images."""
+    trials = [_mirrored(data, *one) for one in _planes(data)]
+    errors: dict[str, Errors] = {}
+    for model in reversed(data.models):  # the tables are of the first
+        errors = {key: _errors(data, model, name) for key, (name, _) in DATASETS.items()}
+        trials += _setup_trials(model, errors)
+        trials += _other_trials(data, model)
+    note = (
+        "Direction: sine and cosine of twice the angle; a guess has an error of about 53°. A guess"
+        " of the angle from the mirror plane has about 25°. Bar at 40 angles, 16 withheld."
+    )
     return [
-        trial_table("mirror", title, note, trials),
-        _readings(data, grippers),
-        _distances(data, grasps),
+        trial_table("mirror", "Orientation: an angle and its mirror image", note, trials),
+        _setup_table(data, errors),
+        angle_table(data, errors),
+        _distances(data, data.grasps(DATASETS["default"][0])),
     ]
 
 
-SCATTER = Hypothesis(
-    (KNOWN, UNSEEN),
-    "grasps of one angle differ too much",
-    "no scatter of grasps (default gripper)",
-)
-COPIES = Hypothesis(
-    (KNOWN,),
-    "a second recording of a grasp, on the other side of the split, gives its angle away",
-    "split that ignores grasps",
-)
-
-
-def _moved(name: str) -> Hypothesis:
-    return Hypothesis(
-        (KNOWN, UNSEEN),
-        "the gripper is its own mirror image, so that an angle and its mirror image sound alike",
-        name,
+def _errors(data: AblationData, model: str, name: str) -> Errors:
+    """Return errors on held-out grasps of training angles, and on withheld angles (WITHHELD)."""
+    known, withheld = data.parts(name, "angle")
+    direction = data.validated(
+        known, "regression", model, period=PERIOD_DEG, extra_tests={WITHHELD: withheld}
     )
+    known, withheld = data.parts(name, "angle_from_plane")
+    extra = {WITHHELD: withheld}
+    return Errors(direction, data.validated(known, "regression", model, extra_tests=extra))
 
 
-def _mirrored(data: AblationData, model: str, name: str, gripper: Gripper, rows: TaskData) -> Trial:
-    """Return the trial that reads what the mirror flips, then what it keeps."""
-    axis, _ = mirror_plane(gripper)
-    claim = Hypothesis(
-        (),
-        f"the mirror plane of the {name} gripper lies at {axis:.0f}°, as its transducers say:"
-        " the sine of twice the angle from it cannot be read, its cosine can",
-        "target: the cosine in place of the sine",
-    )
-    sine, cosine = (_part(data, model, rows, axis, f) for f in (np.sin, np.cos))
-    return Trial(claim, model, "r2", "", sine, cosine)
+def _setup_trials(model: str, errors: Mapping[str, Errors]) -> list[Trial]:
+    """Return trials of both causes, and of the target that a mirror keeps."""
+    trials = []
+    default = errors["default"]
+    for of, part in ((KNOWN, None), (WITHHELD_ROW, WITHHELD)):
+        before = folds_of(default.direction, "rmse", part)
+        for claim, change, after in (
+            (MIRROR_CLAIM, SETUPS["unequal"], errors["unequal"].direction),
+            (MIRROR_CLAIM, "target: angle from the mirror plane", default.from_plane),
+            (ECCENTRIC_CLAIM, SETUPS["eccentric"], errors["eccentric"].direction),
+        ):
+            hypothesis = Hypothesis((of,), claim, change)
+            result = folds_of(after, "rmse", part)
+            trials.append(Trial(hypothesis, model, "rmse", "°", before, result))
+    return trials
 
 
-def _part(data: AblationData, model: str, rows: TaskData, axis: float, wave: Wave) -> Folds:
-    turned = rows._replace(value=wave(np.deg2rad(2 * (rows.value.astype(float) - axis))))
-    return folds_of(data.validated(turned, "regression", model), "r2")
-
-
-def _direction(data: AblationData, model: str, rows: TaskData) -> Folds:
-    return folds_of(data.validated(rows, "regression", model, period=PERIOD_DEG), "rmse")
-
-
-def _second_recordings(data: AblationData, model: str) -> Trial:
-    """Return the trial of both splits on all recordings: each grasp has a second one."""
-    rows = data.known(DATASET, "direction")
-    split = [
-        folds_of(data.validated(rows, "regression", model, period=PERIOD_DEG, random=r), "rmse")
-        for r in (False, True)
+def _other_trials(data: AblationData, model: str) -> list[Trial]:
+    """Return trials without scatter of grasps, and with a split that ignores grasps."""
+    grasps = data.grasps(PAPER_ANGLES, each=3)
+    still = data.changed(PAPER_ANGLES, "direction", grasps, {"grasp": {"nuisance": nuisances(0)}})
+    scattered = data.recorded(PAPER_ANGLES, "direction", grasps)
+    before, after = (_direction(data, model, rows) for rows in (scattered, still))
+    change = f"no scatter of grasps (default gripper, {len(grasps)} grasps)"
+    scatter = Hypothesis((KNOWN, WITHHELD_ROW), SCATTER_CLAIM, change)
+    known = data.known(PAPER_ANGLES, "direction")
+    by_grasp, by_recording = (_direction(data, model, known, random=r) for r in (False, True))
+    copies = Hypothesis((KNOWN,), COPIES_CLAIM, "split that ignores grasps")
+    return [
+        Trial(scatter, model, "rmse", "°", before, after),
+        Trial(copies, model, "rmse", "°", by_grasp, by_recording, paired=False),
     ]
-    return Trial(COPIES, model, "rmse", "°", split[0], split[1], paired=False)
 
 
-def _readings(data: AblationData, grippers: dict[str, tuple[Gripper, TaskData]]) -> Table:
+def _direction(data: AblationData, model: str, rows: TaskData, random: bool = False) -> Folds:
+    found = data.validated(rows, "regression", model, period=PERIOD_DEG, random=random)
+    return folds_of(found, "rmse")
+
+
+def _planes(data: AblationData) -> list[tuple[str, TaskData]]:
+    """Return two grippers of equal radii, whose planes differ, and recordings of each."""
+    grasps = data.grasps(PAPER_ANGLES, each=3)
+    moved = data.changed(PAPER_ANGLES, "direction", grasps, {"gripper": "moved-transducers"})
+    default = data.recorded(PAPER_ANGLES, "direction", grasps)
+    return [("default", default), ("moved-transducers", moved)]
+
+
+def _mirrored(data: AblationData, name: str, rows: TaskData) -> Trial:
+    """Return the trial that predicts what the mirror flips, then what it keeps."""
+    plane = mirror_plane(GRIPPERS[name]).angle_deg
+    claim = (
+        f"the mirror plane of the gripper {name} is at {plane:.0f}°, as its transducers' places"
+        " give: the sine of twice the angle from it cannot be predicted, its cosine can"
+    )
+    change = "target: the cosine instead of the sine"
+    sine, cosine = (_part(data, rows, plane, wave) for wave in (np.sin, np.cos))
+    return Trial(Hypothesis((), claim, change), "linear_plain", "r2", "", sine, cosine)
+
+
+def _part(data: AblationData, rows: TaskData, plane: float, wave: Wave) -> Folds:
+    turned = rows._replace(value=wave(np.deg2rad(2 * (rows.value.astype(float) - plane))))
+    return folds_of(data.validated(turned, "regression", "linear_plain"), "r2")
+
+
+def _setup_table(data: AblationData, errors: Mapping[str, Errors]) -> Table:
+    """Return the geometry of each setup, what is kept and flipped, and errors of both targets."""
     rows: list[dict[str, Value]] = []
-    for name, (gripper, recorded) in grippers.items():
-        axis, misfit = mirror_plane(gripper)
-        parts = [_part(data, "linear_plain", recorded, axis, wave) for wave in (np.cos, np.sin)]
-        direction = _direction(data, "linear_plain", recorded)
-        rows.append(
-            {
-                "gripper": name,
-                "speaker": "{:g}, {:g}".format(*gripper.speaker_mm),
-                "microphone": "{:g}, {:g}".format(*gripper.microphone_mm),
-                "axis": axis,
-                "misfit": misfit,
-                "cosine": float(np.mean(parts[0].values)),
-                "sine": float(np.mean(parts[1].values)),
-                "rmse": float(np.mean(direction.values)),
-                "sd": float(np.std(direction.values, ddof=1)),
-                "seconds": direction.seconds,
-            }
-        )
+    for key, (name, gripper) in DATASETS.items():
+        known, _ = data.parts(name, "angle")
+        kept, exchanged = mirror_planes(GRIPPERS[gripper])
+        plane = mirror_plane(GRIPPERS[gripper]).angle_deg
+        row: dict[str, Value] = {"setup": SETUPS[key], "plane": plane}
+        row |= {"kept": kept.misfit_mm, "exchanged": exchanged.misfit_mm}
+        for part, wave in (("cosine", np.cos), ("sine", np.sin)):
+            row[part] = float(np.mean(_part(data, known, plane, wave).values))
+        for target, found in errors[key]._asdict().items():
+            row[target] = float(np.mean(folds_of(found, "rmse").values))
+            row[f"{target}_withheld"] = float(np.mean(folds_of(found, "rmse", WITHHELD).values))
+        rows.append(row)
     return Table(
-        "mirror_grippers",
-        "Orientation: how asymmetric a gripper must be",
-        "Misfit: how far the best mirror plane puts the transducers from where they are (0: the"
-        " gripper is its own mirror image, or that with speaker and microphone exchanged). R² of"
-        " what the mirror keeps (cosine) and flips (sine), and the error of the direction learned"
-        " as (sin, cos) of twice the angle; ridge, mean over folds. Places, plane and misfit are of"
-        " the design: as a gripper came out, transducers, balloon, fill and jig lie a little off.",
+        "mirror_setups",
+        "Orientation: three setups",
+        "Misfit: root mean square distance of the transducers from the places to which the best"
+        " mirror brings them, if it keeps each one or exchanges the two (0: the gripper equals its"
+        " mirror image). R² (ridge) of the part of the angle that this mirror keeps, and of the"
+        f" part that it flips. RMSE ({_model_name(data)}): mean over folds on held-out grasps of"
+        " training angles, and on withheld angles.",
         (
-            Column("gripper", "Gripper"),
-            Column("speaker", "Speaker", "mm"),
-            Column("microphone", "Microphone", "mm"),
-            Column("axis", "Mirror plane", "°"),
-            Column("misfit", "Misfit", "mm"),
+            Column("setup", "Setup"),
+            Column("plane", "Mirror plane", "°"),
+            Column("kept", "Misfit, each kept", "mm"),
+            Column("exchanged", "Misfit, exchanged", "mm"),
             Column("cosine", "R² kept"),
             Column("sine", "R² flipped"),
-            Column("rmse", "RMSE", "°"),
-            Column("sd", "sd", "°"),
-            Column("seconds", "Training", "s"),
+            Column("direction", "RMSE of the direction", "°"),
+            Column("direction_withheld", "Direction, withheld", "°"),
+            Column("from_plane", "RMSE of the angle from the plane", "°"),
+            Column("from_plane_withheld", "Angle from the plane, withheld", "°"),
         ),
         tuple(rows),
     )
 
 
+def _model_name(data: AblationData) -> str:
+    from ajgdata.models import model_label
+
+    return model_label(data.models[0], "regression")
+
+
+def angle_table(data: AblationData, errors: Mapping[str, Errors]) -> Table:
+    """Return the error of both targets at each angle, in each setup."""
+    from ajgdata.evaluate.withheld import by_value
+
+    labels = data.labels(DATASETS["default"][0])
+    rows: dict[float, dict[str, Value]] = {}
+    for target in sorted(labels, key=lambda one: float(one["angle_deg"])):
+        angle = float(target["angle_deg"])
+        from_plane = float(target["angle_from_plane_deg"])
+        rows[angle] = {"angle": angle, "plane": from_plane, "grid": str(target["grid"])}
+    of_plane = {row["plane"]: row for row in rows.values()}
+    for key, found in errors.items():
+        for prefix, one, by, period in (
+            (DIRECTION, found.direction, rows, PERIOD_DEG),
+            (FROM_PLANE, found.from_plane, of_plane, None),
+        ):
+            withheld = one.extra_tests[WITHHELD].predictions
+            for error in by_value(one.predictions, withheld, period):
+                by[error.value] |= {"withheld": error.withheld, f"{prefix}{key}": error.rmse}
+    names = {key: f"direction, {setup}" for key, setup in SETUPS.items()}
+    planes = {key: f"angle from the plane, {setup}" for key, setup in SETUPS.items()}
+    return Table(
+        "mirror_angles",
+        "Orientation: error at each angle",
+        f"RMSE ({_model_name(data)}) on held-out grasps of training angles and on withheld angles."
+        " Grid: the paper's 19 angles, and those between. Mirror planes: the same for all setups.",
+        (
+            Column("angle", "Angle", "°"),
+            Column("plane", "From the plane", "°"),
+            Column("grid", "Grid"),
+            Column("withheld", "Withheld"),
+            *(Column(f"{DIRECTION}{key}", f"RMSE, {text}", "°") for key, text in names.items()),
+            *(Column(f"{FROM_PLANE}{key}", f"RMSE, {text}", "°") for key, text in planes.items()),
+        ),
+        tuple(rows.values()),
+    )
+
+
 def _distances(data: AblationData, grasps: Sequence[Grasp]) -> Table:
-    """Return how far sounds of mirrored angles lie apart: the mirror without any model."""
+    """Return distances between the sounds of mirrored angles: the mirror without any model."""
     angles = np.array([20.0, 45.0, 70.0])
     rows: list[dict[str, Value]] = []
-    default, as_it_is = GRIPPERS["default"], grasps[0].setup
-    designed = {key: value for key, value in as_it_is.items() if key not in OFF_DESIGN}
-    setups = {"default": (default, designed), CAME_OUT: (default, as_it_is)}
-    setups |= {name: (gripper, designed) for name, gripper in _lopsided().items()}
-    for name, (gripper, made) in setups.items():
-        axis, _ = mirror_plane(gripper)
-        setup = {**made, "gripper": gripper.model_dump(mode="json")}
-        heard = partial(_heard, data, setup)
-        true = heard(axis + angles)
-        again = [heard(axis + angles, scatter=1.0, seed=seed) for seed in (1, 2)]
+    as_built = grasps[0].setup
+    designed = {key: value for key, value in as_built.items() if key not in OFF_DESIGN}
+    unequal = GRIPPERS["unequal-radii"]
+    wide = Gripper(roof_radius_mm=unequal.roof_radius_mm)
+    far = BAR_ECCENTRIC_RANGE_MM[1]
+    for name, gripper, setup in (
+        ("default", Gripper(), designed),
+        (AS_BUILT, Gripper(), as_built),
+        (f"default, roof of {wide.roof_radius_mm:g} mm", wide, designed),
+        (SETUPS["unequal"], unequal, designed),
+        (SETUPS["eccentric"], Gripper(), {**designed, "object": "bar_eccentric"}),
+        (f"bar {far:g} mm off the axis", Gripper(), {**designed, "object": _eccentric(far)}),
+    ):
+        plane = mirror_plane(gripper).angle_deg
+        sound = partial(_sound, data, {**setup, "gripper": gripper.model_dump(mode="json")})
+        true = sound(plane + angles)
+        again = [sound(plane + angles, scatter=1.0, seed=seed) for seed in (1, 2)]
         rows.append(
             {
-                "gripper": name,
-                "mirrored": _apart(true, heard(axis - angles)),
-                "turned": _apart(true, heard(axis + angles + 90)),
-                "scatter": _apart(again[0], again[1]),
+                "setup": name,
+                "mirrored": _distance(true, sound(plane - angles)),
+                "turned": _distance(true, sound(plane + angles + 90)),
+                "scatter": _distance(again[0], again[1]),
             }
         )
     return Table(
         "mirror_distances",
         "Orientation: the mirror without a model",
-        "Relative L2 distance of the feature, without noise, root mean square over three"
-        " angles: from the bar's mirror image and from the bar turned by 90° (no scatter of"
-        " grasps), and between two grasps of the same angle. Grippers as designed, but one.",
+        "Relative L2 distance of the feature, without noise, root mean square over three angles:"
+        " from the bar's mirror image and from the bar turned by 90° (no scatter of grasps), and"
+        " between two grasps of the same angle. Setups as designed, except the second.",
         (
-            Column("gripper", "Gripper"),
+            Column("setup", "Setup"),
             Column("mirrored", "Mirror image"),
             Column("turned", "Turned by 90°"),
             Column("scatter", "Another grasp"),
@@ -229,7 +280,14 @@ def _distances(data: AblationData, grasps: Sequence[Grasp]) -> Table:
     )
 
 
-def _heard(
+def _eccentric(aside_mm: float) -> dict[str, Any]:
+    """Return the paper's bar `aside_mm` off the axis about which it is turned."""
+    bar = OBJECTS["bar_eccentric"].shape.model_dump(mode="json")
+    (part,) = bar["parts"]
+    return {**bar, "parts": [{**part, "y_mm": aside_mm}]}
+
+
+def _sound(
     data: AblationData,
     setup: Mapping[str, Any],
     angles: np.ndarray,
@@ -241,66 +299,15 @@ def _heard(
     return np.array([data.heard(setup, {**grasp, "angle_deg": angle}) for angle in angles])
 
 
-def _apart(one: np.ndarray, other: np.ndarray) -> float:
+def _distance(first: np.ndarray, second: np.ndarray) -> float:
     """Return the root mean square over rows (n, 1025) of the relative distance."""
-    change = np.linalg.norm(one - other, axis=1) / np.linalg.norm(other, axis=1)
+    change = np.linalg.norm(first - second, axis=1) / np.linalg.norm(second, axis=1)
     return float(np.sqrt(np.mean(np.square(change))))
-
-
-def finding(table: Table) -> str:
-    """Return the error of the gripper that is most its own mirror image, and of the least."""
-    misfit, rmse = table.numbers("misfit"), table.numbers("rmse")
-    least, most = int(np.argmin(misfit)), int(np.argmax(misfit))
-    return (
-        f"A gripper {number(misfit[least], 2)} mm from its mirror image errs by "
-        f"{number(rmse[least], 2)}°, one {number(misfit[most], 2)} mm from it by "
-        f"{number(rmse[most], 2)}°"
-    )
-
-
-def figure(table: Table) -> Figure:
-    """Return the error of the direction against the misfit of each gripper's mirror plane."""
-    from ajgdata.report.canvas import COLOURS, GREY, WIDTH_IN, line_style, new_figure
-    from ajgdata.report.labels import label_end, label_point
-
-    about = "direction of the bar by ridge, mean ± sd over folds, against the mirror plane's misfit"
-    drawn = new_figure((WIDTH_IN, 3.4), finding(table), about, ["simulated"])
-    left, right = drawn.subplots(1, 2)
-    misfit, rmse, sd = (table.numbers(key) for key in ("misfit", "rmse", "sd"))
-    left.errorbar(misfit, rmse, sd, fmt="o", color=COLOURS[0])
-    for x, y, reach, name in zip(misfit, rmse, sd, table.column("gripper"), strict=True):
-        label = "\n".join(textwrap.wrap(str(name), 20))
-        label_point(left, x, y, label, COLOURS[0], float(np.nan_to_num(reach)))
-    left.set(xlabel="misfit of the mirror plane (mm)", ylabel="RMSE (°)")
-    left.set_ylim(bottom=0)
-    left.set_xlim(0, 1.5 * misfit.max())
-    last = int(np.argmax(misfit))
-    for index, (key, label) in enumerate({"cosine": "kept", "sine": "flipped"}.items()):
-        style = {**line_style(index), "ls": "none"}
-        values = table.numbers(key)
-        right.plot(misfit, values, label=f"{label} by the mirror", **style)
-        label_end(right, misfit[last], values[last], f"{label} by\nthe mirror", str(style["color"]))
-    right.axhline(0, color=GREY, lw=1.1, ls=":")
-    label_end(right, None, 0, "no better than\nthe mean", GREY)
-    right.set(xlabel="misfit of the mirror plane (mm)", ylabel="R²")
-    right.set_ylim(top=1)
-    return drawn
-
-
-def caption(table: Table) -> Caption:
-    """Return the caption of `figure`."""
-    return Caption(
-        "Left: error of the bar's direction against how far each gripper is from being its own "
-        "mirror image. Right: how well the part of the angle is read that the mirror keeps, and "
-        "the one that it flips; 0: no better than the mean.",
-        f"{finding(table)}. Error of the direction, and R² of its two parts, against the misfit of "
-        "the mirror plane.",
-    )
 
 
 ABLATION = Ablation(
     "mirror",
-    datasets=(DATASET,),
+    datasets=(PAPER_ANGLES, *(name for name, _ in DATASETS.values())),
     measure=measure,
-    figures=(TableFigure("mirror_grippers", "misfit", caption, figure),),
+    figures=(TableFigure("mirror_angles", "angles", caption, figure),),
 )

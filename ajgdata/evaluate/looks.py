@@ -84,7 +84,7 @@ def run_in_order(looked: Looked, label: np.ndarray, order: Iterable[int]) -> Liv
     return LiveRun(
         sorts=sorts,
         mistakes=len(wrong),
-        before_mistake=int(wrong[0]) if len(wrong) else sorts,
+        before_error=int(wrong[0]) if len(wrong) else sorts,
         looks=int(looked.looks[rows[: sorts + 1]].sum()),
         stopped_at=int(rows[sorts]) if len(stops) else None,
     )

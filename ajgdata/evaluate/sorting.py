@@ -1,6 +1,8 @@
-"""Sorting by sound: hold, hear, decide; go on until no class is probable enough.
+"""Sorting by sound: grasp, record, decide; a run ends when no class is probable enough.
 
-`decide` is the decision alone, on one vector of probabilities: a live run uses it as it stands.
+A run has two results. *Sorted before the first error* is the main result. *Sorted by the paper's
+rule* counts all objects until the model is uncertain, also those in a wrong bin: an overconfident
+model is never uncertain. `decide` is also the decision of a live run.
 """
 
 from __future__ import annotations
@@ -16,14 +18,16 @@ STOP = -1  #: among numbers of classes
 
 @dataclass(frozen=True)
 class Run:
-    """One run: objects sorted before it stopped, and how many of them into the wrong bin.
+    """One run.
 
-    `before_mistake`: how many were sorted before the first wrong one, or in all.
+    `before_error`: objects sorted before the first error, or before the model was uncertain if
+    there was no error. `sorts`: objects sorted by the paper's rule, until the model was uncertain;
+    `mistakes` of these are in a wrong bin.
     """
 
     sorts: int
     mistakes: int
-    before_mistake: int
+    before_error: int
 
 
 def decide(probability: np.ndarray, threshold: float) -> int | None:
@@ -43,7 +47,7 @@ def decisions(probability: np.ndarray, threshold: float) -> np.ndarray:
 
 
 def sort_stream(taken: np.ndarray, label: np.ndarray, seed: int) -> Run:
-    """Sort objects that come in random order until the decision is to stop.
+    """Sort objects in random order until the decision is to stop.
 
     `taken` (n,) are the `decisions` on `n` recorded grasps and `label` (n,) their true classes.
     Each object is equally likely to come next, and any of its grasps is then held.

@@ -24,6 +24,7 @@ from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison, mark_of
 from ajgdata.report.format import Caption, Score, number, sentence, with_unit
 from ajgdata.report.panel import Highlight
+from ajgdata.report.paper import PaperFigure
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
@@ -36,6 +37,9 @@ LONGEST_RUN = 1000  #: a run that never hesitates is ended here
 #: What is told of a distribution: the 5th, 50th and 95th percentile.
 PERCENTILES = (5, 50, 95)
 PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a temperature
+#: Metrics of a run, the main result first, by the field of `Run` that has them.
+RUN_METRICS = {"sorted_before_error": "before_error", "sorts_in_a_row": "sorts"}
+BEFORE_ERROR, PAPERS_RULE = "before the first error", "by the paper's rule"
 
 
 class Settings(Strict):
@@ -73,12 +77,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         bins += [{"part": name, **dataclasses.asdict(one)} for one in reliable]
         streams = (sort_stream(taken, label, inputs.seed + n) for n in range(RUNS))
         for n, run in enumerate(streams):
-            scores.append((model, part, "sorts_in_a_row", f"run {n}", run.sorts))
-            runs.append({"part": name, "run": n, **dataclasses.asdict(run)})
+            lengths = dataclasses.asdict(run)
+            scores += [(model, part, m, f"run {n}", lengths[key]) for m, key in RUN_METRICS.items()]
+            runs.append({"part": name, "run": n, **lengths})
     title = "Sorting"
     fields = {field.name: field.name.replace("_", " ") for field in dataclasses.fields(reliable[0])}
-    columns = {"part": "Part", "run": "Run", "sorts": "Sorts in a row", "mistakes": "Mistakes"}
-    columns["before_mistake"] = "Before a mistake"
+    columns = {"part": "Part", "run": "Run", "before_error": f"Sorted {BEFORE_ERROR}"}
+    columns |= {"sorts": f"Sorted {PAPERS_RULE}", "mistakes": "In a wrong bin"}
     return Outcome(
         (
             score_table(scores, title),
@@ -96,7 +101,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
 
 class SortingPart(NamedTuple):
-    """Sorting with one kind of probabilities: bins (n,), and objects sorted in each run (runs,)."""
+    """Sorting with one kind of probabilities: bins (n,), and objects sorted in each run (runs,)
+    before the first error, and by the paper's rule."""
 
     label: str
     confidence: np.ndarray
@@ -105,8 +111,13 @@ class SortingPart(NamedTuple):
     calibration_error: float
     accepted_share: float
     accepted_accuracy: float
+    before_error: np.ndarray
     sorts: np.ndarray
-    before_mistake: np.ndarray
+
+    @property
+    def wrong_share(self) -> float:
+        """Return the share of accepted recordings that are in a wrong bin, 0 if none is."""
+        return 1 - self.accepted_accuracy if self.accepted_share else 0.0
 
 
 def parts_of(result: Result) -> list[SortingPart]:
@@ -129,8 +140,8 @@ def _part(result: Result, name: str) -> SortingPart:
         calibration_error=score(f"sorting, {name}", "calibration_error"),
         accepted_share=score(f"sorting, {name}, accepted", "share"),
         accepted_accuracy=score(f"sorting, {name}, accepted", "accuracy"),
+        before_error=runs.numbers("before_error"),
         sorts=runs.numbers("sorts"),
-        before_mistake=runs.numbers("before_mistake"),
     )
 
 
@@ -152,19 +163,20 @@ def spread(values: np.ndarray) -> str:
 
 
 def finding(results: TaskResults, result: Result) -> str:
-    """Return how many objects are sorted in a row, and what scaling the probabilities does."""
-    plain, scaled = (number(np.median(part.sorts)) for part in parts_of(result))
+    """Return the median of both results of a run, next to the published value."""
+    plain = parts_of(result)[0]
+    before, ruled = (float(np.median(one)) for one in (plain.before_error, plain.sorts))
     paper = results.paper
-    told = f"; the paper {number(paper.value)}" if paper and paper.value is not None else ""
-    ended = "or more " if np.median(parts_of(result)[1].sorts) >= LONGEST_RUN else ""
+    published = f" (paper: {number(paper.value)})" if paper and paper.value is not None else ""
+    more = " or more" if ruled >= LONGEST_RUN else ""
     return (
-        f"{result.label} sorts {plain} objects in a row in the middle run, {scaled} {ended}with "
-        f"scaled probabilities{told}"
+        f"{result.label} sorts {number(before)} objects {BEFORE_ERROR}{published}; {PAPERS_RULE} "
+        f"{number(ruled)}{more}, {number(100 * plain.wrong_share, 2)} % in a wrong bin"
     )
 
 
 def figure(results: TaskResults, result: Result) -> Figure:
-    """Return the reliability diagram, and how many objects are sorted in a row."""
+    """Return the reliability diagram, and how many objects are sorted before the first error."""
     from matplotlib.ticker import FuncFormatter
 
     from ajgdata.report.canvas import WIDTH_IN, model_line, new_figure
@@ -192,7 +204,11 @@ def figure(results: TaskResults, result: Result) -> Figure:
         reference_line(right, "paper", paper.value, f"the paper: {number(paper.value)}", "x")
     left.set(xlabel="probability of the predicted class", ylabel="share that is right")
     left.set(xlim=(0, 1.02), ylim=(0, 1.02))
-    right.set(xlabel="sorts in a row", ylabel="share of runs as long", xscale="symlog")
+    right.set(
+        xlabel=f"objects sorted {BEFORE_ERROR} (thin: {PAPERS_RULE})",
+        ylabel="share of runs as long",
+        xscale="symlog",
+    )
     right.xaxis.set_major_formatter(FuncFormatter(lambda n, _: number(n)))
     right.set_ylim(0, 1.02)
     right.set_xlim(left=0)
@@ -203,19 +219,21 @@ def _share_of_runs(axes: Axes, part: SortingPart, colour: str, dashes: Any) -> N
     """Draw the share of the runs that reached each length, named after a quarter of them."""
     from ajgdata.report.labels import label_point
 
-    lengths = np.sort(part.sorts)
-    share = 1 - np.arange(len(lengths)) / len(lengths)
-    style = {"color": colour, "ls": dashes, "label": part.label}
-    axes.step(np.append(0, lengths), np.append(1, share), **style)
-    label_point(axes, float(np.percentile(lengths, 25)), 0.75, part.label.partition(",")[0], colour)
+    share = np.append(1, 1 - np.arange(len(part.sorts)) / len(part.sorts))
+    style = {"color": colour, "ls": dashes}
+    axes.step(np.append(0, np.sort(part.before_error)), share, label=part.label, **style)
+    axes.step(np.append(0, np.sort(part.sorts)), share, lw=0.7, alpha=0.6, **style)
+    quarter = float(np.percentile(part.before_error, 25))
+    label_point(axes, quarter, 0.75, part.label.partition(",")[0], colour)
 
 
 def caption(results: TaskResults, result: Result) -> Caption:
     """Return the caption of `figure`."""
     parts, settings = parts_of(result), results.settings
     listed = "; ".join(
-        f"{part.label}: {spread(part.sorts)} sorts in a row, calibration error "
-        f"{number(part.calibration_error, 2)}, {number(100 * part.accepted_share)} % accepted"
+        f"{part.label}: {spread(part.before_error)} sorted {BEFORE_ERROR}, {spread(part.sorts)} "
+        f"{PAPERS_RULE} with {number(100 * part.wrong_share, 2)} % in a wrong bin, calibration "
+        f"error {number(part.calibration_error, 2)}, {number(100 * part.accepted_share)} % accepted"
         for part in parts
     )
     paper = f" The paper, live: {results.paper.text}." if results.paper else ""
@@ -224,9 +242,10 @@ def caption(results: TaskResults, result: Result) -> Caption:
         f"{result.label} trained on {', '.join(result.about['objects'])} alone "
         f"({results.source}). Left: are predictions right as often as they are sure? The "
         f"temperature is found on grasps held out of each fold's training part. Right: "
-        f"{len(parts[0].sorts)} simulated runs in which held-out grasps come in random order until "
-        f"none is {100 * settings.threshold:g} % sure; a run of {LONGEST_RUN:,} is ended there "
-        f"({' and '.join(map(str, ended))} were).{paper}",
+        f"{len(parts[0].sorts)} simulated runs on held-out grasps in random order; thick lines: "
+        "objects sorted before the first error, thin lines: objects sorted by the paper's rule, "
+        f"until no class has a probability of {100 * settings.threshold:g} %. A run ends after "
+        f"{LONGEST_RUN:,} objects ({' and '.join(map(str, ended))} did).{paper}",
         f"{sentence(finding(results, result))}. Reliability and lengths of runs: {listed}.",
     )
 
@@ -242,8 +261,8 @@ def figures(results: TaskResults) -> list[Illustration]:
 def tables(results: TaskResults) -> list[ShownTable]:
     """Return calibration and runs of each model that sorts."""
     heads = (
-        "Probabilities", "Calibration error|", "Accepted|", "Right of those|", "Sorts in a row|",
-        "Before a mistake|",
+        "Probabilities", "Calibration error|", "Accepted|", "Right of those|",
+        f"Sorted {BEFORE_ERROR}|", f"Sorted {PAPERS_RULE}|",
     )  # fmt: skip
     shown = []
     for result in results.results:
@@ -258,7 +277,7 @@ def tables(results: TaskResults) -> list[ShownTable]:
                 part.label, number(part.calibration_error),
                 f"{number(100 * part.accepted_share)} %",
                 f"{number(100 * part.accepted_accuracy)} %",
-                spread(part.sorts), spread(part.before_mistake),
+                spread(part.before_error), spread(part.sorts),
             )
             for part in parts
         )  # fmt: skip
@@ -267,31 +286,55 @@ def tables(results: TaskResults) -> list[ShownTable]:
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield sorts in a row: the paper's run lies among ours, or beyond 90 % of them.
+    """Yield objects sorted before the first error, and by the paper's rule as a second result.
 
-    Ours are those with probabilities as they are: the paper says nothing of scaling them.
+    Of probabilities as they are: the paper does not mention scaling.
     """
     paper = results.paper
     if paper is None or paper.value is None:
         return
     for result in results.results:
-        sorts = parts_of(result)[0].sorts
-        low, middle, high = np.percentile(sorts, PERCENTILES)
-        agrees = LOWER if high < paper.value else HIGHER if low > paper.value else YES
-        text = with_unit(spread(sorts), paper.unit)
-        if sorts.max() >= LONGEST_RUN:
-            text += f"; runs end at {number(LONGEST_RUN, 4)}"
+        plain = parts_of(result)[0]
         yield PaperComparison(
             paper,
             results.dataset,
             results.task,
             results.source,
-            text,
+            two_results(paper, plain.before_error, plain.sorts, plain.wrong_share, LONGEST_RUN),
             result.label,
-            agrees,
-            marks=(Mark("ours", result.label, float(middle), float(low), float(high)),),
+            agreement_of_runs(plain.before_error, paper.value),
+            marks=run_marks(result.label, paper.value, plain.before_error, plain.sorts),
             label="held-out grasps",
         )
+
+
+def agreement_of_runs(lengths: np.ndarray, published: float) -> str:
+    """Return whether a published length is among `lengths` (runs,), or beyond 90 % of them."""
+    low, _, high = np.percentile(lengths, PERCENTILES)
+    return LOWER if high < published else HIGHER if low > published else YES
+
+
+def two_results(
+    paper: PaperFigure, before: np.ndarray, ruled: np.ndarray, wrong_share: float, longest: int
+) -> str:
+    """Return both results of runs (runs,) as text; `longest`: where runs end at the latest."""
+    text = (
+        f"{with_unit(spread(before), paper.unit)} {BEFORE_ERROR}; {spread(ruled)} {PAPERS_RULE}, "
+        f"{number(100 * wrong_share, 2)} % in a wrong bin"
+    )
+    return f"{text}; runs end at {number(longest, 4)}" if ruled.max() >= longest else text
+
+
+def run_marks(
+    label: str, published: float, before: np.ndarray, ruled: np.ndarray
+) -> tuple[Mark, ...]:
+    """Return marks of both results of runs (runs,), each next to the published value."""
+    marks = []
+    for part, lengths in ((BEFORE_ERROR, before), (PAPERS_RULE, ruled)):
+        low, middle, high = map(float, np.percentile(lengths, PERCENTILES))
+        marks.append(Mark("ours", label, middle, low, high, part))
+        marks.append(Mark("paper", "paper", published, published, published, part))
+    return tuple(marks)
 
 
 def highlights(results: TaskResults) -> Iterator[Highlight]:

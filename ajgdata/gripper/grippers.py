@@ -66,8 +66,8 @@ class Gripper(SceneModel):
     )
     speaker_mm: tuple[Coordinate, Coordinate] = Field(
         (-35.0, 3.0),
-        description="x, y on the roof; off the mirror planes, or angles could not"
-        " be told from their mirror images",
+        description="x, y on the roof. At almost the radius of the microphone, so an angle and its"
+        " mirror image give almost the same sound (see mirror_symmetry)",
     )
     microphone_mm: tuple[Coordinate, Coordinate] = (34.0, -5.0)
     transducer_sigma_mm: Annotated[float, Field(ge=0.5, le=10)] = Field(
@@ -177,8 +177,12 @@ GRIPPERS: dict[str, Gripper] = {
     "overfilled": Gripper(bed_depth_mm=50.0),
     "thick-membrane": Gripper(membrane=_THICK, stiffness_n_m3=6e5),
     "wide-cone": Gripper(roof_radius_mm=40.0, rim_radius_mm=60.0),
-    "asymmetric": Gripper(
+    "moved-transducers": Gripper(
         speaker_mm=(-30.0, 15.0), microphone_mm=(22.0, -26.0), port_mm=(25.0, 20.0)
+    ),
+    # The smallest roof for transducers that are 70 mm apart and 10 mm off every mirror plane.
+    "unequal-radii": Gripper(
+        roof_radius_mm=44.0, speaker_mm=(-40.7, -1.8), microphone_mm=(29.0, -8.2)
     ),
     "symmetric": Gripper(speaker_mm=(-35.0, 0.0), microphone_mm=(35.0, 0.0), port_mm=(0.0, 0.0)),
     "close-transducers": Gripper(speaker_mm=(-17.5, 3.0), microphone_mm=(17.5, -5.0)),

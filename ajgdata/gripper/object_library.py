@@ -203,19 +203,32 @@ def _other() -> dict[str, ObjectSpec]:
 HOUSEHOLD: dict[str, ObjectSpec] = _spherical() | _cylindrical() | _other()
 
 
+#: Distance from the middle line of a bar to the axis about which it is turned; not in the paper.
+BAR_ECCENTRIC_RANGE_MM = (0.0, 6.0)
+
+
 def _bars() -> dict[str, ObjectSpec]:
-    """The paper's 270 x 15 x 44 mm as length, width and height, and lying flat: both longer than
-    the gripper is wide."""
+    """The paper's 270 x 15 x 44 mm as length, width and height, lying flat, and off its axis: all
+    longer than the gripper is wide."""
     edge, flat = (
         Box(kind="box", length_mm=270, width_mm=width, height_mm=height, material="wood")
         for width, height in ((15, 44), (44, 15))
     )
     order = f"{PAPER}: 270 x 15 x 44 mm"
+    low, high = BAR_ECCENTRIC_RANGE_MM
+    aside = {"shape": edge.model_copy(update={"material": "rigid"}), "y_mm": (low + high) / 2}
     return {
         "bar": ObjectSpec(
             shape=edge, category="bar", source=f"{order}, read as length, width, height: on edge"
         ),
         "bar_flat": ObjectSpec(shape=flat, category="bar", source=f"{order}, laid flat"),
+        "bar_eccentric": ObjectSpec(
+            shape=_compound("wood", aside),
+            category="bar",
+            source=f"{order}, on edge; its middle line {(low + high) / 2:g} mm off the axis about"
+            f" which it is turned, the middle of {low:g} to {high:g} mm: a bar of 15 mm that is"
+            " centred by eye is off by less than half its width; estimate",
+        ),
     }
 
 

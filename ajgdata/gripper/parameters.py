@@ -135,14 +135,14 @@ _GRIPPER = (
     ),
     Parameter(
         "gripper.speaker_mm.1", "fixed", 0, 6, "linear", "estimate",
-        "off the mirror plane, or angles could not be told from their mirror images",
+        "off the line through the axis; the radius is almost that of the microphone",
     ),
     Parameter(
         "gripper.microphone_mm.0", "fixed", 33, 35, "linear", "paper", "70 mm from the speaker",
     ),
     Parameter(
         "gripper.microphone_mm.1", "fixed", -10, 0, "linear", "estimate",
-        "off the mirror plane, as the speaker",
+        "as the speaker",
     ),
     Parameter(
         "gripper.transducer_sigma_mm", "fixed", 1.5, 3.5, "linear", "estimate",

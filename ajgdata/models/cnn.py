@@ -255,6 +255,15 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
         self.n_outputs_, self.flat_ = about["n_outputs"], about["flat"]
 
 
-def cnn(kind: Kind, seed: int) -> CnnClassifier | CnnRegressor:
+def cnn(kind: Kind, seed: int, scaling: Scaling = "per_bin") -> CnnClassifier | CnnRegressor:
     """Return the paper's model, unfitted."""
-    return (CnnClassifier if kind == "classification" else CnnRegressor)(random_state=seed)
+    estimator = CnnClassifier if kind == "classification" else CnnRegressor
+    return estimator(random_state=seed, scaling=scaling)
+
+
+def cnn_one_scale(kind: Kind, seed: int) -> CnnClassifier | CnnRegressor:
+    """Return the paper's model with one scale for all bins, unfitted.
+
+    Bins that contain mostly noise then stay small, however much louder the noise is in use.
+    """
+    return cnn(kind, seed, "global")

@@ -22,7 +22,7 @@ ROUNDING = 1e-9
 LOWER_IS_BETTER = ("rmse", "mae", "calibration_error")
 HIGHER_IS_BETTER = (
     "accuracy", "balanced_accuracy", "macro_f1", "r2", "rank_correlation", "precision",
-    "silhouette", "sorts_in_a_row",
+    "silhouette", "sorted_before_error", "sorts_in_a_row",
 )  # fmt: skip
 #: Shown in per cent.
 SHARES = ("accuracy", "balanced_accuracy", "macro_f1", "precision", "coverage", "share")

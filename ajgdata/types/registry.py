@@ -206,6 +206,9 @@ MODELS = Registry(
             "nearest_neighbours", "k-NN, plain", "k-NN, plain", trusted=_METRICS
         ),
         "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", several=False),
+        "cnn_one_scale": Model(
+            "ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", "CNN, one scale"
+        ),
     },
 )
 SOURCES = Registry(

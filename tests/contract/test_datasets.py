@@ -1,11 +1,14 @@
 """Every data set that is declared here: what its recipe and tasks must keep to."""
 
 import itertools
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from ajgdata.acquire.recipe import session_names
+from ajgdata.gripper.grippers import GRIPPERS
+from ajgdata.gripper.mirror_symmetry import angle_from_plane, mirror_image, mirror_plane
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import datasets_of, tasks_by_report
 from ajgdata.pipeline.recipes import planned_grasps
@@ -17,6 +20,9 @@ SPECS = {name: read_dataset(PATHS, name) for name in list_datasets(PATHS)}
 MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 WITHHOLDING = [(name, task) for name, task in TASKS if SPECS[name].tasks[task].withhold]
+#: Targets that are angles from a mirror plane, and their data sets.
+FROM_PLANE = {"angle_from_plane_deg"}
+MIRRORED = ("orientation_fine", "orientation_unequal_radii", "orientation_eccentric")
 EMBEDDINGS = [(name, one) for name in MADE for one in SPECS[name].embeddings]
 
 
@@ -39,12 +45,16 @@ def test_withheld_values_are_spread_within_the_range(name, task):
     settings, recipe = SPECS[name].tasks[task], SPECS[name].recipe
     values = sorted({made.targets[settings.target] for made in recipe.objects})
     assert set(settings.withhold) <= set(values)
-    assert len(settings.withhold) >= 4
-    assert not {values[0], values[-1]} & set(settings.withhold)
-    places = sorted(values.index(value) for value in settings.withhold)
+    steps = [value in settings.withhold for value in values]
+    if settings.target in FROM_PLANE:  # an angle and its mirror image have nearly one value
+        assert steps[::2] == steps[1::2]
+        steps = steps[::2]
+    places = [place for place, is_withheld in enumerate(steps) if is_withheld]
+    assert len(places) >= 4
+    assert not {0, len(steps) - 1} & set(places)
     gaps = [b - a for a, b in itertools.pairwise(places)]
     assert min(gaps) > 1  # each is between two known ones
-    assert places[0] < len(values) / 4 < 3 * len(values) / 4 < places[-1] + 1
+    assert places[0] < len(steps) / 4 < 3 * len(steps) / 4 < places[-1] + 1
 
 
 @pytest.mark.parametrize(("name", "task"), TASKS)
@@ -98,6 +108,51 @@ def test_an_embedding_knows_its_columns_and_its_grippers(name, embedding):
         assert not seeds[0] & (seeds[1] | seeds[2])
 
 
+@pytest.mark.parametrize("name", MIRRORED)
+def test_angles_from_the_mirror_plane_follow_from_the_gripper_s_geometry(name):
+    recipe = SPECS[name].recipe
+    plane = mirror_plane(GRIPPERS[recipe.scene.get("gripper", "default")]).angle_deg
+    assert [made.targets["angle_deg"] for made in recipe.objects] == [4.5 * n for n in range(40)]
+    for made in recipe.objects:
+        angle = made.targets["angle_deg"]
+        assert made.grasp == {"angle_deg": angle}
+        # Labels have two decimals.
+        from_plane = pytest.approx(angle_from_plane(angle, plane), abs=0.01)
+        assert made.targets["angle_from_plane_deg"] == from_plane
+        is_of_paper = angle % 9 == 0 and angle <= 162
+        assert made.targets["grid"] == ("paper" if is_of_paper else "between")
+    assert Counter(made.targets["grid"] for made in recipe.objects)["paper"] == 19
+
+
+@pytest.mark.parametrize("name", MIRRORED)
+def test_an_angle_is_withheld_with_its_mirror_image(name):
+    """A grid of 4.5° has no exact images: the nearest angle stands for each."""
+    tasks, objects = SPECS[name].tasks, SPECS[name].recipe.objects
+    labels = {made.targets["angle_deg"]: made.targets["angle_from_plane_deg"] for made in objects}
+    withheld = tasks["angle"].withhold
+    assert tasks["direction"].withhold == withheld
+    assert sorted(tasks["angle_from_plane"].withhold) == sorted(labels[a] for a in withheld)
+    plane = mirror_plane(GRIPPERS["default"]).angle_deg
+    for angle in withheld:
+        image = mirror_image(angle, plane)
+        nearest = min(labels, key=lambda a: abs((a - image + 90) % 180 - 90))
+        assert nearest in withheld and nearest != angle
+    assert sum(made.targets["grid"] == "paper" and made.targets["angle_deg"] in withheld
+               for made in objects) == 8  # fmt: skip
+
+
+def test_the_bars_and_grippers_of_one_angle_differ_in_what_their_data_set_says():
+    """One seed draws pose, bed and nuisances of a grasp in all three."""
+    setups = {
+        name: [g.setup for g in planned_grasps(PATHS, SPECS[name], ["virtual-01"])[0]]
+        for name in MIRRORED
+    }
+    assert [one["object"] for one in setups["orientation_eccentric"]] == ["bar_eccentric"] * 160
+    for default, unequal, eccentric in zip(*setups.values(), strict=True):
+        assert unequal == {**default, "gripper": "unequal-radii"}
+        assert eccentric == {**default, "object": "bar_eccentric"}
+
+
 def test_noise_needs_no_new_simulation():
     scenes = {
         name: [g.setup for g in planned_grasps(PATHS, SPECS[name], ["virtual-01"])[0]]
@@ -120,7 +175,7 @@ NEEDS = {
     "media": {"media"},
     "size": {"size"},
     "noise": {"size", "size_60dba", "size_70dba", "size_80dba", "size_90dba"},
-    "orientation": {"orientation", "orientation_flat"},
+    "orientation": {"orientation", "orientation_flat", *MIRRORED},
     "materials": {"sphere80", "plate", "sphere30"},
     "ycb": {"ycb"},
     "datasize": {"ycb"},
@@ -131,8 +186,8 @@ NEEDS = {
     },
     "grid": {"size", "size_fine"},
     "transfer": {
-        "size", "size_other_membrane", "size_asymmetric",
-        "ycb", "ycb_other_membrane", "ycb_asymmetric",
+        "size", "size_other_membrane", "size_moved_transducers",
+        "ycb", "ycb_other_membrane", "ycb_moved_transducers",
     },
 }  # fmt: skip
 

@@ -168,7 +168,7 @@ def check_bounds(scores: Table, about: dict) -> None:
             continue
         if row["metric"] in (*SHARES, "share", "coverage"):
             assert 0 <= row["value"] <= 1
-        elif row["metric"] in ("rmse", "mae", "width", "sorts_in_a_row"):
+        elif row["metric"] in ("rmse", "mae", "width", "sorted_before_error", "sorts_in_a_row"):
             assert row["value"] >= 0
             if about["period_deg"] and row["metric"] in ("rmse", "mae"):
                 assert row["value"] <= about["period_deg"] / 2

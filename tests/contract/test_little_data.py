@@ -57,6 +57,7 @@ SETTINGS: dict[str, dict] = {
     "feature_quantity": {"features": [{"quantity": "magnitude"}], "test_on": ["whole"],
                          "models": ["knn"]},
     "shortcut": {"test_on": ["whole"], "models": ["knn"]},
+    "repeated_fits": {"test_on": ["whole"], "repeats": 3, "models": ["ridge_plain"]},
     "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear_plain"],
                    "slow": [], "responses": 2},
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},

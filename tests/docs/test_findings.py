@@ -122,7 +122,8 @@ def test_the_sorting_row_is_told_of_the_experiment_and_of_the_card(project):
     of = {"grasps": 20, "part": "plain"}
     which = of | {"policy": "as needed", "looks": 1}
     shares = {"accepted": 0.9, "wrong": 0.0125, "added_s": 0.0}
-    runs = [which | {"run": n, "sorts": sorts} for n, sorts in enumerate((10, 20, 30))]
+    lengths = enumerate(((5, 10), (6, 20), (7, 30)))
+    runs = [which | {"run": n, "before_error": b, "sorts": s} for n, (b, s) in lengths]
     tables = [
         rows_of("conditions", which | shares, which | shares | {"policy": "always", "looks": 2}),
         rows_of("runs", *runs),
@@ -132,7 +133,8 @@ def test_the_sorting_row_is_told_of_the_experiment_and_of_the_card(project):
         path = project.experiment("ycb", "sorting", f"live_sorting-{model}")
         write_tables(path, tables, provenance={"git_commit": "c0ffee1234567"})
     lines = blocks.block("live-sorting", Results(project.results)).splitlines()
-    said = "| 20 grasps each | 1 | 20 (11 to 29) | 13 (0 to 58) | 10 % | 1.25 % | 0 s |"
+    both = "6 (5.1 to 6.9) | 13 (0 to 58) | 20 (11 to 29)"
+    said = f"| 20 grasps each | 1 | {both} | 10 % | 1.25 % | 0 s |"
     assert [line for line in lines if line.endswith(said)] == [
         f"| {label} {said}" for label in ("CNN", "logistic regression")
     ]

@@ -70,6 +70,13 @@ def test_models_with_chance_in_them_get_the_seed(name, kind):
     assert {v for k, v in settings.items() if k.split("__")[-1] == "random_state"} == {7}
 
 
+def test_the_cnn_with_one_scale_differs_in_its_scaling_only():
+    each, one = (
+        make_model(name, "regression", 7).get_params() for name in ("cnn", "cnn_one_scale")
+    )
+    assert one == each | {"scaling": "global"} and each["scaling"] == "per_bin"
+
+
 def test_unknown_names_are_refused():
     with pytest.raises(
         ValueError, match="unknown model 'tree': choose one of cnn, linear, ridge, knn"

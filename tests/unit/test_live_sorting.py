@@ -116,8 +116,8 @@ def test_cubes_that_sound_apart_are_sorted_to_the_end(simulated):
     assert {row["grasps"]: row["recordings"] for row in offline.rows} == {4: 8, 2: 4}
     for row in runs.rows:
         assert row["sorts"] <= 6 and (row["held"] is None) == (row["sorts"] == 6)
-    same = scores.where(metric="sorts_in_a_row").column("value")
-    assert same == runs.column("sorts")
+    for metric, key in (("sorted_before_error", "before_error"), ("sorts_in_a_row", "sorts")):
+        assert scores.where(metric=metric).column("value") == runs.column(key)
     (cost,) = outcome.cost
     assert set(cost.column("metric")) == {"feature_s", "model_s", "decide_s"}
     assert (cost.numbers("value") > 0).all()
@@ -180,7 +180,7 @@ def check_shown(results, expected: list[int]) -> None:
     plain, scaled = one.figures(results)
     middle = np.median(expected)
     figure = draw(plain)
-    title = f"sorts {middle:g} new grasps in a row in the middle run, the paper 3"
+    title = f"sorts {middle:g} new grasps before the first error (paper: 3); by the paper's rule"
     assert fits(figure) and title in plain.caption.alt
     assert {"simulated", "10 grasps", "the paper: 3", "into a wrong bin"} <= set(texts(figure))
     assert "5 × ball or box" in plain.caption.text and scaled.folded
@@ -190,12 +190,13 @@ def check_shown(results, expected: list[int]) -> None:
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == middle
     assert row.marks[0].low <= middle <= row.marks[0].high
+    assert "0 % in a wrong bin" in row.result
 
 
 def test_a_row_to_the_end_is_told_as_what_it_is_at_least():
     runs = [
         {"grasps": 20, "part": p, "policy": "as needed", "looks": 1, "run": n, "sorts": 160,
-         "mistakes": 0, "before_mistake": 160, "sort_s": 81.5, "held": None}
+         "mistakes": 0, "before_error": 160, "sort_s": 81.5, "held": None}
         for p in PARTS for n in range(3)
     ]  # fmt: skip
     shares = {"accepted": 1.0, "wrong": 0.0, "accuracy": 1.0, "added_s": 0.0}
@@ -205,7 +206,9 @@ def test_a_row_to_the_end_is_told_as_what_it_is_at_least():
     outcome = Outcome(tuple(made), about={"placements": 160})
     results = task_results("live_sorting", {"cnn": outcome}, papers={"live_sorting": PAPER})
     (row,) = EXPERIMENTS["live_sorting"].paper_comparison(results, lambda *_: None)
-    assert (row.result, row.agrees) == ("all 160", "no: higher")
+    all_sorted = "160 (160 to 160) sorts before the first error; 160 (160 to 160) by the paper's"
+    assert row.result == f"{all_sorted} rule, 0 % in a wrong bin; runs end at 160"
+    assert row.agrees == "no: higher"
     (panel,) = panels([row], [PAPER])
     assert panel.rows[0].ours == "> 160 sorts"
     assert np.isfinite([one.at for one in panel.placed(panel.rows[0])]).all()

@@ -41,13 +41,13 @@ def test_a_run_meets_each_placement_once_and_stops_in_doubt():
     looked = Looked(np.array([0, 1, 0, -1]), np.array([1, 2, 1, 3]), np.zeros((4, 2)))
     label = np.array([0, 1, 1, 0])
     run = run_in_order(looked, label, [1, 2, 0, 3])
-    assert (run.sorts, run.mistakes, run.before_mistake) == (3, 1, 1)
+    assert (run.sorts, run.mistakes, run.before_error) == (3, 1, 1)
     assert (run.looks, run.stopped_at) == (7, 3)
     at_once = run_in_order(looked, label, [3, 0, 1, 2])
     assert (at_once.sorts, at_once.looks, at_once.stopped_at) == (0, 3, 3)
     sure = Looked(label, np.ones(4, int), np.zeros((4, 2)))
     run = run_in_order(sure, label, [0, 1, 2, 3])
-    assert (run.sorts, run.mistakes, run.before_mistake, run.stopped_at) == (4, 0, 4, None)
+    assert (run.sorts, run.mistakes, run.before_error, run.stopped_at) == (4, 0, 4, None)
 
 
 def test_orders_are_permutations_that_a_seed_decides():

@@ -148,7 +148,7 @@ def test_names_are_checked_without_importing_what_they_stand_for(lab):
 
 def test_an_unknown_name_is_answered_with_the_known_ones(lab):
     known = "cnn, linear, ridge, knn, svm, boosting, forest, mlp, linear_plain, "
-    known += "ridge_plain, knn_plain, svm_plain, astray, broken, median"
+    known += "ridge_plain, knn_plain, svm_plain, cnn_one_scale, astray, broken, median"
     with pytest.raises(ValidationError, match=f"unknown model 'medain': choose one of {known}"):
         TypeAdapter(ModelName).validate_python("medain")
     with pytest.raises(ValueError, match="unknown source 'tone': choose one of virtual, broken"):

@@ -94,5 +94,5 @@ def test_mistakes_are_counted_and_end_nothing():
     run = sort_stream(taken, label, 0)
     assert run.sorts == LONGEST_RUN
     assert abs(run.mistakes - 500) < 3 * math.sqrt(250)
-    assert run.before_mistake < 20
+    assert run.before_error < 20
     assert accepted(taken, label).accuracy == 0.5

@@ -16,9 +16,11 @@ PERCENTILES = (5, 50, 95)
 
 
 def live_sorting(results: Results) -> str:
-    """Sorts in a row on new grasps, by what was trained on and how many looks there are."""
-    head = ("model", "trained on", "looks, at most", "sorts in a row", "expected",
-            "in doubt", "into a wrong bin", "added to a sort")  # fmt: skip
+    """Return both results of runs on new grasps, by training data and number of looks."""
+    head = (
+        "model", "trained on", "looks, at most", "sorted before the first error", "expected",
+        "sorted by the paper's rule", "uncertain", "in a wrong bin", "added to a sort",
+    )  # fmt: skip
     rows = []
     for model in ("cnn", "linear"):
         tables = results.experiment(DATASET, TASK, f"live_sorting-{model}")
@@ -28,26 +30,29 @@ def live_sorting(results: Results) -> str:
 
 
 def _lines(tables: dict[str, Table]) -> list[list[str]]:
-    """Return a line for each size of training and number of looks, had as needed."""
+    """Return one line per size of the training data and number of looks, as needed."""
     which = {"part": "plain", "policy": "as needed"}
     lines = []
     for row in tables["conditions"].where(**which).rows:
         of = {"grasps": row["grasps"], "looks": row["looks"]}
-        low, middle, high = np.percentile(
-            tables["runs"].where(**which, **of).numbers("sorts"), PERCENTILES
-        )
-        (told,) = tables["offline"].where(part="plain", grasps=row["grasps"]).rows
-        expected = f"{number(told['middle'])} ({number(told['low'])} to {number(told['high'])})"
+        runs = tables["runs"].where(**which, **of)
+        (offline,) = tables["offline"].where(part="plain", grasps=row["grasps"]).rows
+        expected = _spread(offline["low"], offline["middle"], offline["high"])
         lines.append(
             [
                 f"{row['grasps']} grasps each", str(row["looks"]),
-                f"{number(middle)} ({number(low)} to {number(high)})",
+                _spread(*np.percentile(runs.numbers("before_error"), PERCENTILES)),
                 expected if row["looks"] == 1 else "",
+                _spread(*np.percentile(runs.numbers("sorts"), PERCENTILES)),
                 f"{number(100 * (1 - row['accepted']))} %", f"{number(100 * row['wrong'])} %",
                 f"{number(row['added_s'])} s",
             ]
         )  # fmt: skip
     return lines
+
+
+def _spread(low: float, middle: float, high: float) -> str:
+    return f"{number(middle)} ({number(low)} to {number(high)})"
 
 
 def sort_live(results: Results) -> str:
@@ -58,16 +63,15 @@ def sort_live(results: Results) -> str:
         _row(str(looks), runs.where(looks=looks), about["compared"][str(looks)])
         for looks in dict.fromkeys(runs.column("looks"))
     ]
-    head = ("looks, at most", "runs", "sorts in a row", "into a wrong bin", "all sorted",
+    head = ("looks, at most", "runs", "sorted by the paper's rule", "in a wrong bin", "all sorted",
             "looks compared", "largest difference of a probability", "other decisions")  # fmt: skip
     what = f"{model_label(about['model'], 'classification')}, {about['placements']} placements."
     return f"{what}\n\n{markdown_table(head, rows)}\n{study_table(stages)}"
 
 
 def _row(looks: str, runs: Table, compared: dict[str, Any]) -> list[str]:
-    low, middle, high = np.percentile(runs.numbers("sorts"), PERCENTILES)
     return [
-        looks, str(len(runs.rows)), f"{number(middle)} ({number(low)} to {number(high)})",
+        looks, str(len(runs.rows)), _spread(*np.percentile(runs.numbers("sorts"), PERCENTILES)),
         str(sum(runs.column("mistakes"))), str(sum(runs.column("finished"))),
         value(compared["looks"]), value(compared["largest"]), value(compared["other_decisions"]),
     ]  # fmt: skip

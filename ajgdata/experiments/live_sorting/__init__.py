@@ -22,6 +22,7 @@ from ajgdata.experiments.live_sorting.shown import (
     paper_comparison,
     tables,
 )
+from ajgdata.experiments.sorting import RUN_METRICS
 from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -191,7 +192,7 @@ def _runs(
         run = run_in_order(looked, label, order)
         tried = run.sorts + (run.stopped_at is not None)
         row: Row = {"run": number, "sorts": run.sorts, "mistakes": run.mistakes}
-        row |= {"before_mistake": run.before_mistake}
+        row |= {"before_error": run.before_error}
         row["sort_s"] = settings.sort_s + settings.look_s * (run.looks / tried - 1)
         stop = dict.fromkeys(("held", "first", "first_p", "second", "second_p"))
         if run.stopped_at is not None:
@@ -203,7 +204,10 @@ def _runs(
 
 
 def _expected(settings: Settings, trained: Trained, longest: int) -> Iterator[Row]:
-    """Yield what recordings that were held out let one expect of a run with one look."""
+    """Yield the length of a run with one look that held-out recordings predict.
+
+    A run goes on while an object is accepted and correctly classified.
+    """
     from ajgdata.evaluate.calibration import with_temperature
     from ajgdata.evaluate.looks import expected_lengths
     from ajgdata.evaluate.sorting import accepted, decisions
@@ -212,7 +216,8 @@ def _expected(settings: Settings, trained: Trained, longest: int) -> Iterator[Ro
     both = plain, with_temperature(plain, trained.temperature)
     for name, probability in zip(PARTS, both, strict=True):
         passed = accepted(decisions(probability, settings.threshold), label)
-        mean, percentiles = expected_lengths(passed.share, longest, PERCENTILES)
+        correct = passed.share * passed.accuracy if passed.share else 0.0
+        mean, percentiles = expected_lengths(correct, longest, PERCENTILES)
         row: Row = {"grasps": trained.grasps, "part": name, "recordings": len(label)}
         row["accuracy"] = np.mean(probability.argmax(axis=1) == label)
         row |= {"accepted": passed.share, "right": passed.accuracy, "mean": mean}
@@ -235,17 +240,18 @@ def _tables(
         scores.append((model, f"{part}, accepted", "share", "pooled", one["accepted"]))
         scores.append((model, f"{part}, accepted", "accuracy", "pooled", one["right"]))
     for one in runs:
-        named = part_name(one), "sorts_in_a_row", f"run {one['run']}"
-        scores.append((model, *named, one["sorts"]))
+        for metric, key in RUN_METRICS.items():
+            scores.append((model, part_name(one), metric, f"run {one['run']}", one[key]))
     of = {"grasps": "Trained on grasps", "part": "Probabilities"}
     which = of | {"policy": "Looks", "looks": "At most"}
     shares = {"accuracy": "Accuracy", "accepted": "Accepted", "right": "Right of those"}
     told = {"wrong": "Into a wrong bin", "mean_looks": "Looks", "added_s": "Added to a sort, s"}
-    ran = {"run": "Run", "sorts": "Sorts in a row", "mistakes": "Mistakes"}
-    ran |= {"before_mistake": "Before a mistake", "sort_s": "A sort, s", "held": "Held at the stop"}
+    ran = {"run": "Run", "before_error": "Sorted before the first error"}
+    ran |= {"sorts": "Sorted by the paper's rule", "mistakes": "In a wrong bin"}
+    ran |= {"sort_s": "A sort, s", "held": "Held at the stop"}
     ran |= {"first": "Most probable", "first_p": "Its probability"}
     ran |= {"second": "Next", "second_p": "Probability of the next"}
-    lengths = {"mean": "Sorts", "low": "5 %", "middle": "Median", "high": "95 %"}
+    lengths = {"mean": "Before the first error", "low": "5 %", "middle": "Median", "high": "95 %"}
     lengths = {"recordings": "Recordings"} | shares | lengths
     title = "Expected of recordings held out"
     return (

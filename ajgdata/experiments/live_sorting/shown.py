@@ -10,9 +10,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ajgdata.experiments.base import Lookup, Result, TaskResults
+from ajgdata.experiments.sorting import (
+    BEFORE_ERROR,
+    PAPERS_RULE,
+    agreement_of_runs,
+    run_marks,
+    two_results,
+)
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison
-from ajgdata.report.format import Caption, number, sentence, with_unit
+from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.format import Caption, number, sentence
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
@@ -31,7 +38,8 @@ MOST_PAIRS = 3
 
 class Condition(NamedTuple):
     """Sorting with one model, kind of probabilities and rule of looks: shares of all placements in
-    0..1, seconds that looks add to a sort, and sorts in a row of each run (runs,)."""
+    0..1, seconds that looks add to a sort, and of each run (runs,) how many objects were sorted
+    before the first error, and by the paper's rule."""
 
     grasps: int
     policy: str
@@ -40,13 +48,19 @@ class Condition(NamedTuple):
     wrong: float
     accuracy: float
     added_s: float
+    before_error: np.ndarray
     sorts: np.ndarray
-    before_mistake: np.ndarray
     sort_s: np.ndarray
+
+    @property
+    def wrong_share(self) -> float:
+        """Return the share of sorted objects that are in a wrong bin, 0 if none is sorted."""
+        return self.wrong / self.accepted if self.accepted else 0.0
 
 
 class Expected(NamedTuple):
-    """Sorts in a row that recordings held out let one expect: median, 5th and 95th percentile."""
+    """Objects sorted before the first error, predicted from held-out recordings: median, 5th and
+    95th percentile."""
 
     low: float
     middle: float
@@ -61,7 +75,7 @@ def conditions_of(result: Result, part: str) -> list[Condition]:
     for row in result.tables["conditions"].where(part=part).rows:
         runs_of = runs.where(**{key: row[key] for key in ("grasps", "policy", "looks")})
         fields: dict[str, Any] = {key: row[key] for key in Condition._fields if key in row}
-        fields |= {key: runs_of.numbers(key) for key in ("sorts", "before_mistake", "sort_s")}
+        fields |= {key: runs_of.numbers(key) for key in ("before_error", "sorts", "sort_s")}
         found.append(Condition(**fields))
     return found
 
@@ -102,26 +116,24 @@ def stops(result: Result, **which: str | int) -> str:
 
 
 def finding(results: TaskResults, result: Result, part: str = PARTS[0]) -> str:
-    """Return how many new grasps are sorted in a row, and what further looks do for the model that
-    was trained on the fewest."""
+    """Return the median of both results of a run with one look, next to the published value."""
     sizes = needed_of(result, part)
-    best, least = sizes[max(sizes)], sizes[min(sizes)]
+    best = sizes[max(sizes)][0]
     longest = result.about["placements"]
-    middle = np.median(best[0].sorts)
-    many = f"all {longest}" if middle >= longest else number(middle)
-    told = f"{result.label} sorts {many} new grasps in a row in the middle run"
+    before, ruled = (
+        f"all {longest}" if np.median(one) >= longest else number(float(np.median(one)))
+        for one in (best.before_error, best.sorts)
+    )
     paper = results.paper
-    if paper is not None and paper.value is not None:
-        told += f", the paper {number(paper.value)}"
-    if len(least) > 1:
-        one, more = (number(np.median(c.sorts)) for c in (least[0], least[-1]))
-        told += f"; trained on {least[0].grasps} grasps an object, {one}"
-        told += f", and {more} with {least[-1].looks} looks"
-    return told
+    published = f" (paper: {number(paper.value)})" if paper and paper.value is not None else ""
+    return (
+        f"{result.label} sorts {before} new grasps {BEFORE_ERROR}{published}; {PAPERS_RULE} "
+        f"{ruled}, {number(100 * best.wrong_share, 2)} % in a wrong bin"
+    )
 
 
 def figure(results: TaskResults, result: Result, part: str) -> Figure:
-    """Return sorts in a row, and what is not or wrongly sorted against the time of looks."""
+    """Return sorts before the first error, and unsorted and wrong objects against time of looks."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     settings = results.settings
@@ -149,11 +161,13 @@ def _rows(axes: Axes, results: TaskResults, result: Result, part: str) -> None:
     for n, (grasps, conditions) in enumerate(sizes.items()):
         style, aside = line_style(n), 0.11 * (n - (len(sizes) - 1) / 2)
         x = [one.looks + aside for one in conditions]
-        y = [float(np.median(one.sorts)) for one in conditions]
+        y = [float(np.median(one.before_error)) for one in conditions]
         for at, one in zip(x, conditions, strict=True):
             faint = {"color": style["color"], "alpha": 0.25, "ms": 3, "lw": 0}
-            axes.plot(np.full(len(one.sorts), at), one.sorts, "o", **faint)
+            axes.plot(np.full(len(one.before_error), at), one.before_error, "o", **faint)
         axes.plot(x, y, **style)
+        ruled = [float(np.median(one.sorts)) for one in conditions]
+        axes.plot(x, ruled, "x", color=style["color"], ms=5)
         label_end(axes, x[-1], y[-1], f"{grasps} grasps", str(style["color"]))
         told, place = expected[grasps], 0.55 + aside
         hollow = {"color": style["color"], "mfc": "white", "ms": 6, "lw": 1}
@@ -168,7 +182,7 @@ def _rows(axes: Axes, results: TaskResults, result: Result, part: str) -> None:
         [0.55, *range(1, most + 1)], ["expected\nof one", *map(str, range(1, most + 1))]
     )
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-    axes.set(xlabel="looks at an object, at most", ylabel="sorts in a row")
+    axes.set(xlabel="looks at an object, at most", ylabel=f"objects sorted {BEFORE_ERROR}")
 
 
 def _curves(axes: Axes, result: Result, part: str) -> None:
@@ -203,8 +217,12 @@ def caption(results: TaskResults, result: Result, part: str) -> Caption:
     expected = expected_of(result, part)
     listed = "; ".join(
         f"{grasps} grasps: "
-        + ", ".join(f"{spread(one.sorts)} with {_looks(one.looks)}" for one in conditions)
-        + f" (expected {number(expected[grasps].middle)} with one)"
+        + ", ".join(
+            f"{spread(one.before_error)} with {_looks(one.looks)} ({PAPERS_RULE} "
+            f"{spread(one.sorts)}, {number(100 * one.wrong_share, 2)} % in a wrong bin)"
+            for one in conditions
+        )
+        + f"; expected {number(expected[grasps].middle)} with one"
         for grasps, conditions in sizes.items()
     )
     best = sizes[max(sizes)]
@@ -213,15 +231,17 @@ def caption(results: TaskResults, result: Result, part: str) -> Caption:
     look_s, sort_s = number(settings.look_s), number(settings.sort_s)
     return Caption(
         f"{result.label} trained on all grasps of an object or on fewer ({results.source}), and "
-        f"{count} new placements that it has never met, in {settings.runs} random orders; a run "
-        f"ends where no class is {100 * settings.threshold:g} % sure, or when all are sorted. "
-        "Left: sorts in a row, each run and the median; diamonds: what is expected of recordings "
-        "held out of the training, median and 5th to 95th percentile. Where nothing is sure enough "
+        f"{count} new placements, in {settings.runs} random orders. By the paper's rule a run ends "
+        f"when no class has a probability of {100 * settings.threshold:g} %, or when all are "
+        "sorted, whether right or wrong. Left: objects sorted before the first error, each run and "
+        "the median; crosses: median by the paper's rule; diamonds: prediction from held-out "
+        "recordings, median and 5th to 95th percentile. If no class is probable enough "
         "the object is grasped again, and the probabilities are multiplied. Right: share of "
         "placements that stop a run (solid) and that go into a wrong bin (hollow, dashed), from "
-        f"one look on. A look adds {look_s} s to a sort of {sort_s} s, the paper's times. Sorts in "
-        f"a row, median, 5th to 95th percentile: {listed}. Runs with one look, all grasps: {why}.",
-        f"{sentence(finding(results, result, part))}. Sorts in a row: {listed}.",
+        f"one look on. A look adds {look_s} s to a sort of {sort_s} s, the paper's times. Sorted "
+        f"before the first error, median, 5th to 95th percentile: {listed}. Runs with one look, "
+        f"all grasps, ended by: {why}.",
+        f"{sentence(finding(results, result, part))}. Sorted before the first error: {listed}.",
     )
 
 
@@ -247,7 +267,8 @@ def tables(results: TaskResults) -> list[ShownTable]:
     """Return every condition of each model, and the times of its stages."""
     heads = (
         "Trained on", "Probabilities", "Looks", "Accuracy|", "Not sure|", "Wrong bin|",
-        "Sorts in a row|", "Before a mistake|", "Added, s|", "A sort, s|", "Runs ended by",
+        f"Sorted {BEFORE_ERROR}|", f"Sorted {PAPERS_RULE}|", "Added, s|", "A sort, s|",
+        "Runs ended by",
     )  # fmt: skip
     shown = []
     for result in results.results:
@@ -255,8 +276,8 @@ def tables(results: TaskResults) -> list[ShownTable]:
             _line(result, part, one) for part in PARTS for one in conditions_of(result, part)
         )
         told = (
-            f"{result.label}: shares of {result.about['placements']} new placements; sorts in a "
-            f"row of {results.settings.runs} runs, median, 5th to 95th percentile. "
+            f"{result.label}: shares of {result.about['placements']} new placements; objects "
+            f"sorted in {results.settings.runs} runs, median, 5th to 95th percentile. "
             f"{_expectation(result)} {_measured(result.cost['scores'])}"
         )
         shown.append(ShownTable(told, heads, rows, folded="Every condition, and why runs ended"))
@@ -270,19 +291,22 @@ def _line(result: Result, part: str, one: Condition) -> tuple[str, ...]:
     return (
         f"{one.grasps} grasps", "as they are" if part == "plain" else "scaled", looks,
         *(f"{number(100 * share)} %" for share in shares),
-        spread(one.sorts), spread(one.before_mistake), number(one.added_s),
+        spread(one.before_error), spread(one.sorts), number(one.added_s),
         number(float(np.median(one.sort_s))), stops(result, grasps=one.grasps, **which),
     )  # fmt: skip
 
 
 def _expectation(result: Result) -> str:
-    """Return what was expected offline, in a sentence."""
-    told = [
-        f"{number(one.middle)} ({number(one.low)} to {number(one.high)}) of {grasps} grasps, "
+    """Return the prediction from held-out recordings, in a sentence."""
+    listed = [
+        f"{number(one.middle)} ({number(one.low)} to {number(one.high)}) for {grasps} grasps, "
         f"{number(100 * one.accepted)} % of whose recordings are accepted"
         for grasps, one in expected_of(result, PARTS[0]).items()
     ]
-    return f"Expected with one look, of probabilities as they are: {'; '.join(told)}."
+    return (
+        f"Expected {BEFORE_ERROR}, with one look and probabilities as they are: "
+        f"{'; '.join(listed)}."
+    )
 
 
 def _measured(cost: Table) -> str:
@@ -298,31 +322,32 @@ def _measured(cost: Table) -> str:
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield sorts in a row of new grasps with one look, by the first model, of all grasps.
+    """Yield both results of runs on new grasps with one look, by the first model, of all grasps.
 
-    With probabilities as they are, as the paper's; see that of `sorting`, which is of recordings
-    held out.
+    Of probabilities as they are, as the paper's; `sorting` does the same on held-out recordings.
     """
     paper = results.paper
     if paper is None or paper.value is None:
         return
     for result in results.results[:1]:
-        sizes, longest = needed_of(result, PARTS[0]), float(result.about["placements"])
-        sorts = sizes[max(sizes)][0].sorts
-        low, middle, high = map(float, np.percentile(sorts, PERCENTILES))
-        agrees = LOWER if high < paper.value else HIGHER if low > paper.value else YES
-        text = with_unit(spread(sorts), paper.unit)
-        mark = Mark("ours", result.label, middle, low, high)
-        if middle >= longest:  # nothing was left to sort: how far it would get is not known
-            text, mark = f"all {number(longest)}", mark._replace(value=np.inf, low=longest)
+        sizes, longest = needed_of(result, PARTS[0]), result.about["placements"]
+        best = sizes[max(sizes)][0]
+        marks = run_marks(result.label, paper.value, best.before_error, best.sorts)
         yield PaperComparison(
             paper,
             results.dataset,
             results.task,
             results.source,
-            text,
+            two_results(paper, best.before_error, best.sorts, best.wrong_share, longest),
             result.label,
-            agrees,
-            marks=(mark,),
+            agreement_of_runs(best.before_error, paper.value),
+            marks=tuple(_unbounded(mark, float(longest)) for mark in marks),
             label="new grasps",
         )
+
+
+def _unbounded(mark: Mark, longest: float) -> Mark:
+    """Return a mark beyond the scale if nothing was left to sort: a longer run was not tried."""
+    if mark.role == "ours" and mark.value >= longest:
+        return mark._replace(value=np.inf, low=longest)
+    return mark

@@ -1,0 +1,72 @@
+"""Mirror planes of a gripper's transducers, and angles of an object relative to a mirror plane.
+
+A mirror at angle a maps the place z = x + iy to exp(2ia) z*. On a round roof with a speaker s and a
+microphone m there are two ways in which a mirror can leave the sound unchanged: it keeps each
+transducer in its place, or it exchanges the two, which by reciprocity gives the same response. The
+*misfit* of a mirror is the root mean square distance (mm) between each transducer and the place to
+which the mirror should bring it. At a misfit of 0 an object at angle θ and one at 2a - θ give the
+same recording.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from ajgdata.gripper.grippers import Gripper
+
+Angles = TypeVar("Angles", float, np.ndarray)
+
+
+class MirrorPlane(NamedTuple):
+    """Angle of a mirror plane with the x axis (degrees, 0 to 180), and its misfit (mm)."""
+
+    angle_deg: float
+    misfit_mm: float
+
+
+def mirror_planes(gripper: Gripper) -> tuple[MirrorPlane, MirrorPlane]:
+    """Return the best plane that keeps each transducer, and the best that exchanges the two.
+
+    The first has exp(2ia) along s² + m² and the misfit √(|s|² + |m|² - |s² + m²|), the second has
+    exp(2ia) along s m and the misfit ||s| - |m||.
+
+    >>> from ajgdata.gripper.grippers import Gripper
+    >>> kept, exchanged = mirror_planes(Gripper(speaker_mm=(-35, 0), microphone_mm=(35, 0)))
+    >>> (kept.angle_deg, exchanged.angle_deg), (kept.misfit_mm, exchanged.misfit_mm)
+    ((0.0, 90.0), (0.0, 0.0))
+    """
+    s, m = complex(*gripper.speaker_mm), complex(*gripper.microphone_mm)
+    kept = max(0.0, abs(s) ** 2 + abs(m) ** 2 - abs(s * s + m * m))
+    return (
+        MirrorPlane(_half_phase_deg(s * s + m * m), math.sqrt(kept)),
+        MirrorPlane(_half_phase_deg(s * m), abs(abs(s) - abs(m))),
+    )
+
+
+def mirror_plane(gripper: Gripper) -> MirrorPlane:
+    """Return the plane of least misfit."""
+    return min(mirror_planes(gripper), key=lambda plane: plane.misfit_mm)
+
+
+def mirror_image(angle_deg: Angles, plane_deg: float) -> Angles:
+    """Return the angle (degrees, 0 to 180) of the mirror image of a bar at `angle_deg`."""
+    return (2 * plane_deg - angle_deg) % 180
+
+
+def angle_from_plane(angle_deg: Angles, plane_deg: float) -> Angles:
+    """Return the angle (degrees, 0 to 90) between a bar and a mirror plane.
+
+    A bar and its mirror image have the same. A bar along the plane has 0, one across it 90.
+
+    >>> angle_from_plane(20.0, 83.0), angle_from_plane(mirror_image(20.0, 83.0), 83.0)
+    (63.0, 63.0)
+    """
+    return abs((angle_deg - plane_deg + 90) % 180 - 90)
+
+
+def _half_phase_deg(number: complex) -> float:
+    return math.degrees(cmath.phase(number)) / 2 % 180

@@ -1,0 +1,132 @@
+"""Errors over repeated fits: known answers of the median and of its interval."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from drawn_figures import fits, texts
+from experiment_samples import measured, small_inputs, small_store, task_results
+
+from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
+from ajgdata.evaluate.repeated_fits import grasp_errors, robust_error
+from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.base import Outcome, score_table
+from ajgdata.experiments.repeated_fits import LESS_NOISE, feature_note
+from ajgdata.report.canvas import draw
+from ajgdata.report.paper import PaperFigure
+from ajgdata.types.table import table_of
+
+
+def test_recordings_of_a_grasp_count_together_and_angles_go_the_shortest_way_round():
+    rows = np.array([3, 0, 1, 2])
+    true, predicted = np.array([0.0, 10, 10, 10]), np.array([176.0, 13, 9, 12])
+    held_out = Predictions(rows, np.zeros(4, int), true, predicted, None)
+    grasp = np.array(["b", "b", "a", "c"])  # of rows 0 to 3
+    assert grasp_errors(held_out, grasp, period=180).tolist() == [4, (9 + 1) / 2, 16]
+    with pytest.raises(ValueError, match="a grasp was predicted by no fold"):
+        grasp_errors(held_out, np.array(["b", "b", "a", "c", "d"]))
+
+
+def test_the_interval_over_grasps_is_that_of_normal_errors():
+    """The mean square of n normal errors has the standard deviation σ² √(2 / n), its root half of
+    that: 1.96 of these on both sides. Fits that are all the same add nothing."""
+    n, sigma = 4_000, 3.0
+    squared = np.square(np.random.default_rng(0).normal(0, sigma, n))
+    found = robust_error(np.tile(squared, (5, 1)))
+    reach = 1.96 * sigma / np.sqrt(2 * n)
+    # The standard error of a 95 % end of 2,000 resamples is 0.06 of its distance; three of these.
+    assert found.high - found.median == pytest.approx(reach, rel=0.2)
+    assert found.median - found.low == pytest.approx(reach, rel=0.2)
+    assert found.median == pytest.approx(sigma, abs=3 * reach)
+
+
+def test_fits_that_differ_widen_the_interval_and_one_that_fails_does_not_move_the_median():
+    rng = np.random.default_rng(1)
+    scale = np.array([1.0, 2, 3, 4, 500])
+    squared = np.square(scale[:, None] * rng.normal(size=(5, 2_000)))
+    found = robust_error(squared)
+    # The standard deviation of an RMSE of 2,000 errors is 1 / √4,000 of it; four of these.
+    assert found.per_fit == pytest.approx(scale, rel=4 / np.sqrt(4_000))
+    assert found.median == found.per_fit[2]
+    # The median of five fits drawn with replacement is the least of them if three or more of five
+    # draws are: 6 % of all. So the least is an end of the interval, and the largest the other.
+    assert found.low < 1.2 and found.high > 400
+    # Errors of one grasp: the median over fits of |normal| of five scales, for the median grasp.
+    assert found.grasps[0] < found.grasps[1] < found.grasps[2]
+    one = robust_error(np.full((3, 4), [[1.0], [4.0], [100.0]]))
+    assert one.grasps.tolist() == [2, 2, 2] and one.median == 2
+
+
+def louder(store, rng):
+    """The recordings of `small_store` with noise in every bin."""
+    noise = rng.uniform(0, 3, store.feature.shape).astype(np.float32)
+    return dataclasses.replace(store, feature=store.feature + noise)
+
+
+def test_fits_differ_by_their_seed_and_the_paper_s_value_is_compared_with_their_median():
+    inputs = small_inputs(
+        "regression", others={"b": louder(small_store(), np.random.default_rng(3))}
+    )
+    ask = {"test_on": ["b"], "repeats": 3, "models": ["cnn", "ridge_plain"]}
+    outcomes = {model: measured("repeated_fits", inputs, model, **ask) for model in ask["models"]}
+    again = measured("repeated_fits", inputs, "ridge_plain", **ask)
+    assert again.tables == outcomes["ridge_plain"].tables
+    for outcome in outcomes.values():
+        rows = outcome.tables[0].where(part="repeated fits on:b")
+        each = [rows.where(statistic=f"fit {n}").numbers("value")[0] for n in range(3)]
+        assert len(set(each)) == 3
+        assert rows.where(statistic="median").numbers("value")[0] == np.median(each)
+        assert outcome.about == {"counts": {"b": [30, 60]}}
+    # one cross-validation with the task's own seed is the first fit
+    own, tested = inputs.data(), inputs.data("b")
+    extra = {"b": ExtraTestSet(tested.feature, tested.value, tested.group)}
+    once = cross_validate(
+        own.feature, own.value, own.group, model="ridge_plain", extra_tests=extra, **inputs.split
+    )
+    # five folds of as many recordings: the mean of their mean squares is the whole
+    squares = np.square(once.extra_tests["b"].scores.per_fold["rmse"])
+    first = outcomes["ridge_plain"].tables[0].where(statistic="fit 0").numbers("value")[0]
+    assert first == pytest.approx(np.sqrt(squares.mean()))
+    check_shown(outcomes, ask)
+
+
+def check_shown(outcomes, ask):
+    published = PaperFigure(id="noise", metric="rmse", value=1e6, unit="mm", text="t", where="w")
+    results = task_results(
+        "repeated_fits", outcomes, "regression", ask, papers={"repeated_fits": published}
+    )
+    (row,) = EXPERIMENTS["repeated_fits"].paper_comparison(results, lambda *_: None)
+    assert (row.agrees, row.model, row.note) == ("no: lower", "CNN", "")
+    assert row.marks[0].low <= row.marks[0].value <= row.marks[0].high
+    assert "; ridge, plain: " in row.result and "(95 % interval " in row.result
+    (table,) = EXPERIMENTS["repeated_fits"].tables(results)
+    assert [line[:2] for line in table.rows] == [
+        ("Gripper b", "CNN"), ("Gripper b", "ridge, plain"),
+    ]  # fmt: skip
+    assert table.rows[0][-2:] == ("30", "60")
+    near = task_results(
+        "repeated_fits", outcomes, "regression", ask,
+        papers={"repeated_fits": published.model_copy(update={"value": 5.0})},
+    )  # fmt: skip
+    (illustration,) = EXPERIMENTS["repeated_fits"].figures(near)
+    figure = draw(illustration)
+    assert fits(figure) and {"simulated", "the paper: 5"} <= set(texts(figure))
+    dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert [len(line.get_xdata()) for line in dots[:1]] == [3]
+    assert illustration.caption.alt.startswith("CNN on Gripper b: ")
+
+
+def test_the_row_has_the_errors_with_features_that_let_less_noise_in():
+    parts = {LESS_NOISE[0]: 2.5, LESS_NOISE[1]: 0.9, "feature:stft power": 0.1}
+    scores = [("cnn", f"{part} on:b", "rmse", statistic, value)
+              for part, value in parts.items() for statistic in ("mean", "sd")]  # fmt: skip
+    named = [{"part": part, "label": part.split()[-1]} for part in parts]
+    listed = table_of("features", "f", named, part="p", label="l")
+    made = Outcome((score_table(scores, "s"), listed))
+    settings = {"models": ["cnn"], "test_on": ["b"]}
+    quantities = task_results("feature_quantity", {"": made}, "regression", settings)
+    results = task_results("repeated_fits", {}, "regression", {"test_on": ["b"]})
+    # by name, not by which error is least
+    said = "With features that let less noise in, RMSE in mm: CNN 2.5 (root_power), 0.9 (s)."
+    assert feature_note(results, lambda *_: quantities, "b") == said
+    assert feature_note(results, lambda *_: quantities, "c") == ""
