@@ -6,7 +6,6 @@ from __future__ import annotations
 _REASONS = (
     ("silhouette", "", "fewer than two labels among what is tested, or one for each recording"),
     ("distances", "", "no such pair of recordings"),
-    ("intervals", "width", "too few residuals for so large a share: the interval has no end"),
     ("", "r2", "all true values are the same"),
     ("", "rank_correlation", "truth or readings never change, or the target is an angle"),
     ("probe", "", "fewer than two values to learn from, or none to read"),

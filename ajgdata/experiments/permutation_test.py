@@ -70,23 +70,32 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
 
 
 def tested(results: TaskResults) -> tuple[float, float, np.ndarray]:
-    """Return p, the metric with true labels, and that with permuted ones (n,), as shown."""
+    """Return p, corrected for all tests on the page, the metric with true labels, and that with
+    permuted ones (n,), as shown."""
     tables = results.results[0].tables
-    p = tables["scores"].where(metric="p").numbers("value")[0]
+    (p,) = results.corrected(p_values(results))
     value = tables["scores"].where(metric=results.metric).numbers("value")[0]
     return p, results.scale * value, results.scale * tables["null"].numbers("value")
+
+
+def p_values(results: TaskResults) -> list[float]:
+    """Return the p value of the test, without correction."""
+    scores = results.results[0].tables["scores"]
+    return [float(scores.where(metric="p").numbers("value")[0])]
 
 
 def verdict(results: TaskResults) -> str:
     """Return the result of the test in a sentence."""
     p, value, null = tested(results)
     reached, by_chance = (with_unit(number(x), results.shown_unit) for x in (value, null.mean()))
-    differs = "differs" if p < LEVEL else "cannot be told"
+    differs = "differs" if p < LEVEL else "is not distinguishable"
+    count = results.tests_on_page(p_values(results))
+    family = f" (corrected for the {count} tests on this page, Holm)" if count > 1 else ""
     return (
         f"Permutation test: {METRIC_NAMES[results.metric]} of {results.results[0].label}, all "
         f"held-out predictions together, is {reached}; with labels exchanged between groups it is "
-        f"{by_chance} on average of {len(null)}; p = {number(p, 2)}: it {differs} from chance at "
-        f"{100 * LEVEL:g} %."
+        f"{by_chance} on average of {len(null)}; p = {number(p, 2)}{family}: it {differs} from "
+        f"chance at {100 * LEVEL:g} %."
     )
 
 
@@ -94,7 +103,7 @@ def finding(results: TaskResults) -> str:
     """Return whether the model differs from chance, in a few words."""
     p, value, null = tested(results)
     reached, by_chance = (with_unit(number(x), results.shown_unit) for x in (value, null.mean()))
-    differs = "differs from chance" if p < LEVEL else "cannot be told from chance"
+    differs = "differs from chance" if p < LEVEL else "is not distinguishable from chance"
     return (
         f"{results.results[0].label} {differs}: {METRIC_NAMES[results.metric]} {reached}, "
         f"with labels exchanged {by_chance} (p = {number(p, 2)})"
@@ -171,5 +180,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     figures=figures,
+    p_values=p_values,
     paper_comparison=paper_comparison,
 )

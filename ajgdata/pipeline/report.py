@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ajgdata.ablations.base import reasons_of
+from ajgdata.ablations.base import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.paths import (
@@ -131,6 +131,7 @@ def _assembled(
 ) -> Report:
     """Return what the report says of results on tasks."""
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
+    reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -138,7 +139,7 @@ def _assembled(
         datasets=tuple(_summary(paths, one) for one in specs.values()),
         sections=tuple(_sections(paths, specs, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
-        comparisons=tuple(comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
+        comparisons=tuple(comparisons(results, paper, reasons)),
         highlights=tuple(_highlights(results)),
         across={"": tuple(_across(results))}
         | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
@@ -164,7 +165,24 @@ def _read(
         for one, reasons in read
         for label, reason in reasons
     )
-    return [one for one, _ in read if one.results], tuple(skipped)
+    return with_page_tests([one for one, _ in read if one.results]), tuple(skipped)
+
+
+def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:
+    """Return results with the p values of all other tests on their page."""
+    own = [EXPERIMENTS[one.experiment].p_values(one) for one in results]
+    return [
+        dataclasses.replace(
+            one,
+            other_p=tuple(
+                value
+                for j, p in enumerate(own)
+                if own[i] and j != i and results[j].page == one.page
+                for value in p
+            ),
+        )
+        for i, one in enumerate(results)
+    ]
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:

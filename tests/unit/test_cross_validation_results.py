@@ -82,7 +82,7 @@ def test_chance_is_one_and_perfect_is_zero(task):
         ({"chance": float("nan")}, "chance RMSE is nan"),
         ({"scores": {"mae": Score(1.0, 0.1)}}, "no rmse of 'grouped' by CNN"),
         ({"scores": {"rmse": Score(float("nan"), 0.1)}}, "rmse is nan"),
-        ({"parts": random_split(sd=float("inf"))}, "1.1 ± nan"),
+        ({"parts": random_split(sd=float("inf"))}, "1.1 ± inf"),
     ],
 )
 def test_a_result_refuses_what_cannot_be_shown(change, complaint):

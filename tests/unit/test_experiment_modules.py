@@ -15,7 +15,9 @@ from ajgdata.experiments.base import Outcome, score_table
 from ajgdata.experiments.conformal_intervals import cv_plus
 from ajgdata.experiments.sorting import LONGEST_RUN, RUNS, parts_of, spread
 from ajgdata.report.canvas import draw
+from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.paper import PaperFigure
+from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import DatasetSpec, NotPossibleError
 from ajgdata.types.table import table_of
 
@@ -141,7 +143,7 @@ def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutatio
     assert any("differs from chance" in text for text in texts(figure))
     assert "is 41 %; with labels exchanged between groups it is 25 %" in caption.text
     assert "p = 0.005: it differs from chance" in caption.text
-    assert "cannot be told from chance" in shown(chance_results(0.2))[1].text
+    assert "not distinguishable from chance" in shown(chance_results(0.2))[1].text
     number = shown(chance_results(kind="regression", value=2.0, scale=20))[1].text
     assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in number
 
@@ -485,6 +487,12 @@ def test_results_are_immutable():
         curve_results().task = "other"
 
 
-def test_an_interval_without_an_end_is_a_missing_number():
-    (row,) = score_table([("knn", "intervals:95 %", "width", "fold 0", math.inf)], "t").rows
-    assert row["value"] is None
+def test_an_interval_without_an_end_has_an_infinite_width(tmp_path):
+    part, widths = "intervals:95 %", enumerate((math.inf, math.nan))
+    rows = [("knn", part, "width", f"fold {n}", width) for n, width in widths]
+    write_tables(tmp_path / "t.json", [score_table(rows, "t")])
+    _, (table,) = read_tables(tmp_path / "t.json")
+    width, unknown = table.numbers("value")
+    assert width == math.inf and math.isnan(unknown)
+    assert table.rows[1]["value"] is None
+    assert number(width) == mean_sd(Score(math.inf, math.nan)) == "∞" != number(unknown)

@@ -133,9 +133,7 @@ def test_exact_intervals_are_those_of_the_beta_distribution():
 
 
 def test_an_error_without_variance_has_no_interval():
-    found = metric_interval(
-        np.ones(60), np.ones(60), ONE_FOLD, np.arange(60), kind="regression"
-    )
+    found = metric_interval(np.ones(60), np.ones(60), ONE_FOLD, np.arange(60), kind="regression")
     assert not found.is_defined
     single = metric_interval(
         np.zeros(4), np.arange(4.0), np.zeros(4, int), np.zeros(4), kind="regression"

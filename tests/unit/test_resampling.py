@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import norm
 
 from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.intervals import CONFIDENCE
 from ajgdata.evaluate.resampling import (
-    CONFIDENCE,
     corrected_deviation,
     corrected_interval,
     corrected_reach,

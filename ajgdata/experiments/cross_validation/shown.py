@@ -268,10 +268,16 @@ def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
     """Return whether the test on silence flags the model, for each data set that it is asked."""
     where = model.task.dataset, model.task.task
     test = lookup("shortcut", *where)
+    from ajgdata.evaluate.shortcut_test import LEVEL
+
     if test is None or (test.dataset, test.task) != where:
         return []
-    tested = (r for r in test.results if r.model == model.result.model)
-    return [bool(flag) for one in tested for flag in one.tables["silence"].column("flagged")]
+    tables = [(r.model, r.tables["silence"].numbers("p").tolist()) for r in test.results]
+    corrected = test.corrected([p for _, values in tables for p in values])
+    models = [name for name, values in tables for _ in values]
+    return [
+        p < LEVEL for name, p in zip(models, corrected, strict=True) if name == model.result.model
+    ]
 
 
 def _baselines(
