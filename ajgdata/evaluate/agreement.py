@@ -9,10 +9,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
-from ajgdata.evaluate.intervals import Interval
 
+class Interval(NamedTuple):
+    """Ends of a 95 % interval; NaN if it is undefined."""
+
+    low: float
+    high: float
+
+    @property
+    def is_defined(self) -> bool:
+        """Return whether both ends are known."""
+        return not (math.isnan(self.low) or math.isnan(self.high))
+
+    def scaled(self, factor: float) -> Interval:
+        """Return the interval in a unit that is smaller by `factor` > 0."""
+        return Interval(factor * self.low, factor * self.high)
+
+
+UNDEFINED = Interval(float("nan"), float("nan"))
+#: Names of both ends in tables of scores.
+GRASP_INTERVAL = ("grasp low", "grasp high")
 #: `disagrees` and `partly agrees` are for statements, of which neither better nor worse has a
 #: meaning.
 Verdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
@@ -29,8 +47,7 @@ def compare(
     `chance` and `perfect` tell which direction is better. An interval that is undefined, as that
     of an error of zero, agrees only with the same number.
 
-    >>> from ajgdata.evaluate.agreement import compare
-    >>> from ajgdata.evaluate.intervals import Interval
+    >>> from ajgdata.evaluate.agreement import Interval, compare
     >>> compare(2.2, Interval(2.0, 2.7), 2.6, chance=8.2, perfect=0.0)  # RMSE in mm
     'agrees'
     >>> compare(2.2, Interval(0.4, 4.0), 2.6, chance=8.2, perfect=0.0)
@@ -44,6 +61,14 @@ def compare(
         return "agrees" if narrow else "inconclusive"
     higher_is_better = perfect > chance
     return "better" if (interval.low > published) == higher_is_better else "worse"
+
+
+def verdict_on_count(middle: float, low: float, high: float, published: float) -> Verdict:
+    """Return the verdict on a count of which more is better, from the range of many runs.
+
+    A count has no perfect value, so the published value takes its place.
+    """
+    return compare(middle, Interval(low, high), published, chance=0.0, perfect=published)
 
 
 def statement(gap: Interval) -> Verdict:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtr
 
+from ajgdata.evaluate.intervals import ROUNDING
 from ajgdata.evaluate.metrics import LOWER_IS_BETTER, RANGES
 from ajgdata.evaluate.resampling import corrected_deviation, corrected_reach
 from ajgdata.types import NotPossibleError
@@ -17,8 +18,6 @@ from ajgdata.types import NotPossibleError
 Expected = Literal["better", "worse"]
 Verdict = Literal["supported", "refuted", "not supported", "not testable"]
 LEVEL = 0.05  #: of significance, for all tests of a page together
-#: Fold differences that vary by less than this share of the values differ by rounding.
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ def paired_fold_test(
     gains = first - second if lower_is_better else second - first
     variance = gains.var(ddof=1) if paired else first.var(ddof=1) + second.var(ddof=1)
     gain = float(gains.mean())
-    if math.sqrt(variance) <= _ROUNDING * max(np.abs(first).max(), np.abs(second).max()):
+    if math.sqrt(variance) <= ROUNDING * max(np.abs(first).max(), np.abs(second).max()):
         return FoldDifference(gain, math.nan, math.nan, math.nan)
     reach = corrected_reach(float(variance), folds, 1 / (folds - 1))
     t = abs(gain) / corrected_deviation(float(variance), folds, 1 / (folds - 1))

@@ -18,8 +18,9 @@ import numpy as np
 from scipy.stats import t as student
 
 from ajgdata.evaluate import metrics
+from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores, Tested, deviation
-from ajgdata.evaluate.intervals import CONFIDENCE, UNDEFINED, Interval
+from ajgdata.evaluate.intervals import CONFIDENCE, ROUNDING
 from ajgdata.types import NotPossibleError
 
 #: Fewer recordings are split several times, as often as Bouckaert & Frank advise.
@@ -54,7 +55,9 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
     '0.055 5.945'
     """
     found = np.asarray(values, float)
-    if len(found) < 2 or not np.isfinite(found).all() or np.ptp(found) == 0:
+    if len(found) < 2 or not np.isfinite(found).all():
+        return UNDEFINED
+    if np.ptp(found) <= ROUNDING * np.abs(found).max():
         return UNDEFINED
     reach = corrected_reach(float(found.var(ddof=1)), len(found), 1 / (folds - 1))
     least, most = metrics.RANGES.get(metric, (-math.inf, math.inf))

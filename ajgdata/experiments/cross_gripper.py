@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import (
     METRIC_NAMES,
     Experiment,
@@ -20,13 +21,11 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.cross_validation.results import PAPER_MODEL
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import (
-    WORKS,
     Mark,
     PaperComparison,
     holds,
     mark_of,
     range_of,
-    together,
 )
 from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit, words
 from ajgdata.report.panel import Highlight
@@ -247,7 +246,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         return
     sign = 1 if results.kind == "classification" else -1
     gaps = [Score(sign * (line.home.mean - line.mean[0]), line.home.sd) for line in lines]
-    verdicts = {holds(gap, WORKS) for gap in gaps}
+    verdicts = {holds(gap) for gap in gaps}
     told = [f"{_told(results, line.mean[0], line.sd[0])} on {line.title}" for line in lines]
     home = mean_sd(lines[0].home, results.shown_unit)
     yield PaperComparison(

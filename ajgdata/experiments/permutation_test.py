@@ -20,12 +20,10 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.cross_validation.results import (
     models_of,
     paper_model,
-    score_of,
-    shown_score,
 )
 from ajgdata.experiments.cross_validation.shown import marks_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import HIGHER, NEAR_CHANCE, YES, PaperComparison
+from ajgdata.report.comparison import NEAR_CHANCE, PaperComparison
 from ajgdata.report.format import Caption, number, sentence, with_unit
 from ajgdata.types import CROSS_VALIDATION, Strict
 from ajgdata.types.table import table_of
@@ -158,18 +156,19 @@ def figures(results: TaskResults) -> list[Illustration]:
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
-    """Yield a figure that the paper calls near chance: it agrees if ours cannot be told from it."""
+    """Yield a result that the paper calls near chance: chance is then the published value."""
     evaluated = lookup(CROSS_VALIDATION, results.dataset, results.task)
     model = paper_model(evaluated) if evaluated else None
     paper = evaluated.papers.get("known") if evaluated else None
     if evaluated is None or model is None or paper is None or paper.text != NEAR_CHANCE:
         return
     p, _, _ = tested(results)
-    reached = shown_score(evaluated, score_of(evaluated, model.result.model))
+    reached = model.shown(model.with_interval())
     told = f"{reached}; {results.results[0].label} against chance: p = {number(p, 2)}"
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, told, model.label,
-        HIGHER if p < LEVEL else YES, marks=marks_of(models_of(evaluated), model), shown_unit="%",
+        model.verdict(model.leading, evaluated.scale * model.chance()),
+        marks=marks_of(models_of(evaluated), model), shown_unit="%",
     )  # fmt: skip
 
 

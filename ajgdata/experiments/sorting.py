@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import verdict_on_count
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -21,7 +22,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison, mark_of
+from ajgdata.report.comparison import Mark, PaperComparison, mark_of
 from ajgdata.report.format import Caption, Score, number, sentence, with_unit
 from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Strict
@@ -47,7 +48,8 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the calibration of `model`, and runs of sorting what the task is about."""
-    from ajgdata.evaluate.calibration import calibrated, calibration_error, reliability
+    from ajgdata.evaluate.calibration import calibration_error, reliability
+    from ajgdata.evaluate.in_use import calibrated
     from ajgdata.evaluate.sorting import accepted, decisions, sort_stream
 
     data = inputs.data()
@@ -267,7 +269,7 @@ def tables(results: TaskResults) -> list[ShownTable]:
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield sorts in a row: the paper's run lies among ours, or beyond 90 % of them.
+    """Yield sorts in a row: the paper's run is among the middle 90 % of ours, or beyond them.
 
     Ours are those with probabilities as they are: the paper says nothing of scaling them.
     """
@@ -277,7 +279,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     for result in results.results:
         sorts = parts_of(result)[0].sorts
         low, middle, high = np.percentile(sorts, PERCENTILES)
-        agrees = LOWER if high < paper.value else HIGHER if low > paper.value else YES
+        agrees = verdict_on_count(middle, low, high, paper.value)
         text = with_unit(spread(sorts), paper.unit)
         if sorts.max() >= LONGEST_RUN:
             text += f"; runs end at {number(LONGEST_RUN, 4)}"

@@ -22,12 +22,11 @@ from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
-from ajgdata.pipeline.run_summary import verdicts
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
 from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order
+from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.format import Source
 from ajgdata.report.kept_figures import made_of
 from ajgdata.report.navigation import FIXED, Group, experiment_link
@@ -116,7 +115,7 @@ def build_report(
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
     content["published"] = list(published)
-    content["agreements"] = verdicts([row.agrees for row in report.comparisons])
+    content["agreements"] = tally(report.comparisons)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
 
 

@@ -4,8 +4,14 @@ import math
 
 import pytest
 
-from ajgdata.evaluate.agreement import compare, is_better_than_chance, statement, together
-from ajgdata.evaluate.intervals import UNDEFINED, Interval
+from ajgdata.evaluate.agreement import (
+    UNDEFINED,
+    Interval,
+    compare,
+    is_better_than_chance,
+    statement,
+    together,
+)
 
 MM = {"chance": 8.0, "perfect": 0.0}  # narrow: below 2 mm
 PER_CENT = {"chance": 20.0, "perfect": 100.0}  # narrow: below 20 %

@@ -205,7 +205,7 @@ def test_a_row_to_the_end_is_told_as_what_it_is_at_least():
     outcome = Outcome(tuple(made), about={"placements": 160})
     results = task_results("live_sorting", {"cnn": outcome}, papers={"live_sorting": PAPER})
     (row,) = EXPERIMENTS["live_sorting"].paper_comparison(results, lambda *_: None)
-    assert (row.result, row.agrees) == ("all 160", "no: higher")
+    assert (row.result, row.agrees) == ("all 160", "better")
     (panel,) = panels([row], [PAPER])
     assert panel.rows[0].ours == "> 160 sorts"
     assert np.isfinite([one.at for one in panel.placed(panel.rows[0])]).all()

@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import io
+import json
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -72,6 +73,12 @@ class Results:
             return None
         self._commits.add(row["commit"])
         return float(row["value"])
+
+    def agreements(self) -> dict[str, int]:
+        """Return how many rows of the comparison with the paper have each verdict."""
+        counts: dict[str, int] = json.loads(_content(self._place(self._paths.runs)))["agreements"]
+        self._read["agreements"] = repr(counts).encode()
+        return counts
 
     def drawn_grippers(self) -> dict[str, Table]:
         """Return the tables of the sweep that is kept with the sources, by name: of no run."""

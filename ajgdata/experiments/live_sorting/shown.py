@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import verdict_on_count
 from ajgdata.experiments.base import Lookup, Result, TaskResults
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison
+from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import Caption, number, sentence, with_unit
 from ajgdata.types.table import Table
 
@@ -310,7 +311,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         sizes, longest = needed_of(result, PARTS[0]), float(result.about["placements"])
         sorts = sizes[max(sizes)][0].sorts
         low, middle, high = map(float, np.percentile(sorts, PERCENTILES))
-        agrees = LOWER if high < paper.value else HIGHER if low > paper.value else YES
+        agrees = verdict_on_count(middle, low, high, paper.value)
         text = with_unit(spread(sorts), paper.unit)
         mark = Mark("ours", result.label, middle, low, high)
         if middle >= longest:  # nothing was left to sort: how far it would get is not known
