@@ -89,8 +89,8 @@ def relative_energies(
 def _intervals(
     means: np.ndarray, of_label: np.ndarray, of_object: np.ndarray, labels: Sequence[str]
 ) -> list[Interval]:
-    """Return the interval over groups of each label's energy, the first label being the reference,
-    whose groups are drawn again, too."""
+    """Return the interval over groups of each label's energy. The first label is the reference,
+    whose groups are also resampled."""
     resampled: list[np.ndarray] = []
     for drawn in resampled_counts(len(means)):
         ratio = np.empty_like(drawn)
@@ -106,8 +106,8 @@ def _intervals(
             ]))  # fmt: skip
     counts = [int(np.sum(of_label == label)) for label in labels]
     return [
-        spread_interval(one) if count >= MIN_GRASPS else UNDEFINED
-        for one, count in zip(np.concatenate(resampled, axis=1), counts, strict=True)
+        spread_interval(energies) if min(count, counts[0]) >= MIN_GRASPS else UNDEFINED
+        for energies, count in zip(np.concatenate(resampled, axis=1), counts, strict=True)
     ]
 
 

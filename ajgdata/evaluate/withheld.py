@@ -55,11 +55,11 @@ def overall_chance(
         fold: metrics.middle(known.y_true[known.fold != fold], period)
         for fold in np.unique(known.fold)
     }
-    guesses = [
-        replace(one, y_pred=np.array([middle[fold] for fold in one.fold]))
-        for one in (known, withheld)
-    ]
-    return overall(guesses[0], guesses[1], period)
+
+    def guess(part: Predictions) -> Predictions:
+        return replace(part, y_pred=np.array([middle[fold] for fold in part.fold]))
+
+    return overall(guess(known), guess(withheld), period)
 
 
 def by_value(

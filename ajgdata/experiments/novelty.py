@@ -48,6 +48,9 @@ SHARE_COLUMNS = {
     "judge": "Told by", "stated": "Stated", "metric": "Share of", "share": "Share",
     "low": "95 % from", "high": "to",
 }  # fmt: skip
+NOTHING_COLUMNS = {
+    "fold": "Fold", "recognised": "Nothing recognised", "mistaken": "Taken for nothing",
+}  # fmt: skip
 
 
 class Round(NamedTuple):
@@ -131,12 +134,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         table_of("shares", TITLE, shares, **SHARE_COLUMNS),
     ]
     if nothing:
-        heads = {
-            "fold": "Fold",
-            "recognised": "Nothing recognised",
-            "mistaken": "Taken for nothing",
-        }
-        tables.append(table_of("nothing", "Nothing held", nothing, **heads))
+        tables.append(table_of("nothing", "Nothing held", nothing, **NOTHING_COLUMNS))
     cost = [(_named(j), "cost of novelty", "train_cpu_s", "measured", s) for j, s in spent.items()]
     return Outcome(tuple(tables), (score_table(cost, TITLE),))
 
@@ -312,11 +310,11 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
             for rate in results.settings.false_alarms
         ]  # fmt: skip
     heads = ("Told by", "Stated|", "Unknown noticed|", "Known alarmed|", "Processor, s|")
-    told = (
+    caption = (
         "Shares with 95 % intervals: of unknown classes over the classes, of known ones over the "
         "grasps. Time of all classes and all rates together."
     )
-    yield ShownTable(told, heads, tuple(found))
+    yield ShownTable(caption, heads, tuple(found))
     if nothing := result.tables.get("nothing"):
         folds = [100 * nothing.numbers(key) for key in ("recognised", "mistaken")]
         cells = tuple(mean_sd(Score(s.mean(), s.std(ddof=1)), "%") for s in folds)

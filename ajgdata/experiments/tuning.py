@@ -266,11 +266,11 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
         )
         for one, answer, p in zip(_all(results), verdicts(results), corrected, strict=True)
     )
-    told = (
+    caption = (
         "A gain is how much better the tuned model is. Times are CPU time of training. "
         f"{_correction(results)}"
     )
-    yield ShownTable(told, heads, rows)
+    yield ShownTable(caption, heads, rows)
 
 
 def _told(one: Compared) -> Iterator[str]:

@@ -93,7 +93,7 @@ class Reason:
 
 @dataclass(frozen=True)
 class PaperComparison:
-    """A published value and our result; data set and task say where more is told.
+    """A published value and our result; data set and task lead to the details.
 
     `agrees` is the verdict.
 

@@ -71,7 +71,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
     for model in models:
         train_s, inference_ms, memory_mb = map(number, model.cost)
         yield ResultRow(
-            model.label, metric_name(results), _beside_chance(model), model.shown_chance,
+            model.label, metric_name(results), _with_chance_note(model), model.shown_chance,
             train_s, inference_ms, memory_mb, best=model in close,
             paper=results.papers.get("known"),
         )  # fmt: skip
@@ -82,14 +82,14 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             yield ResultRow(
                 model.label,
                 f"{metric_name(results)}, {words(name)}",
-                _beside_chance(model, part),
+                _with_chance_note(model, part),
                 model.shown(Score(model.chance(part), 0.0)),
                 part=part_label(results, part),
                 paper=dict(model.parts)[part],
             )
 
 
-def _beside_chance(model: ModelResult, part: str = "") -> str:
+def _with_chance_note(model: ModelResult, part: str = "") -> str:
     """Return the score of a part; of a score that is not better than chance, with these words."""
     text = model.shown(model.score(part))
     return text if model.beats_chance(part) else f"{text}, {NO_BETTER}"
