@@ -35,6 +35,8 @@ GRASP_INTERVAL = ("grasp low", "grasp high")
 #: meaning.
 Verdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+#: Words at a result whose interval contains chance, or is worse.
+NO_BETTER = "not better than chance"
 #: Share of the distance from chance to perfect below which an interval is narrow.
 NARROW = 0.25
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, is_better_than_chance
 from ajgdata.evaluate.task_data import (
     TaskData,
     frequent_classes,
@@ -238,6 +239,18 @@ class TaskResults:
     def shown_unit(self) -> str:
         """Return the unit of the metric as it is shown."""
         return "%" if self.kind == "classification" else self.unit
+
+    def with_chance_note(self, text: str, value: float, chance: float) -> str:
+        """Return the text of a result; if its `value` is not better than chance, with these words.
+
+        Both numbers are as shown.
+        """
+        perfect = 100.0 if self.kind == "classification" else 0.0
+        return (
+            text
+            if is_better_than_chance(value, UNDEFINED, chance, perfect)
+            else f"{text}, {NO_BETTER}"
+        )
 
     def named(self, *parts: str) -> str:
         """Return the file name, without suffix, of a figure of this experiment."""

@@ -126,7 +126,10 @@ def rows(results: TaskResults) -> list[ResultRow]:
     return [
         ResultRow(
             line.label, f"{name} on {line.title}, {line.grasps[at]} calibration grasps",
-            _told(results, line.mean[at], line.sd[at]), paper=results.paper,
+            results.with_chance_note(
+                _told(results, line.mean[at], line.sd[at]), line.mean[at], line.chance
+            ),
+            with_unit(number(line.chance), results.shown_unit), paper=results.paper,
         )
         for line in lines_of(results)
         for at in sorted({0, len(line.grasps) - 1})

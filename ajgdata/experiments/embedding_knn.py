@@ -223,7 +223,9 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
     folds = len(raw.per_fold)
     gains = np.reshape(latent.per_fold, (folds, -1)) - np.array(raw.per_fold)[:, np.newaxis]
     relative = 100 * gains / raw.mean
-    interval = corrected_interval(relative.mean(axis=1).tolist(), folds)
+    low, high = corrected_interval(relative.mean(axis=1).tolist(), folds)
+    most = 100 * (1 - raw.mean) / raw.mean  # from no right answer to all right
+    interval = Interval(max(low, -100.0), min(high, most))
     return Score(float(relative.mean()), float(relative.std(ddof=1)), (), *interval), interval
 
 

@@ -364,6 +364,9 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
     assert "simulated" in texts(figure)
     said = {row.metric: row.value for row in EXPERIMENTS["cross_gripper"].rows(results)}
     assert said["RMSE on Gripper b, 0 calibration grasps"] == "8.0 ± 1.1 mm"
+    assert (
+        said["RMSE on Gripper c, 0 calibration grasps"] == "17.0 ± 2.4 mm, not better than chance"
+    )
     assert said["RMSE on Gripper c, 4 calibration grasps"] == "3.00 ± 0.42 mm"
     assert "k-NN on Gripper b: 8.0 ± 1.1 mm with 0, 2.00 ± 0.28 mm with 4; at home" in caption.alt
     (row,) = EXPERIMENTS["cross_gripper"].paper_comparison(results, nothing)

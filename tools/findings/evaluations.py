@@ -3,9 +3,14 @@
 import math
 from typing import NamedTuple
 
-from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval, compare, is_better_than_chance
+from ajgdata.evaluate.agreement import (
+    GRASP_INTERVAL,
+    NO_BETTER,
+    Interval,
+    compare,
+    is_better_than_chance,
+)
 from ajgdata.experiments.cross_validation.bands import band_label, part_within
-from ajgdata.experiments.cross_validation.shown import NO_BETTER
 from ajgdata.report.comparison import NEAR_CHANCE, tally_text
 from ajgdata.report.format import DASH, Score, mean_sd, number, with_unit
 from ajgdata.report.paper import PaperFigure, parse_paper

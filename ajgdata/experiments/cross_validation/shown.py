@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ajgdata.evaluate.agreement import Verdict, together
+from ajgdata.evaluate.agreement import NO_BETTER, Verdict, together
 from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation import bands
@@ -42,8 +42,6 @@ from ajgdata.report.paper import PaperFigure
 BASELINE, BASELINES = "knn_plain", "baselines"
 #: Figures without a number: what a model that works at home fails at.
 FAILS = ("limit", "lesson")
-#: Words at a result whose interval over grasps contains chance, or is worse.
-NO_BETTER = "not better than chance"
 #: Where the paper also counts the classes that are told this well.
 COUNTED, WELL = "ycb", 0.9
 
