@@ -1,14 +1,18 @@
 """The protocol of an ablation: data sets -> measure() -> tables -> figures, and verdicts.
 
+Verdicts are given page by page (`with_verdicts`), because the correction for several tests needs
+all tests of a page.
+
 An ablation is one module that ends in `ABLATION = Ablation(...)`. Light: Snakemake imports it, so
 matplotlib, SciPy's statistics and scikit-learn are imported inside functions.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -30,7 +34,6 @@ TRIAL_COLUMNS = (
     Column("hypothesis", "Hypothesis"),
     Column("change", "What was changed"),
     Column("expected", "Then it should be"),
-    Column("verdict", "Verdict"),
     Column("model", "Model"),
     Column("metric", "Metric"),
     Column("before", "Before"),
@@ -40,9 +43,15 @@ TRIAL_COLUMNS = (
     Column("gain", "Gain"),
     Column("gain_low", "from"),
     Column("gain_high", "to"),
+    Column("p", "p"),
     Column("seconds", "Time", "s"),
     Column("of", "Rows of the paper"),
 )
+
+
+#: Columns that `with_verdicts` adds.
+VERDICT = Column("verdict", "Verdict")
+CORRECTED_P = Column("p_holm", "p, corrected")
 
 
 class Folds(NamedTuple):
@@ -82,12 +91,12 @@ class Trial:
     paired: bool = True
 
     def row(self) -> dict[str, Value]:
-        """Return its row of the table, with the verdict."""
+        """Return its row of the table; a gain that cannot be tested has no interval and no p."""
         from ajgdata.evaluate.paired_fold_test import paired_fold_test
 
         before, after = self.before.values, self.after.values
-        lower = self.metric == "rmse"
-        test = paired_fold_test(before, after, lower_is_better=lower, paired=self.paired)
+        test = paired_fold_test(before, after, metric=self.metric, paired=self.paired)
+        interval = {"gain_low": test.low, "gain_high": test.high, "p": test.p}
         kind: Kind = "classification" if self.metric == "accuracy" else "regression"
         unit = f" ({self.unit})" if self.unit else ""
         return {
@@ -101,27 +110,62 @@ class Trial:
             "after": float(np.mean(after)),
             "after_sd": float(np.std(after, ddof=1)),
             "gain": test.gain,
-            "gain_low": test.low,
-            "gain_high": test.high,
-            "verdict": test.verdict(self.hypothesis.expected),
+            **{key: None if math.isnan(value) else value for key, value in interval.items()},
             "seconds": self.before.seconds + self.after.seconds,
             "of": " ".join(self.hypothesis.of),
         }
 
 
 def trial_table(name: str, title: str, note: str, trials: Sequence[Trial]) -> Table:
-    """Return the trials of an ablation as a table, one a row, with their verdicts."""
+    """Return the trials of an ablation as a table with one row per trial, without verdicts."""
     return Table(
         name,
         title,
         f"{note} Mean and standard deviation over folds, whose grasps were never trained on unless"
-        " the change is the split. Gain: improvement and its 95 % interval, corrected for folds"
-        " that share training grasps. Supported: the interval lies on the expected side of 0;"
-        " refuted: on the other; not supported: on both. Each interval stands by itself: one in"
-        " twenty misses. Time: training of both.",
+        " the change is the split. Gain: improvement and its 95 % interval (of this test only),"
+        " corrected for folds that share training grasps. Time: training of both.",
         TRIAL_COLUMNS,
         tuple(trial.row() for trial in trials),
     )
+
+
+def with_verdicts(tables: Sequence[Table]) -> list[Table]:
+    """Return the tables of a page, with a verdict on each trial.
+
+    p values are corrected for the number of tests on the page (Holm).
+    """
+    from ajgdata.evaluate.paired_fold_test import LEVEL, holm, verdict
+
+    tested = [row for table in tables if _is_tested(table) for row in table.rows]
+    corrected = holm([math.nan if row["p"] is None else row["p"] for row in tested])
+    p_of = {id(row): p for row, p in zip(tested, corrected, strict=True)}
+    count = sum(not math.isnan(p) for p in corrected)
+    note = (
+        f" Supported: p < {LEVEL:g} in the expected direction, refuted: in the other; p is"
+        f" corrected for the {count} tests on this page (Holm). Not testable: all folds differ by"
+        " the same amount."
+    )
+
+    def judged(row: dict[str, Any]) -> dict[str, Any]:
+        p = p_of[id(row)]
+        answer = verdict(row["gain"], p, row["expected"])
+        return row | {VERDICT.key: answer, CORRECTED_P.key: None if math.isnan(p) else p}
+
+    return [
+        replace(
+            table,
+            note=table.note + note,
+            columns=(*table.columns[:3], VERDICT, *table.columns[3:], CORRECTED_P),
+            rows=tuple(judged(row) for row in table.rows),
+        )
+        if _is_tested(table)
+        else table
+        for table in tables
+    ]
+
+
+def _is_tested(table: Table) -> bool:
+    return {"p", "gain", "expected"} <= {column.key for column in table.columns}
 
 
 @dataclass(frozen=True)
@@ -138,7 +182,7 @@ class Ablation:
 
 
 def reasons_of(tables: Sequence[Table], page: str) -> list[Reason]:
-    """Return the hypotheses of the tables that hold verdicts, each with all its tests.
+    """Return the hypotheses of the tables that have verdicts, each with all its tests.
 
     They link to their table on the page `page`.
     """

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import UNDEFINED, Interval
+from ajgdata.evaluate.intervals import MIN_GRASPS, resampled_counts, spread_interval
 from ajgdata.features.bands import third_octaves
 from ajgdata.types import NotPossibleError
 
@@ -23,6 +25,7 @@ class RelativeEnergy:
     groups: int
     mean: float
     sd: float
+    interval: Interval  #: over groups
     by_object: dict[str, float]
 
 
@@ -76,11 +79,40 @@ def relative_energies(
             raise NotPossibleError(f"no energy of {reference!r} to compare with on {name!r}")
         ratio[here] = means[here] / base.mean()
     others = [name for name in np.unique(of_label).tolist() if name != reference]
-    return [_relative(ratio, of_label == name, of_object, name) for name in [reference, *others]]
+    intervals = _intervals(means, of_label, of_object, [reference, *others])
+    return [
+        _relative(ratio, of_label == name, of_object, name, interval)
+        for name, interval in zip([reference, *others], intervals, strict=True)
+    ]
+
+
+def _intervals(
+    means: np.ndarray, of_label: np.ndarray, of_object: np.ndarray, labels: Sequence[str]
+) -> list[Interval]:
+    """Return the interval over groups of each label's energy. The first label is the reference,
+    whose groups are also resampled."""
+    resampled: list[np.ndarray] = []
+    for drawn in resampled_counts(len(means)):
+        ratio = np.empty_like(drawn)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for name in np.unique(of_object):
+                base = drawn[:, (of_object == name) & (of_label == labels[0])]
+                own = means[(of_object == name) & (of_label == labels[0])]
+                here = of_object == name
+                ratio[:, here] = means[here] * (base.sum(axis=1) / (base @ own))[:, None]
+            chosen = [of_label == label for label in labels]
+            resampled.append(np.array([
+                (drawn[:, c] * ratio[:, c]).sum(axis=1) / drawn[:, c].sum(axis=1) for c in chosen
+            ]))  # fmt: skip
+    counts = [int(np.sum(of_label == label)) for label in labels]
+    return [
+        spread_interval(energies) if min(count, counts[0]) >= MIN_GRASPS else UNDEFINED
+        for energies, count in zip(np.concatenate(resampled, axis=1), counts, strict=True)
+    ]
 
 
 def _relative(
-    ratio: np.ndarray, chosen: np.ndarray, of_object: np.ndarray, label: str
+    ratio: np.ndarray, chosen: np.ndarray, of_object: np.ndarray, label: str, interval: Interval
 ) -> RelativeEnergy:
     values = ratio[chosen]
     objects: Sequence[str] = np.unique(of_object[chosen]).tolist()
@@ -89,5 +121,6 @@ def _relative(
         groups=len(values),
         mean=float(values.mean()),
         sd=float(values.std(ddof=1)) if len(values) > 1 else float("nan"),
+        interval=interval,
         by_object={name: float(ratio[chosen & (of_object == name)].mean()) for name in objects},
     )

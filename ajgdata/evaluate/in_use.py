@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import log_softmax
 from threadpoolctl import threadpool_limits
 
-from ajgdata.evaluate.calibration import TINIEST, temperature
+from ajgdata.evaluate.calibration import TINIEST, temperature, with_temperature
 from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.evaluate.novelty import alarm, detection_rate
@@ -166,6 +166,36 @@ def temperature_in_use(held_out: np.ndarray, label: np.ndarray, groups: np.ndarr
     return temperature(log_p, label, doubt=1 / (len(np.unique(groups)) + 1))
 
 
+def half_width(
+    residual: np.ndarray, groups: np.ndarray, coverage: float, period: float | None = None
+) -> float:
+    """Return the quantile of held-out residuals (n,), each group counting once.
+
+    Infinity if there are too few groups for so large a share; with a `period`, half of it.
+    """
+    half = float(weighted_quantile(residual[:, None], grasp_weights(groups), coverage)[0])
+    return half if period is None else min(half, period / 2)
+
+
+def held_out_residuals(
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    *,
+    model: str,
+    folds: int,
+    seed: int,
+    period: float | None = None,
+) -> np.ndarray:
+    """Return |y - prediction| (n,), each by a `model` that was trained on the other folds."""
+    residual = np.empty(len(y))
+    for train, test in grouped_folds(y, groups, "regression", folds, seed):
+        made = make_model(model, "regression", seed, period)
+        fitted = fit_model(made, features[train], y[train], groups[train])
+        residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
+    return residual
+
+
 def _half_width(
     features: np.ndarray,
     y: np.ndarray,
@@ -176,16 +206,54 @@ def _half_width(
     period: float | None,
     coverage: float,
 ) -> float:
-    """Return the quantile of out-of-fold residuals, each group counting once."""
     if coverage > 1 - 1 / (count := len(np.unique(groups)) + 1):
         raise NotPossibleError(
             f"{count - 1} groups cannot say where {100 * coverage:g} % of new ones lie: "
             f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
         )
-    residual = np.empty(len(y))
-    for train, test in grouped_folds(y, groups, "regression", folds, seed):
-        made = make_model(model, "regression", seed, period)
-        fitted = fit_model(made, features[train], y[train], groups[train])
-        residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
-    half = float(weighted_quantile(residual[:, None], grasp_weights(groups), coverage)[0])
-    return half if period is None else min(half, period / 2)
+    residual = held_out_residuals(
+        features, y, groups, model=model, folds=folds, seed=seed, period=period
+    )
+    return half_width(residual, groups, coverage, period)
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """Out-of-fold probabilities (n, n_classes) in the order of the rows, plain and scaled."""
+
+    classes: np.ndarray
+    plain: np.ndarray
+    scaled: np.ndarray
+    temperatures: tuple[float, ...]  #: of the folds
+
+
+def calibrated(
+    features: np.ndarray,
+    target: np.ndarray,
+    groups: np.ndarray,
+    *,
+    model: str,
+    folds: int = 5,
+    seed: int = 0,
+) -> Calibrated:
+    """Return out-of-fold probabilities of a classifier, plain and scaled by a temperature.
+
+    `features` (n, n_features), `target` (n,) class labels, `groups` (n,). The temperature of a fold
+    is computed on its training part exactly as `calibration` computes that of a model in use; the
+    test part is not used. Raises ValueError for a model without probabilities and for folds that
+    cannot be made.
+    """
+    y, group = np.asarray(target), np.asarray(groups)
+    classes = np.unique(y)
+    plain, scaled = (np.empty((len(y), len(classes))) for _ in range(2))
+    temperatures = []
+    with threadpool_limits(limits=1):
+        for train, test in grouped_folds(y, group, "classification", folds, seed):
+            inner = min(FOLDS, len(np.unique(group[train])))
+            t = _temperature(features[train], y[train], group[train], model, inner, seed)
+            made = make_model(model, "classification", seed)
+            fitted = fit_model(made, features[train], y[train], group[train])
+            plain[test] = fitted.predict_proba(features[test])
+            scaled[test] = with_temperature(plain[test], t)
+            temperatures.append(t)
+    return Calibrated(classes, plain, scaled, tuple(temperatures))

@@ -14,6 +14,17 @@ METRICS: dict[str, tuple[str, ...]] = {
     "classification": ("accuracy", "balanced_accuracy", "macro_f1"),
 }
 
+LOWER_IS_BETTER = ("rmse", "mae")
+#: Least and largest value that a metric can have.
+RANGES: dict[str, tuple[float, float]] = {
+    "rmse": (0.0, np.inf),
+    "mae": (0.0, np.inf),
+    "r2": (-np.inf, 1.0),
+    "accuracy": (0.0, 1.0),
+    "balanced_accuracy": (0.0, 1.0),
+    "macro_f1": (0.0, 1.0),
+}
+
 
 def score(
     y_true: np.ndarray,

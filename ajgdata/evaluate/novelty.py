@@ -140,16 +140,38 @@ def alarm(
     count = len(np.unique(groups))
     if count < 2:
         raise NotPossibleError("one group only: none is left to hold out")
-    rate, folds = max(false_alarm, 1 / (count + 1)), min(folds, count)
-    distance = np.empty(len(features))
-    for known, held in grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed):
-        distance[held] = Guard.of(features[known], grasp[known]).distance(features[held])
-    threshold = float(weighted_quantile(distance[:, None], grasp_weights(groups), 1 - rate)[0])
+    distance = held_out_distances(features, grasp, groups, folds=folds, seed=seed)
+    threshold = threshold_at(distance, groups, false_alarm)
     if threshold < EQUAL:
         raise NotPossibleError(
             "held-out grasps lie on those that are known: their features are equal"
         )
-    return Alarm(threshold, rate, folds, count)
+    return Alarm(threshold, _possible(false_alarm, count), min(folds, count), count)
+
+
+def held_out_distances(
+    features: np.ndarray,
+    grasp: np.ndarray,
+    groups: np.ndarray,
+    *,
+    folds: int = FOLDS,
+    seed: int = 0,
+) -> np.ndarray:
+    """Return the distance (n,) of each recording to the nearest grasp of the other folds."""
+    folds, distance = min(folds, len(np.unique(groups))), np.empty(len(features))
+    for known, held in grouped_folds(np.zeros(len(features)), groups, "regression", folds, seed):
+        distance[held] = Guard.of(features[known], grasp[known]).distance(features[held])
+    return distance
+
+
+def threshold_at(held_out: np.ndarray, groups: np.ndarray, false_alarm: float) -> float:
+    """Return what held-out values (n,) exceed in a share `false_alarm` of groups at most."""
+    share = 1 - _possible(false_alarm, len(np.unique(groups)))
+    return float(weighted_quantile(held_out[:, None], grasp_weights(groups), share)[0])
+
+
+def _possible(false_alarm: float, groups: int) -> float:
+    return max(false_alarm, 1 / (groups + 1))
 
 
 def detection_rate(

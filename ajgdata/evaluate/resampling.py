@@ -12,29 +12,21 @@ import contextlib
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from scipy.stats import t as student
 
 from ajgdata.evaluate import metrics
+from ajgdata.evaluate.agreement import UNDEFINED, Interval
 from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores, Tested, deviation
+from ajgdata.evaluate.intervals import CONFIDENCE, ROUNDING
 from ajgdata.types import NotPossibleError
 
-#: Share of such intervals that hold the true value, if folds are as they are assumed to be.
-CONFIDENCE = 0.95
 #: Fewer recordings are split several times, as often as Bouckaert & Frank advise.
 SMALL_SET, REPEATS = 100, 10
 
 Repeats = int | Literal["auto"]
-
-
-class Interval(NamedTuple):
-    """Ends of a 95 % interval; NaN where a fold has no value, or all have the same: no deviation
-    is then known, and an interval without width would claim to know."""
-
-    low: float
-    high: float
 
 
 def corrected_deviation(variance: float, count: int, test_share: float) -> float:
@@ -54,7 +46,8 @@ def corrected_reach(variance: float, count: int, test_share: float) -> float:
 def corrected_interval(values: Sequence[float], folds: int, metric: str = "") -> Interval:
     """Return the interval of the mean of fold values (repeats * folds,) of a metric.
 
-    It ends where the metric does: no share is above 1 or below 0, no error below 0.
+    It ends at the range of the metric: no share is above 1 or below 0, no error below 0. It is
+    undefined if a fold has no value, or if all folds have the same: no deviation is then known.
 
     >>> from ajgdata.evaluate.resampling import corrected_interval
     >>> low, high = corrected_interval([1.0, 2.0, 3.0, 4.0, 5.0], folds=5)
@@ -62,11 +55,12 @@ def corrected_interval(values: Sequence[float], folds: int, metric: str = "") ->
     '0.055 5.945'
     """
     found = np.asarray(values, float)
-    if len(found) < 2 or not np.isfinite(found).all() or np.ptp(found) == 0:
-        return Interval(math.nan, math.nan)
+    if len(found) < 2 or not np.isfinite(found).all():
+        return UNDEFINED
+    if np.ptp(found) <= ROUNDING * np.abs(found).max():
+        return UNDEFINED
     reach = corrected_reach(float(found.var(ddof=1)), len(found), 1 / (folds - 1))
-    least = 0.0 if metric not in ("", "r2") else -math.inf
-    most = math.inf if metric in ("", "rmse", "mae") else 1.0
+    least, most = metrics.RANGES.get(metric, (-math.inf, math.inf))
     mean = float(found.mean())
     return Interval(max(mean - reach, least), min(mean + reach, most))
 

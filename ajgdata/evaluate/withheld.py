@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,21 @@ def overall(
         y_pred = np.concatenate([known.y_pred[test], withheld.y_pred[new]])
         per_fold.append(metrics.regression(y_true, y_pred, period, weight))
     return {name: tuple(one[name] for one in per_fold) for name in metrics.METRICS["regression"]}
+
+
+def overall_chance(
+    known: Predictions, withheld: Predictions, period: float | None = None
+) -> dict[str, tuple[float, ...]]:
+    """Return the metrics of `overall` for a guess: the mean of a fold's training recordings."""
+    middle = {
+        fold: metrics.middle(known.y_true[known.fold != fold], period)
+        for fold in np.unique(known.fold)
+    }
+
+    def guess(part: Predictions) -> Predictions:
+        return replace(part, y_pred=np.array([middle[fold] for fold in part.fold]))
+
+    return overall(guess(known), guess(withheld), period)
 
 
 def by_value(

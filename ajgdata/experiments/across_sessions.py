@@ -315,7 +315,8 @@ def rows(results: TaskResults) -> list[ResultRow]:
     return [
         ResultRow(
             line.model, f"{name} in a new session, {line.remedy}{_few(results, line)}",
-            _told(results, line), mean_sd(Score(line.chance, 0.0), results.shown_unit),
+            results.with_chance_note(_told(results, line), line.score.mean, line.chance),
+            mean_sd(Score(line.chance, 0.0), results.shown_unit),
             part=f"needs {line.needs} of the session",
         )
         for result in results.results

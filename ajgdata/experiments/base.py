@@ -8,12 +8,14 @@ experiments while it parses, so matplotlib, torch and scikit-learn are imported 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import NO_BETTER, UNDEFINED, is_better_than_chance
 from ajgdata.evaluate.task_data import (
     TaskData,
     frequent_classes,
@@ -201,6 +203,17 @@ class TaskResults:
     period_deg: float | None = None
     left_out: Mapping[str, int] = field(default_factory=dict)  #: groups of classes too rare
     page: str = ""  #: of the report, by name
+    other_p: tuple[float, ...] = ()  #: p values of all other tests on the page
+
+    def corrected(self, p: Sequence[float]) -> list[float]:
+        """Return p values of tests of these results, corrected for all tests on the page (Holm)."""
+        from ajgdata.evaluate.paired_fold_test import holm  # SciPy
+
+        return holm([*p, *self.other_p])[: len(p)]
+
+    def tests_on_page(self, p: Sequence[float]) -> int:
+        """Return how many tests the page has, with the tests of these results."""
+        return sum(not math.isnan(value) for value in (*p, *self.other_p))
 
     @property
     def title(self) -> str:
@@ -226,6 +239,18 @@ class TaskResults:
     def shown_unit(self) -> str:
         """Return the unit of the metric as it is shown."""
         return "%" if self.kind == "classification" else self.unit
+
+    def with_chance_note(self, text: str, value: float, chance: float) -> str:
+        """Return the text of a result; if its `value` is not better than chance, with these words.
+
+        Both numbers are as shown.
+        """
+        perfect = 100.0 if self.kind == "classification" else 0.0
+        return (
+            text
+            if is_better_than_chance(value, UNDEFINED, chance, perfect)
+            else f"{text}, {NO_BETTER}"
+        )
 
     def named(self, *parts: str) -> str:
         """Return the file name, without suffix, of a figure of this experiment."""
@@ -266,6 +291,11 @@ def no_highlights(_: TaskResults) -> Iterable[Highlight]:
     return ()
 
 
+def no_tests(_: TaskResults) -> Sequence[float]:
+    """Return nothing: an experiment without a significance test."""
+    return ()
+
+
 def no_comparison(_: TaskResults, __: Lookup) -> Iterable[PaperComparison]:
     """Return nothing: an experiment that the paper did not make."""
     return ()
@@ -283,6 +313,7 @@ class Experiment:
     measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings
     that the task cannot have.
 
+    `p_values` are those of its significance tests, which a page corrects for their number.
     `highlights` are what the first screen says of it, beyond what the paper has. An experiment with
     its `own_page` does not stand on that of its task.
 
@@ -300,6 +331,7 @@ class Experiment:
     tables: Callable[[TaskResults], Iterable[ShownTable]] = no_tables
     rows: Callable[[TaskResults], Iterable[ResultRow]] = no_rows
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
+    p_values: Callable[[TaskResults], Sequence[float]] = no_tests
     highlights: Callable[[TaskResults], Iterable[Highlight]] = no_highlights
     summary: Callable[[TaskResults], str] = no_summary
     across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
@@ -321,15 +353,11 @@ class Experiment:
 def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: str) -> Table:
     """Return rows of model, part, metric, statistic and value as a table of scores.
 
-    A value that is not finite (an interval without an end, say) becomes a missing one.
+    NaN becomes a missing value. Infinity stays: the width of an interval without an end is known.
     """
     keys = [column.key for column in SCORE_COLUMNS[:-1]]
-    named = ({**dict(zip(keys, row[:-1], strict=True)), "value": _finite(row[-1])} for row in rows)
+    named = ({**dict(zip(keys, row[:-1], strict=True)), "value": row[-1]} for row in rows)
     return table_of(SCORES, title, named, **{column.key: column.title for column in SCORE_COLUMNS})
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and np.isfinite(value) else None
 
 
 def fold_scores(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import together
 from ajgdata.experiments.base import (
     METRIC_NAMES,
     Experiment,
@@ -20,13 +21,11 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.cross_validation.results import PAPER_MODEL
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import (
-    WORKS,
     Mark,
     PaperComparison,
     holds,
     mark_of,
     range_of,
-    together,
 )
 from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit, words
 from ajgdata.report.panel import Highlight
@@ -127,7 +126,10 @@ def rows(results: TaskResults) -> list[ResultRow]:
     return [
         ResultRow(
             line.label, f"{name} on {line.title}, {line.grasps[at]} calibration grasps",
-            _told(results, line.mean[at], line.sd[at]), paper=results.paper,
+            results.with_chance_note(
+                _told(results, line.mean[at], line.sd[at]), line.mean[at], line.chance
+            ),
+            with_unit(number(line.chance), results.shown_unit), paper=results.paper,
         )
         for line in lines_of(results)
         for at in sorted({0, len(line.grasps) - 1})
@@ -139,19 +141,25 @@ def _told(results: TaskResults, mean: float, sd: float) -> str:
 
 
 def finding(results: TaskResults) -> str:
-    """Return what becomes of the first model on the gripper where it does worst, and with grasps of
-    that gripper."""
-    first = [line for line in lines_of(results) if line.label == results.results[0].label]
-    worst = (min if results.kind == "classification" else max)(first, key=lambda one: one.mean[0])
-    known, name = np.isfinite(worst.home.mean), METRIC_NAMES[results.metric]
-    home = f"{_about(results, worst.home.mean)} at home, " if known else ""
-    few = f" with {worst.grasps[0]} grasps" if worst.grasps[0] else ""
-    there = f"{_about(results, worst.mean[0])} on “{worst.title}”{few}"
-    text = f"{worst.label}: {name} {home}{there}"
-    if len(worst.grasps) == 1:
+    """Return the range over all grippers of the first model, without and with their grasps."""
+    lines = [line for line in lines_of(results) if line.label == results.results[0].label]
+    homes = [line.home.mean for line in lines if np.isfinite(line.home.mean)]
+    home = f"{_about(results, float(np.mean(homes)))} at home, " if homes else ""
+    few, most = lines[0].grasps[[0, -1]].tolist()
+    first = _range(results, [line.mean[0] for line in lines])
+    name = METRIC_NAMES[results.metric]
+    grasps = f" with {few} grasps" if few else ""
+    count = f"{len(lines)} other gripper{'s' * (len(lines) > 1)}"
+    text = f"{lines[0].label}: {name} {home}{first} on {count}{grasps}"
+    if few == most:
         return text
-    most = _about(results, worst.mean[-1])
-    return f"{text}, {most} with {worst.grasps[-1]} of its grasps of each class"
+    last = _range(results, [line.mean[-1] for line in lines])
+    return f"{text}, {last} with {most} of their grasps of each class"
+
+
+def _range(results: TaskResults, values: list[float]) -> str:
+    low, high = number(min(values), 2), number(max(values), 2)
+    return with_unit(low if low == high else f"{low} to {high}", results.shown_unit)
 
 
 def _about(results: TaskResults, value: float) -> str:
@@ -241,7 +249,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         return
     sign = 1 if results.kind == "classification" else -1
     gaps = [Score(sign * (line.home.mean - line.mean[0]), line.home.sd) for line in lines]
-    verdicts = {holds(gap, WORKS) for gap in gaps}
+    verdicts = {holds(gap) for gap in gaps}
     told = [f"{_told(results, line.mean[0], line.sd[0])} on {line.title}" for line in lines]
     home = mean_sd(lines[0].home, results.shown_unit)
     yield PaperComparison(
@@ -261,19 +269,17 @@ def _marks(lines: list[Line]) -> tuple[Mark, ...]:
 
 
 def highlights(results: TaskResults) -> list[Highlight]:
-    """Return what a few grasps on the other grippers bring, for the model that gains most."""
-    lines = [line for line in lines_of(results) if len(line.grasps) > 1]
-    if not lines:
+    """Return the first model on all other grippers, with the most and with the fewest grasps."""
+    lines = [line for line in lines_of(results) if line.label == results.results[0].label]
+    few, most = lines[0].grasps[[0, -1]].tolist()
+    if few == most:
         return []
-    sign = 1 if results.kind == "classification" else -1
-    best = max(lines, key=lambda line: sign * (line.mean[-1] - line.mean[0]))
-    few = int(best.grasps[-1])
     marks = (
-        mark_of("ours", f"{few} grasps", Score(best.mean[-1], best.sd[-1])),
-        mark_of("other", "none", Score(best.mean[0], best.sd[0])),
+        range_of("ours", f"{most} grasps", [line.mean[-1] for line in lines]),
+        range_of("other", f"{few} grasps" if few else "none", [line.mean[0] for line in lines]),
     )
-    said = f"{best.label}, {words(results.dataset)}"
-    return [Highlight("Calibrated there", said, results.shown_unit, marks)]
+    text = f"{lines[0].label}, {words(results.dataset)}, mean and range of {len(lines)} grippers"
+    return [Highlight("Calibrated there", text, results.shown_unit, marks)]
 
 
 EXPERIMENT = Experiment(

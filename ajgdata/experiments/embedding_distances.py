@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.evaluate.agreement import Verdict, together
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -22,7 +23,7 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.embedding import ScoreRow, illustration, trained
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of, together
+from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
 from ajgdata.report.format import Score, mean_sd, number, words
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
@@ -209,7 +210,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         f"{words(name)} {number(within[name])} within, {mean_sd(gaps[name])} more to others"
         for name in (*TOGETHER, SPREAD)
     ]
-    verdicts = {holds(gaps[name], "no: not nearer within") for name in TOGETHER}
+    verdicts = {holds(gaps[name]) for name in TOGETHER}
     verdicts.add(_widest(latent))
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, "; ".join(told), "latent",
@@ -229,13 +230,13 @@ def _marks(latent: Distances) -> Iterator[Mark]:
             yield mark_of("other", "others", others, part=words(name))
 
 
-def _widest(latent: Distances) -> str:
+def _widest(latent: Distances) -> Verdict:
     """Return whether distances within SPREAD exceed those within the others, over runs."""
     place = {name: i for i, name in enumerate(latent.categories)}
     inner = latent.runs[:, range(len(place)), range(len(place))]
     most = inner[:, [place[name] for name in TOGETHER]].max(axis=1)
     gap = inner[:, place[SPREAD]] - most
-    return holds(Score(float(gap.mean()), float(gap.std(ddof=1))), "no: not the widest")
+    return holds(Score(float(gap.mean()), float(gap.std(ddof=1))))
 
 
 EXPERIMENT = Experiment(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import Interval, compare
 from ajgdata.experiments.base import (
     SCORES,
     Experiment,
@@ -28,7 +29,7 @@ from ajgdata.experiments.embedding import (
     trained,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import Cost, PaperComparison, agreement, mark_of
+from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.format import DASH, Score, mean_sd, number
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding
@@ -145,9 +146,18 @@ def neighbours_of(results: TaskResults, space: str = "") -> list[Neighbours]:
     return sorted((row for row in found if row.space == space), key=lambda r: r.dimension or 0)
 
 
-def best_of(results: TaskResults, space: str) -> Neighbours | None:
-    """Return the dimension of highest accuracy; of equals, the lowest."""
-    return max(neighbours_of(results, space), key=lambda row: row.score.mean, default=None)
+def at_shown(results: TaskResults, space: str) -> Neighbours | None:
+    """Return k-NN in the dimension that the settings name, `shown`; in a space without dimensions
+    k-NN as it is. No score selects the dimension."""
+    rows = neighbours_of(results, space)
+    return next((r for r in rows if r.dimension in (None, results.settings.shown)), None)
+
+
+def accuracy_range(results: TaskResults, space: str) -> str:
+    """Return `50 to 55 %`: the accuracies in all dimensions of a space."""
+    means = [100 * row.score.mean for row in neighbours_of(results, space)]
+    low, high = (number(f(means)) for f in (min, max))
+    return f"{low if low == high else f'{low} to {high}'} %"
 
 
 def dimensions_of(rows: Sequence[Neighbours]) -> list[int]:
@@ -198,31 +208,47 @@ def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
 
 def _cost(results: TaskResults, at: Neighbours) -> Cost:
     """Return the cost of all folds, one network each; a recording is placed with others."""
-    folds = len(raw.score.per_fold) if (raw := best_of(results, "raw")) else 1
+    folds = len(raw.score.per_fold) if (raw := at_shown(results, "raw")) else 1
     return Cost(folds * at.fit_s, 1e3 * at.ask_s / at.recordings)
+
+
+def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
+    """Return by how much (%) k-NN on the latent is better than on raw features, relative to these.
+
+    The interval is that of the mean over folds; each fold is the mean of its initialisations, which
+    are one after another in `latent`.
+    """
+    from ajgdata.evaluate.resampling import corrected_interval
+
+    folds = len(raw.per_fold)
+    gains = np.reshape(latent.per_fold, (folds, -1)) - np.array(raw.per_fold)[:, np.newaxis]
+    relative = 100 * gains / raw.mean
+    low, high = corrected_interval(relative.mean(axis=1).tolist(), folds)
+    most = 100 * (1 - raw.mean) / raw.mean  # from no right answer to all right
+    interval = Interval(max(low, -100.0), min(high, most))
+    return Score(float(relative.mean()), float(relative.std(ddof=1)), (), *interval), interval
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
     """Yield by how much k-NN on the latent is better than on raw features, relative to these."""
-    paper, best, raw = results.paper, best_of(results, "latent"), best_of(results, "raw")
-    if paper is None or paper.value is None or best is None or raw is None:
+    paper, latent, raw = results.paper, at_shown(results, "latent"), at_shown(results, "raw")
+    if paper is None or paper.value is None or latent is None or raw is None:
         return
     if not raw.score.mean > 0:
         return
-    # of each fold there are as many runs as initialisations, one after another
-    latent = np.reshape(best.score.per_fold, (len(raw.score.per_fold), -1))
-    gains = (latent - np.array(raw.score.per_fold)[:, np.newaxis]).ravel()
-    relative = 100 * gains / raw.score.mean
-    score = Score(float(relative.mean()), float(relative.std(ddof=1)))
+    score, interval = relative_gain(latent.score, raw.score)
+    points = 100 * (latent.score.mean - raw.score.mean)
     result = (
-        f"{mean_sd(score, '%')} higher ({mean_sd(best.score, '%', 100)} for "
-        f"{mean_sd(raw.score, '%', 100)}: {number(100 * gains.mean())} percentage points), best at "
-        f"{best.dimension} dimensions"
+        f"{mean_sd(score, '%')} higher ({mean_sd(latent.score, '%', 100)} for "
+        f"{mean_sd(raw.score, '%', 100)}: {number(points)} percentage points) at "
+        f"{latent.dimension} dimensions; exploratory, by dimension: "
+        f"{accuracy_range(results, 'latent')}"
     )
+    perfect = 100 * (1 - raw.score.mean) / raw.score.mean
+    verdict = compare(score.mean, interval, paper.value, chance=0.0, perfect=perfect)
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, result, "k-NN on the latent",
-        agreement(score, paper.value), _cost(results, best),
-        marks=(mark_of("ours", "latent over raw", score),),
+        verdict, _cost(results, latent), marks=(mark_of("ours", "latent over raw", score),),
     )  # fmt: skip
 
 

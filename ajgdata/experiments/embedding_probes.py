@@ -238,7 +238,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         result += f"; in two dimensions, of the validation points {seen}"
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, result, "latent",
-        holds(score, "no: they overlap"), encoder_cost(results, lookup),
+        holds(score), encoder_cost(results, lookup),
         marks=(mark_of("ours", "latent", score), mark_of("other", "raw", raw)),
     )  # fmt: skip
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import together
 from ajgdata.experiments import embedding_probes
 from ajgdata.experiments.base import (
     SCORES,
@@ -34,12 +35,10 @@ from ajgdata.experiments.embedding import (
 from ajgdata.experiments.embedding_probes import probe_rows, probe_scores, probe_table
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import (
-    WORKS,
     Cost,
     PaperComparison,
     holds,
     range_of,
-    together,
 )
 from ajgdata.report.format import Caption, Score, mean_sd, number, words
 from ajgdata.report.projections import ordered
@@ -303,7 +302,7 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     spent = results.results[0].cost[SCORES].where(metric="cpu_s").numbers("value")
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, result, "pose latent",
-        together({holds(gap, WORKS) for gap in gaps}), Cost(float(spent[0]), math.nan),
+        together({holds(gap) for gap in gaps}), Cost(float(spent[0]), math.nan),
         marks=(
             range_of("ours", "elsewhere", [100 * r.score.mean for r in rows]),
             range_of("other", f"{few} grasps", [100 * own[r.gripper].mean for r in rows]),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import Verdict
 from ajgdata.experiments.base import (
     METRIC_NAMES,
     Experiment,
@@ -20,7 +21,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import LOWER, UNTOLD, YES, Mark, PaperComparison
+from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import Table, table_of
@@ -178,11 +179,13 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     enough = np.flatnonzero(mean >= paper.reached)
     needed = int(groups[enough[0]]) if len(enough) else math.inf  # more than any that was tried
     most = f"{mean_sd(Score(mean[-1], sd[-1]), results.shown_unit)} with {groups[-1]}"
+    agrees: Verdict
     if len(enough):
-        text, agrees = f"{needed} ({most})", YES if needed >= paper.value else LOWER
+        text = f"{needed} ({most})"
+        agrees = "agrees" if needed >= paper.value else "better"  # at least so many
     else:  # more than any that was tried, or never
         text = f"more than {groups[-1]} ({most})"
-        agrees = UNTOLD
+        agrees = "inconclusive"
     yield PaperComparison(
         paper,
         results.dataset,

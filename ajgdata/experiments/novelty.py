@@ -2,20 +2,25 @@
 one raises the alarm.
 
 One class is left out at a time; so are some grasps of each other class. How strange a recording is
-is told by its distance to the nearest grasp (`evaluate.novelty`, as a model in use tells it), and,
-to compare, by the doubt of models: one less the probability of their best class. Both alarms are
-conformal quantiles over grasps held out of the rest.
+is measured by its distance to the nearest grasp, with the alarm that is shipped with a model
+(`evaluate.novelty`), and, to compare, by the uncertainty of models: one less the probability of
+their best class. Both alarms are conformal quantiles over grasps held out of the rest.
+
+Intervals of what is detected are over classes, those of false alarms over grasps, since several
+rounds test the same grasps.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.experiments.base import (
     SCORES,
@@ -37,6 +42,49 @@ DISTANCE = "distance"
 TITLE = "Unlike anything seen"
 #: Of the stated rates, the one that is shown by class.
 SHOWN = 0.05
+
+
+SHARE_COLUMNS = {
+    "judge": "Told by", "stated": "Stated", "metric": "Share of", "share": "Share",
+    "low": "95 % from", "high": "to",
+}  # fmt: skip
+NOTHING_COLUMNS = {
+    "fold": "Fold", "recognised": "Nothing recognised", "mistaken": "Taken for nothing",
+}  # fmt: skip
+
+
+class Round(NamedTuple):
+    """One round at one stated rate: whether recordings of the class that was left out were flagged
+    (m,), whether held-out recordings of the others were (n,), and the groups of these (n,)."""
+
+    left_out: str
+    stated: float
+    new: np.ndarray
+    known: np.ndarray
+    group: np.ndarray
+
+    def row(self, judge: str) -> dict[str, Any]:
+        """Return the shares of the round."""
+        shares = {"detected": float(self.new.mean()), "false_alarm": float(self.known.mean())}
+        return {"judge": judge, "stated": self.stated, "left_out": self.left_out, **shares}
+
+
+def _shares(judge: str, stated: float, tests: list[Round], seed: int) -> Iterator[dict[str, Any]]:
+    """Yield what is detected, the mean over classes, and false alarms of all tests, with intervals
+    over independent classes and grasps."""
+    from ajgdata.evaluate.intervals import mean_interval
+
+    detected = np.array([test.new.mean() for test in tests])
+    known = np.concatenate([test.known for test in tests]).astype(float)
+    group = np.concatenate([test.group for test in tests])
+    over_classes = mean_interval(detected, np.arange(len(tests)), is_share=True, seed=seed)
+    over_grasps = mean_interval(known, group, is_share=True, seed=seed)
+    for metric, share, interval in (
+        ("detected", detected.mean(), over_classes),
+        ("false_alarm", known.mean(), over_grasps),
+    ):
+        row = {"judge": judge, "stated": stated, "metric": metric, "share": float(share)}
+        yield row | {"low": interval.low, "high": interval.high}
 
 
 class Settings(Strict):
@@ -62,27 +110,31 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     if len(classes := np.unique(data.value)) < 3:
         raise NotPossibleError("one class is left out and two must be left: record at least three")
     rounds: list[dict[str, Any]] = []
+    shares: list[dict[str, Any]] = []
     spent: dict[str, float] = {}
     with threadpool_limits(limits=1):
         for judge in (DISTANCE, *settings.models):
             begun = time.process_time()
-            for n, left_out in enumerate(classes.tolist()):
-                rounds += _round(inputs, settings, data, grasps, judge, n, left_out)
+            tests = [
+                test
+                for n, left_out in enumerate(classes.tolist())
+                for test in _round(inputs, settings, data, grasps, judge, n, left_out)
+            ]
+            rounds += [test.row(judge) for test in tests]
+            for stated in settings.false_alarms:
+                own = [test for test in tests if test.stated == stated]
+                shares += _shares(judge, stated, own, inputs.seed)
             spent[judge] = time.process_time() - begun
         nothing = list(_nothing(inputs, data, grasps))
     columns = {"judge": "Told by", "stated": "Stated", "left_out": "Left out"}
     columns |= {"detected": "Unknown noticed", "false_alarm": "Known alarmed"}
     tables = [
-        score_table(_scores(rounds, nothing), TITLE),
+        score_table(_scores(rounds, shares, nothing), TITLE),
         table_of("rounds", TITLE, rounds, **columns),
+        table_of("shares", TITLE, shares, **SHARE_COLUMNS),
     ]
     if nothing:
-        heads = {
-            "fold": "Fold",
-            "recognised": "Nothing recognised",
-            "mistaken": "Taken for nothing",
-        }
-        tables.append(table_of("nothing", "Nothing held", nothing, **heads))
+        tables.append(table_of("nothing", "Nothing held", nothing, **NOTHING_COLUMNS))
     cost = [(_named(j), "cost of novelty", "train_cpu_s", "measured", s) for j, s in spent.items()]
     return Outcome(tuple(tables), (score_table(cost, TITLE),))
 
@@ -107,11 +159,10 @@ def _round(
     judge: str,
     n: int,
     left_out: str,
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[Round]:
     """Yield for each stated rate what is flagged of the class `left_out`, and of held-out grasps of
     the others: round `n` holds out fold `n`, and the first again after the last."""
-    from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
-    from ajgdata.evaluate.novelty import FOLDS
+    from ajgdata.evaluate.novelty import threshold_at
     from ajgdata.evaluate.splits import grouped_folds
 
     others = np.flatnonzero(data.value != left_out)
@@ -119,27 +170,33 @@ def _round(
     split = inputs.kind, min(inputs.folds, len(np.unique(group))), inputs.seed
     parts = grouped_folds(y, group, *split)
     train, test = (others[part] for part in parts[n % len(parts)])
-    held = np.empty(len(train))
-    folds = FOLDS if judge == DISTANCE else settings.inner_folds
-    groups = data.group[train]
-    count = len(np.unique(groups))
-    for fit, rows in grouped_folds(
-        data.value[train], groups, inputs.kind, min(folds, count), inputs.seed
-    ):
-        held[rows] = _strange(inputs, data, grasps, judge, train[fit], train[rows])
+    held = _held_out(inputs, settings, data, grasps, judge, train)
     new = np.flatnonzero(data.value == left_out)
-    told = _strange(inputs, data, grasps, judge, train, np.concatenate([new, test]))
+    distance = _strange(inputs, data, grasps, judge, train, np.concatenate([new, test]))
     for stated in settings.false_alarms:
-        share = 1 - max(stated, 1 / (count + 1))
-        alarm = weighted_quantile(held[:, np.newaxis], grasp_weights(groups), share)[0]
-        flagged = told > alarm
-        yield {
-            "judge": judge,
-            "stated": stated,
-            "left_out": left_out,
-            "detected": float(flagged[: len(new)].mean()),
-            "false_alarm": float(flagged[len(new) :].mean()),
-        }
+        flagged = distance > threshold_at(held, data.group[train], stated)
+        yield Round(left_out, stated, flagged[: len(new)], flagged[len(new) :], data.group[test])
+
+
+def _held_out(
+    inputs: Inputs,
+    settings: Settings,
+    data: TaskData,
+    grasps: np.ndarray,
+    judge: str,
+    train: np.ndarray,
+) -> np.ndarray:
+    """Return how strange the recordings `train` (m,) are to those of other inner folds: (m,)."""
+    from ajgdata.evaluate.novelty import held_out_distances
+    from ajgdata.evaluate.splits import grouped_folds
+
+    groups = data.group[train]
+    if judge == DISTANCE:
+        return held_out_distances(data.feature[train], grasps[train], groups, seed=inputs.seed)
+    held, count = np.empty(len(train)), min(settings.inner_folds, len(np.unique(groups)))
+    for fit, rows in grouped_folds(data.value[train], groups, inputs.kind, count, inputs.seed):
+        held[rows] = _strange(inputs, data, grasps, judge, train[fit], train[rows])
+    return held
 
 
 def _strange(
@@ -188,22 +245,32 @@ def _nothing(inputs: Inputs, data: TaskData, grasps: np.ndarray) -> Iterator[dic
 
 
 def _scores(
-    rounds: Iterable[dict[str, Any]], nothing: Iterable[dict[str, Any]]
+    rounds: Iterable[dict[str, Any]],
+    shares: Iterable[dict[str, Any]],
+    nothing: Iterable[dict[str, Any]],
 ) -> Iterator[tuple[str, str, str, str, float]]:
-    for row in rounds:
+    def part(row: dict[str, Any]) -> str:
         how = "distance" if row["judge"] == DISTANCE else "doubt"
-        part = f"novelty:{how} {100 * row['stated']:g} %"
+        return f"novelty:{how} {100 * row['stated']:g} %"
+
+    for row in rounds:
         for metric in ("detected", "false_alarm"):
-            yield _named(row["judge"]), part, metric, f"without {row['left_out']}", row[metric]
+            statistic = f"without {row['left_out']}"
+            yield _named(row["judge"]), part(row), metric, statistic, row[metric]
+    for row in shares:
+        values = (row["share"], row["low"], row["high"])
+        for statistic, value in zip(("mean", *GRASP_INTERVAL), values, strict=True):
+            yield _named(row["judge"]), part(row), row["metric"], statistic, value
     for row in nothing:
         for metric in ("recognised", "mistaken"):
             yield "", "novelty:nothing", metric, f"fold {row['fold']}", row[metric]
 
 
-def share_of(rounds: Table, judge: str, stated: float, key: str) -> Score:
-    """Return mean and sd over the classes that were left out, in per cent."""
-    values = 100 * rounds.where(judge=judge, stated=stated).numbers(key)
-    return Score(float(values.mean()), float(values.std(ddof=1)))
+def share_of(shares: Table, judge: str, stated: float, metric: str) -> Score:
+    """Return a share with its interval, over classes or grasps, in per cent."""
+    (row,) = shares.where(judge=judge, stated=stated, metric=metric).rows
+    ends = (math.nan if row[key] is None else 100 * row[key] for key in ("low", "high"))
+    return Score(100 * row["share"], math.nan, (), *ends)
 
 
 def label_of(results: TaskResults, judge: str) -> str:
@@ -231,33 +298,36 @@ def figures(results: TaskResults) -> list[Illustration]:
 def tables(results: TaskResults) -> Iterator[ShownTable]:
     """Yield what was noticed and alarmed, with run times; then nothing held, where it was tried."""
     found, (result,) = [], results.results
-    rounds, spent = result.tables["rounds"], result.cost[SCORES]
+    shares, spent = result.tables["shares"], result.cost[SCORES]
     for judge in judges_of(results):
         seconds = spent.where(model=_named(judge)).numbers("value")[0]
         found += [
             (
                 label_of(results, judge), f"{100 * rate:g} %",
-                mean_sd(share_of(rounds, judge, rate, "detected"), "%"),
-                mean_sd(share_of(rounds, judge, rate, "false_alarm"), "%"), number(seconds),
+                mean_sd(share_of(shares, judge, rate, "detected"), "%"),
+                mean_sd(share_of(shares, judge, rate, "false_alarm"), "%"), number(seconds),
             )
             for rate in results.settings.false_alarms
         ]  # fmt: skip
     heads = ("Told by", "Stated|", "Unknown noticed|", "Known alarmed|", "Processor, s|")
-    told = "Mean ± sd over the classes left out; time of all of them and all rates together."
-    yield ShownTable(told, heads, tuple(found))
+    caption = (
+        "Shares with 95 % intervals: of unknown classes over the classes, of known ones over the "
+        "grasps. Time of all classes and all rates together."
+    )
+    yield ShownTable(caption, heads, tuple(found))
     if nothing := result.tables.get("nothing"):
-        shares = [100 * nothing.numbers(key) for key in ("recognised", "mistaken")]
-        cells = tuple(mean_sd(Score(s.mean(), s.std(ddof=1)), "%") for s in shares)
+        folds = [100 * nothing.numbers(key) for key in ("recognised", "mistaken")]
+        cells = tuple(mean_sd(Score(s.mean(), s.std(ddof=1)), "%") for s in folds)
         told = "Nothing held: nearer to a recording of the empty gripper than to any grasp."
         yield ShownTable(told, ("Empty, recognised|", "Held, taken for nothing|"), (cells,))
 
 
 def highlights(results: TaskResults) -> Iterator[Highlight]:
     """Yield what the distance notices of classes never met, beside what it may alarm falsely."""
-    rounds, stated = results.results[0].tables["rounds"], shown_rate(results)
+    shares, stated = results.results[0].tables["shares"], shown_rate(results)
     marks = (
-        mark_of("ours", "never met", share_of(rounds, DISTANCE, stated, "detected")),
-        mark_of("other", "known", share_of(rounds, DISTANCE, stated, "false_alarm")),
+        mark_of("ours", "never met", share_of(shares, DISTANCE, stated, "detected")),
+        mark_of("other", "known", share_of(shares, DISTANCE, stated, "false_alarm")),
     )
     yield Highlight("Never met", "noticed by distance", "%", marks)
 

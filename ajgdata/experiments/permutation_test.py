@@ -20,12 +20,10 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.cross_validation.results import (
     models_of,
     paper_model,
-    score_of,
-    shown_score,
 )
 from ajgdata.experiments.cross_validation.shown import marks_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import HIGHER, NEAR_CHANCE, YES, PaperComparison
+from ajgdata.report.comparison import NEAR_CHANCE, PaperComparison
 from ajgdata.report.format import Caption, number, sentence, with_unit
 from ajgdata.types import CROSS_VALIDATION, Strict
 from ajgdata.types.table import table_of
@@ -70,23 +68,32 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
 
 
 def tested(results: TaskResults) -> tuple[float, float, np.ndarray]:
-    """Return p, the metric with true labels, and that with permuted ones (n,), as shown."""
+    """Return p, corrected for all tests on the page, the metric with true labels, and that with
+    permuted ones (n,), as shown."""
     tables = results.results[0].tables
-    p = tables["scores"].where(metric="p").numbers("value")[0]
+    (p,) = results.corrected(p_values(results))
     value = tables["scores"].where(metric=results.metric).numbers("value")[0]
     return p, results.scale * value, results.scale * tables["null"].numbers("value")
+
+
+def p_values(results: TaskResults) -> list[float]:
+    """Return the p value of the test, without correction."""
+    scores = results.results[0].tables["scores"]
+    return [float(scores.where(metric="p").numbers("value")[0])]
 
 
 def verdict(results: TaskResults) -> str:
     """Return the result of the test in a sentence."""
     p, value, null = tested(results)
     reached, by_chance = (with_unit(number(x), results.shown_unit) for x in (value, null.mean()))
-    differs = "differs" if p < LEVEL else "cannot be told"
+    differs = "differs" if p < LEVEL else "is not distinguishable"
+    count = results.tests_on_page(p_values(results))
+    family = f" (corrected for the {count} tests on this page, Holm)" if count > 1 else ""
     return (
         f"Permutation test: {METRIC_NAMES[results.metric]} of {results.results[0].label}, all "
         f"held-out predictions together, is {reached}; with labels exchanged between groups it is "
-        f"{by_chance} on average of {len(null)}; p = {number(p, 2)}: it {differs} from chance at "
-        f"{100 * LEVEL:g} %."
+        f"{by_chance} on average of {len(null)}; p = {number(p, 2)}{family}: it {differs} from "
+        f"chance at {100 * LEVEL:g} %."
     )
 
 
@@ -94,7 +101,7 @@ def finding(results: TaskResults) -> str:
     """Return whether the model differs from chance, in a few words."""
     p, value, null = tested(results)
     reached, by_chance = (with_unit(number(x), results.shown_unit) for x in (value, null.mean()))
-    differs = "differs from chance" if p < LEVEL else "cannot be told from chance"
+    differs = "differs from chance" if p < LEVEL else "is not distinguishable from chance"
     return (
         f"{results.results[0].label} {differs}: {METRIC_NAMES[results.metric]} {reached}, "
         f"with labels exchanged {by_chance} (p = {number(p, 2)})"
@@ -149,18 +156,19 @@ def figures(results: TaskResults) -> list[Illustration]:
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
-    """Yield a figure that the paper calls near chance: it agrees if ours cannot be told from it."""
+    """Yield a result that the paper calls near chance: chance is then the published value."""
     evaluated = lookup(CROSS_VALIDATION, results.dataset, results.task)
     model = paper_model(evaluated) if evaluated else None
     paper = evaluated.papers.get("known") if evaluated else None
     if evaluated is None or model is None or paper is None or paper.text != NEAR_CHANCE:
         return
     p, _, _ = tested(results)
-    reached = shown_score(evaluated, score_of(evaluated, model.result.model))
+    reached = model.shown(model.with_interval())
     told = f"{reached}; {results.results[0].label} against chance: p = {number(p, 2)}"
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, told, model.label,
-        HIGHER if p < LEVEL else YES, marks=marks_of(models_of(evaluated), model), shown_unit="%",
+        model.verdict(model.leading, evaluated.scale * model.chance()),
+        marks=marks_of(models_of(evaluated), model), shown_unit="%",
     )  # fmt: skip
 
 
@@ -171,5 +179,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     figures=figures,
+    p_values=p_values,
     paper_comparison=paper_comparison,
 )

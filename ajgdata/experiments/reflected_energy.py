@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval, statement
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -17,7 +18,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.comparison import Mark, PaperComparison, agreement, mark_of
+from ajgdata.report.comparison import Mark, PaperComparison, mark_of
 from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, words
 from ajgdata.types import FeatureSettings, Kind, Strict
 from ajgdata.types.table import table_of
@@ -79,6 +80,8 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
     for one in found:
         part = f"energy:{one.label}"
         scores += [("", part, metric, name, getattr(one, name)) for name in ("mean", "sd")]
+        ends = zip(GRASP_INTERVAL, one.interval, strict=True)
+        scores += [("", part, metric, name, end) for name, end in ends]
         by_object = one.by_object.items()
         scores += [("", part, metric, f"mean of {name}", value) for name, value in by_object]
     title = "Energy by class"
@@ -102,12 +105,13 @@ def measure(inputs: Inputs, settings: Settings, _: str) -> Outcome:
 
 
 class ClassEnergy(NamedTuple):
-    """One class: energy against that of the reference, 1 being as much; `sd` over grasps."""
+    """One class: energy relative to the reference; `sd` and 95 % `interval` are over grasps."""
 
     label: str
     grasps: int
     mean: float
     sd: float
+    interval: Interval
     by_object: dict[str, float]
 
 
@@ -118,9 +122,9 @@ def energies(results: TaskResults) -> list[ClassEnergy]:
     for row in tables["classes"].rows:
         rows = tables["scores"].where(part=f"energy:{row['label']}").rows
         values = {str(r["statistic"]): np.nan if r["value"] is None else r["value"] for r in rows}
-        mean, sd = values.pop("mean"), values.pop("sd")
+        mean, sd, *ends = (values.pop(name, np.nan) for name in ("mean", "sd", *GRASP_INTERVAL))
         objects = {name.removeprefix("mean of "): value for name, value in values.items()}
-        found.append(ClassEnergy(row["label"], row["grasps"], mean, sd, objects))
+        found.append(ClassEnergy(row["label"], row["grasps"], mean, sd, Interval(*ends), objects))
     return sorted(found, key=lambda one: (one.label != reference, -one.mean))
 
 
@@ -301,16 +305,17 @@ def figures(results: TaskResults) -> list[Illustration]:
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield what the class that loses most loses against the reference."""
+    """Yield what the class that loses most loses against the reference: the paper says `more
+    than`."""
     paper = results.paper
     if paper is None or paper.value is None:
         return
     lost = sorted(energies(results)[1:], key=lambda one: one.mean)
-    score = Score(100 * (1 - lost[0].mean), 100 * lost[0].sd)
+    most = lost[0].interval.scaled(100)
     listed = ", ".join(f"{p.label} {number(100 * (1 - p.mean))} %" for p in lost)
     yield PaperComparison(
         paper, results.dataset, results.task, results.source, f"lost: {listed}", "",
-        agreement(score, paper.value, at_least=True),
+        statement(Interval(100 - most.high - paper.value, 100 - most.low - paper.value)),
         marks=tuple(_marks(lost, paper.value)),
     )  # fmt: skip
 
@@ -318,7 +323,8 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
 def _marks(lost: list[ClassEnergy], paper: float) -> Iterator[Mark]:
     """Yield what each class loses, and what the one that loses most loses in the paper."""
     for one in lost:
-        score = Score(100 * (1 - one.mean), 100 * one.sd)
+        ends = one.interval.scaled(100)
+        score = Score(100 * (1 - one.mean), 100 * one.sd, (), 100 - ends.high, 100 - ends.low)
         yield mark_of("ours", "lost", score, part=words(one.label))
     yield mark_of("paper", "paper >", Score(paper, 0.0), part=words(lost[0].label))
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import Interval, compare
 from ajgdata.experiments.base import (
     SCORES,
     Experiment,
@@ -25,15 +26,13 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import Mark, PaperComparison, agreement
-from ajgdata.report.format import Caption, Score, number, sentence, with_unit
+from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.format import Caption, number, sentence, with_unit
 from ajgdata.types import ModelName, Name, Strict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Half the width of a 95 % interval in standard deviations.
-DEVIATIONS = 1.96
 #: Features that let less noise in than the default, whatever their errors are.
 LESS_NOISE = ("feature:stft root_power", "feature:sweep_tracking magnitude 0.05 s")
 
@@ -60,6 +59,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     tests = {name: inputs.data(name) for name in settings.test_on}
     extra = {name: ExtraTestSet(d.feature, d.value, d.group) for name, d in tests.items()}
     squared: dict[str, list[np.ndarray]] = {name: [] for name in tests}
+    chance: dict[str, list[float]] = {name: [] for name in tests}
     folds = min(inputs.folds, len(np.unique(own.group)))
     begun = time.process_time()
     for repeat in range(settings.repeats):
@@ -70,6 +70,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         for name, rows in squared.items():
             predictions = found.extra_tests[name].predictions
             rows.append(grasp_errors(predictions, tests[name].group, inputs.period_deg))
+            chance[name].append(found.extra_tests[name].scores.chance["rmse"])
     spent = time.process_time() - begun
     scores: list[tuple[str, str, str, str, float]] = []
     for name, rows in squared.items():
@@ -77,6 +78,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         named = model, part_of(name), "rmse"
         scores += [(*named, f"fit {n}", value) for n, value in enumerate(error.per_fit)]
         scores += [(*named, key, getattr(error, key)) for key in ("median", "low", "high")]
+        scores.append((*named, "chance", float(np.mean(chance[name]))))
         ends = zip(("5 %", "50 %", "95 %"), error.grasps, strict=True)
         scores += [(*named, f"grasps, {key}", value) for key, value in ends]
     counts = {name: [len(np.unique(d.group)), len(d.group)] for name, d in tests.items()}
@@ -193,7 +195,9 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         return
     name = results.settings.test_on[0]
     first, *others = results.results
-    median, low, high = (robust_score(first, name, key) for key in ("median", "low", "high"))
+    median, low, high, chance = (
+        robust_score(first, name, key) for key in ("median", "low", "high", "chance")
+    )
     text = [shown(results, first, name)]
     text += [f"{one.label}: {shown(results, one, name)}" for one in others]
     yield PaperComparison(
@@ -203,7 +207,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         results.source,
         "; ".join(text),
         first.label,
-        agreement(Score(median, (high - low) / (2 * DEVIATIONS)), paper.value),
+        compare(median, Interval(low, high), paper.value, chance=chance, perfect=0.0),
         marks=(Mark("ours", first.label, median, low, high),),
         note=feature_note(results, lookup, name),
     )

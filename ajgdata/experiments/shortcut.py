@@ -133,8 +133,24 @@ def played(results: TaskResults, result: Result) -> list[Played]:
 
 
 def tests_of(results: TaskResults) -> list[tuple[Result, dict]]:
-    """Return the tests on silence, rows of the table `silence`, each with its model's result."""
-    return [(result, row) for result in results.results for row in result.tables["silence"].rows]
+    """Return the tests on silence, rows of the table `silence`, each with its model's result.
+
+    p values are corrected for all tests on the page, and decide which model is flagged.
+    """
+    from ajgdata.evaluate.shortcut_test import LEVEL
+
+    corrected = results.corrected(p_values(results))
+    rows = [(result, row) for result in results.results for row in result.tables["silence"].rows]
+    return [
+        (result, row | {"p": p, "flagged": p < LEVEL})
+        for (result, row), p in zip(rows, corrected, strict=True)
+    ]
+
+
+def p_values(results: TaskResults) -> list[float]:
+    """Return the p value of each test, without correction."""
+    tables = [result.tables["silence"] for result in results.results]
+    return [float(p) for table in tables for p in table.numbers("p")]
 
 
 def finding(results: TaskResults) -> str:
@@ -238,7 +254,9 @@ def caption(results: TaskResults) -> Caption:
     return Caption(
         f"Left: models of {results.title} on grasps held out of their own data set and on the "
         f"same grasps elsewhere. Right: recordings with the speaker silent hold nothing of the "
-        f"object; dotted: chance, labels of grasps exchanged. {verdicts}{period}",
+        f"object; dotted: chance, labels of grasps exchanged. p is corrected for the "
+        f"{results.tests_on_page(p_values(results))} tests on this page (Holm). "
+        f"{verdicts}{period}",
         f"{sentence(finding(results))}. {'; '.join(listed)}. {verdicts}",
     )
 
@@ -268,4 +286,5 @@ EXPERIMENT = Experiment(
     highlights=highlights,
     by_model=True,
     order=15,
+    p_values=p_values,
 )

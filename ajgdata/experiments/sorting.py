@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from ajgdata.evaluate.agreement import Verdict, verdict_on_count
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -21,7 +22,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import HIGHER, LOWER, YES, Mark, PaperComparison, mark_of
+from ajgdata.report.comparison import Mark, PaperComparison, mark_of
 from ajgdata.report.format import Caption, Score, number, sentence, with_unit
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
@@ -51,7 +52,8 @@ class Settings(Strict):
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return the calibration of `model`, and runs of sorting what the task is about."""
-    from ajgdata.evaluate.calibration import calibrated, calibration_error, reliability
+    from ajgdata.evaluate.calibration import calibration_error, reliability
+    from ajgdata.evaluate.in_use import calibrated
     from ajgdata.evaluate.sorting import accepted, decisions, sort_stream
 
     data = inputs.data()
@@ -308,10 +310,10 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         )
 
 
-def agreement_of_runs(lengths: np.ndarray, published: float) -> str:
-    """Return whether a published length is among `lengths` (runs,), or beyond 90 % of them."""
-    low, _, high = np.percentile(lengths, PERCENTILES)
-    return LOWER if high < published else HIGHER if low > published else YES
+def agreement_of_runs(lengths: np.ndarray, published: float) -> Verdict:
+    """Return the verdict on a published length, from the range of `lengths` (runs,)."""
+    low, middle, high = map(float, np.percentile(lengths, PERCENTILES))
+    return verdict_on_count(middle, low, high, published)
 
 
 def two_results(

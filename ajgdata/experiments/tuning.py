@@ -5,6 +5,7 @@ Both models are tested on the same folds. The choice of each fold is made within
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ajgdata.evaluate.paired_fold_test import FoldDifference
+    from ajgdata.evaluate.paired_fold_test import FoldDifference, Verdict
 
 TUNED, PLAIN = "tuned", "plain"
 CHOICES = "choices"
@@ -107,8 +108,7 @@ def compared(results: TaskResults, result: Result) -> Compared:
     from ajgdata.evaluate.paired_fold_test import paired_fold_test
 
     plain, tuned = (_score(result, part, results.metric) for part in (PLAIN, TUNED))
-    lower = results.kind == "regression"
-    gain = paired_fold_test(plain.per_fold, tuned.per_fold, lower_is_better=lower, paired=True)
+    gain = paired_fold_test(plain.per_fold, tuned.per_fold, metric=results.metric, paired=True)
     spent = {str(row["part"]): float(row["value"] or 0) for row in result.cost[SCORES].rows}
     shortest = max(spent[f"cost of {PLAIN}"], 1e-4)
     table = result.tables[CHOICES]
@@ -132,22 +132,36 @@ def _all(results: TaskResults) -> list[Compared]:
     return [compared(results, result) for result in results.results]
 
 
+def p_values(results: TaskResults) -> list[float]:
+    """Return the p value of each model's gain; NaN if it cannot be tested."""
+    return [one.gain.p for one in _all(results)]
+
+
+def verdicts(results: TaskResults) -> list[Verdict]:
+    """Return for each model whether tuning makes it better, corrected for all tests on the page."""
+    from ajgdata.evaluate.paired_fold_test import verdict
+
+    corrected = results.corrected(p_values(results))
+    return [verdict(one.gain.gain, p) for one, p in zip(_all(results), corrected, strict=True)]
+
+
 def finding(results: TaskResults) -> str:
-    """Return how many models are better for it beyond their interval, and what it costs."""
-    models = _all(results)
-    better = [m for m in models if m.gain.low > 0]
-    worse = [m for m in models if m.gain.high < 0]
+    """Return how many models are significantly better, and what tuning costs."""
+    models, counts = _all(results), Counter(verdicts(results))
     times = number(float(np.median([m.times for m in models])), 2)
-    told = f"{len(better)} of {len(models)} models err less for choosing on inner folds"
-    told += f", {len(worse)} more" if worse else ""
-    return f"{told}; training takes {times} × as long"
+    text = (
+        f"Tuning on inner folds lowers the error of {counts['supported']} of {len(models)} models"
+    )
+    text += f", raises it for {counts['refuted']}" if counts["refuted"] else ""
+    return f"{text}; training takes {times} × as long"
 
 
 def _gain(results: TaskResults, one: Compared) -> str:
     """Return by how much a model is better, with the ends of the interval, in the shown unit."""
     ends = (one.gain.gain, one.gain.low, one.gain.high)
     gain, low, high = (number(results.scale * end, 2) for end in ends)
-    return f"{gain} ({low} to {high}) {results.shown_unit}".strip().replace("-", "−")
+    interval = f"{low} to {high}" if math.isfinite(one.gain.p) else "not testable"
+    return f"{gain} ({interval}) {results.shown_unit}".strip().replace("-", "−")
 
 
 def figure(results: TaskResults) -> Figure:
@@ -208,8 +222,20 @@ def caption(results: TaskResults) -> Caption:
         "fold by inner folds of its training part, which divide no group, from a list declared "
         "beforehand. Plain: one scaling and setting for all tasks; k-NN of features as they are "
         "stored. "
-        "Folds share training recordings, which the intervals allow for.",
+        "Folds share training recordings, which the intervals allow for. "
+        f"{_correction(results)}",
         f"{finding(results)}. {METRIC_NAMES[results.metric]} of plain and tuned models. {listed}.",
+    )
+
+
+def _correction(results: TaskResults) -> str:
+    """Return how verdicts are corrected, in a sentence."""
+    from ajgdata.evaluate.paired_fold_test import LEVEL
+
+    count = results.tests_on_page(p_values(results))
+    return (
+        f"A gain is supported if p < {LEVEL:g}, corrected for the {count} tests on this page "
+        "(Holm). It is not testable if all folds differ by the same amount."
     )
 
 
@@ -224,20 +250,27 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     """Yield score, gain and time of each model, and what was chosen in how many folds."""
     if not results.results:
         return
-    heads = ("Model", "Plain|", "Tuned|", "Gain (95 %)|", "Training time|", "Chosen, folds")
+    heads = ("Model", "Plain|", "Tuned|", "Gain (95 %)|", "Verdict", "p, corrected|",
+             "Training time|", "Chosen, folds")  # fmt: skip
+    corrected = results.corrected(p_values(results))
     rows = tuple(
         (
             one.label,
             mean_sd(one.plain, results.shown_unit, results.scale),
             mean_sd(one.tuned, results.shown_unit, results.scale),
             _gain(results, one),
+            answer,
+            number(p, 2),
             f"{number(one.times, 2)} ×",
             "; ".join(_told(one)),
         )
-        for one in _all(results)
+        for one, answer, p in zip(_all(results), verdicts(results), corrected, strict=True)
     )
-    told = "A gain is how much better the tuned model is. Times are processor time of training."
-    yield ShownTable(told, heads, rows)
+    caption = (
+        "A gain is how much better the tuned model is. Times are CPU time of training. "
+        f"{_correction(results)}"
+    )
+    yield ShownTable(caption, heads, rows)
 
 
 def _told(one: Compared) -> Iterator[str]:
@@ -258,4 +291,5 @@ EXPERIMENT = Experiment(
     tables=tables,
     check=check,
     by_model=True,
+    p_values=p_values,
 )

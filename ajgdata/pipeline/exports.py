@@ -278,7 +278,7 @@ def _beside_paper(rows: Sequence[PaperComparison]) -> ShownTable:
     )  # fmt: skip
     return ShownTable(
         "Results beside those of the paper, whose 1025 bins are the whole band.",
-        (*heads, *(f"Here, {band}" for band in bands), "Source", "Model", "Agrees"),
+        (*heads, *(f"Here, {band}" for band in bands), "Source", "Model", "Verdict"),
         tuple(cells),
     )
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ajgdata.ablations import ABLATIONS, ablation
+from ajgdata.ablations.base import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
 from ajgdata.pipeline.studies import GALLERY, page_code
@@ -35,6 +36,7 @@ def _tables(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Group]
     read = [read_tables(file) for file in files]
     tables = [table for _, some in read for table in some]
     if name == ABLATIONS_PAGE:
+        tables = with_verdicts(tables)
         wanted = [figure for one in ABLATIONS for figure in ablation(one).figures]
     else:
         wanted = list(FIGURES.get(name, ()))

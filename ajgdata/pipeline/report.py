@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ajgdata.ablations.base import reasons_of
+from ajgdata.ablations.base import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.paths import (
@@ -22,12 +22,11 @@ from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results
 from ajgdata.pipeline.exports import with_tables, write_exports
-from ajgdata.pipeline.run_summary import verdicts
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
 from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order
+from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.format import Source
 from ajgdata.report.kept_figures import made_of
 from ajgdata.report.navigation import FIXED, Group, experiment_link
@@ -116,7 +115,7 @@ def build_report(
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
     content["published"] = list(published)
-    content["agreements"] = verdicts([row.agrees for row in report.comparisons])
+    content["agreements"] = tally(report.comparisons)
     write_bytes(page.with_name(RUNS_FILE), json_bytes(content))
 
 
@@ -131,6 +130,7 @@ def _assembled(
 ) -> Report:
     """Return what the report says of results on tasks."""
     tables = [table for name in ablations for table in read_tables(paths.ablation(name))[1]]
+    reasons = reasons_of(with_verdicts(tables), ABLATIONS_PAGE)
     return Report(
         title="Acoustic sensing with jamming grippers",
         version=software()["ajgdata_version"],
@@ -138,7 +138,7 @@ def _assembled(
         datasets=tuple(_summary(paths, one) for one in specs.values()),
         sections=tuple(_sections(paths, specs, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
-        comparisons=tuple(comparisons(results, paper, reasons_of(tables, ABLATIONS_PAGE))),
+        comparisons=tuple(comparisons(results, paper, reasons)),
         highlights=tuple(_highlights(results)),
         across={"": tuple(_across(results))}
         | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
@@ -164,7 +164,24 @@ def _read(
         for one, reasons in read
         for label, reason in reasons
     )
-    return [one for one, _ in read if one.results], tuple(skipped)
+    return with_page_tests([one for one, _ in read if one.results]), tuple(skipped)
+
+
+def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:
+    """Return results with the p values of all other tests on their page."""
+    own = [EXPERIMENTS[one.experiment].p_values(one) for one in results]
+    return [
+        dataclasses.replace(
+            one,
+            other_p=tuple(
+                value
+                for j, p in enumerate(own)
+                if own[i] and j != i and results[j].page == one.page
+                for value in p
+            ),
+        )
+        for i, one in enumerate(results)
+    ]
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:

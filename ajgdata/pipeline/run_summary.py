@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import NamedTuple
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import models_of
+from ajgdata.report.comparison import tally_text
 from ajgdata.store.features import reading
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
@@ -46,7 +46,7 @@ class RunSummary:
     """What there is of what was asked for.
 
     `rare` are classes that tasks leave out by `min_groups`, with their groups; `absent` are
-    measurements without a result; `agreements` counts what stands beside the paper, by
+    measurements without a result; `agreements` counts the rows of the comparison with the paper by
     verdict; `report` is its first page, if there is one.
     """
 
@@ -156,8 +156,7 @@ def lines(paths: Paths, run: RunSummary, failed: Sequence[str] = ()) -> list[str
     if not failed:
         told += _listed([f"not made  {one}" for one in run.absent])
     if run.agreements:
-        counted = ", ".join(f"{count} {verdict}" for verdict, count in run.agreements.items())
-        told.append(f"beside the paper: {counted}")
+        told.append(f"comparison with the paper: {tally_text(run.agreements)}")
     if run.report:
         told.append(f"report: {run.report}")
     return told
@@ -185,13 +184,6 @@ def _kinds(kinds: Sequence[str]) -> str:
 def _listed(told: list[str]) -> list[str]:
     more = [f"          and {len(told) - LISTED} more"] if len(told) > LISTED else []
     return told[:LISTED] + more
-
-
-def verdicts(said: Sequence[str]) -> dict[str, int]:
-    """Return counts of the report's verdicts on agreement, in words, the commonest first."""
-    short = Counter(one.partition(":")[0] for one in said)
-    words = {"yes": "agree", "no": "do not", "partly": "agree in part"}
-    return {words.get(one, one): count for one, count in short.most_common()}
 
 
 def complete(

@@ -1,30 +1,23 @@
-"""One row beside the paper: a result, what it cost, and whether they agree.
+"""One row of the comparison with the paper: a result, its cost, and the verdict.
 
-Agreement is computed, never typed: a number agrees that lies within two standard deviations (over
-folds, or over draws) of the paper's, which gives no spread of its own. Where these are as much as
-the paper's number itself, none at all would agree as well: then it cannot be told.
+Verdicts are computed, never typed: see `evaluate.agreement`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from ajgdata.evaluate.agreement import VERDICTS, Interval, Verdict, statement
 from ajgdata.report.format import Score, Source, number
 from ajgdata.report.paper import PaperFigure
 
-YES, LOWER, HIGHER, UNTOLD = "yes", "no: lower", "no: higher", "no number to compare"
-#: Of statements: it holds for some of what it is said of; it cannot be told from the spread.
-PARTLY, UNCLEAR = "partly", "cannot be told: within the spread"
-#: The same of numbers: ours is lower, or higher.
-VAGUE = f"{UNCLEAR}, ours is lower", f"{UNCLEAR}, ours is higher"
-#: What the paper says of a model that does no better than a guess.
+#: The paper's words for a model that does no better than a guess.
 NEAR_CHANCE = "near chance"
-#: The verdict on a model that works where the paper's fails.
-WORKS = "no: it works"
-#: Standard deviations within which numbers agree.
+#: Standard deviations beyond which a difference is not noise.
 REACH = 2.0
 
 
@@ -66,11 +59,11 @@ class Cost(NamedTuple):
 
 
 class Twin(NamedTuple):
-    """The same result from a part of the band alone; whether it agrees, "" if nobody can say."""
+    """The same result from a part of the band alone, and its verdict ("": no published value)."""
 
     band: str
     result: str
-    agrees: str
+    agrees: Verdict | Literal[""]
 
 
 @dataclass(frozen=True)
@@ -100,7 +93,9 @@ class Reason:
 
 @dataclass(frozen=True)
 class PaperComparison:
-    """A figure of the paper and the result beside it; data set and task say where more is told.
+    """A published value and our result; data set and task lead to the details.
+
+    `agrees` is the verdict.
 
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
@@ -115,7 +110,7 @@ class PaperComparison:
     source: Source
     result: str
     model: str
-    agrees: str
+    agrees: Verdict
     cost: Cost | None = None
     reasons: tuple[Reason, ...] = ()
     marks: tuple[Mark, ...] = ()
@@ -134,41 +129,31 @@ class PaperComparison:
     @property
     def why(self) -> list[Reason]:
         """Return the reasons that are supported and move the result towards the paper's."""
-        low = self.agrees in (LOWER, VAGUE[False])
-        return [reason for reason in self.reasons if reason.explains(low)]
+        ours = next((mark.value for mark in self.marks if mark.role == "ours"), math.nan)
+        is_low = self.paper.value is not None and ours < self.paper.value
+        return [reason for reason in self.reasons if reason.explains(is_low)]
 
     @property
     def differs(self) -> bool:
-        """Return whether a reason is asked for."""
-        return "no:" in self.agrees or self.agrees in VAGUE
+        """Return whether a reason is required; for an inconclusive row only if one was tested."""
+        return self.agrees != "agrees" and (self.agrees != "inconclusive" or bool(self.reasons))
 
 
-def agreement(score: Score, paper: float, at_least: bool = False) -> str:
-    """Return whether a score is the paper's number (or, `at_least`, not below it) within REACH sd.
-
-    VAGUE where these reach from it to 0.
-    """
-    reach = REACH * score.sd if math.isfinite(score.sd) else 0.0
-    if score.mean < paper - reach:
-        return LOWER
-    if score.mean > paper + reach and not at_least:
-        return HIGHER
-    told = at_least or reach < abs(paper)
-    return YES if told else VAGUE[score.mean > paper]
+def holds(gap: Score) -> Verdict:
+    """Return the verdict on a statement that a difference is above 0, by REACH sd."""
+    return statement(Interval(gap.mean - REACH * gap.sd, gap.mean + REACH * gap.sd))
 
 
-def holds(gap: Score, otherwise: str) -> str:
-    """Return whether a difference is above 0 by REACH sd: yes, `otherwise`, or not to be told."""
-    reach = REACH * gap.sd if math.isfinite(gap.sd) else 0.0
-    if gap.mean > reach:
-        return YES
-    return otherwise if gap.mean < -reach else UNCLEAR
+def tally(rows: Iterable[PaperComparison]) -> dict[str, int]:
+    """Return how many rows have each verdict, in the order of `VERDICTS`: the one count of the
+    console, the report and the documentation."""
+    counts = Counter(row.agrees for row in rows)
+    return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}
 
 
-def together(verdicts: Collection[str]) -> str:
-    """Return one verdict on a statement on several things: partly, if it holds for some alone."""
-    distinct = sorted(set(verdicts))
-    return PARTLY if YES in distinct and len(distinct) > 1 else "; ".join(distinct)
+def tally_text(counts: Mapping[str, int]) -> str:
+    """Return `3 agrees, 2 better`."""
+    return ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
 
 
 def evidence(reason: Reason) -> str:

@@ -40,8 +40,13 @@ class Caption(NamedTuple):
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return a number to `digits` significant digits, without exponent or needless zeros."""
-    if not math.isfinite(value):
+    """Return a number to `digits` significant digits, without exponent or needless zeros.
+
+    Infinity is `∞`; NaN is a dash.
+    """
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if math.isnan(value):
         return DASH
     if value == 0:
         return "0"
@@ -66,7 +71,7 @@ def value(given: float | str | None) -> str:
         return given
     if isinstance(given, int):
         return f"{given:,}".replace("-", "−")
-    if given == 0 or 1e-3 <= abs(given) < 1e5:
+    if given == 0 or not math.isfinite(given) or 1e-3 <= abs(given) < 1e5:
         return number(given).replace("-", "−")
     mantissa, exponent = f"{given:.2e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".").replace("-", "−")
@@ -85,7 +90,7 @@ def mean_sd(score: Score, unit: str = "", scale: float = 1.0) -> str:
         ends = f"{number(score.low * scale)} to {number(score.high * scale)}"
         return with_unit(f"{number(score.mean * scale)} ({ends})", unit)
     mean, sd = score.mean * scale, score.sd * scale
-    if not math.isfinite(mean):
+    if math.isnan(mean):
         return DASH
     if not (math.isfinite(sd) and sd > 0):
         return with_unit(number(mean), unit)

@@ -12,17 +12,22 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from ajgdata.report.comparison import PARTLY, UNTOLD, VAGUE, YES, Mark, PaperComparison
+from ajgdata.evaluate.agreement import Verdict
+from ajgdata.report.comparison import Mark, PaperComparison, tally, tally_text
 from ajgdata.report.format import Score, Source, mean_sd, number, with_unit, words
 from ajgdata.report.paper import PaperFigure
 
-Stance = Literal["agrees", "partly", "unclear", "differs", "absent"]
+#: `mixed`: rows of a panel with different verdicts.
+Stance = Verdict | Literal["mixed", "absent"]
 #: Sign and word of each stance: never colour alone.
 SIGNS: dict[Stance, tuple[str, str]] = {
     "agrees": ("✓", "agrees"),
-    "partly": ("◐", "in part"),
-    "unclear": ("?", "unclear"),
-    "differs": ("≠", "differs"),
+    "partly agrees": ("◐", "partly agrees"),
+    "better": ("▲", "better"),
+    "worse": ("▼", "worse"),
+    "inconclusive": ("?", "inconclusive"),
+    "disagrees": ("≠", "disagrees"),
+    "mixed": ("◐", "mixed"),
     "absent": ("–", "not in this run"),
 }
 #: Room beyond the largest value, as a share of the scale.
@@ -57,8 +62,7 @@ class PanelRow:
     ours: str
     paper: str
     marks: tuple[Mark, ...]
-    stance: Stance | None = None
-    verdict: str = ""
+    verdict: Verdict | Literal[""] = ""
     unit: str = ""
 
 
@@ -72,6 +76,7 @@ class Panel:
     rows: tuple[PanelRow, ...]
     stance: Stance | None = None
     said: str = ""
+    verdict: str = ""  #: counts of the verdicts of its rows, or the only verdict
 
     @property
     def tall(self) -> bool:
@@ -114,27 +119,6 @@ class Panel:
         return f"{label}{listed or row.ours}.{verdict}"
 
 
-def stance_of(agrees: str) -> Stance:
-    """Return the stance of a verdict, which may join several."""
-    if agrees == YES:
-        return "agrees"
-    if agrees == PARTLY:
-        return "partly"
-    if agrees in (UNTOLD, *VAGUE) or "no:" not in agrees:
-        return "unclear"
-    return "differs"
-
-
-def joint(stances: Iterable[Stance]) -> Stance:
-    """Return one stance for several rows: where they are not one, it agrees in part, or differs."""
-    found = set(stances)
-    if len(found) == 1:
-        return next(iter(found))
-    if "agrees" in found or "partly" in found:
-        return "partly"
-    return "differs" if "differs" in found else "unclear"
-
-
 def panels(comparisons: Sequence[PaperComparison], paper: Iterable[PaperFigure]) -> list[Panel]:
     """Return a panel for each figure of the paper, in its order; those that share one in rows.
 
@@ -150,18 +134,22 @@ def panels(comparisons: Sequence[PaperComparison], paper: Iterable[PaperFigure])
         for source in sorted({one.source for one in found}):
             listed.append(_panel(title, [one for one in found if one.source == source]))
         if not found:
-            listed.append(Panel(title, "", None, (), "absent", figures[0].text))
+            text, (_, word) = figures[0].text, SIGNS["absent"]
+            listed.append(Panel(title, "", None, (), "absent", text, word))
     return listed
 
 
 def _panel(title: str, found: Sequence[PaperComparison]) -> Panel:
     rows = tuple(row for one in found for row in _rows(one, len(found) > 1))
+    counts = tally(found)
+    only = {one.agrees for one in found}
     return Panel(
         title=title,
         link=found[0].page,
         source=found[0].source,
         rows=rows,
-        stance=joint(stance_of(one.agrees) for one in found),
+        stance=only.pop() if len(only) == 1 else "mixed",
+        verdict=next(iter(counts)) if len(counts) == 1 else tally_text(counts),
     )
 
 
@@ -180,7 +168,6 @@ def _rows(one: PaperComparison, many: bool) -> Iterator[PanelRow]:
             ours=said(ours, one.unit) if ours else one.result,
             paper=f"{paper.label} {number(paper.value)}" if paper else "",
             marks=tuple(own),
-            stance=stance_of(one.agrees) if many else None,
             verdict=one.agrees,
             unit=one.unit,
         )

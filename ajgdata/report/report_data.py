@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
-from ajgdata.report.comparison import PaperComparison
+from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
 from ajgdata.report.job_times import Stages
 from ajgdata.report.panel import Highlight
@@ -206,6 +206,11 @@ class Report:
         """Return what the paper reports and this report does not."""
         found = {row.paper.id for row in self.comparisons}
         return [figure for figure in self.paper if figure.id not in found]
+
+    @property
+    def tally(self) -> dict[str, int]:
+        """Return how many rows have each verdict, then how many published values are absent."""
+        return tally(self.comparisons) | ({"absent": len(self.absent)} if self.absent else {})
 
     @property
     def recordings(self) -> int:

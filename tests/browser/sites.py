@@ -12,7 +12,7 @@ from report_samples import PAPER, SCRIPT, sample_report
 
 from ajgdata.paths import FIGURES, INDEX, SOUNDS, TABLES
 from ajgdata.pipeline.exports import report_tables, write_csv
-from ajgdata.report.comparison import LOWER, Cost, PaperComparison, mark_of
+from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.explorer import Explored, render_explorer
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigation
@@ -117,7 +117,7 @@ def full_report(sounds: Path) -> Report:
     )
     page = experiment_link("size")
     found = PaperComparison(
-        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", LOWER, Cost(7.6, 0.9),
+        PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
         marks=marks, page=page,
     )  # fmt: skip
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})

@@ -108,7 +108,6 @@ SMALLER = {
     "learning_curve": lambda s: {"groups": s["groups"][:: len(s["groups"]) - 1], "repeats": 2},
     "permutation_test": lambda s: {"permutations": 5},
     "cross_gripper": lambda s: {"grasps": s["grasps"][:: len(s["grasps"]) - 1]},
-    "conformal_intervals": lambda s: {"inner_folds": 2},
     "novelty": lambda s: {"models": []},
     "across_sessions": lambda s: {"grasps": [1], "draws": 1},
     "drift": lambda s: {"references": [1, 6], "grasps": [1], "draws": 1},

@@ -63,7 +63,7 @@ SETTINGS: dict[str, dict] = {
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},
     "tuning": {"models": ["linear", "knn"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
-    "conformal_intervals": {"models": ["linear_plain"], "inner_folds": 2},
+    "conformal_intervals": {"models": ["linear_plain"]},
     "drift": {"day_1": ["s1", "s2"], "models": ["linear_plain"],
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip

@@ -9,7 +9,7 @@ from ajgdata.ablations import ABLATIONS
 from ajgdata.evaluate.metrics import METRICS
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import COLUMNS
-from ajgdata.store.files import csv_bytes, write_bytes
+from ajgdata.store.files import csv_bytes, json_bytes, write_bytes
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import write_tables
 from ajgdata.types.table import Column, Table
@@ -27,7 +27,8 @@ OF_A_RUN = ("README.md", "ablations.md", "contact.md", "virtual-gripper.md")
 VERDICT = {
     "of": "size", "hypothesis": "louder is better", "change": "twice as loud", "metric": "R²",
     "model": "ridge", "before": -0.25, "before_sd": 0.11, "after": 0.5, "after_sd": 0.02,
-    "gain": 0.75, "gain_low": -0.1, "gain_high": 1.6, "verdict": "not supported", "seconds": 3.0,
+    "gain": 0.75, "gain_low": -0.1, "gain_high": 1.6, "p": 0.02, "expected": "better",
+    "seconds": 3.0,
 }  # fmt: skip
 
 MADE = {"git_commit": "c0ffee1234567", "quick": False}
@@ -56,13 +57,17 @@ def project(tmp_path):
         metric_row(Key(*known, "mean"), 0.7249),
         metric_row(Key(*known, "sd"), 0.1159),
         metric_row(Key(*known, "chance"), 6.4163),
+        metric_row(Key(*known, "grasp low"), 0.6),
+        metric_row(Key(*known, "grasp high"), 0.9),
         metric_row(Key(*low, "mean"), 0.8312),
         metric_row(Key(*low, "sd"), 0.0911),
         metric_row(Key(*plates, "mean"), 0.5625),
         metric_row(Key(*plates, "sd"), 0.0442),
+        metric_row(Key(*plates, "chance"), 0.6),
         metric_row(Key("ycb", "object", "cnn", "cost of grouped", "train_s", "measured"), 7.618),
     ]
     write_bytes(paths.metrics_table, csv_bytes(COLUMNS, rows))
+    write_bytes(paths.runs, json_bytes({"agreements": {"agrees": 3, "better": 2}}))
     return paths
 
 
@@ -104,13 +109,16 @@ def test_results_stand_beside_the_papers_with_the_run_that_they_are_of(project):
     lines = text.splitlines()
     assert lines[3] == (
         "| edge length, 12 cubes seen in training, RMSE "
-        "| 0.72 ± 0.12 mm | — | — | 0.831 ± 0.091 mm | — | 6.4 mm | 2.7 mm | `size/size`, grouped |"
+        "| 0.72 ± 0.12 mm | — | — | 0.831 ± 0.091 mm | — | 6.4 mm | 2.7 mm | better "
+        "| `size/size`, grouped |"
     )
     plates, training = "| material of plates ", "| training on the 16 objects, all folds, one core "
     assert (
-        plates + "| — | — | 56.2 ± 4.4 % | — | — | — | 100 % | `plate/material`, grouped |" in lines
+        plates + "| — | — | 56.2 ± 4.4 %, not better than chance | — | — | 60 % | 100 % | — "
+        "| `plate/material`, grouped |" in lines
     )
-    assert training + "| 7.6 s | — | — |  |  |  |  | `ycb/object` |" in lines
+    assert training + "| 7.6 s | — | — |  |  |  |  |  | `ycb/object` |" in lines
+    assert "Comparison with the paper, all rows: 3 agrees, 2 better." in lines
     assert re.fullmatch(r"Run of commit c0ffee1234, results [0-9a-f]{10}\.", lines[-2])
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import GRASP_INTERVAL, Interval
 from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.cross_validation import PREDICTION_COLUMNS, VALUE_COLUMNS, Settings
 from ajgdata.report.format import Score
@@ -29,6 +30,11 @@ def paper_figure(name: str, value: float | None, **more) -> PaperFigure:
     return PaperFigure(id=name, value=value, **{**given, **more})
 
 
+def interval_of(score: Score) -> Interval:
+    """Return the interval over grasps of a made-up score: 1.5 sd on both sides."""
+    return Interval(score.mean - 1.5 * score.sd, score.mean + 1.5 * score.sd)
+
+
 def result(
     model: str = "cnn",
     label: str = "CNN",
@@ -48,6 +54,8 @@ def result(
             statistics |= {"mean": score.mean, "sd": score.sd}
             if score.has_interval:
                 statistics |= {"low": score.low, "high": score.high}
+            if not i:
+                statistics |= dict(zip(GRASP_INTERVAL, interval_of(score), strict=True))
             if not i and not np.isnan(chance):
                 statistics["chance"] = chance
             rows += [(model, part, metric, name, v) for name, v in statistics.items()]

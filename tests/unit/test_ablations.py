@@ -5,7 +5,7 @@ import pytest
 import yaml
 
 from ajgdata.ablations import ABLATIONS, ablation, mirror, possible, variance
-from ajgdata.ablations.base import Folds, Hypothesis, Trial, reasons_of, trial_table
+from ajgdata.ablations.base import Folds, Hypothesis, Trial, reasons_of, trial_table, with_verdicts
 from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
 from ajgdata.ablations.mirror_figure import DIRECTION, FROM_PLANE, SETUPS
 from ajgdata.evaluate import crossval
@@ -16,7 +16,7 @@ from ajgdata.pipeline.studies import run_ablation
 from ajgdata.report.canvas import draw
 from ajgdata.report.study_page import placed_figures
 from ajgdata.store.tables import read_tables
-from ajgdata.types.table import table_of
+from ajgdata.types.table import Table, table_of
 
 DECLARATION = {
     "name": "made",
@@ -124,11 +124,51 @@ def test_a_trial_says_what_was_found():
     assert (row["before"], row["after"]) == pytest.approx((5, 1))
     assert row["gain"] == pytest.approx(4)
     assert row["gain_low"] > 0
-    assert (row["verdict"], row["seconds"], row["model"]) == ("supported", 4.0, "ridge")
-    assert row["metric"] == "RMSE (mm)"
-    assert trial("it helps", 9.0).row()["verdict"] == "refuted"
-    assert trial("it hurts", 9.0, expected="worse").row()["verdict"] == "supported"
-    assert trial("nothing", 5.0).row()["verdict"] == "not supported"
+    assert (row["seconds"], row["model"], row["metric"]) == (4.0, "ridge", "RMSE (mm)")
+    assert row["p"] < 0.001
+
+
+def judged(*trials: Trial) -> Table:
+    (table,) = with_verdicts([trial_table("noise", "Noise", "", trials)])
+    return table
+
+
+def test_a_trial_has_a_verdict():
+    table = judged(
+        trial("it helps", 1.0),
+        trial("it helps", 9.0),
+        trial("it hurts", 9.0, expected="worse"),
+        trial("nothing", 5.0),
+    )
+    assert table.column("verdict") == ["supported", "refuted", "supported", "not supported"]
+    assert "for the 4 tests on this page (Holm)" in table.note
+
+
+def test_folds_that_all_differ_alike_are_not_testable_and_do_not_count():
+    before = (5.0, 5.2, 4.8, 5.1, 4.9)
+    hypothesis = Hypothesis(("size",), "nothing", "nothing", "better")
+    same = Trial(hypothesis, "linear", "rmse", "mm", Folds(before, 1.0), Folds(before, 1.0))
+    table = judged(same, trial("it helps", 1.0))
+    cells = ("verdict", "gain", "gain_low", "gain_high", "p", "p_holm")
+    assert [table.rows[0][key] for key in cells] == ["not testable", 0.0, None, None, None, None]
+    assert "for the 1 tests on this page" in table.note
+    assert table.rows[1]["p_holm"] == table.rows[1]["p"]
+
+
+def test_the_more_tests_a_page_has_the_more_each_needs():
+    """A gain with p of about 0.02: supported as the only test, not as one of twenty, in whichever
+    table of the page the other tests are."""
+    weak = trial("it helps", 4.82)
+    assert 0.01 < weak.row()["p"] < 0.05
+    assert judged(weak).column("verdict") == ["supported"]
+    alone = trial_table("first", "First", "", [weak])
+    others = trial_table("others", "Others", "", [trial("nothing", 5.0)] * 19)
+    plain = table_of("plain", "Plain", [{"share": 0.5}], share="Share")
+    first, second, third = with_verdicts([alone, plain, others])
+    assert first.column("verdict") == ["not supported"]
+    assert first.rows[0]["p_holm"] == pytest.approx(20 * weak.row()["p"])
+    assert second == plain and len(third.rows) == 19
+    assert "for the 20 tests on this page" in first.note
 
 
 def test_reasons_are_supported_changes_towards_the_paper():
@@ -136,7 +176,7 @@ def test_reasons_are_supported_changes_towards_the_paper():
         "noise", "Noise", "", [trial("it helps", 1.0), trial("it helps", 5.0, "knn"),
                                trial("nothing", 5.0)]
     )  # fmt: skip
-    helps, nothing = reasons_of([table], "ablations")
+    helps, nothing = reasons_of(with_verdicts([table]), "ablations")
     assert helps.of == ("size", "noise")
     assert helps.link == "ablations.html#noise"
     assert [(one.model, one.supported) for one in helps.tests] == [("ridge", True), ("k-NN", False)]

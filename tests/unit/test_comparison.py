@@ -6,43 +6,40 @@ import pytest
 from result_samples import PAPER, paper_figure
 
 from ajgdata.report.comparison import (
-    HIGHER,
-    LOWER,
-    VAGUE,
-    YES,
     Change,
+    Mark,
     PaperComparison,
     Reason,
-    agreement,
     evidence,
+    holds,
     in_papers_order,
+    mark_of,
+    tally,
+    tally_text,
 )
 from ajgdata.report.format import Score
 
 
 @pytest.mark.parametrize(
-    ("paper", "found"), [(1.0, YES), (1.19, YES), (0.81, YES), (1.21, LOWER), (0.79, HIGHER)]
-)
-def test_two_standard_deviations_decide(paper, found):
-    assert agreement(Score(1.0, 0.1), paper) == found
-
-
-@pytest.mark.parametrize(
-    ("mean", "sd", "found"),
-    [
-        (6.9, 2.9, VAGUE[True]), (3.0, 1.8, VAGUE[False]), (3.0, 1.7, YES),
-        (0.1, 1.6, LOWER), (7.2, 1.8, HIGHER),
-    ],
+    ("gap", "sd", "verdict"),
+    [(1.0, 0.4, "agrees"), (1.0, 0.6, "inconclusive"), (-1.0, 0.4, "disagrees"),
+     (1.0, float("nan"), "inconclusive")],
 )  # fmt: skip
-def test_a_spread_that_agrees_with_anything_tells_nothing(mean, sd, found):
-    """The paper's 3.5 mm: two deviations must be less."""
-    assert agreement(Score(mean, sd), 3.5) == found
+def test_a_statement_holds_beyond_two_standard_deviations(gap, sd, verdict):
+    assert holds(Score(gap, sd)) == verdict
 
 
-def test_more_than_a_bound_agrees_and_one_fold_has_no_spread():
-    assert agreement(Score(90.0, 1.0), 80, at_least=True) == YES
-    assert agreement(Score(70.0, 1.0), 80, at_least=True) == LOWER
-    assert agreement(Score(1.0, float("nan")), 1.01) == LOWER
+def test_rows_are_counted_once_in_one_order_with_the_same_words():
+    verdicts = ["worse", "agrees", "inconclusive", "agrees", "partly agrees"]
+    counts = tally([row(verdict) for verdict in verdicts])
+    assert list(counts.items()) == [
+        ("agrees", 2), ("partly agrees", 1), ("worse", 1), ("inconclusive", 1),
+    ]  # fmt: skip
+    assert tally_text(counts) == "2 agrees, 1 partly agrees, 1 worse, 1 inconclusive"
+    assert tally([]) == {}
+
+
+LOW = (mark_of("ours", "CNN", Score(1.0, 0.1)),)
 
 
 def reason(before: float, after: float, *, supported: bool = True) -> Reason:
@@ -51,17 +48,22 @@ def reason(before: float, after: float, *, supported: bool = True) -> Reason:
 
 
 def row(agrees: str, paper=PAPER, dataset="size", **changes) -> PaperComparison:
-    given = PaperComparison(paper, dataset, "edge", "simulated", "1 mm", "CNN", agrees)
+    given = PaperComparison(paper, dataset, "edge", "simulated", "1 mm", "CNN", agrees, marks=LOW)
     return dataclasses.replace(given, **changes)
 
 
 def test_reasons_must_be_supported_and_point_to_the_paper():
     up, down, vague = reason(1.0, 2.0), reason(1.0, 0.5), reason(1.0, 2.1, supported=False)
     reasons = (up, down, vague)
-    for agrees, why in ((LOWER, [up]), (HIGHER, [down]), (VAGUE[False], [up]), (VAGUE[1], [down])):
-        one = row(agrees, reasons=reasons)
+    high = (Mark("ours", "CNN", 9.0, 8.0, 10.0),)  # the paper: 2.6 mm
+    for agrees, marks, why in (
+        ("better", LOW, [up]), ("worse", high, [down]), ("inconclusive", LOW, [up]),
+        ("inconclusive", high, [down]),
+    ):  # fmt: skip
+        one = row(agrees, reasons=reasons, marks=marks)
         assert (one.differs, one.why) == (True, why)
-    assert not row(YES, reasons=reasons).differs
+    assert not row("agrees", reasons=reasons).differs
+    assert row("worse").differs and not row("inconclusive").differs  # no reason was tested
     assert evidence(up) == "twice the scatter (CNN 1 → 2)"
     assert evidence(vague).endswith("within the spread of folds)")
 
@@ -69,14 +71,16 @@ def test_reasons_must_be_supported_and_point_to_the_paper():
 def test_rows_of_two_splits_both_stand_beside_one_figure():
     first = paper_figure("a", 1.0)
     splits = ["by grasp", "by recording"]
-    rows = [dataclasses.replace(row(YES, first, "d"), split=split) for split in splits]
+    rows = [dataclasses.replace(row("agrees", first, "d"), split=split) for split in splits]
     assert [r.split for r in in_papers_order([*rows, *rows], (first,))] == splits
 
 
 def test_rows_stand_in_the_paper_s_order_one_a_figure_and_data_set():
     first, second = paper_figure("a", 1.0), paper_figure("b", 2.0)
-    rows = [row(YES, second), row(YES, first, "d"), row(LOWER, first, "d"), row(YES, first, "e")]
+    given = ((second, "size"), (first, "d"), (first, "d"), (first, "e"))
+    verdicts = ("agrees", "agrees", "worse", "agrees")
+    rows = [row(verdict, *one) for verdict, one in zip(verdicts, given, strict=True)]
     ordered = in_papers_order(rows, (first, second))
     assert [(r.paper.id, r.dataset, r.agrees) for r in ordered] == [
-        ("a", "d", YES), ("a", "e", YES), ("b", "size", YES),
+        ("a", "d", "agrees"), ("a", "e", "agrees"), ("b", "size", "agrees"),
     ]  # fmt: skip

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from result_samples import sizes
 
+from ajgdata.evaluate.agreement import GRASP_INTERVAL
+from ajgdata.evaluate.intervals import metric_interval
 from ajgdata.experiments import cross_validation
 from ajgdata.experiments.base import Inputs, Other, Result
 from ajgdata.experiments.cross_validation import EXPERIMENT, Settings
@@ -235,7 +237,42 @@ def test_withheld_values_are_trained_on_by_no_fold_and_predicted_by_all():
     assert values.where(withheld=True).column("value") == [13, 17]
     assert values.numbers("recordings").sum() == 36
     told = set(tables["scores"].where(part="overall").column("statistic"))
-    assert told == {"fold 0", "fold 1", "fold 2", "mean", "sd"}
+    assert told == {"fold 0", "fold 1", "fold 2", "mean", "sd", "chance", *GRASP_INTERVAL}
+    chance = {p: score(tables, p, "rmse", "chance") for p in means}
+    low, high = sorted((chance["grouped"], chance["withheld"]))
+    assert 0.9 * low < chance["overall"] < 1.1 * high
+
+
+def test_intervals_are_those_of_the_stored_predictions_by_grasp():
+    """What is stored of each recording, with its grasp, gives the same ends."""
+    shard = store(grasp_id=text_column([f"s/{n // 2}" for n in range(40)]))
+    tables, _, _ = measured(store=shard, withhold=[11.0, 13.0, 15.0, 17.0, 18.0])
+    names, grasps = (shard.columns[key].values.tolist() for key in ("recording", "grasp_id"))
+    grasp_of = dict(zip(names, grasps, strict=True))
+
+    def ends(*parts):
+        rows = [row for part in parts for row in tables["predictions"].where(split=part).rows]
+        y_true, y_pred, fold = (
+            np.array([row[key] for row in rows]) for key in ("y_true", "y_pred", "fold")
+        )
+        grasp = np.array([grasp_of[row["recording"]] for row in rows])
+        part = np.array([row["split"] for row in rows])
+        return metric_interval(y_true, y_pred, fold, grasp, part=part, kind="regression")
+
+    for name, given in (("withheld", ["withheld"]), ("overall", ["grouped", "withheld"])):
+        stored = [score(tables, name, "rmse", end) for end in GRASP_INTERVAL]
+        assert stored == pytest.approx(ends(*given), rel=1e-9)
+        assert stored[0] < score(tables, name, "rmse", "mean") < stored[1]
+    assert score(tables, "grouped", "rmse", GRASP_INTERVAL[0]) is None  # of eight grasps
+
+
+def test_parts_of_the_band_have_intervals_of_their_own():
+    shard = store(grasp_id=text_column([f"s/{n}" for n in range(40)]))
+    settings = Settings(bands=((0, 2000),))
+    tables, _, _ = measured(store=shard, settings=settings, withhold=[11.0, 13.0, 15.0])
+    for part in ("grouped", "withheld", "overall"):
+        low, high = (score(tables, f"{part} 0-2000 Hz", "rmse", end) for end in GRASP_INTERVAL)
+        assert 0 < low < score(tables, f"{part} 0-2000 Hz", "rmse", "mean") < high
 
 
 def test_a_target_that_repeats_is_judged_the_shortest_way_round():

@@ -167,13 +167,13 @@ def test_names_of_sixty_classes_stand_apart_and_cells_without_room_hold_no_numbe
     assert sum(text.get_text() == "100 %" for text in axes.texts) == 60
 
 
-def test_a_model_is_told_from_chance_by_two_deviations():
+def test_a_model_is_better_than_chance_by_its_interval_over_grasps():
     def said(rmse, sd):
         return model_finding(models_of(sizes(size_result(scores={"rmse": Score(rmse, sd)})))[0])
 
     assert said(4.0, 2.0).startswith("CNN errs by 4.0 ± 2.0 mm where the grasp is new; chance is")
-    assert said(7.0, 1.0).startswith("CNN cannot be told from chance: it errs by 7.0 ± 1.0 mm")
-    assert said(12.0, 1.0).startswith("CNN does worse than chance: it errs by 12.0 ± 1.0 mm")
+    assert said(7.0, 1.0).startswith("CNN is not better than chance: it errs by 7.0 ± 1.0 mm")
+    assert said(12.0, 1.0).startswith("CNN is not better than chance: it errs by 12.0 ± 1.0 mm")
 
 
 def leveled(*errors):
@@ -273,9 +273,8 @@ def test_confusion_figure_shows_counts_and_shares_of_the_true_class():
     assert shares == pytest.approx(np.array([[3 / 4, 1 / 4], [2 / 6, 4 / 6]]), rel=1e-12)
     shown = texts(figure)
     assert {"75 %\n3", "25 %\n1", "33 %\n2", "67 %\n4"} <= set(shown)
-    # 2 sd reach from 70 % to chance
-    told = "CNN cannot be told from chance: it is right in 70.0 ± 5.0 % where the grasp is new"
-    assert f"{told}, a guess in 60 %" in title(figure)
+    told = "CNN is right in 70.0 ± 5.0 % where the grasp is new"
+    assert f"{told}; chance is 60 %" in title(figure)
     assert "most often it takes <b>granite</b> for basalt" in title(figure)
     right = [text for text in shown if text.endswith(" %") and "\n" not in text]
     assert right == ["75 %", "67 %"]  # at the end of each row

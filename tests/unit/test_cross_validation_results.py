@@ -32,7 +32,6 @@ from ajgdata.experiments.cross_validation.results import (
     shown_score,
     training_cost,
 )
-from ajgdata.report.comparison import LOWER, PARTLY, UNCLEAR, UNTOLD, VAGUE, YES
 from ajgdata.report.format import DASH, Score
 
 
@@ -82,7 +81,7 @@ def test_chance_is_one_and_perfect_is_zero(task):
         ({"chance": float("nan")}, "chance RMSE is nan"),
         ({"scores": {"mae": Score(1.0, 0.1)}}, "no rmse of 'grouped' by CNN"),
         ({"scores": {"rmse": Score(float("nan"), 0.1)}}, "rmse is nan"),
-        ({"parts": random_split(sd=float("inf"))}, "1.1 ± nan"),
+        ({"parts": random_split(sd=float("inf"))}, "1.1 ± inf"),
     ],
 )
 def test_a_result_refuses_what_cannot_be_shown(change, complaint):
@@ -157,7 +156,7 @@ def with_parts():
     """A task with withheld values, tested on another data set, with the paper's figures."""
     parts = {
         "withheld": ({"rmse": Score(3.5, 0.4)}, 9.0),
-        "overall": ({"rmse": Score(2.4, 0.2)}, float("nan")),
+        "overall": ({"rmse": Score(2.4, 0.2)}, 8.4),
         "on:size_80dba": ({"rmse": Score(5.0, 1.0)}, 8.5),
     }
     values = [(12.0, False, 4, 1.25, None, 1.0, -0.25), (15.0, True, 1, 3.0, 1.0, 2.0, 0.5)]
@@ -181,7 +180,7 @@ def test_an_interval_is_shown_instead_of_one_split():
     one.about["parts"]["repeated"] = {"recordings": 10, "groups": 6, "folds": 10}
     task = kinds(one)
     (row,) = EXPERIMENT.rows(task)
-    assert row.value == "72 (55 to 89) %"
+    assert row.value == "72 (55 to 89) %, not better than chance"  # 60 %
     (model,) = models_of(task)
     error = model.error
     assert (error.mean, error.low, error.high) == pytest.approx((0.7, 0.275, 1.125))
@@ -193,6 +192,26 @@ def test_an_interval_is_shown_instead_of_one_split():
     assert len(table.heads) == 5 and "first repeat" in table.caption
 
 
+def test_a_result_that_is_not_better_than_chance_says_so():
+    """Withheld angles: 54° where a guess errs by 41°; and an interval that contains chance."""
+    parts = {
+        "withheld": ({"rmse": Score(54.0, 5.0)}, 41.0),
+        "on:a": ({"rmse": Score(35.0, 5.0)}, 41.0),
+        "on:b": ({"rmse": Score(33.0, 5.0)}, 41.0),
+    }
+    names = {"unknown": paper_figure("unknown", 8.0, unit="°")}
+    task = sizes(
+        size_result(parts=parts), unit="°", papers=names,
+        settings=Settings(test_on=("a", "b")), others={"a": Other("A"), "b": Other("B")},
+    )  # fmt: skip
+    _, withheld, near, better = EXPERIMENT.rows(task)
+    assert withheld.value == "54.0 ± 5.0°, not better than chance"
+    assert near.value == "35.0 ± 5.0°, not better than chance"
+    assert better.value == "33.0 ± 5.0°"
+    (row,) = beside(task)
+    assert (row.result, row.agrees) == ("54 (46.5 to 61.5)°, not better than chance", "worse")
+
+
 def test_sessions_have_rows_and_why_they_have_none_is_said():
     scores = {"within session": 0.9, "across sessions": 0.5}
     parts = {name: ({"accuracy": Score(v, 0.1, (v, v))}, 0.6) for name, v in scores.items()}
@@ -200,7 +219,12 @@ def test_sessions_have_rows_and_why_they_have_none_is_said():
     rows = [(r.label, r.metric, r.value, r.part) for r in EXPERIMENT.rows(both)][2:]
     assert rows == [
         ("CNN", "accuracy, within session", "90 ± 10 %", "folds within each session"),
-        ("CNN", "accuracy, across sessions", "50 ± 10 %", "each session by a model of the others"),
+        (
+            "CNN",
+            "accuracy, across sessions",
+            "50 ± 10 %, not better than chance",
+            "each session by a model of the others",
+        ),
     ]
     one = kind_result()
     one.about["no_sessions"] = "all recordings are of one session: two are needed"
@@ -215,7 +239,7 @@ def test_further_parts_have_rows_of_their_own_beside_the_paper():
     assert [(r.metric, r.value, r.chance, r.paper.id) for r in rows] == [
         ("RMSE", "2.20 ± 0.30 mm", "8.2 mm", "known"),
         ("RMSE, unknown", "3.50 ± 0.40 mm", "9 mm", "unknown"),
-        ("RMSE, overall", "2.40 ± 0.20 mm", DASH, "overall"),
+        ("RMSE, overall", "2.40 ± 0.20 mm", "8.4 mm", "overall"),
         ("RMSE, size 80dba", "5.0 ± 1.0 mm", "8.5 mm", "size-80dba"),
     ]
     assert [row.part for row in rows] == [
@@ -258,23 +282,26 @@ def test_a_task_is_summed_up():
 
 def test_the_paper_s_model_is_set_beside_its_figure_with_its_cost():
     (row,) = beside(two_tasks()[0])
-    assert (row.paper, row.model, row.result, row.agrees) == (PAPER, "CNN", "2.20 ± 0.30 mm", YES)
+    assert (row.paper, row.model, row.agrees) == (PAPER, "CNN", "agrees")
+    assert row.result == "2.2 (1.75 to 2.65) mm"  # what the verdict is about
     assert (row.dataset, row.task, row.source) == ("size", "edge", "simulated")
     assert row.cost == COST[:2]
+    assert (row.marks[0].low, row.marks[0].high) == pytest.approx((1.75, 2.65))
     marks = [(mark.role, mark.label, mark.value) for mark in row.marks]
     assert marks == [("ours", "CNN", 2.2), ("baseline", "k-NN", 4.0), ("chance", "chance", 8.2)]
     assert beside(kinds()) == []
-    wide = sizes(size_result(scores={"rmse": Score(3.9, 1.5, (2.4, 5.4))}))
-    assert [(row.agrees, row.differs) for row in beside(wide)] == [(VAGUE[True], True)]
+    # A quarter of the distance from chance to perfect: 8.2 / 4 = 2.05 mm.
+    wide = sizes(size_result(scores={"rmse": Score(2.9, 0.7, (2.4, 3.4))}))
+    assert [row.agrees for row in beside(wide)] == ["inconclusive"]
 
 
 def test_each_part_is_set_beside_its_own_figure():
     rows = {row.paper.id: (row.result, row.agrees) for row in beside(with_parts())}
     assert rows == {
-        "known": ("2.20 ± 0.30 mm", YES),
-        "unknown": ("3.50 ± 0.40 mm", "no: higher"),
-        "overall": ("2.40 ± 0.20 mm", YES),
-        "size-80dba": ("5.0 ± 1.0 mm", "no: higher"),
+        "known": ("2.2 (1.75 to 2.65) mm", "agrees"),
+        "unknown": ("3.5 (2.9 to 4.1) mm", "worse"),
+        "overall": ("2.4 (2.1 to 2.7) mm", "agrees"),
+        "size-80dba": ("5 (3.5 to 6.5) mm", "worse"),
     }
 
 
@@ -286,7 +313,7 @@ def test_known_values_stand_beside_the_paper_by_grasp_and_by_recording_and_each_
         ("by grasp", "known, by grasp"), ("by recording", "known, by recording"),
     ]  # fmt: skip
     # 2.2 ± 0.3 and 1.1 ± 0.2 mm beside 1.2 mm; of 2.2 mm a half is hidden.
-    assert (grasp.agrees, recording.agrees) == ("no: higher", YES)
+    assert (grasp.agrees, recording.agrees) == ("worse", "agrees")
     assert recording.note == (
         "There are 2 recordings of a grasp, and others of the one that is tested may be trained "
         "on: that hides 50 % of the error (1.10 ± 0.20 mm against 2.20 ± 0.30 mm by grasp)."
@@ -300,7 +327,7 @@ def test_a_split_without_a_figure_of_the_paper_adds_no_comparison():
 
 
 def test_classes_are_compared_in_per_cent_and_a_figure_without_a_number_is_told_alone():
-    for value, agrees in ((79.0, YES), (81.0, LOWER), (None, UNTOLD)):
+    for value, agrees in ((70.0, "inconclusive"), (78.0, "worse"), (None, "inconclusive")):
         paper = paper_figure("stones", value, unit="%")
         assert [row.agrees for row in beside(kinds(papers={"known": paper}))] == [agrees]
 
@@ -319,8 +346,8 @@ def test_without_the_paper_s_model_the_first_is_compared():
 @pytest.mark.parametrize(
     ("there", "flagged", "agrees"),
     [
-        (20.0, True, YES), (20.0, False, PARTLY), (2.4, False, f"{UNCLEAR}; no: not flagged"),
-        (20.0, None, YES),
+        (20.0, True, "agrees"), (20.0, False, "partly agrees"), (2.4, False, "disagrees"),
+        (20.0, None, "agrees"), (2.4, None, "inconclusive"),
     ],
 )  # fmt: skip
 def test_a_lesson_is_learned_where_a_model_fails_and_silence_says_why(there, flagged, agrees):
@@ -358,8 +385,8 @@ def test_baselines_compare_the_baseline_and_name_the_best():
         "knn_plain", "k-NN", score=Score(0.5, 0.02, (0.48, 0.52)), cost=(1.0, 2.0, 3.0)
     )
     (row,) = beside(kinds(kind_result(), knn, papers={"known": paper}))
-    assert (row.model, row.agrees, row.cost) == ("k-NN", YES, (1.0, 2.0))
-    assert row.result == "50.0 ± 2.0 %; best of 2: CNN, 70.0 ± 5.0 %"
+    assert (row.model, row.agrees, row.cost) == ("k-NN", "agrees", (1.0, 2.0))
+    assert row.result == "50 (47 to 53) %; lowest error of 2: CNN, 70.0 ± 5.0 %"
 
 
 def test_household_objects_are_counted_that_are_told_well():
@@ -369,8 +396,7 @@ def test_household_objects_are_counted_that_are_told_well():
     predicted = np.array(CLASSES)[[0, 0, 0, 1, *[1] * 6]]
     task = kinds(kind_result(predictions={"grouped": (true, predicted)}), papers={"known": paper})
     (row,) = beside(task)
-    assert row.result == "70.0 ± 5.0 %; 1 of 2 classes at 90 % or more"
-    assert row.agrees == YES
+    assert row.result == "70 (62.5 to 77.5) %; 1 of 2 classes at 90 % or more"
 
 
 def test_predictions_keep_their_folds_and_parts():

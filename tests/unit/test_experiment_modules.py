@@ -8,15 +8,19 @@ import pytest
 from experiment_samples import measured, numbers, small_inputs, task_results
 from matplotlib.text import Text
 
+from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
-from ajgdata.evaluate.metrics import wrapped
+from ajgdata.evaluate.in_use import calibration, half_width
+from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome, score_table
-from ajgdata.experiments.conformal_intervals import cv_plus
 from ajgdata.experiments.sorting import LONGEST_RUN, RUNS, parts_of, spread
+from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
+from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.panel import panels
 from ajgdata.report.paper import PaperFigure
+from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import DatasetSpec, NotPossibleError
 from ajgdata.types.table import table_of
 
@@ -94,10 +98,10 @@ def test_a_learning_curve_shows_the_means_of_the_draws():
 @pytest.mark.parametrize(
     ("value", "reached", "says", "agrees"),
     [
-        (3, 39, "4 (50.0 ± 1.0 % with 16)", "yes"),
-        (12, 39, "4 (50.0 ± 1.0 % with 16)", "no: lower"),
-        (12, 80, "more than 16 (50.0 ± 1.0 % with 16)", "no number to compare"),
-        (20, 80, "more than 16 (50.0 ± 1.0 % with 16)", "no number to compare"),
+        (3, 39, "4 (50.0 ± 1.0 % with 16)", "agrees"),
+        (12, 39, "4 (50.0 ± 1.0 % with 16)", "better"),
+        (12, 80, "more than 16 (50.0 ± 1.0 % with 16)", "inconclusive"),
+        (20, 80, "more than 16 (50.0 ± 1.0 % with 16)", "inconclusive"),
     ],
 )
 def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees):
@@ -142,7 +146,7 @@ def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutatio
     assert any("differs from chance" in text for text in texts(figure))
     assert "is 41 %; with labels exchanged between groups it is 25 %" in caption.text
     assert "p = 0.005: it differs from chance" in caption.text
-    assert "cannot be told from chance" in shown(chance_results(0.2))[1].text
+    assert "not distinguishable from chance" in shown(chance_results(0.2))[1].text
     number = shown(chance_results(kind="regression", value=2.0, scale=20))[1].text
     assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in number
 
@@ -236,7 +240,7 @@ def test_a_temperature_at_the_end_of_the_search_is_told():
     assert parts_of(sorting_results(temperatures=[0.9]).results[0])[1].label.endswith(" 0.9")
 
 
-@pytest.mark.parametrize(("paper", "agrees"), [(39, "yes"), (1, "no: higher"), (60, "no: lower")])
+@pytest.mark.parametrize(("paper", "agrees"), [(39, "inconclusive"), (1, "better"), (60, "worse")])
 def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(paper, agrees):
     (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)
     both = "25 (2 to 47) sorts before the first error; 50 (5 to 95) by the paper's rule, 10 % in a"
@@ -254,7 +258,7 @@ def test_a_model_that_is_never_uncertain_is_not_the_better_one():
     """It sorts as long as objects come, a tenth of them into a wrong bin."""
     results = sorting_results(paper=39, plain_sorts=np.full(101, LONGEST_RUN), errors=True)
     (row,) = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
-    assert row.agrees == "no: lower"
+    assert row.agrees == "worse"
     assert row.result == (
         "4 (0 to 9) sorts before the first error; 1,000 (1,000 to 1,000) by the paper's rule, 10 % "
         "in a wrong bin; runs end at 1,000"
@@ -271,13 +275,25 @@ def test_energies_are_matched_by_object():
         measured("reflected_energy", small_inputs(), reference="box", band_hz=[5, 20])
 
 
-def energy_results():
+@pytest.mark.parametrize(
+    ("ends", "verdict"),
+    [((0.05, 0.14), "agrees"), ((0.05, 0.3), "inconclusive"), ((0.21, 0.3), "disagrees")],
+)
+def test_more_than_80_per_cent_is_lost_if_the_interval_is_beyond(ends, verdict):
+    (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(energy_results(ends), nothing)
+    assert row.agrees == verdict
+
+
+def energy_results(ends=(0.05, 0.14)):
+    """Energies by hand; `ends` are those of the interval of coffee."""
     classes = (("air", 4, 1.0, 0.0, {"a": 1.0, "b": 1.0}), ("coffee", 1, 0.1, math.nan, {"a": 0.1}))
     classes += (("steel_balls", 4, 0.5, 0.05, {"a": 0.45, "b": 0.55}),)
     rows, grasps = [], []
     for label, count, mean, sd, objects in classes:
         part, metric = f"energy:{label}", "energy relative to air"
         rows += [("", part, metric, "mean", mean), ("", part, metric, "sd", sd)]
+        interval = ends if label == "coffee" else (mean - 0.1, mean + 0.1)
+        rows += [("", part, metric, *end) for end in zip(GRASP_INTERVAL, interval, strict=True)]
         rows += [("", part, metric, f"mean of {name}", value) for name, value in objects.items()]
         grasps.append({"label": label, "grasps": count})
     bands = [
@@ -321,7 +337,10 @@ def test_energies_are_compared_with_the_reference_and_stand_beside_the_paper():
     drawn = [line.get_xydata()[0].tolist() for line in bands.draw().axes[0].lines[:2]]
     np.testing.assert_allclose(drawn, [(100, 10 * np.log10(15)), (100, 10 * np.log10(3))])
     (row,) = EXPERIMENTS["reflected_energy"].paper_comparison(results, nothing)
-    assert (row.result, row.agrees) == ("lost: coffee 90 %, steel_balls 50 %", "yes")
+    assert (row.result, row.agrees) == ("lost: coffee 90 %, steel_balls 50 %", "agrees")
+    coffee = row.marks[0]
+    assert coffee.part == "coffee"
+    assert (coffee.low, coffee.high) == pytest.approx((86, 95))
 
 
 # Other grippers
@@ -367,11 +386,18 @@ def test_a_model_on_another_gripper_against_calibration_grasps():
     chance = [line.get_ydata()[0] for line in (*left.lines, *right.lines)
               if line.get_label() == "chance"]  # fmt: skip
     assert chance == [9, 9]
-    said = "k-NN: RMSE 17 mm on “Gripper c”, 3 mm with 4 of its grasps of each class."
-    assert caption.alt.startswith(said)
+    text = "k-NN: RMSE 1 mm at home, 8 to 17 mm on 2 other grippers, 2 to 3 mm with 4 of their"
+    assert caption.alt.startswith(text)
+    (highlight,) = EXPERIMENTS["cross_gripper"].highlights(results)
+    calibrated, uncalibrated = highlight.marks  # all grippers, not the one that gains most
+    assert calibrated[2:5] == pytest.approx((2.5, 2, 3))
+    assert uncalibrated[2:5] == pytest.approx((12.5, 8, 17))
     assert "simulated" in texts(figure)
     said = {row.metric: row.value for row in EXPERIMENTS["cross_gripper"].rows(results)}
     assert said["RMSE on Gripper b, 0 calibration grasps"] == "8.0 ± 1.1 mm"
+    assert (
+        said["RMSE on Gripper c, 0 calibration grasps"] == "17.0 ± 2.4 mm, not better than chance"
+    )
     assert said["RMSE on Gripper c, 4 calibration grasps"] == "3.00 ± 0.42 mm"
     assert "k-NN on Gripper b: 8.0 ± 1.1 mm with 0, 2.00 ± 0.28 mm with 4; at home" in caption.alt
     (row,) = EXPERIMENTS["cross_gripper"].paper_comparison(results, nothing)
@@ -394,19 +420,12 @@ def test_grasps_weigh_the_same_however_many_recordings_they_have():
     np.testing.assert_allclose(weights, [1 / 9, 1 / 9, 1 / 9, 1 / 3])
 
 
-def test_with_one_recording_a_grasp_and_one_model_intervals_are_those_of_split_conformal():
-    """The ceil((n + 1) c)-th least residual on both sides (Vovk et al. 2005)."""
+def test_the_half_width_is_that_of_split_conformal():
+    """The ceil((n + 1) c)-th least residual (Vovk et al. 2005)."""
     residuals = np.arange(1.0, 20)  # 19: (n + 1) c is whole for c = 0.9
-    centre, low, high = cv_plus(
-        np.full((1, 3), 5.0), residuals, np.zeros(19, int), np.arange(19), [0.5, 0.9, 0.99]
-    )
-    np.testing.assert_array_equal(centre, 5)
-    np.testing.assert_array_equal(high[:, 0], [10, 18, np.inf])
-    np.testing.assert_array_equal(low, -high)
-    half = cv_plus(
-        np.full((1, 1), 5.0), residuals, np.zeros(19, int), np.arange(19), [0.99], period=180
-    )
-    assert half[2][0, 0] == 90  # no angle is further away
+    halves = [half_width(residuals, np.arange(19), c) for c in (0.5, 0.9, 0.99)]
+    assert halves == [10, 18, math.inf]
+    assert half_width(residuals, np.arange(19), 0.99, period=180) == 90  # no angle is further
 
 
 def test_intervals_hold_what_they_state_for_new_grasps():
@@ -414,11 +433,40 @@ def test_intervals_hold_what_they_state_for_new_grasps():
     new grasp is Binomial(200, >= c); 0.9 - 3 sqrt(0.09 / 200) = 0.836."""
     rng, held = np.random.default_rng(3), []
     for _ in range(200):
-        error = np.repeat(rng.normal(size=40), 3)
-        groups, fold = np.repeat(np.arange(40), 3), np.repeat(np.arange(40) % 4, 3)
-        _, low, high = cv_plus(np.zeros((4, 1)), np.abs(error), fold, groups, [0.9])
-        held.append(bool(low[0, 0] <= wrapped(rng.normal(), None) <= high[0, 0]))
+        error = np.repeat(np.abs(rng.normal(size=40)), 3)
+        half = half_width(error, np.repeat(np.arange(40), 3), 0.9)
+        held.append(bool(abs(rng.normal()) <= half))
     assert np.mean(held) > 0.836
+
+
+def test_what_is_evaluated_is_the_interval_that_is_shipped():
+    """In each fold the half width that training for use stores, of a model of the training part."""
+    inputs = small_inputs("regression")
+    outcome = measured("conformal_intervals", inputs, "linear", coverages=[0.9])
+    data = inputs.data()
+    x, y, group = data.feature, data.value, data.group
+    for fold, (train, test) in enumerate(grouped_folds(y, group, "regression", 5, 0)):
+        shipped = calibration(
+            x[train], y[train], group[train], group[train], model="linear", kind="regression"
+        )
+        fitted = fit_model(make_model("linear", "regression", 0), x[train], y[train], group[train])
+        row = outcome.tables[1].where(fold=fold).rows[0]
+        assert row["width"] == 2 * shipped.half_width
+        away = np.abs(y[test] - fitted.predict(x[test]))
+        assert row["held"] == np.mean(away <= shipped.half_width)
+
+
+def test_too_few_grasps_for_a_coverage_give_an_interval_without_end():
+    outcome = measured(
+        "conformal_intervals", small_inputs("regression"), "linear", coverages=[0.99]
+    )
+    assert numbers(outcome.tables, metric="width") == [math.inf] * 5
+    assert numbers(outcome.tables, metric="coverage") == [1.0] * 5
+    results = task_results(
+        "conformal_intervals", {"linear": outcome}, "regression", {"coverages": [0.99]}
+    )
+    (table,) = EXPERIMENTS["conformal_intervals"].tables(results)
+    assert table.rows[0][3] == "∞ mm"
 
 
 def test_intervals_of_a_task_are_wider_the_more_they_shall_hold():
@@ -516,6 +564,12 @@ def test_results_are_immutable():
         curve_results().task = "other"
 
 
-def test_an_interval_without_an_end_is_a_missing_number():
-    (row,) = score_table([("knn", "intervals:95 %", "width", "fold 0", math.inf)], "t").rows
-    assert row["value"] is None
+def test_an_interval_without_an_end_has_an_infinite_width(tmp_path):
+    part, widths = "intervals:95 %", enumerate((math.inf, math.nan))
+    rows = [("knn", part, "width", f"fold {n}", width) for n, width in widths]
+    write_tables(tmp_path / "t.json", [score_table(rows, "t")])
+    _, (table,) = read_tables(tmp_path / "t.json")
+    width, unknown = table.numbers("value")
+    assert width == math.inf and math.isnan(unknown)
+    assert table.rows[1]["value"] is None
+    assert number(width) == mean_sd(Score(math.inf, math.nan)) == "∞" != number(unknown)

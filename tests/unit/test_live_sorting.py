@@ -208,7 +208,7 @@ def test_a_row_to_the_end_is_told_as_what_it_is_at_least():
     (row,) = EXPERIMENTS["live_sorting"].paper_comparison(results, lambda *_: None)
     all_sorted = "160 (160 to 160) sorts before the first error; 160 (160 to 160) by the paper's"
     assert row.result == f"{all_sorted} rule, 0 % in a wrong bin; runs end at 160"
-    assert row.agrees == "no: higher"
+    assert row.agrees == "better"
     (panel,) = panels([row], [PAPER])
     assert panel.rows[0].ours == "> 160 sorts"
     assert np.isfinite([one.at for one in panel.placed(panel.rows[0])]).all()

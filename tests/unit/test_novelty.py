@@ -1,10 +1,17 @@
 """Unlike anything seen: an object far from the others is noticed, one among them is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from experiment_samples import measured, small_inputs, small_store, task_results
 
+from ajgdata.evaluate.in_use import calibration
+from ajgdata.evaluate.intervals import mean_interval
+from ajgdata.evaluate.novelty import Guard
+from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS
+from ajgdata.experiments.novelty import Round, _shares
 from ajgdata.report.canvas import draw
 from ajgdata.store.features import Column, Shard, text_column
 from ajgdata.types import NotPossibleError
@@ -70,7 +77,47 @@ def test_nothing_held_is_recognised_where_there_are_references():
     assert nothing.numbers("recognised").tolist() == [1] * 5
     assert nothing.numbers("mistaken").tolist() == [0] * 5
     alone = measured("novelty", small_inputs(store=world(empty=1)), **ASK)
-    assert [table.name for table in alone.tables] == ["scores", "rounds"]
+    assert [table.name for table in alone.tables] == ["scores", "rounds", "shares"]
+
+
+def test_the_distance_and_its_alarm_are_those_of_a_model_in_use():
+    """Of the first round: guard and alarm that training for use stores, of all but one class and
+    one fold."""
+    inputs = small_inputs(store=world())
+    rounds = rounds_of(measured("novelty", inputs, **ASK)).where(judge="distance", stated=0.05)
+    data = inputs.data()
+    known = np.flatnonzero(data.value != "beside")
+    train, test = grouped_folds(data.value[known], data.group[known], "classification", 5, 0)[0]
+    train, test = known[train], known[test]
+    x, group = data.feature, data.group
+    shipped = calibration(
+        x[train], data.value[train], group[train], group[train], model="linear",
+        kind="classification", false_alarm=0.05,
+    )  # fmt: skip
+    guard = replace(Guard.of(x[train], group[train]), threshold=shipped.novelty_threshold)
+    row = rounds.where(left_out="beside").rows[0]
+    assert row["false_alarm"] == np.mean(guard.novelty(x[test]) > 1)
+    assert row["detected"] == np.mean(guard.novelty(x[data.value == "beside"]) > 1)
+
+
+def test_a_grasp_that_several_rounds_test_counts_once():
+    """Rounds that test the same grasps again tell nothing more of false alarms, however many there
+    are: the interval is that of one round. Classes that are left out are independent."""
+    generator = np.random.default_rng(0)
+    known, group = generator.random(80) < 0.2, np.repeat(np.arange(40), 2)
+    new = generator.random(80) < 0.7
+    tests = [Round(str(n), 0.05, new, known, group) for n in range(12)]
+    one, many = (list(_shares("distance", 0.05, given, 0)) for given in (tests[:1], tests))
+    (_, few_alarms), (_, alarms) = one, many
+    assert alarms["share"] == pytest.approx(known.mean())
+    ends = [alarms[key] for key in ("low", "high")]
+    assert ends == pytest.approx([few_alarms[key] for key in ("low", "high")])
+    expected = mean_interval(known.astype(float), group, is_share=True)
+    assert ends == pytest.approx(expected)
+    spread = [Round(str(n), 0.05, generator.random(80) < n / 12, known, group) for n in range(12)]
+    detected, _ = _shares("distance", 0.05, spread, 0)
+    assert detected["low"] < detected["share"] < detected["high"]
+    assert detected["high"] - detected["low"] > 0.2  # of 12 classes from 0 to 11 / 12
 
 
 def test_what_it_needs_is_told():
@@ -100,7 +147,10 @@ def test_its_figure_and_tables_say_what_was_measured():
     assert len(main.rows) == 4
     assert nothing.rows[0][0].startswith("100")
     (highlight,) = one.highlights(results)
-    assert highlight.marks[0].value == pytest.approx(expected[0])
+    never_met, known = highlight.marks
+    assert never_met.value == pytest.approx(expected[0])
+    assert never_met.low < never_met.value < never_met.high  # over classes
+    assert known.low <= known.value < known.high  # over grasps
     assert f"{expected[0]:.3g} %" in illustration.caption.text
 
 

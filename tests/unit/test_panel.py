@@ -6,51 +6,35 @@ import math
 import pytest
 from report_samples import PAPER
 
-from ajgdata.report.comparison import (
-    HIGHER,
-    LOWER,
-    PARTLY,
-    UNTOLD,
-    VAGUE,
-    WORKS,
-    YES,
-    Mark,
-    PaperComparison,
-    mark_of,
-    range_of,
-    together,
-)
+from ajgdata.evaluate.agreement import VERDICTS
+from ajgdata.report.comparison import Mark, PaperComparison, mark_of, range_of
 from ajgdata.report.format import Score
-from ajgdata.report.panel import Highlight, highlight_panel, joint, panels, said, stance_of
+from ajgdata.report.panel import SIGNS, Highlight, highlight_panel, panels, said
 
 
-def compared(agrees=YES, marks=(), **changes):
+def compared(agrees="agrees", marks=(), **changes):
     paper = changes.pop("paper", PAPER)
     return PaperComparison(paper, "d", "t", "simulated", "text", "CNN", agrees, marks=marks,
                            page="experiments/d.html", **changes)  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("verdict", "stance"),
+    ("verdicts", "stance", "words"),
     [
-        (YES, "agrees"), (PARTLY, "partly"), (UNTOLD, "unclear"), (VAGUE[0], "unclear"),
-        (VAGUE[1], "unclear"), (LOWER, "differs"), (HIGHER, "differs"), (WORKS, "differs"),
-        (together([YES, LOWER]), "partly"), (together([LOWER, VAGUE[0]]), "differs"),
+        (["agrees"], "agrees", "agrees"),
+        (["worse", "worse"], "worse", "worse"),
+        (["better", "agrees", "better"], "mixed", "1 agrees, 2 better"),
+        (["inconclusive", "partly agrees"], "mixed", "1 partly agrees, 1 inconclusive"),
     ],
-)  # fmt: skip
-def test_every_verdict_has_a_stance(verdict, stance):
-    assert stance_of(verdict) == stance
+)
+def test_a_panel_has_the_verdict_of_its_rows_or_counts_them(verdicts, stance, words):
+    (panel,) = panels([compared(verdict) for verdict in verdicts], [PAPER])
+    assert (panel.stance, panel.verdict) == (stance, words)
 
 
-@pytest.mark.parametrize(
-    ("stances", "one"),
-    [
-        (["agrees", "agrees"], "agrees"), (["agrees", "differs"], "partly"),
-        (["differs", "unclear"], "differs"), (["agrees", "unclear"], "partly"),
-    ],
-)  # fmt: skip
-def test_stances_of_rows_become_one(stances, one):
-    assert joint(stances) == one
+def test_every_verdict_has_a_sign_and_its_own_word():
+    assert {SIGNS[verdict][1] for verdict in VERDICTS} == set(VERDICTS)
+    assert panels([], [PAPER])[0].verdict == SIGNS["absent"][1]
 
 
 def test_an_interval_is_said_as_a_deviation_or_as_a_range():
@@ -64,11 +48,11 @@ def test_figures_of_one_title_share_a_panel_its_scale_and_differ_in_rows():
     known = PAPER.model_copy(update={"panel": "Size", "row": "known", "value": 2.0})
     new = PAPER.model_copy(update={"id": "size-unknown", "panel": "Size", "row": "withheld"})
     found = [
-        compared(LOWER, (mark_of("ours", "CNN", Score(1.0, 0.0)),), paper=known),
-        compared(YES, (mark_of("ours", "CNN", Score(3.0, 0.5)),), paper=new),
+        compared("worse", (mark_of("ours", "CNN", Score(1.0, 0.0)),), paper=known),
+        compared("agrees", (mark_of("ours", "CNN", Score(3.0, 0.5)),), paper=new),
     ]
     (panel,) = panels(found, [known, new])
-    assert panel.tall and panel.stance == "partly" and panel.link == "experiments/d.html"
+    assert panel.tall and panel.stance == "mixed" and panel.link == "experiments/d.html"
     assert [(row.label, row.ours, row.paper) for row in panel.rows] == [
         ("known", "1 mm", "paper 2"), ("withheld", "3.00 ± 0.50 mm", "paper 2.6"),
     ]  # fmt: skip
@@ -112,9 +96,10 @@ def test_values_below_zero_and_all_zero_have_a_scale():
 
 def test_simulated_and_recorded_results_have_panels_of_their_own():
     marks = (mark_of("ours", "CNN", Score(1.0, 0.0)),)
-    found = [compared(marks=marks), dataclasses.replace(compared(LOWER, marks), source="recorded")]
+    recorded = dataclasses.replace(compared("worse", marks), source="recorded")
+    found = [compared(marks=marks), recorded]
     told = [(panel.source, panel.stance, len(panel.rows)) for panel in panels(found, [PAPER])]
-    assert told == [("recorded", "differs", 1), ("simulated", "agrees", 1)]
+    assert told == [("recorded", "worse", 1), ("simulated", "agrees", 1)]
 
 
 def test_rows_without_a_name_have_that_of_their_data_set():
@@ -126,7 +111,7 @@ def test_rows_without_a_name_have_that_of_their_data_set():
 
 def test_more_than_all_that_was_tried_is_drawn_from_there_on():
     paper = PAPER.model_copy(update={"unit": "poses", "value": 12})
-    found = compared(UNTOLD, (Mark("ours", "CNN", math.inf, 16.0, math.inf),), paper=paper)
+    found = compared("inconclusive", (Mark("ours", "CNN", math.inf, 16.0, math.inf),), paper=paper)
     (panel,) = panels([found], [paper])
     ours, _ = panel.placed(panel.rows[0])
     assert (ours.at, ours.start) == pytest.approx([100 / 1.06] * 2, abs=0.01)

@@ -32,6 +32,27 @@ def test_the_reference_is_one_and_others_follow_object_by_object():
     assert coffee.sd == pytest.approx(np.std([0.2, 0.1, 0.2, 0.1], ddof=1))
 
 
+def test_the_interval_is_that_of_a_ratio_of_means_over_groups():
+    """Of 60 groups each with deviations of 20 and 40 %: the ratio has one of the root of
+    (0.2² + 0.4²) / 60 = 5.8 %, and 1.96 of these on both sides."""
+    generator = np.random.default_rng(0)
+    means = np.r_[
+        1 + 0.2 * generator.standard_normal(60), 0.1 + 0.04 * generator.standard_normal(60)
+    ]
+    label, group = np.repeat(["air", "coffee"], 60), np.arange(120)
+    air, coffee = relative_energies(means, label, group, np.full(120, "a"), "air")
+    low, high = coffee.interval
+    assert low < coffee.mean < high
+    assert (high - low) / coffee.mean == pytest.approx(2 * 1.96 * 0.058, rel=0.2)
+    assert not air.interval.is_defined  # the reference is 1 in every resample
+    doubled = relative_energies(
+        *(np.repeat(x, 2) for x in (means, label, group)), np.full(240, "a"), "air"
+    )
+    assert doubled[1].interval == pytest.approx(coffee.interval)  # recordings do not count
+    few = relative_energies(means[51:69], label[51:69], group[51:69], np.full(18, "a"), "air")[1]
+    assert not few.interval.is_defined  # of nine groups
+
+
 def test_one_group_has_no_spread_and_a_missing_reference_is_said():
     energy, label = np.array([4.0, 1.0]), np.array(["air", "coffee"])
     group = np.array(["g0", "g1"])

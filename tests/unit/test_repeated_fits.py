@@ -96,7 +96,7 @@ def check_shown(outcomes, ask):
         "repeated_fits", outcomes, "regression", ask, papers={"repeated_fits": published}
     )
     (row,) = EXPERIMENTS["repeated_fits"].paper_comparison(results, lambda *_: None)
-    assert (row.agrees, row.model, row.note) == ("no: lower", "CNN", "")
+    assert (row.agrees, row.model, row.note) == ("better", "CNN", "")
     assert row.marks[0].low <= row.marks[0].value <= row.marks[0].high
     assert "; ridge, plain: " in row.result and "(95 % interval " in row.result
     (table,) = EXPERIMENTS["repeated_fits"].tables(results)

@@ -12,7 +12,7 @@ from jinja2 import UndefinedError
 from report_samples import PAPER, SCRIPT, dataset, row, sample_report, sections
 
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import LOWER, Cost, PaperComparison, Twin, mark_of
+from ajgdata.report.comparison import Cost, PaperComparison, Twin, mark_of
 from ajgdata.report.format import DASH, Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_pages
@@ -173,7 +173,7 @@ def test_words_and_tables_of_an_experiment_are_on_its_page(pages):
 
 
 FOUND = PaperComparison(
-    PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", LOWER, Cost(7.6, 0.9),
+    PAPER, "size", "edge", "simulated", "0.7 ± 0.1 mm", "CNN", "better", Cost(7.6, 0.9),
     marks=(
         mark_of("ours", "CNN", Score(0.7, 0.1)),
         mark_of("baseline", "k-NN", Score(0.9, 0.2)),
@@ -189,7 +189,7 @@ def test_results_stand_beside_the_papers_with_their_cost():
     pages = render(report)
     page = Page(pages["paper.html"])
     cells = page.row(["cubes", "RMSE 2.6 mm overall"])
-    assert cells[-5:] == ["CNN", "7.6", "0.9", LOWER, "Not looked for."]
+    assert cells[-5:] == ["CNN", "7.6", "0.9", "better", "Not looked for."]
     assert any("and this page does not: angles." in words for words in page.words)
     assert "experiments/size.html" in [a["href"] for a in page.all("a")]
     words = Page(pages["experiments/size.html"]).words
@@ -197,7 +197,10 @@ def test_results_stand_beside_the_papers_with_their_cost():
 
 
 def test_parts_of_the_band_stand_beside_the_whole_one():
-    twins = (Twin("60–6,000 Hz", "0.8 ± 0.1 mm", LOWER), Twin("60–1,200 Hz", "2.5 ± 0.3 mm", "yes"))
+    twins = (
+        Twin("60–6,000 Hz", "0.8 ± 0.1 mm", "better"),
+        Twin("60–1,200 Hz", "2.5 ± 0.3 mm", "agrees"),
+    )
     fewer = dataclasses.replace(FOUND, dataset="b", twins=twins[1:])
     found = (dataclasses.replace(FOUND, twins=twins), fewer)
     report = dataclasses.replace(sample_report(), comparisons=found, paper=(PAPER,))
@@ -207,8 +210,8 @@ def test_parts_of_the_band_stand_beside_the_whole_one():
     assert heads[2:5] == ["Ours", "Ours, from 60–6,000 Hz", "Ours, from 60–1,200 Hz"]
     both, one = (row for row in rows if row[0] == "cubes")
     first, other = (row[row.index("simulated") + 1 : row.index("CNN")] for row in (both, one))
-    assert first == ["0.8 ± 0.1 mm", LOWER, "2.5 ± 0.3 mm", "yes"]
-    assert other == [DASH, "2.5 ± 0.3 mm", "yes"]
+    assert first == ["0.8 ± 0.1 mm", "better", "2.5 ± 0.3 mm", "agrees"]
+    assert other == [DASH, "2.5 ± 0.3 mm", "agrees"]
     assert "0.8 ± 0.1 mm from 60–6,000 Hz; 2.5 ± 0.3 mm from 60–1,200 Hz." in " ".join(
         Page(pages["experiments/size.html"]).words
     )
@@ -225,12 +228,15 @@ def test_the_first_screen_has_a_panel_for_each_figure_of_the_paper():
     page = Page(html)
     panels = [a for _, a in page.tags if "panel" in a.get("class", "").split()]
     assert [(a["class"], a.get("href")) for a in panels] == [
-        ("panel differs simulated", "experiments/size.html"), ("panel absent", None),
+        ("panel better simulated", "experiments/size.html"), ("panel absent", None),
         ("panel beyond recorded", "run.html"),
     ]  # fmt: skip
     told = [a["aria-label"] for _, a in page.tags if a.get("role") == "img"]
-    assert told == [f"CNN 0.7 mm, k-NN 0.9 mm, chance 5.2 mm, paper 2.6 mm. {LOWER}."]
-    assert "≠" in page.words and "differs" in page.words and "not in this run" in page.words
+    assert told == ["CNN 0.7 mm, k-NN 0.9 mm, chance 5.2 mm, paper 2.6 mm. better."]
+    assert {"▲", "better", "not in this run"} <= set(page.words)
+    tally = html[html.index('class="tally"') : html.index("</ul>", html.index('class="tally"'))]
+    counts = re.findall(r'<li class="([\w-]+)"><b>(\d)</b>', tally)
+    assert counts == [("better", "1"), ("absent", "1")]
     # the largest value and a little room: 5.2 × 1.06 = 5.512
     places = [float(at) for at in re.findall(r'<i class="\w+" style="left:([\d.]+)%"', html)]
     assert places == pytest.approx([100 * v / 5.512 for v in (0.7, 0.9, 5.2, 2.6)], abs=0.01)

@@ -8,13 +8,7 @@ from experiment_samples import small_store
 from ajgdata.paths import Paths, run_name
 from ajgdata.pipeline import run as running
 from ajgdata.pipeline.run import command, datasets_asked, only, parted, run, with_only
-from ajgdata.pipeline.run_summary import (
-    complete,
-    lines,
-    skipped_line,
-    summarise,
-    verdicts,
-)
+from ajgdata.pipeline.run_summary import complete, lines, skipped_line, summarise
 from ajgdata.pipeline.status import workflow_status
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
@@ -58,7 +52,7 @@ def paths(tmp_path) -> Paths:
 
 
 def test_everything_that_a_person_needs_to_know(paths):
-    write_bytes(paths.runs, json_bytes({"agreements": {"agree": 3, "do not": 2}}))
+    write_bytes(paths.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}}))
     found = summarise(paths, {"d": spec()}, KEYS, report=True)
     assert lines(paths, found) == [
         "1 data set: 60 recordings used, 2 left out",
@@ -67,7 +61,7 @@ def test_everything_that_a_person_needs_to_know(paths):
         "left out  of d/u, classes of fewer groups than min_groups: rare (1)",
         "6 measurements: 4 made, 2 skipped, 0 not made",
         "skipped   d/t, cross_validation (cnn, knn), training (cnn): one class only",
-        "beside the paper: 3 agree, 2 do not",
+        "comparison with the paper: 3 agrees, 2 worse",
         f"report: {paths.report}",
     ]
 
@@ -88,7 +82,7 @@ def test_a_run_that_failed_tells_what_is_not_there_and_shows_no_old_report(paths
     told = lines(paths, found, ["experiment d u permutation_test: results/logs/x.log"])
     assert "6 measurements: 3 made, 2 skipped, 1 not made" in told
     assert "failed    experiment d u permutation_test: results/logs/x.log" in told
-    assert not [line for line in told if line.startswith(("report", "beside"))]
+    assert not [line for line in told if line.startswith(("report", "comparison"))]
     assert "not made  d/u: permutation_test" in lines(paths, found)
 
 
@@ -105,11 +99,6 @@ def test_a_run_is_complete_unless_a_task_was_skipped(paths):
     told = paths.complete.read_text().splitlines()
     assert "optional  d/t, cross_validation (cnn, knn), training (cnn): one class only" in told
     assert "6 measurements: 4 made, 2 skipped, 0 not made" in told
-
-
-def test_verdicts_are_counted_in_words():
-    said = ["yes", "no: lower", "yes", "no: higher", "no: it works", "cannot be told: within"]
-    assert verdicts(said) == {"do not": 3, "agree": 2, "cannot be told": 1}
 
 
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):

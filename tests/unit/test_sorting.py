@@ -7,13 +7,14 @@ import pytest
 from scipy.special import log_softmax, softmax
 
 from ajgdata.evaluate.calibration import (
-    calibrated,
     calibration_error,
     reliability,
     temperature,
     with_temperature,
 )
+from ajgdata.evaluate.in_use import calibrated, calibration
 from ajgdata.evaluate.sorting import LONGEST_RUN, accepted, decide, decisions, sort_stream
+from ajgdata.evaluate.splits import grouped_folds
 
 
 def overconfident(n: int, t: float) -> tuple[np.ndarray, np.ndarray]:
@@ -59,6 +60,12 @@ def test_calibration_holds_groups_out_twice():
     assert found.classes.tolist() == ["a", "b"]
     for p in (found.plain, found.scaled):
         np.testing.assert_allclose(p.sum(axis=1), 1)
+    parts = grouped_folds(y, group, "classification", 3, 0)
+    for (train, _), t in zip(parts, found.temperatures, strict=True):
+        shipped = calibration(
+            x[train], y[train], group[train], group[train], model="linear", kind="classification"
+        )
+        assert t == shipped.temperature  # what training for use stores
     # grasps of such spread are near chance, and logistic regression separates its own perfectly
     assert min(found.temperatures) > 1
     sharp, flat = found.plain.max(axis=1), found.scaled.max(axis=1)

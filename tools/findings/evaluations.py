@@ -1,8 +1,17 @@
 """Blocks on evaluated models, made of metrics.csv."""
 
+import math
 from typing import NamedTuple
 
+from ajgdata.evaluate.agreement import (
+    GRASP_INTERVAL,
+    NO_BETTER,
+    Interval,
+    compare,
+    is_better_than_chance,
+)
 from ajgdata.experiments.cross_validation.bands import band_label, part_within
+from ajgdata.report.comparison import NEAR_CHANCE, tally_text
 from ajgdata.report.format import DASH, Score, mean_sd, number, with_unit
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.store.report_files import read_paper
@@ -84,6 +93,7 @@ def headline_table(results: Results) -> str:
             *(_score(results, _from_band(row, band), MODELS[0]) for band in bands),
             _chance(results, row),
             _paper(paper[row.paper]) if row.paper else "",
+            _verdict(results, row, paper[row.paper]) if row.paper else "",
             f"`{row.dataset}/{row.task}`, {row.part}",
         ]
         for row in HEADLINES
@@ -92,11 +102,13 @@ def headline_table(results: Results) -> str:
     told = [DASH if time is None else f"{number(time, 2)} s" for time in times]
     blank = [""] * len(bands)
     label = "training on the 16 objects, all folds, one core"
-    rows.append([label, *told, *blank, "", "", "`ycb/object`"])
+    rows.append([label, *told, *blank, "", "", "", "`ycb/object`"])
     head = ("*simulated*", "CNN", "ridge or logistic regression", "k-NN",
             *(f"CNN, {band_label(band)} alone" for band in bands), "chance",
-            "the paper, CNN, real gripper, 1025 bins of the whole band", "task, split")  # fmt: skip
-    return markdown_table(head, rows)
+            "the paper, CNN, real gripper, 1025 bins of the whole band", "verdict (CNN)",
+            "task, split")  # fmt: skip
+    counted = tally_text(results.agreements())
+    return f"{markdown_table(head, rows)}\nComparison with the paper, all rows: {counted}.\n"
 
 
 def _from_band(row: Row, band: tuple[float, float]) -> Row:
@@ -126,13 +138,43 @@ def media(results: Results) -> str:
     return markdown_table(("granular medium", "energy, empty gripper = 100 %"), rows)
 
 
-def _score(results: Results, row: Row, model: str) -> str:
-    metric, unit, scale = terms(row)
-    mean, sd = (
+class Values(NamedTuple):
+    """A metric of a model on a part: mean, sd over folds, interval over grasps and chance."""
+
+    mean: float | None
+    sd: float | None
+    interval: Interval
+    chance: float
+    perfect: float
+
+
+def _values(results: Results, row: Row, model: str) -> Values:
+    metric = terms(row).metric
+    mean, sd, low, high, chance = (
         results.metric(row.dataset, row.task, model, row.part, metric, statistic)
-        for statistic in ("mean", "sd")
+        for statistic in ("mean", "sd", *GRASP_INTERVAL, "chance")
     )
-    return _told(mean, sd, unit, scale)
+    ends = (math.nan if end is None else end for end in (low, high))
+    guess = math.nan if chance is None else chance
+    return Values(mean, sd, Interval(*ends), guess, float(metric == "accuracy"))
+
+
+def _score(results: Results, row: Row, model: str) -> str:
+    _, unit, scale = terms(row)
+    mean, sd, interval, chance, perfect = _values(results, row, model)
+    text = _told(mean, sd, unit, scale)
+    if mean is None or is_better_than_chance(mean, interval, chance, perfect):
+        return text
+    return f"{text}, {NO_BETTER}"
+
+
+def _verdict(results: Results, row: Row, paper: PaperFigure) -> str:
+    """The verdict on the CNN, as the report gives it; a figure `near chance` is chance."""
+    mean, _, interval, chance, perfect = _values(results, row, MODELS[0])
+    if mean is None or (paper.value is None and paper.text != NEAR_CHANCE):
+        return DASH
+    published = chance if paper.value is None else paper.value / terms(row).scale
+    return compare(mean, interval, published, chance=chance, perfect=perfect)
 
 
 def _told(mean: float | None, sd: float | None, unit: str, scale: float) -> str:

@@ -3,10 +3,13 @@
 import csv
 import hashlib
 import io
+import json
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ajgdata.ablations import ABLATIONS
+from ajgdata.ablations.base import with_verdicts
 from ajgdata.paths import Paths
 from ajgdata.pipeline.draws import KEPT, kept_files
 from ajgdata.store.benchmarks import Job, read_benchmarks
@@ -44,8 +47,11 @@ class Results:
         return self._tables(self._paths.study(name))
 
     def ablation(self, name: str) -> list[Table]:
-        """Return the tables of an ablation."""
-        return list(self._tables(self._paths.ablation(name)).values())
+        """Return the tables of an ablation; verdicts depend on the tests of all ablations."""
+        there = [one for one in ABLATIONS if self._place(self._paths.ablation(one)).is_file()]
+        read = {one: self._tables(self._paths.ablation(one)).values() for one in (*there, name)}
+        judged = iter(with_verdicts([table for tables in read.values() for table in tables]))
+        return {one: [next(judged) for _ in tables] for one, tables in read.items()}[name]
 
     def experiment(self, dataset: str, task: str, kind: str) -> dict[str, Table]:
         """Return the tables of an experiment on a task, by name."""
@@ -67,6 +73,12 @@ class Results:
             return None
         self._commits.add(row["commit"])
         return float(row["value"])
+
+    def agreements(self) -> dict[str, int]:
+        """Return how many rows of the comparison with the paper have each verdict."""
+        counts: dict[str, int] = json.loads(_content(self._place(self._paths.runs)))["agreements"]
+        self._read["agreements"] = repr(counts).encode()
+        return counts
 
     def drawn_grippers(self) -> dict[str, Table]:
         """Return the tables of the sweep that is kept with the sources, by name: of no run."""

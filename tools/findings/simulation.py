@@ -216,7 +216,8 @@ def _line(table: Table) -> str:
 def _judged(row: Mapping[str, Any]) -> list[str]:
     """The cells of VERDICTS."""
     before, after = (mean_sd(Score(row[k], row[f"{k}_sd"])) for k in ("before", "after"))
-    interval = " to ".join(number(row[f"gain_{end}"]) for end in ("low", "high"))
+    ends = [row[f"gain_{end}"] for end in ("low", "high")]
+    interval = DASH if None in ends else " to ".join(map(number, ends))
     about = [str(row[key]) for key in ("of", "hypothesis", "change", "metric", "model")]
     measured = [cell.replace("-", "−") for cell in (before, after, interval)]
     return [*about, *measured, str(row["verdict"])]

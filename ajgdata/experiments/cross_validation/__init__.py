@@ -25,7 +25,12 @@ from ajgdata.experiments.base import (
 )
 from ajgdata.experiments.cross_validation import bands_shown, shown
 from ajgdata.experiments.cross_validation.bands import Band, confined, part_within
-from ajgdata.experiments.cross_validation.further import further_splits, interval_scores
+from ajgdata.experiments.cross_validation.further import (
+    ScoreRow,
+    further_splits,
+    grasp_interval_scores,
+    interval_scores,
+)
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
@@ -73,6 +78,13 @@ class Settings(Strict):
     bands: tuple[tuple[float, float], ...] = Field(
         (), description="bands in Hz from which alone the models are evaluated as well"
     )
+
+
+class Twin(NamedTuple):
+    """A cross-validation from a part of the band, and the recordings of its parts by name."""
+
+    result: CrossValidation
+    data: dict[str, TaskData]
 
 
 class Evaluation(NamedTuple):
@@ -136,13 +148,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     parts |= further.repeated
     known, grouped = found.data[GROUPED], found.splits[GROUPED].scores
     twins = _twins(inputs, settings, model)
-    scores = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
+    scores = _scores(model, parts, found.data, inputs)
     scores += interval_scores(model, further.repeated, grouped.folds)
     scores += _thinned_scores(model, splits)
     values: Iterable[Mapping[str, Any]] = ()
     if inputs.kind == "regression":
         values = _by_value(found.splits[GROUPED], inputs.period_deg)
-        scores += _overall_scores(model, found.splits[GROUPED], inputs.period_deg)
+        scores += _overall_scores(model, found.splits[GROUPED], found.data, inputs)
     scores += _twin_scores(model, twins, inputs)
     predicted = (
         row
@@ -157,58 +169,75 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
-        _cost_tables(model, splits | {part_within(*key): one for key, one in twins.items()}),
+        _cost_tables(model, splits | {part_within(*key): one.result for key, one in twins.items()}),
         {"parts": about, "classes": list(grouped.classes), "no_sessions": further.no_sessions},
     )
 
 
-def _thinned_scores(
-    model: str, splits: Mapping[str, CrossValidation]
-) -> Iterator[tuple[str, str, str, str, float]]:
+def _thinned_scores(model: str, splits: Mapping[str, CrossValidation]) -> Iterator[ScoreRow]:
     """Yield on how many recordings a fold's model was trained, of how many, where not on all."""
     for split, found in splits.items():
         for name, counts in zip(TRAINED_ON, zip(*found.thinned, strict=True), strict=False):
             yield model, f"training of {split}", name, "mean", float(np.mean(counts))
 
 
+def _scores(
+    model: str,
+    parts: Mapping[str, CrossValidation | Tested],
+    data: Mapping[str, TaskData],
+    inputs: Inputs,
+) -> list[ScoreRow]:
+    """Return errors of each part by fold, and their intervals over grasps.
+
+    Parts without recordings of their own are other splits of the known ones.
+    """
+    rows: list[ScoreRow] = []
+    for part, one in parts.items():
+        tests = [(one.predictions, data.get(part, data[GROUPED]))]
+        rows += fold_scores(model, part, one.scores)
+        rows += grasp_interval_scores(model, part, tests, inputs)
+    return rows
+
+
 def _overall_scores(
-    model: str, found: CrossValidation, period: float | None
-) -> Iterator[tuple[str, str, str, str, float]]:
+    model: str, found: CrossValidation, data: Mapping[str, TaskData], inputs: Inputs
+) -> Iterator[ScoreRow]:
     """Yield rows of scores of known and withheld recordings together, if some are withheld."""
     from ajgdata.evaluate.crossval import deviation
-    from ajgdata.evaluate.withheld import overall
+    from ajgdata.evaluate.withheld import overall, overall_chance
 
     if WITHHELD not in found.extra_tests:
         return
-    held = found.extra_tests[WITHHELD].predictions
-    for metric, values in overall(found.predictions, held, period).items():
+    known, held = found.predictions, found.extra_tests[WITHHELD].predictions
+    chance = overall_chance(known, held, inputs.period_deg)
+    for metric, values in overall(known, held, inputs.period_deg).items():
         for fold, value in enumerate(values):
             yield model, OVERALL, metric, f"fold {fold}", value
         yield model, OVERALL, metric, "mean", float(np.mean(values))
         yield model, OVERALL, metric, "sd", deviation(values)
+        yield model, OVERALL, metric, "chance", float(np.mean(chance[metric]))
+    tests = [(known, data[GROUPED]), (held, data[WITHHELD])]
+    yield from grasp_interval_scores(model, OVERALL, tests, inputs)
 
 
-def _twins(
-    inputs: Inputs, settings: Settings, model: str
-) -> dict[tuple[str, Band], CrossValidation]:
+def _twins(inputs: Inputs, settings: Settings, model: str) -> dict[tuple[str, Band], Twin]:
     """Return the cross-validations of a task from each band alone, by split and band."""
     named = settings.test_on, settings.compare_random
-    return {
-        (split, band): one
-        for band in settings.bands
-        for split, one in evaluate(confined(inputs, band), model, *named).splits.items()
-    }
+    twins: dict[tuple[str, Band], Twin] = {}
+    for band in settings.bands:
+        found = evaluate(confined(inputs, band), model, *named)
+        twins |= {(split, band): Twin(one, found.data) for split, one in found.splits.items()}
+    return twins
 
 
 def _twin_scores(
-    model: str, twins: Mapping[tuple[str, Band], CrossValidation], inputs: Inputs
-) -> Iterator[tuple[str, str, str, str, float]]:
+    model: str, twins: Mapping[tuple[str, Band], Twin], inputs: Inputs
+) -> Iterator[ScoreRow]:
     """Yield rows of scores from each band alone, of every part that the whole band has."""
-    for (split, band), found in twins.items():
-        parts: dict[str, CrossValidation | Tested] = {split: found, **found.extra_tests}
-        rows = [row for part, one in parts.items() for row in fold_scores(model, part, one.scores)]
+    for (split, band), (found, data) in twins.items():
+        rows = _scores(model, {split: found, **found.extra_tests}, data, inputs)
         if inputs.kind == "regression":
-            rows += _overall_scores(model, found, inputs.period_deg)
+            rows += _overall_scores(model, found, data, inputs)
         for name, part, metric, statistic, value in rows:
             yield name, part_within(part, band), metric, statistic, value
 

@@ -6,7 +6,7 @@ import dataclasses
 
 from ajgdata.experiments.base import Inputs, TaskResults
 from ajgdata.experiments.cross_validation.results import ModelResult
-from ajgdata.report.comparison import Twin, agreement
+from ajgdata.report.comparison import Twin
 from ajgdata.report.format import Score, number
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.features import Shard
@@ -56,10 +56,10 @@ def twins(model: ModelResult, part: str) -> list[tuple[Band, Score]]:
 
 
 def beside(paper: PaperFigure, model: ModelResult, part: str) -> tuple[Twin, ...]:
-    """Return the twins of a row beside the paper, and whether each agrees with its number."""
-    found, scale = [], model.task.scale
-    for band, score in twins(model, part):
-        scaled = Score(scale * score.mean, scale * score.sd)
-        agrees = "" if paper.value is None else agreement(scaled, paper.value)
-        found.append(Twin(band_label(band), model.shown(score), agrees))
+    """Return the twins of a row of the comparison with the paper, each with its verdict."""
+    found = []
+    for band, _ in twins(model, part):
+        name = part_within(part, band)
+        agrees = "" if paper.value is None else model.verdict(name, paper.value)
+        found.append(Twin(band_label(band), model.shown(model.with_interval(name)), agrees))
     return tuple(found)

@@ -17,11 +17,8 @@ from ajgdata.experiments.cross_validation.results import (
     best_of,
     models_of,
 )
-from ajgdata.report.comparison import YES, holds
-from ajgdata.report.format import Score, number, with_unit, words
+from ajgdata.report.format import number, with_unit, words
 from ajgdata.types import Level
-
-WORSE = "worse"
 
 
 def model_finding(model: ModelResult) -> str:
@@ -30,11 +27,11 @@ def model_finding(model: ModelResult) -> str:
     new = f"where the {words(model.task.groups.removesuffix('_id'))} is new"
     said = {"regression": f"errs by {reached}", "classification": f"is right in {reached}"}
     told = said[model.task.kind]
-    verdict = holds(Score(1 - model.error.mean, model.error.sd), WORSE)
-    if verdict == YES:
+    if model.beats_chance():
         return f"{model.label} {told} {new}; chance is {guess}"
-    doubt = "does worse than chance" if verdict == WORSE else "cannot be told from chance"
-    return f"{model.label} {doubt}: it {told} {new}, a guess {_guess(model)} {guess}"
+    return (
+        f"{model.label} is not better than chance: it {told} {new}, a guess {_guess(model)} {guess}"
+    )
 
 
 def _guess(model: ModelResult) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,10 +12,12 @@ from ajgdata.experiments.cross_validation.results import GROUPED, REPEATED
 from ajgdata.types import NotPossibleError
 
 if TYPE_CHECKING:
-    from ajgdata.evaluate.crossval import CrossValidation, Tested
+    from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
     from ajgdata.evaluate.splits import Folds
+    from ajgdata.evaluate.task_data import TaskData
     from ajgdata.experiments.cross_validation import Evaluation, Settings
 
+ScoreRow = tuple[str, str, str, str, float]
 #: Models that are always tried across sessions: they train in an instant, or (k-NN) are chosen in
 #: one. Folds of sessions cost up to four times as much as those of a task.
 CHEAP = ("knn", "linear_plain", "knn_plain", "ridge_plain")
@@ -88,9 +90,33 @@ def _repeats(
     return {REPEATED: repeated(once, first, repeats, seed=inputs.seed, period=period)}
 
 
-def interval_scores(
-    model: str, found: Mapping[str, Tested], folds: int
-) -> Iterator[tuple[str, str, str, str, float]]:
+def grasp_interval_scores(
+    model: str, part: str, tests: Sequence[tuple[Predictions, TaskData]], inputs: Inputs
+) -> Iterator[ScoreRow]:
+    """Yield the ends of the interval over grasps of the metric that is read first.
+
+    `tests` are predictions, and the recordings that their rows count in: of known and withheld
+    values together there are two.
+    """
+    from ajgdata.evaluate.agreement import GRASP_INTERVAL
+    from ajgdata.evaluate.intervals import metric_interval
+    from ajgdata.evaluate.metrics import METRICS
+
+    y_true, y_pred, fold = (
+        np.concatenate([getattr(one, key) for one, _ in tests])
+        for key in ("y_true", "y_pred", "fold")
+    )
+    group = np.concatenate([data.group[one.row] for one, data in tests])
+    parts = np.repeat(np.arange(len(tests)), [len(one.row) for one, _ in tests])
+    interval = metric_interval(
+        y_true, y_pred, fold, group, part=parts, kind=inputs.kind, period=inputs.period_deg,
+        seed=inputs.seed,
+    )  # fmt: skip
+    for end, value in zip(GRASP_INTERVAL, interval, strict=True):
+        yield model, part, METRICS[inputs.kind][0], end, value
+
+
+def interval_scores(model: str, found: Mapping[str, Tested], folds: int) -> Iterator[ScoreRow]:
     """Yield the ends of the corrected intervals of repeats as rows of scores."""
     from ajgdata.evaluate.resampling import corrected_interval
 

@@ -10,6 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import (
+    GRASP_INTERVAL,
+    Interval,
+    Verdict,
+    compare,
+    is_better_than_chance,
+)
 from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import METRIC_NAMES, SCORES, Result, TaskResults
 from ajgdata.report import comparison
@@ -135,6 +142,33 @@ class ModelResult:
     def chance(self, part: str = "") -> float:
         """Return the metric that is read first of a guess that ignores the sound; NaN if untold."""
         return self._scores[part or self.leading, self.task.metric].get("chance", math.nan)
+
+    def interval(self, part: str = "") -> Interval:
+        """Return the 95 % interval over grasps of the metric that is read first."""
+        values = self._scores[part or self.leading, self.task.metric]
+        return Interval(*(values.get(end, math.nan) for end in GRASP_INTERVAL))
+
+    def with_interval(self, part: str = "") -> Score:
+        """Return the metric that is read first with its interval over grasps, if it is known."""
+        score, interval = self.score(part), self.interval(part)
+        return score._replace(low=interval.low, high=interval.high)
+
+    @property
+    def perfect(self) -> float:
+        """Return the best possible value of the metric that is read first."""
+        return 0.0 if self.task.kind == "regression" else 1.0
+
+    def verdict(self, part: str, published: float) -> Verdict:
+        """Return how the result on a part compares with a published value, given as shown."""
+        return compare(
+            self.score(part).mean, self.interval(part), published / self.task.scale,
+            chance=self.chance(part), perfect=self.perfect,
+        )  # fmt: skip
+
+    def beats_chance(self, part: str = "") -> bool:
+        """Return whether the interval over grasps is better than chance."""
+        mean, interval = self.score(part).mean, self.interval(part)
+        return is_better_than_chance(mean, interval, self.chance(part), self.perfect)
 
     def normalise(self, score: Score) -> Score:
         """Return a score as an error that tasks can share: 0 is perfect, 1 is chance.

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ajgdata.evaluate.agreement import NO_BETTER, Verdict, together
 from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation import bands
@@ -27,16 +28,11 @@ from ajgdata.experiments.cross_validation.results import (
 from ajgdata.report.blocks import ResultRow, ShownTable
 from ajgdata.report.comparison import (
     NEAR_CHANCE,
-    UNTOLD,
-    WORKS,
-    YES,
     Cost,
     Mark,
     PaperComparison,
-    agreement,
     holds,
     mark_of,
-    together,
 )
 from ajgdata.report.format import Score, mean_sd, number, words
 from ajgdata.report.panel import Highlight
@@ -73,7 +69,7 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
     for model in models:
         train_s, inference_ms, memory_mb = map(number, model.cost)
         yield ResultRow(
-            model.label, metric_name(results), model.shown(), model.shown_chance,
+            model.label, metric_name(results), _with_chance_note(model), model.shown_chance,
             train_s, inference_ms, memory_mb, best=model in close,
             paper=results.papers.get("known"),
         )  # fmt: skip
@@ -84,11 +80,17 @@ def rows(results: TaskResults) -> Iterator[ResultRow]:
             yield ResultRow(
                 model.label,
                 f"{metric_name(results)}, {words(name)}",
-                model.shown(model.score(part)),
+                _with_chance_note(model, part),
                 model.shown(Score(model.chance(part), 0.0)),
                 part=part_label(results, part),
                 paper=dict(model.parts)[part],
             )
+
+
+def _with_chance_note(model: ModelResult, part: str = "") -> str:
+    """Return the score of a part; of a score that is not better than chance, with these words."""
+    text = model.shown(model.score(part))
+    return text if model.beats_chance(part) else f"{text}, {NO_BETTER}"
 
 
 def summary(results: TaskResults) -> str:
@@ -164,17 +166,19 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     for part, paper in first.parts:
         if paper is None or paper.text == NEAR_CHANCE:  # which a test decides
             continue
-        score = first.score(part)
         if paper.id == BASELINES and baseline:
             yield _baselines(paper, models, baseline)
         elif paper.metric in FAILS:
             yield _failing(paper, first, part, lookup)
         else:
-            text = first.shown(score)
+            text = first.shown(first.with_interval(part))
+            if not first.beats_chance(part):
+                text = f"{text}, {NO_BETTER}"
             if paper.id == COUNTED:
                 text = f"{text}; {_well_told(first)}"
-            scaled = Score(results.scale * score.mean, results.scale * score.sd)
-            agrees = UNTOLD if paper.value is None else agreement(scaled, paper.value)
+            agrees: Verdict = "inconclusive"  # a published result without a number
+            if paper.value is not None:
+                agrees = first.verdict(part, paper.value)
             row = _row(paper, first, text, agrees, marks_of(models, first, part))
             split, note = _of_two_splits(first, part)
             row = replace(row, twins=bands.beside(paper, first, part), split=split, note=note)
@@ -203,7 +207,7 @@ def _of_two_splits(model: ModelResult, part: str) -> tuple[str, str]:
 
 
 def _row(
-    paper: PaperFigure, model: ModelResult, text: str, agrees: str, marks: tuple[Mark, ...]
+    paper: PaperFigure, model: ModelResult, text: str, agrees: Verdict, marks: tuple[Mark, ...]
 ) -> PaperComparison:
     task, cost = model.task, Cost(*model.cost[:2])
     return PaperComparison(
@@ -217,10 +221,10 @@ def marks_of(
 ) -> tuple[Mark, ...]:
     """Return a model, the best of the others and chance on a part of a task, as they are drawn."""
     scale = first.task.scale
-    marks = [mark_of("ours", first.label, first.score(part), scale)]
+    marks = [mark_of("ours", first.label, first.with_interval(part), scale)]
     if others := tuple(m for m in models if m.result.model != first.result.model and m.has(part)):
         best = min(others, key=lambda m: m.normalise(m.score(part)).mean)
-        marks.append(mark_of("baseline", best.label, best.score(part), scale))
+        marks.append(mark_of("baseline", best.label, best.with_interval(part), scale))
     if math.isfinite(chance := first.chance(part)):
         marks.append(mark_of("chance", "chance", Score(chance, 0.0), scale))
     return tuple(marks)
@@ -250,11 +254,11 @@ def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) 
     """Return a model where it was trained and where it fails, and what silence says of it."""
     there, scale = model.score(part), model.task.scale
     worse = model.normalise(there).mean - model.error.mean
-    verdicts = {holds(Score(worse, model.error.sd), WORKS)}
+    verdicts: set[Verdict] = {holds(Score(worse, model.error.sd))}
     text = f"{model.shown()} where it was trained, {model.shown(there)} elsewhere"
     flags = _flags(model, lookup)
     if flags:
-        verdicts.add(YES if any(flags) else "no: not flagged")
+        verdicts.add("agrees" if any(flags) else "disagrees")
         text += f"; from silence {'flagged' if any(flags) else 'not flagged'}"
     marks = (
         mark_of("ours", f"{model.label} elsewhere", there, scale),
@@ -268,23 +272,28 @@ def _flags(model: ModelResult, lookup: Lookup) -> list[bool]:
     """Return whether the test on silence flags the model, for each data set that it is asked."""
     where = model.task.dataset, model.task.task
     test = lookup("shortcut", *where)
+    from ajgdata.evaluate.shortcut_test import LEVEL
+
     if test is None or (test.dataset, test.task) != where:
         return []
-    tested = (r for r in test.results if r.model == model.result.model)
-    return [bool(flag) for one in tested for flag in one.tables["silence"].column("flagged")]
+    tables = [(r.model, r.tables["silence"].numbers("p").tolist()) for r in test.results]
+    corrected = test.corrected([p for _, values in tables for p in values])
+    models = [name for name, values in tables for _ in values]
+    return [
+        p < LEVEL for name, p in zip(models, corrected, strict=True) if name == model.result.model
+    ]
 
 
 def _baselines(
     paper: PaperFigure, models: tuple[ModelResult, ...], baseline: ModelResult
 ) -> PaperComparison:
     """Return k-NN beside the paper's, and which model is best of all."""
-    score, best = baseline.score(), best_of(models)
-    scaled = Score(100 * score.mean, 100 * score.sd)
-    text = f"{baseline.shown()}; best of {len(models)}: {best.label}, {best.shown()}"
-    agrees = agreement(scaled, paper.value or 0.0)
+    score, best = baseline.with_interval(), best_of(models)
+    text = f"{baseline.shown(score)}; lowest error of {len(models)}: {best.label}, {best.shown()}"
+    agrees = baseline.verdict(baseline.leading, paper.value or 0.0)
     marks = (
         mark_of("ours", baseline.label, score, 100),
-        mark_of("baseline", best.label, best.score(), 100),
+        mark_of("baseline", best.label, best.with_interval(), 100),
         mark_of("chance", "chance", Score(baseline.chance(), 0.0), 100),
     )
     return _row(paper, baseline, text, agrees, marks)

@@ -18,9 +18,9 @@ from ajgdata.types.table import Table
 
 def finding(results: TaskResults) -> str:
     """Return what is noticed of classes never met."""
-    rounds, stated = results.results[0].tables["rounds"], shown_rate(results)
+    table, stated = results.results[0].tables["shares"], shown_rate(results)
     shares = [
-        (number(share_of(rounds, judge, stated, "detected").mean), label_of(results, judge))
+        (number(share_of(table, judge, stated, "detected").mean), label_of(results, judge))
         for judge in judges_of(results)
     ]
     noticed = ", ".join(f"{share} % by {label}" for share, label in shares)
@@ -36,7 +36,7 @@ def figure(results: TaskResults) -> Figure:
         [results.source],
     )
     left, right = drawn.subplots(1, 2, width_ratios=(1.1, 1))
-    rounds = results.results[0].tables["rounds"]
+    rounds, shares = (results.results[0].tables[key] for key in ("rounds", "shares"))
     rates = sorted(results.settings.false_alarms)
     stated = 100 * np.array(rates)
     left.plot([0, stated[-1]], [0, stated[-1]], label="as stated", **REFERENCES["ideal"])
@@ -44,7 +44,7 @@ def figure(results: TaskResults) -> Figure:
     for i, judge in enumerate(judges_of(results)):
         style: dict[str, Any] = model_line(i)
         detected, alarmed = (
-            [share_of(rounds, judge, rate, key).mean for rate in rates]
+            [share_of(shares, judge, rate, key).mean for rate in rates]
             for key in ("detected", "false_alarm")
         )
         left.plot(stated, detected, label=label_of(results, judge), **style)
@@ -69,16 +69,16 @@ def _by_class(axes: Axes, rounds: Table, style: dict[str, Any], number_of: int) 
 
 def caption(results: TaskResults) -> Caption:
     """Return the caption of `figure`."""
-    rounds = results.results[0].tables["rounds"]
+    shares = results.results[0].tables["shares"]
     listed = "; ".join(
         f"{label_of(results, judge)}: "
         + ", ".join(
-            f"{number(share_of(rounds, judge, rate, 'detected').mean)} % at {100 * rate:g} %"
+            f"{number(share_of(shares, judge, rate, 'detected').mean)} % at {100 * rate:g} %"
             for rate in results.settings.false_alarms
         )
         for judge in judges_of(results)
     )
-    alarmed = number(share_of(rounds, DISTANCE, shown_rate(results), "false_alarm").mean)
+    alarmed = number(share_of(shares, DISTANCE, shown_rate(results), "false_alarm").mean)
     return Caption(
         f"{results.title}, {results.source}: is an object that was never met noticed? Thick lines: "
         "recordings of the class that was left out. Thin lines: held-out grasps of known classes, "

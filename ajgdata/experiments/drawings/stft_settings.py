@@ -17,6 +17,7 @@ from ajgdata.experiments.stft_settings import (
     Point,
     error_name,
     error_of,
+    error_range,
     labels_of,
     models_of,
     points_of,
@@ -27,16 +28,13 @@ from ajgdata.report.labels import label_point
 
 
 def finding(results: TaskResults) -> str:
-    """Return whether another setting errs less than the data set's own with the first model."""
+    """Return the range of the first model's errors with all settings."""
     points, label = points_of(results), labels_of(results)[0]
-    (own, sd), best = points[0].errors[0], min(points, key=lambda point: point.errors[0][0])
     wrong = "wrong" if results.kind == "classification" else error_name(results)
-    told = f"{label}: {_told(results, own)} {wrong} with the data set's own setting"
-    least = best.errors[0][0]
-    if not least < own:
-        return f"{told}, least of {len(points)}"
-    within = "within its spread" if own - least <= np.nan_to_num(sd) else "beyond its spread"
-    return f"{told}; least of {len(points)}, {within}, is {_told(results, least)} with {best.label}"
+    return (
+        f"Exploratory: {label} {error_range(results, 0)} {wrong} with {len(points) - 1} settings, "
+        f"{_told(results, points[0].errors[0][0])} with the data set's own"
+    )
 
 
 def _told(results: TaskResults, error: float) -> str:
@@ -99,10 +97,11 @@ def caption(results: TaskResults) -> Caption:
     """Return the caption of `figure`."""
     points, lines, unit = points_of(results), [], results.shown_unit
     for model, label in enumerate(labels_of(results)):
-        errors = [point.errors[model][0] for point in points]
-        best = points[int(np.argmin(errors))]
-        own, least = (with_unit(number(e), unit) for e in (errors[0], min(errors)))
-        lines.append(f"{label}: {own} with its own settings, least with {best.label}: {least}")
+        own = _told(results, points[0].errors[model][0])
+        lines.append(
+            f"{label}: {own} with its own settings, {error_range(results, model)} with the "
+            f"{len(points) - 1} others"
+        )
     scores = results.results[0].tables[SCORES]
     part = results.results[0].tables["settings"].rows[0]["part"]
     first = scores.where(part=part, model=models_of(results)[0])
@@ -113,8 +112,8 @@ def caption(results: TaskResults) -> Caption:
     return Caption(
         f"{results.title}, {results.source}: the same recordings and folds, features "
         f"made with other windows, hops and bands. {listed}; chance: {chance}. Time: of one core, "
-        "median over recordings. To choose the best of many settings on these folds would flatter "
-        "it: nothing was changed for it.",
+        "median over recordings. Exploratory: the range is reported, because the best of many "
+        "settings that is chosen on these folds would be optimistically biased.",
         f"{sentence(finding(results))}. {error_name(results).capitalize()} over the feature's run "
         f"time. {listed}.",
     )

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, score_table
-from ajgdata.experiments.drift.results import BEST, MEASURES, NONE
+from ajgdata.experiments.drift.results import MEASURES, NONE, SHOWN
 from ajgdata.experiments.drift.shown import figures, highlights, rows, summary, tables
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
@@ -93,8 +93,8 @@ def _scores(model: str, said: list[dict], mended: list[dict]) -> Iterator[ScoreR
     and the accuracy with calibration grasps."""
     most = max(row["references"] for row in said)
     for row in said:
-        if (row["remedy"], row["references"]) in ((NONE, 0), (BEST, most)):
-            corrected = "" if row["remedy"] == NONE else f", {BEST}"
+        if (row["remedy"], row["references"]) in ((NONE, 0), (SHOWN, most)):
+            corrected = "" if row["remedy"] == NONE else f", {SHOWN}"
             part = f"drift: {row['session'] if row['quantity'] else 'day 1'}{corrected}"
             for metric in MEASURES:
                 yield model, part, metric, f"fold {row['fold']}", row[metric]

@@ -10,8 +10,8 @@ from ajgdata.experiments.base import Result
 from ajgdata.report.format import Score
 from ajgdata.types.table import Table
 
-#: A model as it is, and the correction that is told first: all that references can tell.
-NONE, BEST = "none", "stretch and ratio"
+#: No correction, and the correction that figures show: it uses all that references contain.
+NONE, SHOWN = "none", "stretch and ratio"
 MEASURES = ("accuracy", "confidence", "calibration_error", "wrong_share", "unlike_share")
 #: A loss of accuracy (%) that an alarm should come before.
 LOSS = 5.0
@@ -55,7 +55,7 @@ def states_of(result: Result) -> list[State]:
                 quantity,
                 rows.numbers("value")[0],
                 _scores(rows.where(remedy=NONE)),
-                _scores(rows.where(remedy=BEST, references=most)),
+                _scores(rows.where(remedy=SHOWN, references=most)),
                 float(np.median(mine.numbers("ratio"))),
                 int((mine.numbers("observed")[late] > 1).sum()),
                 int(late.sum()),
@@ -83,9 +83,9 @@ def home_of(result: Result) -> State:
     return states_of(result)[0]
 
 
-def worst_of(result: Result) -> State:
-    """Return the later session in which the model is right least often."""
-    return min(states_of(result)[1:], key=lambda state: state.plain["accuracy"].mean)
+def later_of(result: Result) -> list[State]:
+    """Return every later session."""
+    return states_of(result)[1:]
 
 
 def means_of(result: Result) -> list[Means]:

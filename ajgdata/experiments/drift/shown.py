@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -9,18 +10,17 @@ import numpy as np
 
 from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.experiments.drift.results import (
-    BEST,
     DAY_1,
     LOSS,
     MEASURES,
     State,
     home_of,
+    later_of,
     means_of,
     states_of,
-    worst_of,
 )
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
-from ajgdata.report.comparison import mark_of
+from ajgdata.report.comparison import mark_of, range_of
 from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
 from ajgdata.report.panel import Highlight
 
@@ -38,16 +38,21 @@ def place(results: TaskResults, state: State) -> str:
 
 
 def finding(results: TaskResults) -> str:
-    """Return what becomes of the first model where it does worst, whether it knows, and what a
-    correction makes of it."""
+    """Return the range over all later sessions of the first model, plain and corrected."""
     first = results.results[0]
-    home, worst = home_of(first), worst_of(first)
+    later = later_of(first)
     return (
-        f"{first.label}: {_percent(home.plain['accuracy'])} right on day 1, "
-        f"{_percent(worst.plain['accuracy'])} at {place(results, worst)}, where it is sure by "
-        f"{_percent(worst.plain['confidence'])}; {_percent(worst.best['accuracy'])} when corrected "
-        "by recordings of nothing"
+        f"{first.label}: {_percent(home_of(first).plain['accuracy'])} right on day 1, "
+        f"{_range([s.plain['accuracy'] for s in later])} in {len(later)} later sessions, where its "
+        f"confidence is {_range([s.plain['confidence'] for s in later])}; "
+        f"{_range([s.best['accuracy'] for s in later])} if corrected by empty-gripper references"
     )
+
+
+def _range(scores: Sequence[Score]) -> str:
+    """Return `40 to 95 %`: the smallest and the largest mean."""
+    low, high = (number(f(score.mean for score in scores)) for f in (min, max))
+    return f"{low if low == high else f'{low} to {high}'} %"
 
 
 def _percent(score: Score) -> str:
@@ -73,15 +78,15 @@ def _loss(home: State, state: State) -> float:
 
 
 def cost_finding(results: TaskResults) -> str:
-    """Return what one recording of nothing brings, beside all calibration grasps."""
+    """Return what the fewest references bring, by correction, next to all calibration grasps."""
     first = results.results[0]
-    lines = {one.label: one for one in means_of(first)}
-    best, grasps = lines[BEST], lines["calibration grasps"]
-    count = "one recording" if best.recordings[1] == 1 else f"{best.recordings[1]} recordings"
+    *corrections, grasps = means_of(first)
+    count = int(corrections[0].recordings[1])
+    brought = _range([Score(float(line.accuracy[1]), 0.0) for line in corrections])
     return (
-        f"{first.label}, mean over all changes: {number(best.accuracy[0])} % as it is, "
-        f"{number(best.accuracy[1])} % with {count} of nothing, {number(grasps.accuracy[-1])} % "
-        f"with {grasps.recordings[-1]} of the objects"
+        f"{first.label}, mean over all changes: {number(grasps.accuracy[0])} % uncorrected, "
+        f"{brought} with {count} reference{'s' * (count > 1)} by {len(corrections)} corrections, "
+        f"{number(grasps.accuracy[-1])} % with {grasps.recordings[-1]} recordings of the objects"
     )
 
 
@@ -283,29 +288,32 @@ def tables(results: TaskResults) -> list[ShownTable]:
 
 
 def rows(results: TaskResults) -> list[ResultRow]:
-    """Return every model on day 1, and where it does worst, as it is and corrected."""
+    """Return every model on day 1, and in all later sessions, plain and corrected."""
     found = []
     for result in results.results:
-        home, worst = home_of(result), worst_of(result)
-        where, chance = place(results, worst), with_unit(number(100 * result.about["chance"]), "%")
-        told = {
-            "accuracy on day 1": home.plain, f"accuracy at {where}": worst.plain,
-            f"accuracy at {where}, corrected by references": worst.best,
-        }  # fmt: skip
+        home, later = home_of(result), later_of(result)
+        chance = with_unit(number(100 * result.about["chance"]), "%")
+        cells = {
+            "accuracy on day 1": _accuracy(home.plain),
+            "accuracy in later sessions, range": _range([s.plain["accuracy"] for s in later]),
+            "accuracy in later sessions, corrected by references, range": _range(
+                [s.best["accuracy"] for s in later]
+            ),
+        }
         found += [
-            ResultRow(result.label, said, _accuracy(measures), chance=chance)
-            for said, measures in told.items()
+            ResultRow(result.label, metric, text, chance=chance) for metric, text in cells.items()
         ]
     return found
 
 
 def highlights(results: TaskResults) -> list[Highlight]:
-    """Return the first model where it does worst: corrected by references, and as it is."""
+    """Return the first model in all later sessions: corrected by references, and uncorrected."""
     first = results.results[0]
-    worst = worst_of(first)
+    later = later_of(first)
     marks = (
-        mark_of("ours", "corrected", worst.best["accuracy"]),
-        mark_of("other", "as it is", worst.plain["accuracy"]),
+        range_of("ours", "corrected", [state.best["accuracy"].mean for state in later]),
+        range_of("other", "uncorrected", [state.plain["accuracy"].mean for state in later]),
         mark_of("chance", "chance", Score(100 * float(first.about["chance"]), 0.0)),
     )
-    return [Highlight("Drift", f"{first.label}, {place(results, worst)}", "%", marks)]
+    text = f"{first.label}, mean and range of {len(later)} later sessions"
+    return [Highlight("Drift", text, "%", marks)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import mark_of
+from ajgdata.report.comparison import mark_of, range_of
 from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit
 from ajgdata.report.panel import Highlight
 from ajgdata.types import DEFAULT_EXCITATION, ExcitationKind
@@ -82,41 +82,21 @@ def _labels(results: TaskResults) -> list[str]:
     return [model_label(model, results.kind) for model in results.settings.models]
 
 
-def shortest(points: list[Point], model: int) -> Point:
-    """Return the shortest that errs by no more than the first and its deviation over folds.
-
-    Of several of one length, that with the least error.
-    """
-    enough = (p for p in points if _keeps(points, p, model))
-    return min(enough, key=lambda point: (point.length_s, point.errors[model].mean))
+def errors_at(points: list[Point], model: int, length_s: float) -> list[Score]:
+    """Return the errors of a model with all kinds of one length."""
+    errors = [point.errors[model] for point in points if point.length_s == length_s]
+    return [error for error in errors if np.isfinite(error.mean)]
 
 
-def _keeps(points: list[Point], one: Point, model: int) -> bool:
-    first, error = points[0].errors[model], one.errors[model]
-    return error.mean <= first.mean + first.sd
+def _range(results: TaskResults, errors: list[Score]) -> str:
+    """Return `20 to 24 %`: the errors of all kinds of one length."""
+    low, high = (number(f(error.mean for error in errors)) for f in (min, max))
+    return with_unit(low if low == high else f"{low} to {high}", results.shown_unit)
 
 
-def _alike(points: list[Point], found: Point, model: int) -> list[Point]:
-    """Return those of the length of `found` that keep the error, too."""
-    return [p for p in points if p.length_s == found.length_s and _keeps(points, p, model)]
-
-
-def _difference(results: TaskResults, model: int, found: Point) -> str:
-    """Return by how much a model errs less than with the paper's sweep, on the same folds."""
-    from ajgdata.evaluate.paired_fold_test import paired_fold_test
-
-    scores, name = results.results[0].tables[SCORES], results.settings.models[model]
-    scores = scores.where(model=name, metric=results.metric)
-    folds = []
-    for kind, length_s in ((REFERENCE.kind, REFERENCE.length_s), (found.kind, found.length_s)):
-        rows = scores.where(part=f"excitation:{kind} {length_s:g} s").rows
-        of_folds = (row for row in rows if row["statistic"].startswith("fold"))
-        folds.append([results.scale * row["value"] for row in of_folds])
-    lower = results.kind == "regression"
-    gain = paired_fold_test(*folds, lower_is_better=lower, paired=True)
-    low, high = (with_unit(number(end, 2), results.shown_unit) for end in (gain.low, gain.high))
-    less = with_unit(number(gain.gain, 2), results.shown_unit)
-    return f"{less} less on the same folds, 95 % interval {low} to {high}"
+def _shortest(points: list[Point], model: int) -> float:
+    """Return the shortest length that a model was evaluated with."""
+    return min(p.length_s for p in points if np.isfinite(p.errors[model].mean))
 
 
 def _crest(point: Point) -> str:
@@ -124,28 +104,30 @@ def _crest(point: Point) -> str:
 
 
 def finding(results: TaskResults, model: int) -> str:
-    """Return in a few words how short an excitation keeps the error of a model."""
+    """Return the range of a model's errors with all kinds of the shortest length."""
     points, label = points_of(results), _labels(results)[model]
-    found = shortest(points, model)
-    if found.length_s >= REFERENCE.length_s:
-        return f"nothing shorter than {REFERENCE.length_s:g} s keeps the error of the {label}"
-    if len(_alike(points, found, model)) == len(results.settings.kinds):
-        return f"{found.length_s:g} s keep the error of the {label}, whatever is played"
-    return f"{found.label} keeps the error of the {label}"
+    length_s = _shortest(points, model)
+    errors, first = errors_at(points, model, length_s), points[0].errors[model]
+    kinds = f"{len(errors)} kind{'s' * (len(errors) > 1)}"
+    return (
+        f"Exploratory: {label} {_error_name(results)} {_range(results, errors)} with {kinds} of "
+        f"{length_s:g} s, {_range(results, [first])} with the paper's sweep"
+    )
 
 
 def highlights(results: TaskResults) -> list[Highlight]:
-    """Return the shortest excitation that keeps the error of the first model, if it is shorter."""
+    """Return the range of the first model's errors with the shortest excitations."""
     points = points_of(results)
-    found = shortest(points, 0)
-    if found.length_s >= REFERENCE.length_s:
+    length_s = _shortest(points, 0)
+    errors = errors_at(points, 0, length_s)
+    if length_s >= REFERENCE.length_s:
         return []
     marks = (
-        mark_of("ours", f"{found.length_s:g} s", found.errors[0]),
+        range_of("ours", f"{length_s:g} s", [error.mean for error in errors]),
         mark_of("other", f"{REFERENCE.length_s:g} s", points[0].errors[0]),
     )
-    said = f"{_error_name(results)}, {found.label}"
-    return [Highlight("Shorter sound", said, results.shown_unit, marks)]
+    text = f"{_error_name(results)}, range of {len(errors)} kinds, exploratory"
+    return [Highlight("Shorter sound", text, results.shown_unit, marks)]
 
 
 def figure(results: TaskResults) -> Figure:
@@ -177,10 +159,9 @@ def response_figure(results: TaskResults) -> Figure:
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     points = points_of(results)
-    best = min(points, key=lambda point: point.recovered_db)
     drawn = new_figure(
         (0.75 * WIDTH_IN, 3.6),
-        f"The response is recovered best from {best.label}: {number(best.recovered_db)} dB",
+        _response_finding(points),
         f"{results.dataset_title}: error of the transfer function, {BAND_HZ[0]:g} to "
         f"{number(BAND_HZ[1], 5)} Hz; median",
         [results.source],
@@ -191,6 +172,12 @@ def response_figure(results: TaskResults) -> Figure:
     _names(axes, results, of)
     axes.set_ylabel("error (dB)")
     return drawn
+
+
+def _response_finding(points: list[Point]) -> str:
+    """Return the range of the errors of recovered responses."""
+    low, high = (number(f(p.recovered_db for p in points)) for f in (min, max))
+    return f"Error of the recovered response: {low} to {high} dB for {len(points)} excitations"
 
 
 Errors = dict[tuple[ExcitationKind, float], Score]
@@ -255,14 +242,15 @@ def caption(results: TaskResults) -> Caption:
     """Return the caption of `figure`."""
     points, unit, lines = points_of(results), results.shown_unit, []
     for model, label in enumerate(_labels(results)):
-        first, found = points[0].errors[model], shortest(points, model)
-        alike = _alike(points, found, model)
+        lengths = sorted({point.length_s for point in points})
+        ranges = ", ".join(
+            f"{_range(results, errors)} with {len(errors)} of {length_s:g} s"
+            for length_s in lengths
+            if (errors := errors_at(points, model, length_s))
+        )
         lines.append(
-            f"{label}: {mean_sd(first, unit)} with the paper's {points[0].label}, "
-            f"{mean_sd(found.errors[model], unit)} with {found.label}, the shortest that errs by "
-            f"no more than that and its deviation, as {len(alike)} of the "
-            f"{len(results.settings.kinds)} kinds of this length do "
-            f"({_difference(results, model, found)})"
+            f"{label}: {mean_sd(points[0].errors[model], unit)} with the paper's "
+            f"{points[0].label}; by kinds {ranges}"
         )
     scores = results.results[0].tables[SCORES].where(metric=results.metric)
     chance = _error(results, scores.where(model=results.settings.models[0]), "chance").mean
@@ -274,8 +262,8 @@ def caption(results: TaskResults) -> Caption:
         f"{results.title}, {results.source}: the same grasps, noise and folds, recorded with other "
         f"sounds of the same peak level ({REFERENCE.level_dbfs:.2f} dBFS). {listed}; chance: "
         f"{with_unit(number(chance), unit)}. Crest factors: {crest}: the lower, the more energy in "
-        "the same time. To choose the best of many on these folds flatters it: nothing was changed "
-        "for it.",
+        "the same time. Exploratory: the ranges are over all kinds, because the best of many that "
+        "is chosen on these folds would be optimistically biased.",
         f"{sentence(finding(results, 0))}. {_error_name(results).capitalize()} over the length "
         f"of the excitation. {listed}.",
     )
@@ -284,7 +272,6 @@ def caption(results: TaskResults) -> Caption:
 def response_caption(results: TaskResults) -> Caption:
     """Return the caption of `response_figure`."""
     points = points_of(results)
-    best = min(points, key=lambda point: point.recovered_db)
     listed = ", ".join(
         f"{p.label} {number(p.recovered_db)} dB" for p in points if p.length_s in (0.1, 1.0)
     )
@@ -293,8 +280,7 @@ def response_caption(results: TaskResults) -> Caption:
         f"recording (regularised least squares) against the scene's own, over "
         f"{results.settings.responses} recordings: {listed}. A logarithmic sweep that is short "
         "ends while its highest frequencies still sound: what was not heard is not recovered.",
-        f"The response is recovered best from {best.label}. Error over the length of the "
-        f"excitation: {listed}.",
+        f"{_response_finding(points)}. Error over the length of the excitation: {listed}.",
     )
 
 

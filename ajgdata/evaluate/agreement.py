@@ -1,0 +1,103 @@
+"""Verdicts on results: a number compared with a published number, or with a statement.
+
+A number *agrees* only if its interval contains the published number and is narrow: less than a
+quarter of the distance from chance to perfect. A wide interval contains almost any number, so it
+is *inconclusive*. No spread can turn a difference into agreement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Literal, NamedTuple, get_args
+
+
+class Interval(NamedTuple):
+    """Ends of a 95 % interval; NaN if it is undefined."""
+
+    low: float
+    high: float
+
+    @property
+    def is_defined(self) -> bool:
+        """Return whether both ends are known."""
+        return not (math.isnan(self.low) or math.isnan(self.high))
+
+    def scaled(self, factor: float) -> Interval:
+        """Return the interval in a unit that is smaller by `factor` > 0."""
+        return Interval(factor * self.low, factor * self.high)
+
+
+UNDEFINED = Interval(float("nan"), float("nan"))
+#: Names of both ends in tables of scores.
+GRASP_INTERVAL = ("grasp low", "grasp high")
+#: `disagrees` and `partly agrees` are for statements, of which neither better nor worse has a
+#: meaning.
+Verdict = Literal["agrees", "partly agrees", "better", "worse", "inconclusive", "disagrees"]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+#: Words at a result whose interval contains chance, or is worse.
+NO_BETTER = "not better than chance"
+#: Share of the distance from chance to perfect below which an interval is narrow.
+NARROW = 0.25
+
+
+def compare(
+    value: float, interval: Interval, published: float, *, chance: float, perfect: float
+) -> Verdict:
+    """Return the verdict on our `value` and its 95 % interval; all in one unit.
+
+    `chance` and `perfect` tell which direction is better. An interval that is undefined, as that
+    of an error of zero, agrees only with the same number.
+
+    >>> from ajgdata.evaluate.agreement import Interval, compare
+    >>> compare(2.2, Interval(2.0, 2.7), 2.6, chance=8.2, perfect=0.0)  # RMSE in mm
+    'agrees'
+    >>> compare(2.2, Interval(0.4, 4.0), 2.6, chance=8.2, perfect=0.0)
+    'inconclusive'
+    """
+    if not interval.is_defined:
+        same = math.isclose(value, published, rel_tol=1e-9, abs_tol=1e-12)
+        return "agrees" if same else "inconclusive"
+    if interval.low <= published <= interval.high:
+        narrow = interval.high - interval.low < NARROW * abs(chance - perfect)
+        return "agrees" if narrow else "inconclusive"
+    higher_is_better = perfect > chance
+    return "better" if (interval.low > published) == higher_is_better else "worse"
+
+
+def verdict_on_count(middle: float, low: float, high: float, published: float) -> Verdict:
+    """Return the verdict on a count of which more is better, from the range of many runs.
+
+    A count has no perfect value, so the published value takes its place.
+    """
+    return compare(middle, Interval(low, high), published, chance=0.0, perfect=published)
+
+
+def statement(gap: Interval) -> Verdict:
+    """Return the verdict on a statement that holds if a difference is above 0."""
+    if not gap.is_defined:
+        return "inconclusive"
+    if gap.low > 0:
+        return "agrees"
+    return "disagrees" if gap.high < 0 else "inconclusive"
+
+
+def together(verdicts: Collection[Verdict]) -> Verdict:
+    """Return one verdict on a statement about several objects, from the verdict on each."""
+    distinct = set(verdicts)
+    if len(distinct) == 1:
+        return next(iter(distinct))
+    if distinct & {"agrees", "partly agrees"}:
+        return "partly agrees"
+    return "disagrees" if "disagrees" in distinct else "inconclusive"
+
+
+def is_better_than_chance(value: float, interval: Interval, chance: float, perfect: float) -> bool:
+    """Return whether the interval (the value, if there is none) is on the perfect side of chance.
+
+    True if chance is unknown.
+    """
+    low, high = interval if interval.is_defined else (value, value)
+    if math.isnan(chance):
+        return True
+    return low > chance if perfect > chance else high < chance

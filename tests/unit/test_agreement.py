@@ -1,0 +1,84 @@
+"""Verdicts: a published number inside or outside of wide and narrow intervals, and statements."""
+
+import math
+
+import pytest
+
+from ajgdata.evaluate.agreement import (
+    UNDEFINED,
+    Interval,
+    compare,
+    is_better_than_chance,
+    statement,
+    together,
+)
+
+MM = {"chance": 8.0, "perfect": 0.0}  # narrow: below 2 mm
+PER_CENT = {"chance": 20.0, "perfect": 100.0}  # narrow: below 20 %
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [
+        (2.0, 3.0, "agrees"), (2.6, 4.5, "agrees"), (0.7, 2.6, "agrees"),
+        (1.0, 3.1, "inconclusive"), (2.6, 4.7, "inconclusive"),
+        (2.7, 9.0, "worse"), (0.0, 2.5, "better"), (0.1, 0.2, "better"),
+    ],
+)  # fmt: skip
+def test_an_error_agrees_with_the_published_one_only_by_a_narrow_interval(low, high, verdict):
+    assert compare((low + high) / 2, Interval(low, high), 2.6, **MM) == verdict
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "verdict"),
+    [
+        (80, 95, "agrees"), (70, 95, "inconclusive"), (91, 100, "better"), (30, 89, "worse"),
+        (90, 100, "agrees"),
+    ],
+)  # fmt: skip
+def test_more_accuracy_is_better(low, high, verdict):
+    assert compare((low + high) / 2, Interval(low, high), 90.0, **PER_CENT) == verdict
+
+
+def test_more_variance_never_makes_agreement():
+    """What was `within two standard deviations`: about 7 mm, the wider the interval the less."""
+    verdicts = [compare(7.0, Interval(7 - w, 7 + w), 6.5, **MM) for w in (0.2, 0.7, 1.1, 5.0)]
+    assert verdicts == ["worse", "agrees", "inconclusive", "inconclusive"]
+
+
+def test_an_error_of_zero_has_no_interval():
+    assert compare(0.0, UNDEFINED, 0.6, **MM) == "inconclusive"
+    assert compare(0.0, UNDEFINED, 0.0, **MM) == "agrees"
+
+
+def test_an_unknown_chance_cannot_tell_that_an_interval_is_narrow():
+    assert compare(2.5, Interval(2.4, 2.7), 2.6, chance=math.nan, perfect=0.0) == "inconclusive"
+    assert compare(2.5, Interval(2.4, 2.7), 3.0, chance=math.nan, perfect=0.0) == "better"
+
+
+def test_statements_hold_beyond_their_interval():
+    assert statement(Interval(0.1, 3.0)) == "agrees"
+    assert statement(Interval(-0.1, 3.0)) == "inconclusive"
+    assert statement(Interval(-2.0, -0.1)) == "disagrees"
+    assert statement(UNDEFINED) == "inconclusive"
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "joint"),
+    [
+        (["agrees", "agrees"], "agrees"), (["agrees", "disagrees"], "partly agrees"),
+        (["agrees", "inconclusive"], "partly agrees"), (["inconclusive", "disagrees"], "disagrees"),
+        (["inconclusive"], "inconclusive"),
+    ],
+)  # fmt: skip
+def test_verdicts_on_parts_become_one(verdicts, joint):
+    assert together(verdicts) == joint
+
+
+def test_better_than_chance_needs_the_whole_interval():
+    assert is_better_than_chance(30.0, Interval(22, 40), **PER_CENT)
+    assert not is_better_than_chance(30.0, Interval(19, 40), **PER_CENT)
+    assert not is_better_than_chance(54.0, UNDEFINED, 41.0, 0.0)  # withheld angles
+    assert not is_better_than_chance(40.0, Interval(35, 45), 41.0, 0.0)
+    assert is_better_than_chance(30.0, Interval(25, 35), 41.0, 0.0)
+    assert is_better_than_chance(54.0, UNDEFINED, math.nan, 0.0)
