@@ -3,10 +3,11 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-slow test-browser test-cluster test-jack test-torture lint format bench demo-live sort-live docs findings lock clean
+.PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench demo-live sort-live docs findings lock clean
 
+# ARGS are passed on: make reproduce ARGS=report_size, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
-	$(BIN)/snakemake
+	$(BIN)/snakemake $(ARGS)
 
 # Public recordings by other labs, from the web, and a report on them alone; NAMES="esc10 ..." chooses.
 NAMES ?= $(shell grep -l '^status: run' datasets/*/source.yaml | xargs -n 1 dirname | xargs -n 1 basename)
@@ -15,11 +16,20 @@ real: $(VENV)/.test
 	$(BIN)/ajgdata run $(NAMES)
 
 test: $(VENV)/.test
-	$(BIN)/pytest
+	$(BIN)/pytest $(ARGS)
 
 # What takes minutes: long runs of the solver, many kills, an installed package.
 test-slow: $(VENV)/.test
 	$(BIN)/pytest -m slow
+
+# The tests with other CPU kernels and thread counts; after `make reproduce`, also the checks of its results.
+VARIANTS ?= ATEN_CPU_CAPABILITY=default OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Prescott \
+  NPY_DISABLE_CPU_FEATURES=X86_V3,X86_V4,AVX512_ICL,AVX512_SPR OMP_NUM_THREADS=1 OMP_NUM_THREADS=4
+test-cpus: $(VENV)/.test
+	for variant in $(VARIANTS); do \
+	  echo "== $$variant"; env $$variant $(BIN)/pytest $(ARGS) || exit 1; \
+	  [ ! -d results/report ] || env $$variant $(BIN)/pytest -m artefact tests/artefacts || exit 1; \
+	done
 
 # Pages in a real browser: a small report, results/report if it is there, the dashboard; AJGDATA_SCREENSHOTS=1 writes the dashboard's pictures. Needs Debian's chromium and chromium-driver.
 test-browser: $(VENV)/.test $(VENV)/.browser

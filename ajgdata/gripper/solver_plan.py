@@ -116,7 +116,7 @@ def build_plan(scene: Scene) -> Plan:
 
     >>> plan = build_plan(Scene.model_validate({"object": "cube_20p7", "numerics": {"dx_mm": 6}}))
     >>> [part.name for part in plan.parts if part.kept]
-    ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'film', 'frame']
+    ['bed', 'poles', 'membrane', 'object', 'motion', 'elastic', 'compliance', 'film', 'frame']
     """
     with one_thread():
         return _planned(as_met(scene))

@@ -317,6 +317,11 @@ def rounding_errors(estimator, feature):
         return estimator.period / (2 * np.pi) * np.arcsin(np.minimum(1, np.sqrt(2) * off))
     if hasattr(estimator, "module_"):
         return network_error(estimator.module_, feature).max(axis=1)
+    if hasattr(estimator, "predict_proba") and estimator.predict_proba(feature).dtype == np.float32:
+        # a linear model in single precision: scaling, then one sum over the bins
+        scaled, classifier = estimator[:-1].transform(feature), estimator[-1]
+        size = np.abs(scaled) @ np.abs(classifier.coef_).T + np.abs(classifier.intercept_)
+        return likely(scaled.shape[1] + 10) * size.max(axis=1)
     # float64: sums of up to 1000 terms, whose absolute values add up to up to 1000 times as much
     values = estimator.predict(feature)
     largest = np.abs(values).max() if values.dtype.kind == "f" else -np.log(TINIEST)
@@ -324,7 +329,8 @@ def rounding_errors(estimator, feature):
 
 
 def _of_probability(error, predictor):
-    return softmax_error(error / predictor.temperature)
+    rounding = likely(10)  # of a logarithm and a softmax in single precision
+    return softmax_error(error / predictor.temperature) + rounding
 
 
 def assert_same(values, predictions, errors, predictor):

@@ -38,7 +38,8 @@ def run_time(results: Results) -> str:
 
 
 BLOCKS: dict[str, Callable[[Results], str]] = {
-    "results": evaluations.headline_table,
+    "results": evaluations.readme_table,
+    "all-results": evaluations.headline_table,
     "run-cost": run_cost,
     "run-time": run_time,
     "drawn-grippers": simulation.drawn_grippers,

@@ -1,6 +1,7 @@
 """Blocks on evaluated models, made of metrics.csv."""
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 from ajgdata.evaluate.agreement import (
@@ -57,6 +58,17 @@ HEADLINES = (
     Row("material of plates", "plate", "material", "grouped", "materials-plate"),
     Row("material of 30 mm spheres", "sphere30", "material", "grouped", "materials-sphere30"),
 )
+#: Rows of the README; each title is understandable without the other rows.
+README_ROWS = (
+    Row("Edge length of a cube, RMSE", "size", "size", "grouped", "size-known"),
+    Row("Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE", "size", "noise",
+        "repeated fits on:size_80dba", "noise"),
+    Row("Household object, 16 classes, accuracy", "ycb", "object", "grouped", "ycb"),
+    Row("Material of an 80 mm sphere, 4 classes, accuracy", "sphere80", "material", "grouped",
+        "materials-sphere80"),
+    Row("Angle of a bar, angles withheld from training, RMSE", "orientation", "angle", "withheld",
+        "orientation"),
+)  # fmt: skip
 #: What the choice of the CNN's settings changed (docs/models.md).
 CHOSEN = (
     Row("ycb, object", "ycb", "object", "grouped"),
@@ -80,6 +92,23 @@ def terms(row: Row) -> Terms:
     target = spec.targets[spec.tasks[row.task].target]
     classes = target.kind == "classification"
     return Terms("accuracy", "%", 100) if classes else Terms("rmse", target.unit, 1)
+
+
+def readme_table(results: Results) -> str:
+    """Return five results of the CNN with their 95 % intervals, published values and verdicts."""
+    paper = parse_paper(read_paper(PROJECT))
+    rows = [
+        (
+            row.title,
+            _with_interval(results, row),
+            _paper(paper[row.paper]),
+            _chance(results, row),
+            _verdict(results, row, paper[row.paper]),
+        )
+        for row in README_ROWS
+    ]
+    head = ("CNN, held-out grasps", "simulated (95 % interval)", "paper", "chance level", "verdict")
+    return markdown_table(head, rows)
 
 
 def headline_table(results: Results) -> str:
@@ -150,10 +179,11 @@ class Values(NamedTuple):
 
 def _values(results: Results, row: Row, model: str) -> Values:
     metric = terms(row).metric
-    mean, sd, low, high, chance = (
-        results.metric(row.dataset, row.task, model, row.part, metric, statistic)
-        for statistic in ("mean", "sd", *GRASP_INTERVAL, "chance")
-    )
+    value = partial(results.metric, row.dataset, row.task, model, row.part, metric)
+    mean, sd, low, high = (value(statistic) for statistic in ("mean", "sd", *GRASP_INTERVAL))
+    if mean is None:  # of repeated fits
+        mean, low, high = (value(statistic) for statistic in ("median", "low", "high"))
+    chance = value("chance")
     ends = (math.nan if end is None else end for end in (low, high))
     guess = math.nan if chance is None else chance
     return Values(mean, sd, Interval(*ends), guess, float(metric == "accuracy"))
@@ -166,6 +196,17 @@ def _score(results: Results, row: Row, model: str) -> str:
     if mean is None or is_better_than_chance(mean, interval, chance, perfect):
         return text
     return f"{text}, {NO_BETTER}"
+
+
+def _with_interval(results: Results, row: Row) -> str:
+    _, unit, scale = terms(row)
+    value, _, interval, chance, perfect = _values(results, row, MODELS[0])
+    if value is None:
+        return DASH
+    low, high = (number(scale * end, 2) for end in (interval.low, interval.high))
+    text = f"{with_unit(number(scale * value, 2), unit)} ({low} to {high})"
+    is_better = is_better_than_chance(value, interval, chance, perfect)
+    return text if is_better else f"{text}, {NO_BETTER}"
 
 
 def _verdict(results: Results, row: Row, paper: PaperFigure) -> str:

@@ -1,0 +1,72 @@
+"""Every command and code block of the README runs, in order, in an empty clone."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(sh|python|text)\n(.*?)^```", TEXT, flags=re.M | re.S)
+#: The two long commands, and their quick forms: one feature file, one folder of tests.
+QUICK = {
+    "make reproduce": "make reproduce ARGS=results/features/size.nc",
+    "make test": "make test ARGS='-n 0 tests/contract/test_catalogue.py'",
+}
+#: A folder of WAV files, which a user has already.
+RECORDINGS = "python docs/examples/make_takes.py recordings"
+
+
+def link_environment(prefix: str) -> list[str]:
+    """Return commands that make this environment the clone's own, newer than its lock file."""
+    linked = [f"ln -s '{prefix}/{name}' .venv/{name}" for name in ("bin", "lib", "pyvenv.cfg")]
+    return ["mkdir .venv", *linked, "touch -d 2000-01-01 requirements.lock pyproject.toml"
+            " tools/bootstrap.sh", "touch .venv/.test", 'export PYTHONPATH="$PWD"']  # fmt: skip
+
+
+def shell_lines(block: str) -> list[str]:
+    """Return the commands of a shell block as the test runs them."""
+    lines = [line.partition("  #")[0].rstrip() for line in block.splitlines()]
+    lines = [QUICK.get(line, line).replace("clone REPOSITORY", f"clone '{ROOT}'") for line in lines]
+    at = lines.index("cd ajgdata") + 1 if "cd ajgdata" in lines else 0
+    return [*lines[:at], *link_environment(sys.prefix), *lines[at:]] if at else lines
+
+
+def script() -> str:
+    """Return all blocks as one shell script."""
+    parts = ["set -e"]
+    for kind, block in BLOCKS:
+        if kind == "python":
+            parts += [f"cat > block.py <<'END'\n{block}END", "python block.py"]
+        elif kind == "sh":
+            parts += [RECORDINGS] if "ajgdata import recordings" in block else []
+            parts += shell_lines(block)
+    return "\n".join(parts)
+
+
+def test_every_block_runs_in_an_empty_clone(tmp_path):
+    if not (ROOT / ".git").exists() or not (Path(sys.prefix) / "bin" / "activate").exists():
+        pytest.skip("needs a clone and its .venv")
+    changed = {"PYTHONPATH", "AJGDATA_ROOT", "VIRTUAL_ENV", "MAKEFLAGS"}
+    environment = {k: v for k, v in os.environ.items() if k not in changed}
+    result = subprocess.run(
+        ["bash", "-c", script()], cwd=tmp_path, env=environment | {"MPLBACKEND": "agg"},
+        check=False, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stdout
+    expected = [line for kind, block in BLOCKS if kind == "text" for line in block.splitlines()]
+    assert [line for line in expected if line not in result.stdout.splitlines()] == []
+    clone = tmp_path / "ajgdata"
+    assert (clone / "spectra.png").stat().st_size > 10_000
+    assert (clone / "results/runs/mine/report/index.html").is_file()
+
+
+def test_the_readme_is_short_and_its_commands_are_the_tested_commands():
+    assert len(TEXT.split()) <= 600
+    assert [kind for kind, _ in BLOCKS] == ["sh", "python", "sh", "text"]
+    assert len(re.findall(r"^```", TEXT, flags=re.M)) == 2 * len(BLOCKS)
+    commands = [line.partition("  #")[0].rstrip() for line in BLOCKS[0][1].splitlines()]
+    assert set(QUICK) < set(commands)
