@@ -228,7 +228,8 @@ def test_markers_that_do_not_pair_are_refused(text):
 
 
 def test_a_figure_that_was_typed_over_is_found_where_the_results_are_those_it_names(project):
-    page = "<!-- findings: all-results -->\n" + blocks.block("all-results", Results(project.results)) + END
+    written = blocks.block("all-results", Results(project.results))
+    page = "<!-- findings: all-results -->\n" + written + END
     assert blocks.drifted(page, project.results) == []
     typed = page.replace("0.72 ± 0.12", "0.70 ± 0.12")
     assert blocks.drifted(typed, project.results) == ["all-results"]

@@ -11,7 +11,7 @@ from worlds import RATE_HZ, tone, write_tone
 
 from ajgdata.pipeline.validate import validate_dataset, validate_datasets, validate_folder
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.hashes import HashCache, mark_of
+from ajgdata.store.hashes import HashCache, is_settled, mark_of
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import DataError
 
@@ -244,3 +244,18 @@ def test_a_byte_that_changed_behind_the_back_of_the_hash_cache_is_found(project)
     (found,) = check(project)[1]
     assert (found.recording_id, found.level) == ("a", "error")
     assert "sha256 differs" in found.problem
+
+
+def test_a_file_with_an_old_date_that_was_written_just_now_is_hashed_again(tmp_path):
+    """A coarse clock may give a second change the same times, whatever date was set (`cp -p`)."""
+    path = tmp_path / "a.wav"
+    path.write_bytes(b"first")
+    os.utime(path, (1e9, 1e9))
+    cache = HashCache(tmp_path / "hashes")
+    cache.sha256(path)
+    cache.save()
+    assert not list((tmp_path / "hashes").glob("*.json"))
+    size, changed, moved, inode = mark_of(str(path))
+    assert changed < moved
+    assert not is_settled([size, changed, moved, inode], moved + 1_000)
+    assert is_settled([size, changed, moved, inode], moved + 3_000_000_000)
