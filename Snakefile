@@ -43,7 +43,7 @@ from ajgdata.pipeline.studies import (
     study_code,
 )
 from ajgdata.report.navigation import FIXED, plain
-from ajgdata.store.code_digest import code_digest
+from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest

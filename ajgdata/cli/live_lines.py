@@ -73,7 +73,7 @@ def _novelty(prediction: Prediction) -> str:
     if prediction.novelty is None:
         return ""
     rate = prediction.detection_rate
-    detects = "" if rate is None else f"; this check detects {percent(rate)} of novel objects"
+    detects = "" if rate is None else f"; this check detects up to {percent(rate)} of novel objects"
     return f" (novelty {prediction.novelty:.2g}, limit 1{detects})"
 
 

@@ -90,7 +90,8 @@ def _intervals(
     means: np.ndarray, of_label: np.ndarray, of_object: np.ndarray, labels: Sequence[str]
 ) -> list[Interval]:
     """Return the interval over groups of each label's energy. The first label is the reference,
-    whose groups are also resampled."""
+    whose groups are also resampled. A resample without a reference of some object has no value; an
+    interval of which fewer than half of the resamples have one is undefined."""
     resampled: list[np.ndarray] = []
     for drawn in resampled_counts(len(means)):
         ratio = np.empty_like(drawn)
@@ -106,7 +107,9 @@ def _intervals(
             ]))  # fmt: skip
     counts = [int(np.sum(of_label == label)) for label in labels]
     return [
-        spread_interval(energies) if min(count, counts[0]) >= MIN_GRASPS else UNDEFINED
+        spread_interval(energies)
+        if min(count, counts[0]) >= MIN_GRASPS and np.isfinite(energies).mean() >= 0.5
+        else UNDEFINED
         for energies, count in zip(np.concatenate(resampled, axis=1), counts, strict=True)
     ]
 

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from ajgdata.paths import Paths
 from ajgdata.store.files import line_of, read_yaml
 from ajgdata.store.sessions import read_dataset
-from ajgdata.types import DataError, DatasetSpec, describe
+from ajgdata.types import DataError, DatasetSpec, describe, location
 
 if TYPE_CHECKING:
     from ajgdata.draws.design import DesignSpec, Ranking
@@ -26,7 +26,7 @@ def read_design(path: Path) -> DesignSpec:
     try:
         return DesignSpec.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None
 
 

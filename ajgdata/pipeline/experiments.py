@@ -5,6 +5,7 @@ Called while Snakemake parses, too: light imports only.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -237,3 +238,20 @@ def _papers(
 
 def _label(model: str, kind: Kind) -> str:
     return model_label(model, kind) if model else ""
+
+
+def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:
+    """Return results with the p values of all other tests on their page."""
+    own = [EXPERIMENTS[one.experiment].p_values(one) for one in results]
+    return [
+        dataclasses.replace(
+            one,
+            other_p=tuple(
+                value
+                for j, p in enumerate(own)
+                if own[i] and j != i and results[j].page == one.page
+                for value in p
+            ),
+        )
+        for i, one in enumerate(results)
+    ]

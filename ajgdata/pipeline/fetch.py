@@ -43,7 +43,7 @@ from ajgdata.store.sessions import (
 )
 from ajgdata.store.sources import list_sources
 from ajgdata.store.yaml_loading import has_aliases
-from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
+from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe, location
 
 #: Stored with the recordings, because the licence may require it.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
@@ -187,7 +187,7 @@ def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
     try:
         return DatasetSpec.model_validate(content), removed
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None
 
 

@@ -18,7 +18,7 @@ from dataclasses import replace
 from ajgdata.experiments import EXPERIMENTS, Asked
 from ajgdata.experiments.base import TaskResults
 from ajgdata.paths import Paths
-from ajgdata.pipeline.experiments import TaskKey, asked_for, read_results
+from ajgdata.pipeline.experiments import TaskKey, asked_for, read_results, with_page_tests
 from ajgdata.report.growing import Growing, Waiting, render_growing
 from ajgdata.report.panel import Panel, panels
 from ajgdata.report.paper import PaperFigure, parse_paper
@@ -105,7 +105,7 @@ def _write(paths: Paths, *, stopped: bool = False, failed: Sequence[str] = ()) -
     is_made = [part.models == one.models for one, part in zip(asked, parts, strict=True)]
     shown = [p for p, whole in zip(parts, is_made, strict=True) if whole or (stopped and p.models)]
     read = [read_results(paths, one, specs, paper)[0] for one in shown]
-    results = [one for one in read if one.results]
+    results = with_page_tests([one for one in read if one.results])
     content = Growing(
         title="Acoustic sensing with jamming grippers",
         made=sum(is_made),

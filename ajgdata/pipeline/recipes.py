@@ -18,7 +18,7 @@ from ajgdata.paths import Paths
 from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import line_of, write_bytes
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
-from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe
+from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe, location
 
 
 def with_recipe(paths: Paths, source: str = "") -> list[str]:
@@ -71,7 +71,7 @@ def _check_variation(path: Path, recipe: Recipe) -> None:
     try:
         Variation.model_validate(recipe.variation or {})
     except ValidationError as error:
-        line = line_of(path, ("recipe", "variation", *error.errors()[0]["loc"]))
+        line = line_of(path, ("recipe", "variation", *location(error)))
         raise describe(error, f"{path}:{line}: recipe, variation") from None
 
 
@@ -80,14 +80,14 @@ def _check_scenes(path: Path, recipe: Recipe, planned: Mapping[str, Sequence[Gra
     try:
         gripper.SignalChain.model_validate(recipe.signal)
     except ValidationError as error:
-        line = line_of(path, ("recipe", "signal", *error.errors()[0]["loc"]))
+        line = line_of(path, ("recipe", "signal", *location(error)))
         raise describe(error, f"{path}:{line}: recipe, signal") from None
     for session, grasps in planned.items():
         for grasp in grasps:
             try:
                 gripper.Scene.model_validate(grasp.setup)
             except ValidationError as error:
-                where = yaml_place(recipe, session, grasp.object, error.errors()[0]["loc"])
+                where = yaml_place(recipe, session, grasp.object, location(error))
                 problem = f"{path}:{line_of(path, where)}: recipe, {grasp.object}"
                 raise describe(error, problem) from None
 

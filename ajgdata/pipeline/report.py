@@ -20,7 +20,7 @@ from ajgdata.paths import (
 )
 from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
-from ajgdata.pipeline.experiments import asked_for, models_of, read_results
+from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
 from ajgdata.pipeline.exports import with_tables, write_exports
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
@@ -165,23 +165,6 @@ def _read(
         for label, reason in reasons
     )
     return with_page_tests([one for one, _ in read if one.results]), tuple(skipped)
-
-
-def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:
-    """Return results with the p values of all other tests on their page."""
-    own = [EXPERIMENTS[one.experiment].p_values(one) for one in results]
-    return [
-        dataclasses.replace(
-            one,
-            other_p=tuple(
-                value
-                for j, p in enumerate(own)
-                if own[i] and j != i and results[j].page == one.page
-                for value in p
-            ),
-        )
-        for i, one in enumerate(results)
-    ]
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:

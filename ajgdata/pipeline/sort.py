@@ -29,7 +29,7 @@ from ajgdata.store.features import read_store
 from ajgdata.store.files import line_of, read_yaml, sha256_of
 from ajgdata.store.riff import encode_pcm24
 from ajgdata.store.sessions import list_sessions, read_dataset, read_session
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, describe
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, describe, location
 from ajgdata.types.plan import NOTHING, SortPlan
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def read_plan(path: Path) -> SortPlan:
     try:
         return SortPlan.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None
 
 

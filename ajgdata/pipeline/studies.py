@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ajgdata.ablations import ABLATIONS, ablation
 from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.store.code_digest import code_digest
+from ajgdata.store.code_digest import OMISSIONS_TABLE, code_digest
 from ajgdata.store.provenance import software
 from ajgdata.store.tables import write_tables
 from ajgdata.types import NotPossibleError
@@ -31,13 +31,14 @@ def study_code(name: str) -> tuple[str, ...]:
     return (
         "ajgdata.pipeline.studies:run_study",
         f"ajgdata.studies.{name}:tables",
-        "ajgdata/gripper/omissions.yaml",
+        OMISSIONS_TABLE,
     )
 
 
 def ablation_code(name: str) -> tuple[str, ...]:
     """Return what the tables of the ablation `name` follow from, for `code_digest`."""
-    return ("ajgdata.pipeline.studies:run_ablation", f"ajgdata.ablations.{name}:measure")
+    entries = ("ajgdata.pipeline.studies:run_ablation", f"ajgdata.ablations.{name}:measure")
+    return (*entries, OMISSIONS_TABLE)
 
 
 def page_code(name: str) -> tuple[str, ...]:

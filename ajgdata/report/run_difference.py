@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 import statistics
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -202,8 +202,7 @@ def _split(
     values = {name: value for name, value in found.items() if _NUMBERED.fullmatch(name)}
     mean = found.get("mean", statistics.fmean(values.values()) if values else math.nan)
     if not math.isnan(mean):
-        spread = statistics.stdev(values.values()) if len(values) > 1 else math.nan
-        yield metric, Score(mean, found.get("sd", spread)), values
+        yield metric, Score(mean, found.get("sd", _spread(values.values()))), values
     apart = {"mean", "sd", *values} | (set() if math.isnan(mean) else {"pooled"})
     for name, value in found.items():
         if name not in apart:
@@ -245,14 +244,25 @@ def _change(key: Key, a: Number, b: Number, same_folds: bool) -> Change:
         same_folds and len(a.values) > 1 and a.values.keys() == b.values.keys() and a.seed == b.seed
     )
     if paired:
-        spread = statistics.stdev(b.values[name] - a.values[name] for name in a.values)
+        spread = _spread([_difference(a.values[name], b.values[name]) for name in a.values])
     else:
         spread = math.hypot(a.score.sd, b.score.sd)  # NaN if either is
-    difference = b.score.mean - a.score.mean
+    difference = _difference(a.score.mean, b.score.mean)
     # Folds that differ alike but for rounding.
     if spread <= ROUNDING * max(abs(a.score.mean), abs(b.score.mean)):
         spread = 0.0
     return Change(key, a, b, difference, spread, paired)
+
+
+def _difference(before: float, after: float) -> float:
+    """Return the change of a number; two equal infinities differ by 0."""
+    return 0.0 if before == after else after - before
+
+
+def _spread(values: Collection[float]) -> float:
+    """Return the standard deviation; NaN for one number, or if a number is infinite."""
+    is_defined = len(values) > 1 and all(map(math.isfinite, values))
+    return statistics.stdev(values) if is_defined else math.nan
 
 
 def _order(one: Change) -> tuple[int, float, float, Key]:

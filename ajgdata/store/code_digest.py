@@ -31,7 +31,8 @@ from ajgdata.store.kept_digests import KeptDigests, kept_beside
 #: Where files are is no matter of what is in them, and the rules' inputs and outputs tell.
 IGNORED = {"ajgdata.paths"}
 #: Entries of what simulated responses follow from: code, and the table of what may be left out.
-GRIPPER_CODE = ("ajgdata.gripper", "ajgdata/gripper/omissions.yaml")
+OMISSIONS_TABLE = "ajgdata/gripper/omissions.yaml"
+GRIPPER_CODE = ("ajgdata.gripper", OMISSIONS_TABLE)
 _PLACE = re.compile(r"([A-Za-z_]\w*(?:\.\w+)*):(\w*)")
 #: What an import means: (module, name in it), None for the module itself.
 Target = tuple[str, str | None]

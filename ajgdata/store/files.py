@@ -23,7 +23,7 @@ from ajgdata.types import DataError
 
 #: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
 #: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
-_FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/-]*$))")
+_FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/()×·−⁻-]*$))")
 #: Key of the hash of all else in a JSON document.
 SEAL = "content_sha256"
 

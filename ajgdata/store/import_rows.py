@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from ajgdata.paths import AUDIO_FOLDER, Paths
 from ajgdata.store.files import sha256_of
 from ajgdata.store.imported_session import ImportedSession
+from ajgdata.store.publishing.archive import bad_name
 from ajgdata.store.scan import Scan, ScannedFile
 from ajgdata.types import DataError, Recording, describe
 
@@ -42,7 +43,7 @@ def _size(path: Path) -> int:
 def ids_of(members: Sequence[ScannedFile], session: ImportedSession) -> list[str]:
     """Return the id that a file has, or that its row gives, else its path inside the folder without
     suffix (with suffix, if two files would share an id). An id that is too long ends in a digest of
-    itself."""
+    itself. Raises DataError if two files get one id, or if an id is not a plain name."""
     known = {session.source(name): name for name in session.held}
     stems = [entry.path.with_suffix("").as_posix() for entry in members]
     counts = Counter(stems)
@@ -51,6 +52,15 @@ def ids_of(members: Sequence[ScannedFile], session: ImportedSession) -> list[str
         new = stem if counts[stem] == 1 and stem not in session.held else entry.path.as_posix()
         new = entry.recording_id or new
         ids.append(known.get(entry.path.as_posix(), _short(new)))
+    places = dict(zip(ids, members, strict=True))
+    if doubled := [name for name, count in Counter(ids).items() if count > 1]:
+        files = [e.path.as_posix() for e, name in zip(members, ids, strict=True) if name in doubled]
+        problem = f"{', '.join(files[:4])} have one recording_id, {doubled[0]!r}"
+        raise DataError("recording_id", problem, "give each file its own")
+    for name in ids:
+        if wrong := bad_name(name):
+            fix = "use letters, digits, '_', '-' and '/'"
+            raise DataError(places[name].path, f"recording_id {name!r} {wrong}", fix)
     return ids
 
 

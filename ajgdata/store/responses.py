@@ -20,7 +20,7 @@ from ajgdata import gripper
 from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
 from ajgdata.store.locks import remove_if_abandoned
-from ajgdata.types import DataError, describe
+from ajgdata.types import DataError, describe, location
 
 log = logging.getLogger(__name__)
 #: Room for about 45,000 responses of the default gripper, 7,000 where it holds no grains.
@@ -168,5 +168,5 @@ def read_scene(path: Path) -> gripper.Scene:
     try:
         return gripper.Scene.model_validate(content)
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -165,6 +166,8 @@ def search(folder: Path) -> Search:
 
     for root, folders, names in os.walk(folder, onerror=refused):
         here = Path(root).relative_to(folder)
+        tools = {name for name in folders if _is_of_tools(Path(root, name))}
+        folders[:] = sorted(set(folders) - tools)
         own = {name for name in folders if _belongs_to_project(Path(root), name)}
         result.own += [((here / name).as_posix(), _OWN) for name in sorted(own)]
         folders[:] = sorted(set(folders) - own)
@@ -178,6 +181,11 @@ def search(folder: Path) -> Search:
     result.audio.sort()
     result.hidden.sort()
     return result
+
+
+def _is_of_tools(folder: Path) -> bool:
+    """Return True for the history of git and for a virtual environment."""
+    return folder.name == ".git" or (folder / "pyvenv.cfg").is_file()
 
 
 def _is_double(path: Path) -> bool:
@@ -274,7 +282,10 @@ def _by_name(
 
 @contextmanager
 def _time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError in the main thread after `seconds`."""
+    """Raise TimeoutError after `seconds`. Other threads than the main one have no limit."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
 
     def stop(*_: object) -> None:
         raise TimeoutError

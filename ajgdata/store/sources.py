@@ -13,7 +13,7 @@ from ajgdata.paths import SOURCE_FILE, Paths, brought
 from ajgdata.store.files import line_of, read_yaml
 from ajgdata.store.git_folders import AGAIN, GitFolders
 from ajgdata.store.publishing.download import Download
-from ajgdata.types import DataError, GitOrigin, Source, describe
+from ajgdata.types import DataError, GitOrigin, Source, describe, location
 
 Each = Callable[[list[str]], Iterable[str]]
 
@@ -32,7 +32,7 @@ def read_source(paths: Paths, dataset: str) -> Source:
     try:
         return Source.model_validate(read_yaml(path))
     except ValidationError as error:
-        line = line_of(path, error.errors()[0]["loc"])
+        line = line_of(path, location(error))
         raise describe(error, f"{path}:{line}") from None
 
 

@@ -100,7 +100,13 @@ def test_what_the_tables_show_is_what_the_data_sets_declare(row):
     task = spec.tasks[row.task]
     withheld = ["withheld"] if task.withhold else []
     compared = ["random"] if task.compare_random else []
-    assert row.part in ("grouped", *compared, *withheld, *(f"on:{name}" for name in task.test_on))
+    assert row.part in (
+        "grouped",
+        *compared,
+        *withheld,
+        *(f"on:{name}" for name in task.test_on),
+        *(f"repeated fits on:{name}" for name in task.test_on),
+    )
     assert "cnn" in task.models
     if row in HEADLINES:
         assert task.bands == ((60, 6_000), (60, 1_200))

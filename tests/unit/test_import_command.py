@@ -75,6 +75,21 @@ def test_columns_of_the_data_model_are_used_as_such(ajgdata, folder, rows):
     assert "0 added, 0 changed, 4 unchanged" in ajgdata("import", folder, "--dataset", "e")[1]
 
 
+def test_an_id_from_a_row_is_no_other_file_s_name(ajgdata, folder, rows):
+    """A file without an id in its row is called by its name."""
+    write_table(folder, "name,form,recording_id\nw0,pl,w1\nw1,pt,\nw2,pl,a\nw3,pt,b\n")
+    code, out, error = ajgdata("import", folder, "--dataset", "e", *TABLE)
+    assert code == 1
+    assert "w0.wav, w1.wav have one recording_id, 'w1'; give each file its own" in out + error
+
+
+@pytest.mark.parametrize("name", ["../../evil", "/etc/x", "a//b"])
+def test_an_id_is_a_plain_name(ajgdata, folder, name):
+    write_table(folder, f"name,form,recording_id\nw0,pl,{name}\nw1,pt,\n")
+    code, out, error = ajgdata("import", folder, "--dataset", "e", *TABLE)
+    assert code == 1 and f"recording_id '{name}'" in out + error
+
+
 def test_groups_of_a_pattern_have_the_same_names(ajgdata, folder, rows):
     write(folder, "mon_7_x_ok_pl.wav", "tue_7_y_Reject_pt.wav", "tue_8_z_ok_pl.wav")
     pattern = (
@@ -249,7 +264,7 @@ def test_a_project_inside_the_folder_is_not_imported(ajgdata, project):
 
 
 def test_hidden_recordings_are_reported(ajgdata, folder):
-    write(folder, "metal/1.wav", ".wood/1.wav", "glass/.2.wav", "metal/._1.wav", ".git/x/1.wav")
+    write(folder, "metal/1.wav", ".wood/1.wav", "glass/.2.wav", "metal/._1.wav", ".bak/x/1.wav")
     code, out, _ = ajgdata(
         "import", folder, "--dataset", "e", "--pattern", r"(?P<label>[^/]+)/(?P<n>.*)\.wav"
     )
@@ -266,7 +281,7 @@ def test_hidden_recordings_are_reported(ajgdata, folder):
     assert levels == {
         "recordings/.wood/1.wav": "warning",
         "recordings/glass/.2.wav": "warning",
-        "recordings/.git/x/1.wav": "warning",
+        "recordings/.bak/x/1.wav": "warning",
         "recordings/metal/._1.wav": "note",
         "not_searched": "4,",  # the last line counts
     }

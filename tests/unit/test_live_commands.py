@@ -166,7 +166,7 @@ def test_sense_without_a_novelty_check_does_not_call_anything_known(trained, run
 
 @pytest.mark.parametrize(
     ("rate", "said"),
-    [(0.034, "; this check detects 3.4 % of novel objects)"), (None, ", limit 1)")],
+    [(0.034, "; this check detects up to 3.4 % of novel objects)"), (None, ", limit 1)")],
 )
 def test_sense_says_how_many_novel_objects_its_check_detects(trained, run, tmp_path, rate, said):
     change_model(trained, tmp_path / "p", {"detection_rate": rate})

@@ -53,6 +53,17 @@ def test_rounding_is_no_change_and_a_fold_that_moved_is():
     assert (one.difference, one.ratio, one.direction) == (0, 0, "")
 
 
+def test_infinite_values_are_compared():
+    """Widths of intervals without ends: equal infinities are no change."""
+    key = ("size", "edge", "linear", "intervals 0.95", "width")
+    unlimited = rows_of(key, {"fold 0": math.inf, "fold 1": math.inf})
+    assert not compared(unlimited, unlimited).changed
+    (one,) = compared(unlimited, rows_of(key, {"fold 0": 1.0, "fold 1": math.inf})).changed
+    assert one.difference == 0 and math.isnan(one.spread)
+    (one,) = compared(unlimited, rows_of(key, {"fold 0": 1.0, "fold 1": 2.0})).changed
+    assert one.difference == -math.inf and not one.beyond
+
+
 def test_a_number_without_folds_has_no_spread():
     key = ("size", "edge", "cnn", "sorting", "calibration_error")
     (one,) = compared(rows_of(key, {"pooled": 0.1}), rows_of(key, {"pooled": 0.2})).changed

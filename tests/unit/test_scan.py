@@ -1,12 +1,13 @@
 """Folders as people have them: which file is which recording, and what is left out and why."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from ajgdata.store.import_fields import slug
-from ajgdata.store.scan import scan
+from ajgdata.store.scan import scan, search
 from ajgdata.types import DataError, ImportSettings
 
 KIT = ImportSettings(pattern="starter-kit")
@@ -175,3 +176,18 @@ def test_names():
     assert slug("--größe--") == "gr_e"
     assert slug("日本") == "x"
     assert slug("mass (g)") == "mass_g"
+
+
+def test_environments_and_histories_are_not_searched(tmp_path):
+    """Packages bring WAV files of their tests."""
+    files(tmp_path, "env/lib/1_test.wav", ".git/2_object.wav", "3_cube.wav", ".old/4_cube.wav")
+    (tmp_path / "env/pyvenv.cfg").touch()
+    walk = search(tmp_path)
+    assert walk.audio == [Path("3_cube.wav")] and walk.hidden == [Path(".old/4_cube.wav")]
+
+
+def test_a_pattern_is_matched_in_another_thread_too(tmp_path):
+    files(tmp_path, "3_cube.wav")
+    with ThreadPoolExecutor(1) as pool:
+        result = pool.submit(scan, tmp_path, ImportSettings(), "s").result()
+    assert [file.object for file in result.files] == ["cube"]

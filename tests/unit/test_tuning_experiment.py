@@ -11,7 +11,7 @@ from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome, score_table
 from ajgdata.experiments.tuning import CHOICE_COLUMNS, compared, finding, p_values, verdicts
-from ajgdata.pipeline.report import with_page_tests
+from ajgdata.pipeline.experiments import with_page_tests
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, number
 from ajgdata.types import DatasetSpec

@@ -147,7 +147,7 @@ def measured_by(wildcards):
     return [
         RUN_EXPERIMENT,
         measure_entry(one.name),
-        *([*RENDERERS, "ajgdata.gripper"] if one.renders else []),
+        *([*RENDERERS, *GRIPPER_CODE] if one.renders else []),
     ]
 
 
