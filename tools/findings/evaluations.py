@@ -193,15 +193,17 @@ def _values(results: Results, row: Row, model: str) -> Values:
 def _score(results: Results, row: Row, model: str) -> str:
     _, unit, scale = terms(row)
     mean, sd, interval, chance, perfect = _values(results, row, model)
+    if mean is not None and sd is None and interval.is_defined:
+        return _with_interval(results, row, model)
     text = _told(mean, sd, unit, scale)
     if mean is None or is_better_than_chance(mean, interval, chance, perfect):
         return text
     return f"{text}, {NO_BETTER}"
 
 
-def _with_interval(results: Results, row: Row) -> str:
+def _with_interval(results: Results, row: Row, model: str = MODELS[0]) -> str:
     _, unit, scale = terms(row)
-    value, _, interval, chance, perfect = _values(results, row, MODELS[0])
+    value, _, interval, chance, perfect = _values(results, row, model)
     if value is None:
         return DASH
     low, high = (number(scale * end, 2) for end in (interval.low, interval.high))
