@@ -47,6 +47,7 @@ def script() -> str:
     return "\n".join(parts)
 
 
+@pytest.mark.slow
 def test_every_block_runs_in_an_empty_clone(tmp_path):
     if not (ROOT / ".git").exists() or not (Path(sys.prefix) / "bin" / "activate").exists():
         pytest.skip("needs a clone and its .venv")
