@@ -104,7 +104,8 @@ def test_a_second_process_is_refused(paths, rig):
     second = acquisition(paths, started, "--session", "s1")
     _, said = second.communicate(timeout=900)
     assert second.returncode == 1 and len(said.splitlines()) == 1
-    assert "another process is recording into this session; stop that one" in said
+    assert "another process is recording into this session (pid " in said
+    assert said.endswith("; stop that one\n")
     out, _ = first.communicate(timeout=900)
     assert first.returncode in (0, 1) and "d/s1: " in out
 
