@@ -105,7 +105,7 @@ def test_a_second_process_is_refused(paths, rig):
     _, said = second.communicate(timeout=900)
     assert second.returncode == 1 and len(said.splitlines()) == 1
     assert "another process is recording into this session (pid " in said
-    assert said.endswith("; stop that one\n")
+    assert said.endswith("; wait for that one, or record into another session\n")
     out, _ = first.communicate(timeout=900)
     assert first.returncode in (0, 1) and "d/s1: " in out
 
