@@ -87,6 +87,7 @@ def run(command: str) -> None:
             runpy.run_path(arguments[0], run_name="__main__")
 
 
+@pytest.mark.slow
 def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     paths = Paths(tmp_path / "project")
     paths.datasets.mkdir(parents=True)

@@ -254,6 +254,7 @@ def test_big_endian_and_64_bit_wavs_are_read_sample_for_sample(put, kind, subtyp
     assert refusal(path).code == "truncated"
 
 
+@pytest.mark.slow
 def test_a_recording_of_hours_is_named_not_read(put):
     rows = 3600 * 1000
     assert read_audio(put(wave(bytes([128]) * rows, bits=8, rate=1000)), ANY).info.frames == rows

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import pytest
 import yaml
 from conftest import DECLARATION, ROOT
 
@@ -36,6 +37,7 @@ rule summary:
 MORE = {"experiments": {"learning_curve": {"groups": [2, 4], "repeats": 2, "models": ["knn"]}}}
 
 
+@pytest.mark.slow
 def test_the_workflow_runs_as_a_module_with_a_prefix(project):
     task = DECLARATION["tasks"]["pitch"] | MORE
     project.paths.dataset("tones").write_text(

@@ -4,6 +4,7 @@ import csv
 import json
 import shutil
 
+import pytest
 import yaml
 from conftest import DECLARATION, SESSIONS
 
@@ -27,6 +28,7 @@ TASK = {
 }
 
 
+@pytest.mark.slow
 def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     """`copy` holds the same recordings of the same grasps as `tones`."""
     paths = project.paths

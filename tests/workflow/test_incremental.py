@@ -220,6 +220,7 @@ def test_a_failed_merge_leaves_the_old_features(project):
     assert project.paths.features("tones").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_declared(project):
     """With a page on the gripper, trained models, and the rule that checks the results."""
     few = {"models": ["linear"]}  # 7 recordings: too few for k-NN
@@ -264,6 +265,7 @@ def test_plain_all_includes_trained_models_and_the_checks_of_the_results(project
     assert project.planned() == dict.fromkeys(rules, 1)
 
 
+@pytest.mark.slow
 def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
     tasks = {"pitch": DECLARATION["tasks"]["pitch"] | {"folds": 99, "groups": "pitch"}}
     redeclare(project, tasks=tasks)

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import pytest
 import yaml
 from conftest import DECLARATION, python_path_with
 
@@ -66,6 +67,7 @@ count = somebody:COUNT
 """
 
 
+@pytest.mark.slow
 def test_what_another_package_registers_has_rows_in_the_report(project, tmp_path):
     path = python_path_with(tmp_path / "site", MODULE, POINTS)
     task = DECLARATION["tasks"]["pitch"] | {"models": ["guess"], "experiments": {"count": {}}}

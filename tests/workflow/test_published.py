@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import pytest
 import yaml
 from conftest import snakemake_here
 
@@ -11,6 +12,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.publishing.checks import defects
 
 
+@pytest.mark.slow
 def test_every_data_set_is_published_and_linked(project):
     settings = project.root / "settings.yaml"
     given = yaml.safe_load(settings.read_text())

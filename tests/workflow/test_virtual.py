@@ -54,6 +54,7 @@ def test_sessions_are_recorded_once_and_a_bad_grasp_does_not_stop_them(made):
     assert len(list(made.paths.responses.rglob("*.response"))) == 2
 
 
+@pytest.mark.slow
 def test_sessions_that_share_scenes_solve_each_once(made):
     """Whatever the order of the jobs: with two cores both would begin at the same time."""
     for name, signal in {
