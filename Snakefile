@@ -8,7 +8,6 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
-from ajgdata.draws import DEFAULT, draw_names
 from ajgdata.experiments import experiment_modules, measure_entry, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
@@ -21,7 +20,6 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
-from ajgdata.pipeline.draws import DRAWS, draw_code, kept_files, sampled, tables_code
 from ajgdata.pipeline.effort import effort, effort_line
 from ajgdata.pipeline.experiments import (
     asked_for,
@@ -47,7 +45,6 @@ from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import settings_digest
 from ajgdata.store.report_files import report_files_digest
-from ajgdata.store.sessions import read_dataset
 
 min_version("9.10")
 
@@ -82,14 +79,11 @@ ASKED = {
     for kind in one.kinds
 }
 ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
-# The sweep of drawn grippers that is kept, if there is one.
-SWEPT = [str(path) for path in kept_files(PATHS)]
 # Further pages: why simulation and paper differ, and on the virtual gripper.
 PAGES = [
     name
     for name in (
         *([ABLATIONS_PAGE] if ABLATED else []),
-        *([DRAWS] if SWEPT else []),
         GALLERY,
         *STUDIES,
     )
@@ -153,7 +147,6 @@ include: "workflow/rules/experiments.smk"
 include: "workflow/rules/embed.smk"
 include: "workflow/rules/train.smk"
 include: "workflow/rules/pages.smk"
-include: "workflow/rules/draws.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"

@@ -8,7 +8,6 @@ from setuptools import find_packages, setup
 
 REPORTS = [
     "ajgdata.reports",
-    "ajgdata.reports.draws",
     "ajgdata.reports.experiments",
     "ajgdata.reports.pages",
     "ajgdata.reports.templates",

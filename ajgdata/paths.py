@@ -284,26 +284,6 @@ class Paths:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
 
-    def draw(self, count: int, name: str) -> Path:
-        """Return what was read of one of `count` drawn grippers: the same bytes each time."""
-        return self.draws_table(count).with_name(f"{name}.json")
-
-    def draw_cost(self, count: int, name: str) -> Path:
-        """Return what that cost: measured."""
-        return self.draws_table(count).with_name(f"{name}.cost.json")
-
-    def draws_table(self, count: int | str) -> Path:
-        """Return the table of `count` drawn grippers; `draws_about` says what made it."""
-        return self.results / "draws" / str(count) / "draws.csv"
-
-    def draws_about(self, count: int | str) -> Path:
-        """Commit, seed, command and cost of `draws_table`."""
-        return self.draws_table(count).with_suffix(".json")
-
-    def draws_tables(self, count: int | str) -> Path:
-        """Return the tables beside the paper that are made of it."""
-        return self.draws_table(count).with_name("tables.json")
-
     @property
     def sort_live(self) -> Path:
         """Return the file of what `make sort-live` found: sorting through a simulated card."""

@@ -25,7 +25,7 @@ PROFILE = Path(__file__).resolve().parents[1] / "profiles/slurm/config.yaml"
 #: MB of 2**20 bytes: the peak of a Snakemake that has read all data sets is 290 of them.
 SNAKEMAKES_MIB = 600
 #: Rules whose benchmarks stand under another name.
-RENAMED = {"publish": "publish_dataset", "draws": "join_draws"}
+RENAMED = {"publish": "publish_dataset"}
 
 
 def asked(needs: dict[str, str | int], name: str) -> int:

@@ -1,12 +1,8 @@
 """Write docs/parameters.md from the table of physical parameters (`make docs` runs this)."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from ajgdata.gripper.parameters import PARAMETERS, Parameter, default_of
-from ajgdata.paths import Paths
-from ajgdata.pipeline.draws import kept_files
-from ajgdata.store.tables import read_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "parameters.md"
@@ -32,39 +28,19 @@ amount, on each axis (memory and grain_force are no amounts: they are used as th
 is the same in all scenes."""
 
 
-MOVES = """
-*Moves*: which rows of the paper a parameter moves among the drawn grippers of the report's page
-*Which gripper would have given this*, with the share of the row's variance that an emulator lays to
-it, alone and together with others (total Sobol index times the emulator's R²): from 5 % on, and
-where its ranks alone say so, too; — moves none so much."""
-
-
-def kept_sensitivity() -> dict[str, str] | None:
-    """What each parameter moves in the sweep that is kept; None if none is."""
-    files = kept_files(Paths(ROOT))
-    if not files:
-        return None
-    tables = {one.name: one for one in read_tables(files[0])[1]}
-    found: dict[str, list[str]] = {}
-    for row in tables["draws_sensitivity"].rows:
-        found.setdefault(row["setting"], []).append(f"{row['row']} {100 * row['share']:.0f} %")
-    return {setting: "; ".join(words) for setting, words in found.items()}
-
-
-def page(sensitivity: Mapping[str, str] | None = None) -> str:
-    """The whole page; `sensitivity` says, by setting, which results move with it."""
-    lines = [HEAD, *([MOVES] if sensitivity is not None else [])]
+def page() -> str:
+    """The whole page."""
+    lines = [HEAD]
     for level, title in LEVELS.items():
         rows = [one for one in PARAMETERS if one.level == level]
         if rows:
-            lines += ["", f"## {title}", "", *table(rows, sensitivity)]
+            lines += ["", f"## {title}", "", *table(rows)]
     return "\n".join(lines) + "\n"
 
 
-def table(rows: list[Parameter], sensitivity: Mapping[str, str] | None) -> list[str]:
+def table(rows: list[Parameter]) -> list[str]:
     """The rows of one level."""
     heads = ["parameter", "value", "range", "unit", "evidence", "source"]
-    heads += ["moves"] if sensitivity is not None else []
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     for one in rows:
         value = default_of(one.setting)
@@ -76,10 +52,9 @@ def table(rows: list[Parameter], sensitivity: Mapping[str, str] | None) -> list[
             one.evidence,
             one.source,
         ]
-        cells += [sensitivity.get(one.setting, "—")] if sensitivity is not None else []
         lines.append("| " + " | ".join(cells) + " |")
     return lines
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(kept_sensitivity()), encoding="utf-8")
+    PAGE.write_text(page(), encoding="utf-8")

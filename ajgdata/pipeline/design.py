@@ -14,13 +14,13 @@ from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError, DatasetSpec, describe, location
 
 if TYPE_CHECKING:
-    from ajgdata.draws.design import DesignSpec, Ranking
+    from ajgdata.design.compare import DesignSpec, Ranking
     from ajgdata.types.table import Table
 
 
 def read_design(path: Path) -> DesignSpec:
     """Return the designs that a file asks for. Raises DataError with file, line, key and fix."""
-    from ajgdata.draws.design import DesignSpec
+    from ajgdata.design.compare import DesignSpec
 
     content = read_yaml(path)
     try:
@@ -33,7 +33,7 @@ def read_design(path: Path) -> DesignSpec:
 def planned(paths: Paths, spec: DesignSpec) -> tuple[dict[str, str], int, float]:
     """Return the settings of each design in words, scenes of each, and CPU seconds of all,
     about; nothing is solved."""
-    from ajgdata.draws.design import SCENE_S, designs_of, in_words, scenes_of
+    from ajgdata.design.compare import SCENE_S, designs_of, in_words, scenes_of
 
     designs = designs_of(spec)
     scenes = scenes_of(spec, _specs(paths))
@@ -52,7 +52,7 @@ def rank_designs(
 
     Raises DataError for a setting that no scene allows.
     """
-    from ajgdata.draws.design import compare_designs, ranked
+    from ajgdata.design.compare import compare_designs, ranked
     from ajgdata.pipeline.exports import write_csv
     from ajgdata.report.canvas import save_figure, styled
     from ajgdata.report.design_figure import design_figure
@@ -70,6 +70,6 @@ def rank_designs(
 
 
 def _specs(paths: Paths) -> dict[str, DatasetSpec]:
-    from ajgdata.draws.rows import datasets_of
+    from ajgdata.design.rows import datasets_of
 
     return {name: read_dataset(paths, name) for name in datasets_of()}

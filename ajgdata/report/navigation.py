@@ -32,13 +32,6 @@ LEADS = {
         " within the simulation; that it holds for the real gripper, too, is a guess.",
         "Results",
     ),
-    "draws": Lead(
-        "Which gripper would have given this",
-        "Virtual grippers drawn from all that is not known of the paper's, each measured by a"
-        " reduced version of every row: where the paper's figures lie among them, what moves them,"
-        " and whether any is like the paper in all of them. Inferred, simulated.",
-        "Results",
-    ),
     "gallery": Lead(
         "Gallery",
         "What the solver is given: the cavity of one grasp of each object and each gripper, cut "

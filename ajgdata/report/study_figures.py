@@ -10,7 +10,6 @@ from ajgdata.report.accuracy_figures import ACCURACY
 from ajgdata.report.acoustics_figures import ACOUSTICS
 from ajgdata.report.blocks import TableFigure
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
-from ajgdata.report.draws_figures import DRAWS
 from ajgdata.report.effects_figure import EFFECTS
 from ajgdata.report.format import Caption, number, value, words
 from ajgdata.report.labels import (
@@ -279,5 +278,4 @@ FIGURES: dict[str, tuple[TableFigure, ...]] = {
         TableFigure("material_distances", "distances", distances_caption, distances_figure),
     ),
     "effects": EFFECTS,
-    "draws": DRAWS,
 }

@@ -20,7 +20,7 @@ RANKS = {
     "live": 8,
     "export": 8,
     "ablations": 9,
-    "draws": 9,
+    "design": 9,
     "experiments": 9,
     "loading": 9,
     "pipeline": 10,

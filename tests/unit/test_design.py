@@ -7,7 +7,7 @@ from drawn_figures import fits
 from typer.testing import CliRunner
 
 from ajgdata.cli.main import app
-from ajgdata.draws.design import (
+from ajgdata.design.compare import (
     Compared,
     DesignSpec,
     compare_designs,
@@ -15,8 +15,11 @@ from ajgdata.draws.design import (
     ranked,
     scenes_of,
     skills,
+    stratified,
 )
-from ajgdata.draws.readings import Reading
+from ajgdata.design.readings import Reading
+from ajgdata.design.recordings import merged
+from ajgdata.design.rows import REDUCED, reduced
 from ajgdata.paths import Paths
 from ajgdata.pipeline.design import read_design
 from ajgdata.report.blocks import Illustration
@@ -32,7 +35,7 @@ TWO = {"good": {}, "bad": {"gripper": {"height_mm": 40}}}
 def reading(loss: np.ndarray, row: str = "size_withheld", chance: float = 6.0) -> Reading:
     names = tuple(f"grasp_{number:02d}" for number in range(len(loss)))
     value = float(np.sqrt(loss.mean()))
-    return Reading(row, "linear_plain", value, 0.1, chance, 0.0, names, tuple(loss))
+    return Reading(row, value, chance, names, tuple(loss))
 
 
 def compared(name: str, loss: np.ndarray, seconds: float = 2.0) -> Compared:
@@ -54,6 +57,36 @@ def test_ranges_become_stratified_designs_beside_those_named():
     assert sorted(one["medium"]["kind"] for one in drawn) == ["coffee"] * 2 + ["plastic"] * 2
     assert all(8_000 <= one["excitation"]["high_hz"] <= 20_000 for one in drawn)
     assert designs_of(spec) == found
+
+
+@pytest.mark.parametrize("count", [1, 3, 20])
+def test_each_column_is_stratified_and_the_same_each_time(count):
+    column = stratified(count, "gripper.bed_depth_mm", 5)
+    assert sorted((column * count).astype(int)) == list(range(count))
+    np.testing.assert_array_equal(column, stratified(count, "gripper.bed_depth_mm", 5))
+    assert not np.array_equal(column, stratified(count, "gripper.bed_depth_mm", 6))
+
+
+def test_columns_of_two_settings_are_independent():
+    one, other = stratified(400, "a", 0), stratified(400, "b", 0)
+    assert abs(np.corrcoef(one, other)[0, 1]) < 4 / np.sqrt(400)  # four standard errors
+
+
+def test_settings_are_merged_at_all_depths():
+    assert merged({"a": {"b": [1]}}, {"a": {"b": [2]}, "c": 3}) == {"a": {"b": [2]}, "c": 3}
+
+
+@pytest.mark.parametrize("dataset", REDUCED)
+def test_every_data_set_has_a_reduced_recipe(dataset):
+    spec = read_dataset(Paths(), dataset)
+    assert set(REDUCED[dataset].left_out) <= {one.name for one in spec.recipe.objects}
+    assert REDUCED[dataset].task in spec.tasks
+    amount = {"sessions": 2, "grasps": 2, "samples": 1}
+    quick = reduced(spec.recipe, REDUCED[dataset], **amount, quick=True)
+    assert quick.sessions == 1
+    whole = reduced(spec.recipe, REDUCED[dataset], **amount)
+    assert (whole.sessions, whole.grasps_per_object, whole.samples_per_grasp) == (2, 2, 1)
+    assert len(quick.objects) <= len(whole.objects) <= len(spec.recipe.objects)
 
 
 @pytest.mark.parametrize(

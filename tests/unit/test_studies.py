@@ -14,7 +14,6 @@ from matplotlib.text import Text
 
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.pipeline.draws import DRAWS
 from ajgdata.pipeline.pages import build_page
 from ajgdata.pipeline.studies import GALLERY, STUDIES, page_code, run_study, study_code
 from ajgdata.report.canvas import draw
@@ -394,7 +393,7 @@ def test_every_page_has_its_words_and_its_place():
         "gallery.html", "accuracy.html",
     ]  # fmt: skip
     assert page_links(["gallery"], ["Results"]) == []
-    assert list(FIGURES) == [*STUDIES, DRAWS]
+    assert list(FIGURES) == list(STUDIES)
     for study in STUDIES:
         assert code_digest(*study_code(study)) and code_digest(*page_code(study))
 
@@ -402,7 +401,7 @@ def test_every_page_has_its_words_and_its_place():
 def test_the_settings_know_every_page():
     schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
     pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
-    assert pages["items"]["enum"] == [ABLATIONS_PAGE, DRAWS, GALLERY, *STUDIES]
+    assert pages["items"]["enum"] == [ABLATIONS_PAGE, GALLERY, *STUDIES]
     assert set(pages["items"]["enum"]) == set(LEADS)
 
 

@@ -42,7 +42,6 @@ BLOCKS: dict[str, Callable[[Results], str]] = {
     "all-results": evaluations.headline_table,
     "run-cost": run_cost,
     "run-time": run_time,
-    "drawn-grippers": simulation.drawn_grippers,
     "after-the-choice": evaluations.after_the_choice,
     "media": evaluations.media,
     "live-sorting": sorting.live_sorting,

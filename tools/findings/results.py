@@ -11,14 +11,12 @@ from typing import Any, NamedTuple
 from ajgdata.ablations import ABLATIONS
 from ajgdata.ablations.base import with_verdicts
 from ajgdata.paths import Paths
-from ajgdata.pipeline.draws import KEPT, kept_files
 from ajgdata.store.benchmarks import Job, read_benchmarks
 from ajgdata.store.tables import read_tables
 from ajgdata.types.table import Table
 
 #: The project whose docs these are, wherever its results may be.
 PROJECT = Paths(Path(__file__).resolve().parents[2])
-KEPT_TABLES = KEPT[0]
 
 
 class Key(NamedTuple):
@@ -79,16 +77,6 @@ class Results:
         counts: dict[str, int] = json.loads(_content(self._place(self._paths.runs)))["agreements"]
         self._read["agreements"] = repr(counts).encode()
         return counts
-
-    def drawn_grippers(self) -> dict[str, Table]:
-        """Return the tables of the sweep that is kept with the sources, by name: of no run."""
-        files = kept_files(PROJECT)
-        if not files:
-            raise FileNotFoundError("reports/draws")
-        about, tables = read_tables(files[0])
-        self._read[KEPT_TABLES] = _content(files[0])
-        self._commits.update(about["git_commit"].split())
-        return {table.name: table for table in tables}
 
     def jobs(self) -> list[Job]:
         """Return what was measured of each job. Raises FileNotFoundError if there is none."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ajgdata.gripper.scene import Numerics
-from ajgdata.report.format import DASH, Score, mean_sd, number, value, with_unit
+from ajgdata.report.format import DASH, Score, mean_sd, number, value
 from ajgdata.studies.accuracy import PLAIN
 from ajgdata.types.table import Table
 
@@ -40,24 +40,6 @@ def default_grid(results: Results) -> str:
             ]
         )  # fmt: skip
     return markdown_table(head, rows)
-
-
-def drawn_grippers(results: Results) -> str:
-    """Where the paper's figures lie among drawn grippers, what moves them, and the verdict."""
-    tables = results.drawn_grippers()
-    head = (
-        "row (reduced)", "paper", "default gripper", "drawn: 10 %", "median", "90 %", "within",
-        "moved by",
-    )  # fmt: skip
-    lines = []
-    for row in _rows(tables["draws_rows"]):
-        unit = str(row["unit"])
-        shown = [DASH if row[key] is None else with_unit(number(row[key], 2), unit)
-                 for key in ("paper", "default", "q10", "q50", "q90")]  # fmt: skip
-        within = with_unit(number(row["within"], 2), "%")
-        lines.append([row["row"], *shown, within, row["moved_by"] or DASH])
-    verdict = tables["draws_agreement"].note.split(" Of known")[0]
-    return f"{markdown_table(head, lines)}\n{verdict}\n"
 
 
 def _rows(table: Table) -> list[dict[str, Any]]:

@@ -102,8 +102,6 @@ def tables_of_page(wildcards):
     """What a page beside the report shows: of a study, of all ablations; the gallery has none."""
     if wildcards.page == ABLATIONS_PAGE:
         return [PATHS.ablation(name) for name in ABLATED]
-    if wildcards.page == DRAWS:
-        return SWEPT[:1]
     return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
 
 
@@ -274,9 +272,3 @@ def end_run(run):
     if whole and run and (line := skipped_line(run)):
         PATHS.complete.unlink(missing_ok=True)
         raise SystemExit(line)
-
-
-@cache
-def sampled_recipes():
-    """Digests of the data sets that a draw takes after: read once, for all draws."""
-    return [settings_digest(read_dataset(PATHS, name)) for name in sampled()]

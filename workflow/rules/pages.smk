@@ -2,7 +2,7 @@
 wildcard_constraints:
     study="|".join(STUDIES),
     ablation="|".join(ABLATED) or "-",
-    page="|".join([ABLATIONS_PAGE, DRAWS, GALLERY, *STUDIES]),
+    page="|".join([ABLATIONS_PAGE, GALLERY, *STUDIES]),
 
 
 rule study:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, JsonValue, TypeAdapter, field_validator, model_validator
+from scipy.stats import qmc
 
-from ajgdata.draws.readings import Reading, readings_of, value_of
-from ajgdata.draws.recordings import merged, record_dataset
-from ajgdata.draws.rows import BY_NAME, CHEAP, REDUCED, Reduced, reduced
-from ajgdata.draws.sampling import stratified
+from ajgdata.design.readings import Reading, readings_of, value_of
+from ajgdata.design.recordings import merged, record_dataset
+from ajgdata.design.rows import BY_NAME, CHEAP, COPIES, REDUCED, reduced
+from ajgdata.gripper import derive_seed
 from ajgdata.gripper.parameters import overrides
 from ajgdata.types import DatasetSpec, ExcitationSpec, NotPossibleError, Recipe
 from ajgdata.types.base import ModelName, Name, Strict
@@ -56,9 +57,8 @@ class DesignSpec(Strict):
     @field_validator("rows")
     @classmethod
     def _known(cls, rows: tuple[str, ...]) -> tuple[str, ...]:
-        known = [name for name, row in BY_NAME.items() if row.dataset != "media"]
-        if wrong := [name for name in rows if name not in known]:
-            raise ValueError(f"unknown row {wrong[0]!r}: choose of {', '.join(known)}")
+        if wrong := [name for name in rows if name not in BY_NAME]:
+            raise ValueError(f"unknown row {wrong[0]!r}: choose of {', '.join(BY_NAME)}")
         return rows
 
     @model_validator(mode="after")
@@ -104,11 +104,22 @@ def designs_of(spec: DesignSpec) -> dict[str, dict[str, Any]]:
     return found
 
 
+def stratified(count: int, setting: str, seed: int) -> Real:
+    """Return one number in [0, 1) for each of `count` designs, (count,): one in each `count`-th.
+
+    Columns of different settings are independent permutations, which together are a Latin
+    hypercube (McKay, Beckman & Conover 1979, Technometrics 21, 239). The seed of a column depends
+    on the name of its setting, so that a further setting does not change the others.
+    """
+    sampler = qmc.LatinHypercube(1, rng=derive_seed("draws", seed, setting))
+    return np.asarray(sampler.random(count)[:, 0], np.float64)
+
+
 def scenes_of(spec: DesignSpec, specs: Mapping[str, DatasetSpec]) -> int:
     """Return how many scenes each design takes, without solving any."""
     total = 0
     for dataset in _datasets(spec):
-        recipe = _recipe(specs[dataset], _amount(spec, dataset), {}, spec.quick)
+        recipe = _recipe(spec, specs[dataset], {})
         variants = max(1, len(recipe.variants))
         total += variants * recipe.sessions * recipe.grasps_per_object * len(recipe.objects)
     return total
@@ -148,17 +159,17 @@ def _measured(
     readings: dict[str, Reading] = {}
     scenes, seconds = 0, 0.0
     for dataset in _datasets(spec):
-        by = _amount(spec, dataset)
+        by = REDUCED[dataset]
         declared = _declared(specs[dataset], settings)
-        recipe = _recipe(declared, by, settings, spec.quick)
-        noisy = specs[by.noisy].recipe if by.noisy else None
+        recipe = _recipe(spec, declared, settings)
+        noisy = specs[by.noisy].recipe if "noise" in _parts(spec, dataset) else None
         task, begin = declared.tasks[by.task], time.process_time()
         try:
             signal = noisy.signal if noisy else None
             recorded = record_dataset(declared, recipe, task.target, signal)
             seconds += time.process_time() - begin
             scenes += recorded.scenes
-            for one in readings_of(dataset, recorded, task, (spec.model,), wanted=spec.rows):
+            for one in readings_of(dataset, recorded, task, spec.model, spec.rows):
                 readings[one.row] = one
         except NotPossibleError as error:
             return Compared(name, settings, {}, scenes, seconds, str(error))
@@ -169,11 +180,9 @@ def _datasets(spec: DesignSpec) -> list[str]:
     return list(dict.fromkeys(BY_NAME[row].dataset for row in spec.rows))
 
 
-def _amount(spec: DesignSpec, dataset: str) -> Reduced:
-    by = replace(REDUCED[dataset], sessions=spec.sessions, grasps=spec.grasps)
-    parts = {BY_NAME[row].part for row in spec.rows if BY_NAME[row].dataset == dataset}
-    samples = by.samples if "copies" in parts else 1
-    return replace(by, samples=samples, noisy=by.noisy if "noise" in parts else "")
+def _parts(spec: DesignSpec, dataset: str) -> set[str]:
+    """Return the parts of a data set that the rows are measured on."""
+    return {BY_NAME[row].part for row in spec.rows if BY_NAME[row].dataset == dataset}
 
 
 def _declared(spec: DatasetSpec, settings: Mapping[str, Any]) -> DatasetSpec:
@@ -185,11 +194,14 @@ def _declared(spec: DatasetSpec, settings: Mapping[str, Any]) -> DatasetSpec:
     return spec.model_copy(update={"excitation": played})
 
 
-def _recipe(spec: DatasetSpec, by: Reduced, settings: Mapping[str, Any], quick: bool) -> Recipe:
+def _recipe(spec: DesignSpec, dataset: DatasetSpec, settings: Mapping[str, Any]) -> Recipe:
     """Return the recipe of a design; the gripper comes out of its drawing alike in all."""
-    if spec.recipe is None:
-        raise NotPossibleError(f"{spec.name} has no recipe: only what is simulated is compared")
-    recipe = reduced(spec.recipe, by, quick)
+    if dataset.recipe is None:
+        raise NotPossibleError(f"{dataset.name} has no recipe: only simulated data are compared")
+    samples = COPIES if "copies" in _parts(spec, dataset.name) else 1
+    by = REDUCED[dataset.name]
+    amount = {"sessions": spec.sessions, "grasps": spec.grasps, "samples": samples}
+    recipe = reduced(dataset.recipe, by, **amount, quick=spec.quick)
     scene = {k: v for k, v in settings.items() if k not in (PLAYED, "signal")}
     variation = None
     if recipe.variation is not None:

@@ -1,0 +1,1 @@
+"""Compare designs of a gripper by reduced versions of the paper's rows, recorded in memory."""
