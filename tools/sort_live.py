@@ -115,14 +115,13 @@ class CardRobot:
 
 
 @contextmanager
-def simulated_card(folder: Path) -> Iterator[None]:
-    """Run the simulated card, on a JACK server of its own, which waits for nobody's clock."""
+def simulated_card(folder: Path, noise: bool) -> Iterator[None]:
+    """Run the simulated card on its own JACK server, with or without the microphone's noise."""
     load_jack()
     os.environ[SERVER_VARIABLE] = f"ajgdata-sort-{os.getpid()}"
     command = [sys.executable, "-c", "from ajgdata.cli import main; main()", "device", "simulate"]
-    with subprocess.Popen(
-        [*command, "empty"], cwd=folder, stdout=subprocess.PIPE, text=True
-    ) as card:
+    command += ["empty", "--noise" if noise else "--no-noise"]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as card:
         try:
             said = ""
             while "is there;" not in said:
@@ -265,6 +264,10 @@ def options() -> argparse.Namespace:
     told.add_argument("--runs", type=int, help="default: those of the experiment")
     told.add_argument("--placements", type=int, help="in a run; default: all of them")
     told.add_argument("--looks", type=int, nargs="+", default=[1], help="at an object, at most")
+    told.add_argument(
+        "--noise", action=argparse.BooleanOptionalAction, default=True,
+        help="add the microphone's noise, which differs from the noise of the experiment",
+    )  # fmt: skip
     return told.parse_args()
 
 
@@ -290,7 +293,7 @@ def main() -> None:
     rows, stages, told = [], list[dict[str, Any]](), {}
     with (
         tempfile.TemporaryDirectory() as scratch,
-        simulated_card(given.project),
+        simulated_card(given.project, given.noise),
         open_card(card) as opened,
         freewheeling(),
     ):
