@@ -336,11 +336,6 @@ class Paths:
         return self.cache / "responses"
 
     @property
-    def kept_runs(self) -> Path:
-        """Results of the last runs, by commit, to compare with."""
-        return self.cache / "runs"
-
-    @property
     def fetched(self) -> Path:
         """Files of published data sets, kept by hash until the data set is registered."""
         return self.cache / "fetched"

@@ -16,7 +16,6 @@ from conftest import DECLARATION, rules_of, write_tone
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import STUDIES
 from ajgdata.store.features import read_store
-from ajgdata.store.runs import kept_runs
 from ajgdata.store.sealing import seal
 from ajgdata.store.tables import read_tables
 
@@ -293,7 +292,6 @@ def test_a_run_of_one_data_set_alone_leaves_what_a_whole_run_made(project):
     project.snakemake("results/metrics.json")
     kept = {path: path.read_bytes() for path in sorted(project.paths.results.glob("metrics.*"))}
     assert len(kept) == 2
-    by_commit = kept_runs(project.paths)
     alone = ("--config", "datasets=[tones]", "alone=True")
     own = Paths(project.root, "tones")
     asked = [str(one.relative_to(project.root)) for one in (own.all_metrics, own.report)]
@@ -302,4 +300,3 @@ def test_a_run_of_one_data_set_alone_leaves_what_a_whole_run_made(project):
     assert own.metrics_table.read_bytes() == project.paths.metrics_table.read_bytes()
     assert {path: path.read_bytes() for path in kept} == kept
     assert project.planned(*END, "results/metrics.json") == {}
-    assert kept_runs(project.paths) == by_commit
