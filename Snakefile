@@ -128,16 +128,11 @@ rule all:
         PATHS.complete,
 
 
-onstart:
-    begin_report()
-
-
 onsuccess:
     end_run(tell_run())
 
 
 onerror:
-    stop_report()
     tell_run()
 
 

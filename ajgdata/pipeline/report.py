@@ -18,7 +18,6 @@ from ajgdata.paths import (
     TABLES,
     Paths,
 )
-from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
 from ajgdata.pipeline.exports import with_tables, write_exports
@@ -79,8 +78,6 @@ def build_report(
     from ajgdata.report.render import draw_figures
 
     watch = Stopwatch()
-    if page == paths.report:
-        growing.grow(paths)  # its last state stands until the pages are whole
     folder = page.parent / FIGURES
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
@@ -109,8 +106,6 @@ def build_report(
         papers=paths.paper_tables if page == paths.report else None,
     )  # fmt: skip
     figures = {name: with_tables(one, tables) for name, one in figures.items()}
-    if page == paths.report:
-        growing.end(paths)
     for name, html in render_pages(report, figures, nav, published, project=paths).items():
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}

@@ -63,7 +63,7 @@ DECLARATION = {
 #: Not compared: what is measured, told, or kept to be quick.
 ASIDE = (
     *("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),
-    *(".ajgdata/hashes/", ".ajgdata/surveyed/", ".ajgdata/growing"),
+    *(".ajgdata/hashes/", ".ajgdata/surveyed/"),
 )
 ASIDE_NAMES = ("metrics.json", "settings.yaml")
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")

@@ -48,7 +48,4 @@ def test_a_bug_fails_its_job_and_the_rest_goes_on(project, tmp_path):
     tasks = project.paths.results / "tasks" / "tones" / "pitch"
     names = {one.name for one in tasks.iterdir() if one.name[0] != "."}
     assert names == {"cross_validation-knn.json", "cross_validation-knn.cost.json"}
-    page = project.paths.report.read_text()
-    assert "Failed, see log" in page and f"{failed[0]}: {failed[1]}" in page
-    assert "Results so far" in page and "<b>0</b> of 1 experiments" in page
-    assert "The run stopped before its report was made" in page
+    assert not project.paths.report.exists()

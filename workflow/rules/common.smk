@@ -207,44 +207,6 @@ def taken():
     )
 
 
-# Whose results are told first: the data set that waits for the fewest jobs.
-FIRST = min(
-    (name for name, spec in SPECS.items() if spec.tasks),
-    key=lambda name: len(PLANS[name].sessions) + sum(key[0] == name for key in ASKED),
-    default="",
-)
-
-
-def first_results(wildcards):
-    """Priority of the jobs of one data set, so that a first result is there soon."""
-    return int(wildcards.dataset == FIRST)
-
-
-def is_to_report():
-    """Tell whether this run is still to make the report."""
-    to_make = {str(file) for job in workflow.dag.needrun_jobs() for file in job.output}
-    return str(PATHS.report) in to_make
-
-
-def begin_report():
-    """Write the first page of a report that this run is to make, which grows with its results."""
-    if is_to_report():
-        from ajgdata.pipeline import growing  # templates, which no other run needs
-
-        if workflow.touch:
-            growing.discard(PATHS)
-        else:
-            growing.begin(PATHS, list(PLANS), MEASURED)
-
-
-def stop_report():
-    """Say on that page that there is no more to come, if there is not, and what failed."""
-    if PATHS.growing.is_file() and is_to_report():
-        from ajgdata.pipeline.growing import stop
-
-        stop(PATHS, failed_jobs())
-
-
 def failed_jobs():
     """Return a line for each job that ended in an error, with its log."""
     return [
