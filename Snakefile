@@ -1,6 +1,5 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
 import sys
-import time
 from functools import cache, partial
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
-from ajgdata.pipeline.effort import effort, effort_line
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.running import noted_job
-from ajgdata.store.benchmarks import used_line
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
@@ -41,7 +40,6 @@ def logged(log: str) -> Iterator[None]:
             told = redirect_stdout(stream), redirect_stderr(stream)
             with noted_job(Paths()), told[0], told[1], _seldom_collecting():
                 yield
-            stream.write(f"{used_line()}\n")
         except DataError as error:
             stream.write(f"{error}\n")
             sys.exit(str(error))

@@ -23,7 +23,6 @@ from ajgdata.pipeline.experiments import asked_for, models_of, read_results, wit
 from ajgdata.pipeline.exports import with_tables, write_exports
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
-from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.format import Source
@@ -41,11 +40,12 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
+from ajgdata.store.benchmarks import Job, RuleCost, cost_by_rule, read_benchmarks
 from ajgdata.store.features import read_labels, read_store, spectra_blocks
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import list_datasets, read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
 from ajgdata.types.table import Table
@@ -77,7 +77,6 @@ def build_report(
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
-    watch = Stopwatch()
     folder = page.parent / FIGURES
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
@@ -92,15 +91,11 @@ def build_report(
         opening=_opening(opening, page.parent) if opening else None,
         costs=tuple(_costs(results, studies)),
         checks=tuple(_checks(studies)),
+        run_cost=tuple(_run_cost(paths, datasets, everything=bool(pages or published))),
     )
     kept = KeptFigures(paths.figure_cache, code)
     figures = draw_figures(illustrations(report), folder, kept, processes)
     kept.tidy()
-    whole = bool(pages or published)
-    stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
-    report = dataclasses.replace(report, stages=stages)
-    later = [one for one in illustrations(report) if one.name not in figures]
-    figures |= draw_figures(later, folder)
     tables = write_exports(
         paths, report, results, page.parent / TABLES,
         papers=paths.paper_tables if page == paths.report else None,
@@ -160,6 +155,18 @@ def _read(
         for label, reason in reasons
     )
     return with_page_tests([one for one, _ in read if one.results]), tuple(skipped)
+
+
+def _run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
+    """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that are of
+    no data set, such as studies."""
+    others = set(list_datasets(paths)) - set(datasets)
+
+    def is_included(job: Job) -> bool:
+        name = job.wildcards[0] if job.wildcards else ""
+        return name in datasets or (everything and name not in others)
+
+    return cost_by_rule([job for job in read_benchmarks(paths.benchmarks) if is_included(job)])
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:

@@ -14,10 +14,10 @@ import numpy as np
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
-from ajgdata.report.job_times import Stages
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.sounds import SoundPairs
+from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
 
 
@@ -183,7 +183,7 @@ class Report:
     opening: OpeningPicture | None = None
     checks: tuple[Checks, ...] = ()
     skipped: tuple[Skipped, ...] = ()
-    stages: Stages | None = None
+    run_cost: tuple[RuleCost, ...] = ()
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
 
     def __post_init__(self) -> None:

@@ -187,26 +187,6 @@ def encoders_of(wildcards):
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
 
 
-STARTED_S = time.monotonic()
-
-
-def taken():
-    """Return what this run took."""
-    dag = workflow.dag
-    jobs = [job for job in dag.jobs if not job.is_norun]
-    needed = [job for job in jobs if dag.needrun(job)]
-    ran = [job for job in needed if dag.finished(job)]
-    lost = [job for job in needed if not dag.finished(job)]
-    return effort(
-        time.monotonic() - STARTED_S,
-        len(ran),
-        len(jobs) - len(needed),
-        [Path(job.log[0]) for job in ran if job.rule.name == "features"],
-        local=workflow.local_exec,
-        whole=not lost,
-    )
-
-
 def failed_jobs():
     """Return a line for each job that ended in an error, with its log."""
     return [
@@ -222,7 +202,7 @@ def tell_run():
     specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
     if specs:
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
-        told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]
+        told = lines(PATHS, run, failed_jobs())
         print("", *told, "", sep="\n", file=sys.stderr, flush=True)
         return run
     return None
