@@ -339,21 +339,6 @@ class Paths:
         return self.cache / "fetched"
 
     @property
-    def run_lock(self) -> Path:
-        """Return the file that every living run of the workflow holds; see `pipeline.running`."""
-        return self.cache / "run.lock"
-
-    @property
-    def jobs_lock(self) -> Path:
-        """Return the file that every living job of the workflow holds; see `pipeline.running`."""
-        return self.cache / "jobs.lock"
-
-    @property
-    def snakemake_locks(self) -> Path:
-        """Return the folder in which Snakemake notes that a run is at work."""
-        return self.root / ".snakemake" / "locks"
-
-    @property
     def figure_cache(self) -> Path:
         """Return the folder of figures that were drawn before, by what they show."""
         return self.cache / "figures"

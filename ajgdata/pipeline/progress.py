@@ -82,8 +82,7 @@ def when_slow(items: Sequence[Item], what: str, patience_s: float = PATIENCE_S) 
 def lines(what: str, parts: int = 10) -> Started:
     """Return a function like that of `bar`, which writes `parts` lines in all to the terminal.
 
-    They pass any redirection. Jobs of the workflow run side by side: their bars would overwrite one
-    another.
+    Jobs of the workflow run side by side: their bars would overwrite one another.
     """
 
     def started(total: int) -> Callable[[], object]:
@@ -93,8 +92,13 @@ def lines(what: str, parts: int = 10) -> Started:
             nonlocal done
             done += 1
             if done * parts // total > (done - 1) * parts // total:
-                print(f"{what}: {done} of {total}", file=sys.__stderr__, flush=True)
+                tell(f"{what}: {done} of {total}")
 
         return advance
 
     return started
+
+
+def tell(line: str) -> None:
+    """Print a line on the terminal although the output of the job goes to its log."""
+    print(line, file=sys.__stderr__, flush=True)

@@ -21,6 +21,7 @@ from ajgdata.paths import (
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
 from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
 from ajgdata.report.blocks import Illustration
@@ -40,12 +41,11 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
-from ajgdata.store.benchmarks import Job, RuleCost, cost_by_rule, read_benchmarks
 from ajgdata.store.features import read_labels, read_store, spectra_blocks
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
-from ajgdata.store.sessions import list_datasets, read_dataset
+from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
 from ajgdata.types.table import Table
@@ -91,7 +91,7 @@ def build_report(
         opening=_opening(opening, page.parent) if opening else None,
         costs=tuple(_costs(results, studies)),
         checks=tuple(_checks(studies)),
-        run_cost=tuple(_run_cost(paths, datasets, everything=bool(pages or published))),
+        run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
     kept = KeptFigures(paths.figure_cache, code)
     figures = draw_figures(illustrations(report), folder, kept, processes)
@@ -155,18 +155,6 @@ def _read(
         for label, reason in reasons
     )
     return with_page_tests([one for one, _ in read if one.results]), tuple(skipped)
-
-
-def _run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
-    """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that are of
-    no data set, such as studies."""
-    others = set(list_datasets(paths)) - set(datasets)
-
-    def is_included(job: Job) -> bool:
-        name = job.wildcards[0] if job.wildcards else ""
-        return name in datasets or (everything and name not in others)
-
-    return cost_by_rule([job for job in read_benchmarks(paths.benchmarks) if is_included(job)])
 
 
 def _opening(path: Path, folder: Path) -> OpeningPicture | None:

@@ -57,6 +57,7 @@ def test_the_workflow_killed_at_any_moment(deeds, place, tally, workflow):
         time.sleep(random.uniform(0.1, 1) * taken)
         victim.kill()
         wrong = [f"{one} is torn" for one in world.torn(root, deed.whole)]
+        snakemake(root, "--unlock").ended()
         wrong += wrong_after(root, deed, snakemake(root).ended())
         tally.add(PROMISE, "whole workflow and its jobs, killed at a random moment", wrong)
     assert not [one for one in tally.failures if "whole workflow" in one]

@@ -5,35 +5,18 @@ def process_mode():
     if workflow.executor_plugin is None or workflow.dryrun:
         return "look"
     if workflow.local_exec:
-        # A limit of jobs a second lets Snakemake look at all waiting jobs again a second after
-        # each look, in one chain of timers more for each job that ended: for nothing here.
+        # With a limit, Snakemake examines all waiting jobs again one second after each examination,
+        # in one more chain of timers per finished job.
         workflow.scheduling_settings.max_jobs_per_timespan = None
-    note_this_run()
+    correct_dates()
     return "run"
 
 
 @cache
-def note_this_run():
-    """Note that this run is alive, once, and say if others are."""
-    for said in (note_run(PATHS, local=workflow.local_exec), dates_mended(PATHS)):
-        if said:
-            print(said, file=sys.stderr)
-
-
-def noted(wildcards):
-    """No input: asked for before Snakemake locks anything, it notes the run."""
-    with errors_stop_snakemake("project"):
-        process_mode()
-        spare_pandas()
-    return []
-
-
-def spare_pandas():
-    """Let Snakemake compare parameters as the plain values that they are: to ask whether one is a
-    table it would import pandas, a third of a second in every process."""
-    plain = getattr(workflow.persistence, "_serialize_param_builtin", None)
-    if plain:
-        workflow.persistence._serialize_param_pandas = plain
+def correct_dates():
+    """Correct results with dates in the future, once, and report this."""
+    if message := dates_mended(PATHS):
+        print(message, file=sys.stderr)
 
 
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
@@ -185,32 +168,3 @@ def encoders_of(wildcards):
         return []
     key = wildcards.dataset, wildcards.task
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
-
-
-def failed_jobs():
-    """Return a line for each job that ended in an error, with its log."""
-    return [
-        f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
-        for job in workflow.scheduler.failed
-    ]
-
-
-def tell_run():
-    """Print what the run did, of all that was asked for, on the console; return its summary."""
-    outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
-    keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
-    specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
-    if specs:
-        run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
-        told = lines(PATHS, run, failed_jobs())
-        print("", *told, "", sep="\n", file=sys.stderr, flush=True)
-        return run
-    return None
-
-
-def end_run(run):
-    """End a whole run that skipped a task with one line and exit code 1; the next run, too."""
-    whole = any(job.rule.name == "complete" for job in workflow.dag.jobs)
-    if whole and run and (line := skipped_line(run)):
-        PATHS.complete.unlink(missing_ok=True)
-        raise SystemExit(line)
