@@ -258,6 +258,8 @@ def state_of(root: Path) -> dict[str, str]:
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
             continue
+        if path.parent.name.endswith(".tmp"):  # of a killed process
+            continue
         found[name] = digest_of(path)
     return found
 
