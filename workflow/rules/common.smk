@@ -45,13 +45,25 @@ def of_sessions(path):
     """All sessions of a data set, for one kind of file."""
     return lambda wildcards: [
         INPUTS.of(wildcards.dataset, path(wildcards.dataset, session))
-        for session in PLANS[wildcards.dataset].sessions
+        for session in declared(PLANS, wildcards.dataset).sessions
     ]
+
+
+def declared(known, key):
+    """What is known of a data set or an experiment. Ends the run if it is not declared: Snakemake
+    would ignore another error if the file exists, and report that nothing is to be done.
+    """
+    if key not in known:
+        name = key if isinstance(key, str) else " ".join(key)
+        raise SystemExit(
+            f"{name}: not declared in the data sets of this run; remove its results, or declare it"
+        )
+    return known[key]
 
 
 def asked(wildcards):
     """The experiment of a job, as its task asks for it."""
-    return ASKED[wildcards.dataset, wildcards.task, wildcards.kind]
+    return declared(ASKED, (wildcards.dataset, wildcards.task, wildcards.kind))
 
 
 def documents_of(tasks):
