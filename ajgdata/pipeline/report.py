@@ -28,7 +28,7 @@ from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.format import Source
 from ajgdata.report.kept_figures import made_of
-from ajgdata.report.navigation import FIXED, Group, experiment_link
+from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
@@ -89,7 +89,6 @@ def build_report(
         report,
         skipped=skipped,
         opening=_opening(opening, page.parent) if opening else None,
-        costs=tuple(_costs(results, studies)),
         checks=tuple(_checks(studies)),
         run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
@@ -165,24 +164,6 @@ def _opening(path: Path, folder: Path) -> OpeningPicture | None:
     places = (path.with_name(told["pictures"][kind]) for kind in ("wide", "narrow"))
     wide, narrow = (place.relative_to(folder).as_posix() for place in places)
     return OpeningPicture(wide, narrow, told["alt"])
-
-
-def _costs(
-    results: Sequence[TaskResults], studies: Mapping[str, Sequence[Table]]
-) -> Iterator[tuple[Illustration, str]]:
-    """Yield figures of error against run time, with the page that tells more."""
-    from ajgdata.report.cost_panels import simulation_panel
-
-    for name in dict.fromkeys(one.experiment for one in results):
-        own = [one for one in results if one.experiment == name]
-        if drawing := EXPERIMENTS[name].cost_panel(own):
-            drawing = drawing._replace(made_of=made_of(own))
-            pages = {one.page for one in own}
-            more = experiment_link(own[0].page) if len(pages) == 1 else FIXED["results"].link
-            yield drawing, more
-    for name, tables in studies.items():
-        if drawing := simulation_panel(tables):
-            yield drawing._replace(made_of=made_of(tables)), f"{name}.html"
 
 
 def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:

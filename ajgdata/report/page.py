@@ -26,7 +26,6 @@ def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
     from ajgdata.report.spectra import spectra_caption, spectra_figure
 
-    yield from (drawing for drawing, _ in report.costs)
     for drawings in report.across.values():
         yield from drawings
     for d in report.datasets:
@@ -74,7 +73,6 @@ def render_pages(
         "spectra_name": spectra_name,
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
-        "costs": [(figures[one.name], link) for one, link in report.costs],
         "heard": heard or _with_sounds(report),
     }
     beside, beyond = overview(report)

@@ -178,8 +178,6 @@ class Report:
     highlights: tuple[tuple[Highlight, str, Source], ...] = ()  #: with page and source
     #: figures of several tasks together, by the page that they stand on ("": of all)
     across: Mapping[str, Sequence[Illustration]] = field(default_factory=dict)
-    #: error against run time, for the first screen, with the page that tells more
-    costs: tuple[tuple[Illustration, str], ...] = ()
     opening: OpeningPicture | None = None
     checks: tuple[Checks, ...] = ()
     skipped: tuple[Skipped, ...] = ()
