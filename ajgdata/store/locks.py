@@ -1,7 +1,7 @@
-"""What one process alone may do: locks that the system frees when their process ends, however.
+"""Locks that exclude other processes, and temporary folders.
 
-Who holds a lock is written into its file. Process numbers are told to people and decide nothing:
-they are used again, and mean nothing on another machine.
+The system frees a lock when its process ends. The file of a lock names its holder for people;
+process numbers decide nothing, because they are used again and mean nothing on another machine.
 """
 
 from __future__ import annotations
@@ -26,64 +26,45 @@ TEMPORARY, LOCK = ".tmp", ".lock"
 STALE_S = 3600.0
 #: What imports and fetches do; they exclude each other.
 BRINGING = "bringing recordings into this data set"
-#: What file systems answer that have no locks.
+#: Errors of file systems without locks.
 _NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP}
 
 
 @contextmanager
 def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
-    """Hold the lock of `path`, a file or folder that need not be there, to do what `doing` says.
+    """Hold the lock of `path`, a file or folder that need not exist, during the work `doing`.
 
-    Raises DataError, with who does it now and since when, if another process holds it. Where the
-    file system has no locks, others are not noticed.
+    Raises DataError with holder and start time if another process holds it. On a file system
+    without locks, other processes are not noticed.
     """
+    from filelock import FileLock, Timeout  # most importers of this module never lock
+
     path.parent.mkdir(parents=True, exist_ok=True)
     file = path.with_name(f".{path.name}{LOCK}")
-    with _lock(file) as is_held:
-        if is_held is False:
-            raise DataError(path, f"another process is {holder(file)}", fix)
-        file.write_text(f"{doing} ({described()})", encoding="utf-8")
-        try:
-            yield
-        finally:
-            file.write_text("")  # nobody holds it: what stays beside the data has no time in it
-
-
-def described() -> str:
-    """Return who this process is, for `holder`."""
-    now = datetime.now().astimezone().isoformat(" ", "seconds")
-    return f"pid {os.getpid()} on {platform.node() or 'this machine'} since {now}"
-
-
-def holder(lock: Path) -> str:
-    """Return what whoever holds a lock wrote into its file."""
-    with contextlib.suppress(OSError, UnicodeDecodeError):
-        if said := " ".join(lock.read_text(encoding="utf-8").split()):
-            return said
-    return "at it since a moment ago"
-
-
-@contextmanager
-def _lock(file: Path) -> Iterator[bool | None]:
-    """Yield whether this process holds the lock in `file`, None if the file system has no locks; it
-    is free again at the end."""
-    from filelock import FileLock, Timeout  # most of what imports this module never locks
-
     lock = FileLock(file, timeout=0, fallback_to_soft=False)
     try:
         lock.acquire()
     except Timeout:
-        yield False
-        return
+        raise DataError(path, f"another process is {_holder(file)}", fix) from None
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
-        yield None
-        return
+    now = datetime.now().astimezone().isoformat(" ", "seconds")
+    process = f"pid {os.getpid()} on {platform.node() or 'this machine'} since {now}"
     try:
-        yield True
+        file.write_text(f"{doing} ({process})", encoding="utf-8")
+        yield
     finally:
+        file.write_text("")  # published folders contain no time
         lock.release()
+
+
+def _holder(file: Path) -> str:
+    """Return the work and the process that are written in the file of a lock."""
+    with contextlib.suppress(OSError, UnicodeDecodeError):
+        if text := " ".join(file.read_text(encoding="utf-8").split()):
+            return text
+    return "at it since a moment ago"
 
 
 @contextmanager
