@@ -1,6 +1,5 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
 import sys
-import time
 from functools import cache, partial
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
-from ajgdata.pipeline.effort import effort, effort_line
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,
@@ -30,8 +28,7 @@ from ajgdata.pipeline.experiments import (
 from ajgdata.pipeline.inputs import Inputs, dates_mended, errors_stop_snakemake
 from ajgdata.pipeline.opening import subject_of
 from ajgdata.pipeline.plan import plan, published, solved_by
-from ajgdata.pipeline.run_summary import lines, skipped_line, summarise
-from ajgdata.pipeline.running import note_run
+from ajgdata.pipeline.run import end_run, modified_ns
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
     GALLERY,
@@ -128,17 +125,11 @@ rule all:
         PATHS.complete,
 
 
-onstart:
-    begin_report()
+SUMMARY_BEFORE = modified_ns(PATHS.complete)
 
 
 onsuccess:
-    end_run(tell_run())
-
-
-onerror:
-    stop_report()
-    tell_run()
+    end_run(PATHS.complete, SUMMARY_BEFORE)
 
 
 include: "workflow/rules/acquire.smk"
@@ -150,8 +141,3 @@ include: "workflow/rules/pages.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"
-
-
-# Whatever is asked for, a run is noted before Snakemake looks at the locks of others.
-for rule_here in list(workflow.rules):
-    rule_here.set_input(noted)

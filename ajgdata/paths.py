@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,8 +36,6 @@ ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
 #: Beside each model that was exported for NumPy: what runs it.
 EXPORT_PROGRAM = "ajgdata_numpy.py"
-#: What a report that is still to come waits for; see `Paths.growing`.
-GROWING_FILE = "growing.json"
 #: Tells the checks of the results which run they are of; see `Paths.run`.
 RUN_VARIABLE = "AJGDATA_RUN"
 #: Of more data sets than this many letters name, a run's name holds a digest.
@@ -336,43 +334,14 @@ class Paths:
         return self.cache / "responses"
 
     @property
-    def kept_runs(self) -> Path:
-        """Results of the last runs, by commit, to compare with."""
-        return self.cache / "runs"
-
-    @property
     def fetched(self) -> Path:
         """Files of published data sets, kept by hash until the data set is registered."""
         return self.cache / "fetched"
 
     @property
-    def run_lock(self) -> Path:
-        """Return the file that every living run of the workflow holds; see `pipeline.running`."""
-        return self.cache / "run.lock"
-
-    @property
-    def jobs_lock(self) -> Path:
-        """Return the file that every living job of the workflow holds; see `pipeline.running`."""
-        return self.cache / "jobs.lock"
-
-    @property
-    def snakemake_locks(self) -> Path:
-        """Return the folder in which Snakemake notes that a run is at work."""
-        return self.root / ".snakemake" / "locks"
-
-    @property
     def figure_cache(self) -> Path:
         """Return the folder of figures that were drawn before, by what they show."""
         return self.cache / "figures"
-
-    @property
-    def growing(self) -> Path:
-        """Return the note of what the run's report waits for, while it is still to come."""
-        return self.cache / "growing" / self.run / GROWING_FILE
-
-    def all_growing(self) -> Iterator[Path]:
-        """Yield such notes of all runs."""
-        yield from sorted((self.cache / "growing").rglob(GROWING_FILE))
 
     @property
     def hash_cache(self) -> Path:

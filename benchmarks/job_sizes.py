@@ -40,7 +40,7 @@ def main(
     needs = read_yaml(PROFILE)["set-resources"]
     jobs = defaultdict(list)
     paths = Paths(project)
-    for job in read_benchmarks(paths.benchmarks, paths.logs):
+    for job in read_benchmarks(paths.benchmarks):
         jobs[RENAMED.get(job.rule, job.rule)].append(job)
     table = Table(*("rule", "jobs", "longest s", "peak MiB", "asked MiB", "headroom", "asked min"))
     short = []

@@ -49,8 +49,8 @@ def spent(paths: Paths) -> list[tuple[float, float, str]]:
     """Return wall and processor time of each kind of job, the longest first."""
     found: dict[str, list[float]] = defaultdict(lambda: [0.0, 0.0])
     for folder in {paths.benchmarks, paths.of_run / "benchmarks"}:
-        for job in read_benchmarks(folder, folder.with_name("logs")):
-            kind = job.parts[-1] if job.rule in ("experiment", "train") else job.rule
+        for job in read_benchmarks(folder):
+            kind = job.wildcards[-1] if job.rule in ("experiment", "train") else job.rule
             total = found[f"{job.rule} {kind}" if kind != job.rule else kind]
             total[0] += job.wall_s
             total[1] += job.cpu_s

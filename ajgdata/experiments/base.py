@@ -276,11 +276,6 @@ def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
     return ()
 
 
-def no_panel(_: Sequence[TaskResults]) -> Illustration | None:
-    """Return nothing: an experiment that has no figure of error against run time."""
-    return None
-
-
 def no_tables(_: TaskResults) -> Iterable[ShownTable]:
     """Return nothing: an experiment whose figures say it all."""
     return ()
@@ -306,8 +301,7 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
-    together, `cost_panel` a small one of error against run time for the report's first screen (None
-    for nothing), `training_cost` is what training the model of a label costs. `measure(inputs,
+    together, `training_cost` is what training the model of a label costs. `measure(inputs,
     settings, model)` raises NotPossibleError for a task that lacks what it needs. `test_on` of the
     settings model, if it has one, names further data sets; its `models`, if `by_model`, are
     measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings
@@ -335,7 +329,6 @@ class Experiment:
     highlights: Callable[[TaskResults], Iterable[Highlight]] = no_highlights
     summary: Callable[[TaskResults], str] = no_summary
     across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
-    cost_panel: Callable[[Sequence[TaskResults]], Illustration | None] = no_panel
     training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False

@@ -17,6 +17,7 @@ from ajgdata.features.axes import differing_axes
 from ajgdata.models import model_label
 from ajgdata.models.limits import declared
 from ajgdata.paths import Paths
+from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recording_reader import RecordingReader
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
@@ -148,6 +149,7 @@ def run_experiment(
     except NotPossibleError as error:
         write_tables(cost, [])
         write_tables(tables, [], **about, skipped=str(error))
+        tell(f"skipped   {dataset}/{task}, {kind}: {error}")
         return
     write_tables(cost, outcome.cost)
     write_tables(tables, outcome.tables, **(about | dict(outcome.about)))

@@ -26,7 +26,7 @@ from ajgdata.report.exports import (
     software_entry,
 )
 from ajgdata.report.format import DASH
-from ajgdata.report.page import STAGES, spectra_name
+from ajgdata.report.page import spectra_name
 from ajgdata.report.render import Picture, web_link
 from ajgdata.report.report_data import Report, Spectra
 from ajgdata.store.files import replacing_folder, write_bytes
@@ -141,17 +141,13 @@ def report_tables(
     report: Report, results: Sequence[TaskResults]
 ) -> Iterator[tuple[str, Table | ShownTable]]:
     """Yield the tables of a whole report by file name without suffix: all results, those beside
-    the paper, the spectra, and the time of stages, like the figures of these."""
+    the paper and the spectra, named like the figures of these."""
     yield RESULTS, results_table(results)
     if report.comparisons:
         yield BESIDE_PAPER, paper_table(report.comparisons)
     for one in report.datasets:
         if one.spectra is not None:
             yield spectra_name(one.name), _spectra_table(one.spectra)
-    if report.stages:
-        heads = {"stage": "Stage", "jobs": "Jobs", "wall_s": "Wall, s", "cpu_s": "Processor, s"}
-        rows = [one._asdict() for one in report.stages.table()]
-        yield STAGES, table_of(STAGES, "Stages", rows, **heads, peak_mb="Peak memory, MB")
 
 
 def _spectra_table(spectra: Spectra) -> Table:

@@ -16,7 +16,7 @@ from ajgdata.pipeline.label_kinds import (
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.import_fields import session_name
 from ajgdata.store.importing import How, Imported, import_scan
-from ajgdata.store.locks import BRINGING, alone, remove_abandoned
+from ajgdata.store.locks import BRINGING, alone, remove_stale
 from ajgdata.store.scan import Scan, scan, target_column
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -78,8 +78,7 @@ def import_folder(
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
-        for left_by_killed_ones in (paths.recordings(dataset), paths.hash_cache):
-            remove_abandoned(left_by_killed_ones)
+        remove_stale(paths.recordings(dataset))
     return spec, found, result
 
 

@@ -18,18 +18,17 @@ from ajgdata.paths import (
     TABLES,
     Paths,
 )
-from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
 from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.pipeline.sounds import sounds_of
-from ajgdata.pipeline.stages import Stopwatch, stages_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.format import Source
 from ajgdata.report.kept_figures import made_of
-from ajgdata.report.navigation import FIXED, Group, experiment_link
+from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
@@ -78,9 +77,6 @@ def build_report(
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
-    watch = Stopwatch()
-    if page == paths.report:
-        growing.grow(paths)  # its last state stands until the pages are whole
     folder = page.parent / FIGURES
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
@@ -93,24 +89,17 @@ def build_report(
         report,
         skipped=skipped,
         opening=_opening(opening, page.parent) if opening else None,
-        costs=tuple(_costs(results, studies)),
         checks=tuple(_checks(studies)),
+        run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
     kept = KeptFigures(paths.figure_cache, code)
     figures = draw_figures(illustrations(report), folder, kept, processes)
     kept.tidy()
-    whole = bool(pages or published)
-    stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
-    report = dataclasses.replace(report, stages=stages)
-    later = [one for one in illustrations(report) if one.name not in figures]
-    figures |= draw_figures(later, folder)
     tables = write_exports(
         paths, report, results, page.parent / TABLES,
         papers=paths.paper_tables if page == paths.report else None,
     )  # fmt: skip
     figures = {name: with_tables(one, tables) for name, one in figures.items()}
-    if page == paths.report:
-        growing.end(paths)
     for name, html in render_pages(report, figures, nav, published, project=paths).items():
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
@@ -175,24 +164,6 @@ def _opening(path: Path, folder: Path) -> OpeningPicture | None:
     places = (path.with_name(told["pictures"][kind]) for kind in ("wide", "narrow"))
     wide, narrow = (place.relative_to(folder).as_posix() for place in places)
     return OpeningPicture(wide, narrow, told["alt"])
-
-
-def _costs(
-    results: Sequence[TaskResults], studies: Mapping[str, Sequence[Table]]
-) -> Iterator[tuple[Illustration, str]]:
-    """Yield figures of error against run time, with the page that tells more."""
-    from ajgdata.report.cost_panels import simulation_panel
-
-    for name in dict.fromkeys(one.experiment for one in results):
-        own = [one for one in results if one.experiment == name]
-        if drawing := EXPERIMENTS[name].cost_panel(own):
-            drawing = drawing._replace(made_of=made_of(own))
-            pages = {one.page for one in own}
-            more = experiment_link(own[0].page) if len(pages) == 1 else FIXED["results"].link
-            yield drawing, more
-    for name, tables in studies.items():
-        if drawing := simulation_panel(tables):
-            yield drawing._replace(made_of=made_of(tables)), f"{name}.html"
 
 
 def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:

@@ -20,15 +20,12 @@ from ajgdata.report.report_data import ExperimentPage, Report
 
 #: A page is to open quickly: further findings are in the file that it points to.
 MAX_FINDINGS = 2000
-STAGES = "time-of-stages"
 
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
-    from ajgdata.report.job_times import stages_caption, stages_figure
     from ajgdata.report.spectra import spectra_caption, spectra_figure
 
-    yield from (drawing for drawing, _ in report.costs)
     for drawings in report.across.values():
         yield from drawings
     for d in report.datasets:
@@ -40,10 +37,6 @@ def illustrations(report: Report) -> Iterator[Illustration]:
             yield from part.figures
     pairs = [pair for s in report.sections if s.sounds for pair in s.sounds.pairs]
     yield from {pair.name: pair.figure for pair in pairs}.values()
-    if report.stages:
-        sources = tuple(d.source for d in report.datasets)
-        stages = partial(stages_figure, report.stages, sources)
-        yield Illustration(STAGES, stages_caption(report.stages), stages)
 
 
 def spectra_name(dataset: str) -> str:
@@ -72,7 +65,6 @@ def render_pages(
         "published": published,
         "max_findings": MAX_FINDINGS,
         "DASH": DASH,
-        "STAGES": STAGES,
         "SIGNS": SIGNS,
         "evidence": evidence,
         "paper_cells": paper_cells,
@@ -81,7 +73,6 @@ def render_pages(
         "spectra_name": spectra_name,
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
-        "costs": [(figures[one.name], link) for one, link in report.costs],
         "heard": heard or _with_sounds(report),
     }
     beside, beyond = overview(report)

@@ -14,10 +14,10 @@ import numpy as np
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
-from ajgdata.report.job_times import Stages
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.report.sounds import SoundPairs
+from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
 
 
@@ -178,12 +178,10 @@ class Report:
     highlights: tuple[tuple[Highlight, str, Source], ...] = ()  #: with page and source
     #: figures of several tasks together, by the page that they stand on ("": of all)
     across: Mapping[str, Sequence[Illustration]] = field(default_factory=dict)
-    #: error against run time, for the first screen, with the page that tells more
-    costs: tuple[tuple[Illustration, str], ...] = ()
     opening: OpeningPicture | None = None
     checks: tuple[Checks, ...] = ()
     skipped: tuple[Skipped, ...] = ()
-    stages: Stages | None = None
+    run_cost: tuple[RuleCost, ...] = ()
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
 
     def __post_init__(self) -> None:

@@ -33,7 +33,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file near `path`; on success it is synced and takes the place of `path`.
 
     Whenever the process dies, `path` is the old file or the new one, never something between. What
-    a killed process left goes when the same file is next written, or by `remove_abandoned`.
+    a killed process left is removed after an hour, if the same file is written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with own_folder(path) as folder:

@@ -55,32 +55,6 @@ def commit_date() -> str:
         return ""
 
 
-def project_commit(folder: Path) -> str:
-    """Return the commit of the project in `folder`, with `+` if its files had changes; that of this
-    package, if the project is in no repository."""
-    try:
-        # Never by a tag: a commit is asked for by its hash.
-        return _git_in(folder, "describe", "--always", "--abbrev=40", "--dirty=+", "--exclude=*")
-    except (OSError, subprocess.SubprocessError):
-        return software()["git_commit"]
-
-
-def commit_named(name: str, folder: Path) -> str:
-    """Return the commit that a name (`HEAD~1`, a tag, the beginning of a hash) has in the
-    repository of `folder`; empty: none."""
-    try:
-        wanted = "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}"
-        return _git_in(folder, "rev-parse", *wanted)
-    except (OSError, subprocess.SubprocessError):
-        return ""
-
-
-def _git_in(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
-    return done.stdout.strip()
-
-
 def _git(*arguments: str) -> str:
     command = ["git", "-C", str(PACKAGE), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from ajgdata import gripper
 from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
-from ajgdata.store.locks import remove_if_abandoned
+from ajgdata.store.locks import remove_stale
 from ajgdata.types import DataError, describe, location
 
 log = logging.getLogger(__name__)
@@ -93,10 +93,10 @@ class ResponseStore:
         """
         room = self.limit_bytes // SHARES
         held = []
+        remove_stale(newest.parent)
         with os.scandir(newest.parent) as entries:
             for entry in entries:
-                if entry.name.startswith("."):  # somebody writes, or was killed
-                    remove_if_abandoned(Path(entry.path))
+                if entry.name.startswith("."):  # of another writer
                     continue
                 try:
                     stat = entry.stat()

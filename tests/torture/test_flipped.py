@@ -10,7 +10,6 @@ from tally import trials
 from ajgdata.gripper import ImpulseResponse, Scene
 from ajgdata.loading import read_model
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.compare import read_run
 from ajgdata.store import manifest
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
@@ -62,13 +61,6 @@ def refreshed(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def results(path):
-    """What `ajgdata compare` reads of a run."""
-    run = read_run(str(path.parent))
-    told = {key: run.document[key] for key in ("software", "experiments")}
-    return run.rows, run.predictions, told
-
-
 def response(path):
     """A kept response; one that is not used is simulated again."""
     found = read_response(path)
@@ -90,7 +82,6 @@ KINDS = {
     "features of a data set": ("results/features/knock.nc", store),
     "model": ("results/models/knock/material/knn/*", model),
     "table of results": ("results/tasks/knock/material/cross_validation-knn.json", read_tables),
-    "all results (JSON, CSV)": ("results/*.*", results),
     "kept response": (".ajgdata/responses/*/*.response", response),
     "manifest": ("results/manifest/knock/*", refreshed),
     "published tree": ("results/published/knock/**/*.*", tree),

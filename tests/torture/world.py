@@ -63,7 +63,7 @@ DECLARATION = {
 #: Not compared: what is measured, told, or kept to be quick.
 ASIDE = (
     *("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),
-    *(".ajgdata/hashes/", ".ajgdata/surveyed/", ".ajgdata/growing"),
+    *(".ajgdata/hashes/", ".ajgdata/surveyed/"),
 )
 ASIDE_NAMES = ("metrics.json", "settings.yaml")
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
@@ -257,6 +257,8 @@ def state_of(root: Path) -> dict[str, str]:
     for name, path in files_of(root).items():
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
+            continue
+        if path.parent.name.endswith(".tmp"):  # of a killed process
             continue
         found[name] = digest_of(path)
     return found

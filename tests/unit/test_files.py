@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -33,7 +32,7 @@ from ajgdata.store.files import (
     write_if_changed,
     yaml_bytes,
 )
-from ajgdata.store.locks import alone, remove_abandoned
+from ajgdata.store.locks import STALE_S, alone, remove_stale
 from ajgdata.types import DataError
 
 WRITER = """
@@ -83,18 +82,28 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
     assert target.read_bytes() == b"old"
 
 
-def test_what_a_killed_process_left_goes_when_the_file_is_next_written(tmp_path):
-    target, stale = tmp_path / "target", tmp_path / ".target.tmp" / "target"
-    stale.parent.mkdir()
-    stale.write_bytes(b"stale")
-    (stale.parent / ".lock").write_bytes(b"")  # nobody holds it
+def test_what_a_killed_process_left_is_removed_after_an_hour(tmp_path):
+    target, folder = tmp_path / "target", tmp_path / ".target.tmp"
     source = tmp_path / "source"
     source.write_bytes(b"linked")
-    with replacing(target) as temporary:
-        assert temporary == stale
-        os.link(source, temporary)
-    assert target.read_bytes() == b"linked"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["source", "target"]
+    for age_s, remaining in ((60, [".target.tmp"]), (2 * STALE_S, [])):
+        folder.mkdir(exist_ok=True)
+        (folder / "target").write_bytes(b"half")
+        os.utime(folder, (time.time() - age_s,) * 2)
+        with replacing(target) as temporary:
+            os.link(source, temporary)
+        assert target.read_bytes() == b"linked"
+        names = sorted(path.name for path in tmp_path.iterdir())
+        assert names == sorted([*remaining, "source", "target"])
+
+
+def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
+    stale, fresh = tmp_path / "audio" / ".a.tmp", tmp_path / "audio" / ".b.tmp"
+    for folder in (stale, fresh):
+        folder.mkdir(parents=True)
+    os.utime(stale, (0, 0))
+    remove_stale(tmp_path)
+    assert list((tmp_path / "audio").iterdir()) == [fresh]
 
 
 def test_two_writers_of_one_file_do_not_share_a_temporary(tmp_path):
@@ -104,37 +113,6 @@ def test_two_writers_of_one_file_do_not_share_a_temporary(tmp_path):
         other.write_bytes(b"other")
     assert target.read_bytes() == b"one"  # which ended last
     assert list(tmp_path.iterdir()) == [target]
-
-
-HOLDER = """
-import sys
-from pathlib import Path
-from ajgdata.store.files import replacing
-with replacing(Path(sys.argv[1])) as temporary:
-    temporary.write_bytes(b"whole")
-    print(temporary, flush=True)
-    sys.stdin.readline()
-"""
-
-
-def test_only_temporaries_of_dead_processes_are_removed(tmp_path):
-    """Another process is in the midst of writing while this one cleans up, then is killed."""
-    folder = tmp_path / "audio"
-    for killed in (False, True):
-        process = subprocess.Popen(
-            [sys.executable, "-c", HOLDER, folder / "take.wav"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        )  # fmt: skip
-        temporary = Path(process.stdout.readline().decode().strip())
-        remove_abandoned(tmp_path)
-        assert temporary.is_file()
-        if killed:
-            process.kill()
-        process.communicate(b"go on\n" if not killed else None)
-    assert (folder / "take.wav").read_bytes() == b"whole"
-    assert temporary.is_file()
-    remove_abandoned(tmp_path)
-    assert [path.name for path in folder.iterdir()] == ["take.wav"]
 
 
 def test_a_name_as_long_as_the_file_system_allows(tmp_path):
@@ -327,43 +305,13 @@ def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_pat
 
 
 @pytest.mark.parametrize("number", [errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP])
-def test_where_there_are_no_locks_writes_go_on_each_in_a_folder_of_its_own(
-    tmp_path, monkeypatch, number
-):
+def test_where_there_are_no_locks_writes_go_on(tmp_path, monkeypatch, number):
     def none(*_):
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(fcntl, "flock", none)
-    target = tmp_path / "a"
-    with replacing(target) as first, replacing(target) as second:
-        assert first.parent != second.parent
-        first.write_bytes(b"1")
-        remove_abandoned(tmp_path)  # nobody knows who is dead
-        second.write_bytes(b"2")
     with alone(tmp_path / "cake", "eating"), alone(tmp_path / "cake", "eating"):
         pass
-    assert target.read_bytes() == b"1"
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".cake.lock", "a"]
-
-
-def test_a_folder_of_another_user_is_left_to_them(tmp_path, monkeypatch):
-    """Root may do everything: that the lock is refused is said in the system's place."""
-    theirs = tmp_path / ".a.tmp"
-    theirs.mkdir()
-    (theirs / "half").write_bytes(b"x")
-    opened = os.open
-
-    def refused(path, *arguments, **options):
-        if Path(os.fspath(path)).parent == theirs:
-            raise PermissionError(errno.EACCES, "Permission denied", path)
-        return opened(path, *arguments, **options)
-
-    monkeypatch.setattr(os, "open", refused)
-    write_bytes(tmp_path / "a", b"mine")
-    remove_abandoned(tmp_path)
-    assert (tmp_path / "a").read_bytes() == b"mine"
-    assert (theirs / "half").read_bytes() == b"x"
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".a.tmp", "a"]
 
 
 class Failing:

@@ -136,6 +136,7 @@ def test_leftovers_of_killed_writers_go_too(tmp_path):
     left = store.path(scene()).with_name(".abc.tmp") / "abc"
     left.parent.mkdir(parents=True)
     left.write_bytes(bytes(4_000))
+    os.utime(left.parent, (0, 0))
     store.write(scene(), made_up(0))
     assert [p.name for p in left.parents[1].iterdir()] == [store.path(scene()).name]
 

@@ -39,10 +39,10 @@ def relabelled(collected, tmp_path) -> Project:
     return project
 
 
-def failed_run(project: Project, *arguments: str) -> list[str]:
+def failed_run(project: Project, *arguments: str, target: str = TARGET) -> list[str]:
     """Run Snakemake without the capability of root to ignore permissions; return its lines."""
     unprivileged = ["setpriv", "--bounding-set", "-all"] if os.geteuid() == 0 else []
-    snakemake = [sys.executable, "-m", "snakemake", *project.arguments(*arguments, TARGET)]
+    snakemake = [sys.executable, "-m", "snakemake", *project.arguments(*arguments, target)]
     run = subprocess.run([*unprivileged, *snakemake], check=False, capture_output=True, text=True)
     printed = run.stdout + run.stderr
     assert run.returncode == 1, printed
@@ -117,3 +117,20 @@ def test_a_dry_run_fails_if_it_cannot_determine_what_is_out_of_date(relabelled):
     with forbidden_manifests(relabelled):
         lines = failed_run(relabelled, "--dry-run")
     assert len([text for text in lines if DENIED in text]) == 1, lines
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        ("tasks/tones/pitch/cross_validation-gone.json", "tones pitch cross_validation-gone: not"),
+        ("features/gone/merged/gone.nc", "gone: not declared in the data sets of this run"),
+    ],
+)
+def test_a_result_that_is_not_declared_is_never_up_to_date(collected, tmp_path, path, line):
+    shutil.copytree(collected.root, tmp_path / "copy", symlinks=True)
+    project = Project(tmp_path / "copy")
+    file = project.paths.results / path
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.touch()
+    lines = failed_run(project, "--dry-run", target=f"results/{path}")
+    assert len([text for text in lines if text.startswith(line)]) == 1, lines

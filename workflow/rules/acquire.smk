@@ -15,7 +15,6 @@ rule acquire:
     wildcard_constraints:
         dataset="|".join(name for name, one in PLANS.items() if one.virtual) or "-",
         session="|".join(VIRTUAL) or "-",
-    priority: first_results
     conda:
         "../../environment.yml"
     message:

@@ -5,35 +5,18 @@ def process_mode():
     if workflow.executor_plugin is None or workflow.dryrun:
         return "look"
     if workflow.local_exec:
-        # A limit of jobs a second lets Snakemake look at all waiting jobs again a second after
-        # each look, in one chain of timers more for each job that ended: for nothing here.
+        # With a limit, Snakemake examines all waiting jobs again one second after each examination,
+        # in one more chain of timers per finished job.
         workflow.scheduling_settings.max_jobs_per_timespan = None
-    note_this_run()
+    correct_dates()
     return "run"
 
 
 @cache
-def note_this_run():
-    """Note that this run is alive, once, and say if others are."""
-    for said in (note_run(PATHS, local=workflow.local_exec), dates_mended(PATHS)):
-        if said:
-            print(said, file=sys.stderr)
-
-
-def noted(wildcards):
-    """No input: asked for before Snakemake locks anything, it notes the run."""
-    with errors_stop_snakemake("project"):
-        process_mode()
-        spare_pandas()
-    return []
-
-
-def spare_pandas():
-    """Let Snakemake compare parameters as the plain values that they are: to ask whether one is a
-    table it would import pandas, a third of a second in every process."""
-    plain = getattr(workflow.persistence, "_serialize_param_builtin", None)
-    if plain:
-        workflow.persistence._serialize_param_pandas = plain
+def correct_dates():
+    """Correct results with dates in the future, once, and report this."""
+    if message := dates_mended(PATHS):
+        print(message, file=sys.stderr)
 
 
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
@@ -62,13 +45,25 @@ def of_sessions(path):
     """All sessions of a data set, for one kind of file."""
     return lambda wildcards: [
         INPUTS.of(wildcards.dataset, path(wildcards.dataset, session))
-        for session in PLANS[wildcards.dataset].sessions
+        for session in declared(PLANS, wildcards.dataset).sessions
     ]
+
+
+def declared(known, key):
+    """What is known of a data set or an experiment. Ends the run if it is not declared: Snakemake
+    would ignore another error if the file exists, and report that nothing is to be done.
+    """
+    if key not in known:
+        name = key if isinstance(key, str) else " ".join(key)
+        raise SystemExit(
+            f"{name}: not declared in the data sets of this run; remove its results, or declare it"
+        )
+    return known[key]
 
 
 def asked(wildcards):
     """The experiment of a job, as its task asks for it."""
-    return ASKED[wildcards.dataset, wildcards.task, wildcards.kind]
+    return declared(ASKED, (wildcards.dataset, wildcards.task, wildcards.kind))
 
 
 def documents_of(tasks):
@@ -185,90 +180,3 @@ def encoders_of(wildcards):
         return []
     key = wildcards.dataset, wildcards.task
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
-
-
-STARTED_S = time.monotonic()
-
-
-def taken():
-    """Return what this run took."""
-    dag = workflow.dag
-    jobs = [job for job in dag.jobs if not job.is_norun]
-    needed = [job for job in jobs if dag.needrun(job)]
-    ran = [job for job in needed if dag.finished(job)]
-    lost = [job for job in needed if not dag.finished(job)]
-    return effort(
-        time.monotonic() - STARTED_S,
-        len(ran),
-        len(jobs) - len(needed),
-        [Path(job.log[0]) for job in ran if job.rule.name == "features"],
-        local=workflow.local_exec,
-        whole=not lost,
-    )
-
-
-# Whose results are told first: the data set that waits for the fewest jobs.
-FIRST = min(
-    (name for name, spec in SPECS.items() if spec.tasks),
-    key=lambda name: len(PLANS[name].sessions) + sum(key[0] == name for key in ASKED),
-    default="",
-)
-
-
-def first_results(wildcards):
-    """Priority of the jobs of one data set, so that a first result is there soon."""
-    return int(wildcards.dataset == FIRST)
-
-
-def is_to_report():
-    """Tell whether this run is still to make the report."""
-    to_make = {str(file) for job in workflow.dag.needrun_jobs() for file in job.output}
-    return str(PATHS.report) in to_make
-
-
-def begin_report():
-    """Write the first page of a report that this run is to make, which grows with its results."""
-    if is_to_report():
-        from ajgdata.pipeline import growing  # templates, which no other run needs
-
-        if workflow.touch:
-            growing.discard(PATHS)
-        else:
-            growing.begin(PATHS, list(PLANS), MEASURED)
-
-
-def stop_report():
-    """Say on that page that there is no more to come, if there is not, and what failed."""
-    if PATHS.growing.is_file() and is_to_report():
-        from ajgdata.pipeline.growing import stop
-
-        stop(PATHS, failed_jobs())
-
-
-def failed_jobs():
-    """Return a line for each job that ended in an error, with its log."""
-    return [
-        f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
-        for job in workflow.scheduler.failed
-    ]
-
-
-def tell_run():
-    """Print what the run did, of all that was asked for, on the console; return its summary."""
-    outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
-    keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
-    specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
-    if specs:
-        run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
-        told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]
-        print("", *told, "", sep="\n", file=sys.stderr, flush=True)
-        return run
-    return None
-
-
-def end_run(run):
-    """End a whole run that skipped a task with one line and exit code 1; the next run, too."""
-    whole = any(job.rule.name == "complete" for job in workflow.dag.jobs)
-    if whole and run and (line := skipped_line(run)):
-        PATHS.complete.unlink(missing_ok=True)
-        raise SystemExit(line)

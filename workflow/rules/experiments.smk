@@ -15,10 +15,8 @@ rule experiment:
         "results/logs/experiment/{dataset}.{task}.{kind}.log",
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
-    # First what is told first, then what simulates, which takes longest: others would wait for it.
-    priority:
-        lambda wildcards: 2 * first_results(wildcards)
-        + int(asked(wildcards).experiment.renders)
+    # What simulates takes longest: begun last, the run would wait for it.
+    priority: lambda wildcards: int(asked(wildcards).experiment.renders)
     conda:
         "../../environment.yml"
     params:

@@ -8,7 +8,6 @@ rule features:
         "results/logs/features/{dataset}.{session}.log",
     benchmark:
         "results/benchmarks/features/{dataset}.{session}.tsv"
-    priority: first_results
     conda:
         "../../environment.yml"
     params:
@@ -33,7 +32,6 @@ rule merge:
         "results/logs/merge/{dataset}.log",
     benchmark:
         "results/benchmarks/merge/{dataset}.tsv"
-    priority: first_results
     conda:
         "../../environment.yml"
     params:

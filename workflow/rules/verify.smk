@@ -41,7 +41,8 @@ rule verify_solver:
         "../scripts/verify_solver.py"
 
 
-# Last of all. If a task was skipped, `end_run` removes the output and ends with an exit code.
+# The last job of a whole run. If a task was skipped, `end_run` removes the summary and sets exit
+# code 1.
 rule complete:
     input:
         EVERYTHING,

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.growing import grow
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.rendering import new_grasps_of, renderer
 from ajgdata.types import AudioSettings, FeatureSettings
@@ -35,4 +34,3 @@ with logged(snakemake.log[0]):
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),
     )
-    grow(Paths())

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.report import build_report
 from ajgdata.report.navigation import parsed
 
@@ -21,3 +22,4 @@ with logged(snakemake.log[0]):
         code=snakemake.params.code,
         processes=snakemake.threads,
     )
+    tell(f"report: {snakemake.output.page}")
