@@ -75,7 +75,7 @@ class Asked:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Return the names of its jobs: `learning_curve-cnn`, or `permutation_test`."""
+        """Return the names of its jobs: `learning_curve-cnn`, or `reflected_energy`."""
         name = self.experiment.name
         return tuple(f"{name}-{model}" if model else name for model in self.models)
 

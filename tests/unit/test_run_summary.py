@@ -16,7 +16,7 @@ from ajgdata.store.findings import write_findings
 from ajgdata.store.tables import write_tables
 from ajgdata.types import DataError, DatasetSpec, Finding
 
-KINDS = ("cross_validation-cnn", "cross_validation-knn", "permutation_test")
+KINDS = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
 KEYS = [("d", task, kind) for task in ("t", "u") for kind in KINDS]
 
 
@@ -43,7 +43,7 @@ def paths(tmp_path) -> Paths:
     found += [Finding("s", "3", "", "warning", "quiet", "p", "f")]  # used all the same
     write_findings(made.quarantine("d"), found)
     for key in KEYS:
-        lacks = key[1] == "t" and key[2] != "permutation_test"
+        lacks = key[1] == "t" and key[2] != "reflected_energy"
         told = {"skipped": "one class only"} if lacks else {"left_out": {"rare": 1}}
         write_tables(made.experiment(*key), [], **told)
     about = made.model("d", "t", "cnn") / "model.json"
@@ -71,7 +71,7 @@ def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
     found = summarise(paths, {"d": spec()}, KEYS, report=False)
     told = lines(paths, found)
     assert "6 measurements: 4 made, 2 skipped, 0 not made" in told  # it was made
-    assert "skipped   d/u, 9 of permutation_test: a class has 8" in told
+    assert "skipped   d/u, 9 of reflected_energy: a class has 8" in told
     assert [one.task for one in found.wanting] == ["d/t", "d/u"]
 
 
@@ -79,11 +79,11 @@ def test_a_run_that_failed_tells_what_is_not_there_and_shows_no_old_report(paths
     write_bytes(paths.runs, json_bytes({"agreements": {"agree": 3}}))
     paths.experiment(*KEYS[-1]).unlink()
     found = summarise(paths, {"d": spec()}, KEYS, report=False)
-    told = lines(paths, found, ["experiment d u permutation_test: results/logs/x.log"])
+    told = lines(paths, found, ["experiment d u reflected_energy: results/logs/x.log"])
     assert "6 measurements: 3 made, 2 skipped, 1 not made" in told
-    assert "failed    experiment d u permutation_test: results/logs/x.log" in told
+    assert "failed    experiment d u reflected_energy: results/logs/x.log" in told
     assert not [line for line in told if line.startswith(("report", "comparison"))]
-    assert "not made  d/u: permutation_test" in lines(paths, found)
+    assert "not made  d/u: reflected_energy" in lines(paths, found)
 
 
 def test_many_lines_are_counted(paths):
