@@ -28,14 +28,7 @@ _LOOKS = {
     "raw": (6, "s"),
     "pca": (5, "^"),
     "umap": (2, "D"),
-    "pose_latent": (0, "o"),
-    "gripper_latent": (1, "v"),
-    "standardised": (5, "^"),
-    "referenced": (2, "D"),
-    "standardised_latent": (3, "P"),
-    "referenced_latent": (4, "<"),
 }
-_OTHER = (3, "X")
 
 
 def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents]:
@@ -94,7 +87,7 @@ def look(space: str) -> dict[str, Any]:
     """Return colour and marker of a space, the same in every figure."""
     from ajgdata.report.canvas import COLOURS
 
-    colour, marker = _LOOKS.get(space, _OTHER)
+    colour, marker = _LOOKS[space]
     return {"color": COLOURS[colour], "marker": marker}
 
 

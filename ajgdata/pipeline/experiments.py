@@ -226,13 +226,12 @@ def _papers(
 ) -> Mapping[str, str]:
     """Return the figures of the paper that results stand beside, by part.
 
-    An embedding stands beside them where a task of its data set, or of its base, does.
+    An embedding stands beside them if a task of its data set does.
     """
     one, spec = asked.experiment, specs[asked.dataset]
     if not one.of_embedding:
         return spec.tasks[asked.task].papers
-    own = (asked.dataset, *asked.others)
-    named = [t.papers for name in own if name in specs for t in specs[name].tasks.values()]
+    named = [task.papers for task in spec.tasks.values()]
     return {one.name: one.paper} if one.paper in paper and any(named) else {}
 
 
