@@ -15,7 +15,7 @@ from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cross_gripper import calibration_groups
 from ajgdata.evaluate.reference_correction import Remedy
 from ajgdata.evaluate.session_shift import Brought, coral, referenced, standardised
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_named_model
 from ajgdata.types import Kind, NotPossibleError
 
 #: What is tried beside calibration grasps, by name, in the order of what it needs.
@@ -75,6 +75,7 @@ def on_new_sessions(
     kind: Kind,
     seed: int,
     period: float | None = None,
+    limits: Mapping[str, int] | None = None,
 ) -> Iterator[Point]:
     """Yield for each session of `tested` what models of `train_on` (none: all others) say of it.
 
@@ -83,7 +84,7 @@ def on_new_sessions(
     too few groups are left out; where no size is left, half of the groups stand aside, unlabelled.
     Groups that are tested are trained on in no session.
     """
-    make = lambda: make_model(model, kind, seed, period)  # noqa: E731
+    fit = partial(fit_named_model, model, kind, seed=seed, period=period, limits=limits)
     with threadpool_limits(limits=1):
         for session in tested:
             there = data.where(data.session == session)
@@ -91,7 +92,7 @@ def on_new_sessions(
             known = data.where(others & (data.session != session))
             for draw in range(draws):
                 given, chosen = _given(there, sizes, np.random.default_rng([seed, draw]))
-                yield from _points(known, there, given, chosen, draw, make, kind, period)
+                yield from _points(known, there, given, chosen, draw, fit, kind, period)
 
 
 def _given(
@@ -117,7 +118,7 @@ def _points(
     given: np.ndarray,
     chosen: Mapping[int, np.ndarray],
     draw: int,
-    make: Callable[[], Any],
+    fit: Callable[..., Any],
     kind: Kind,
     period: float | None,
 ) -> Iterator[Point]:
@@ -137,7 +138,7 @@ def _points(
             added = there.where(chosen[grasps])
             brought = Brought(np.concatenate([brought.known, added.feature]), brought.new)
             y, group = np.append(y, added.value), np.append(group, added.group)
-        fitted = fit_model(make(), brought.known, y, group)
+        fitted = fit(brought.known, y, group)
         cpu_s = time.process_time() - begun
         needs = dict.fromkeys(("grasps", "labelled", "unlabelled", "references"), 0) | used
         return Point(

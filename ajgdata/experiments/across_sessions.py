@@ -73,7 +73,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         on_new_sessions(
             data, tested=tested, train_on=settings.train_on, sizes=settings.grasps,
             draws=settings.draws, model=model, kind=inputs.kind, seed=inputs.seed,
-            period=inputs.period_deg,
+            period=inputs.period_deg, limits=inputs.most_recordings,
         )
     )  # fmt: skip
     rows = [

@@ -148,7 +148,7 @@ class Inputs:
     def split(self) -> dict[str, Any]:
         """Return what an evaluation of models takes, by name."""
         named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
-        return named | {"period": self.period_deg}
+        return named | {"period": self.period_deg, "limits": self.most_recordings}
 
 
 @dataclass(frozen=True)

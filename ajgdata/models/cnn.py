@@ -49,7 +49,6 @@ class _Cnn(BaseEstimator):
 
     module_: SpectrumCnn
     n_features_in_: int
-    limit_name = "cnn"  #: of the recordings that it learns from, see `models.limits`
 
     def __init__(
         self,

@@ -15,7 +15,6 @@ from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
 from ajgdata.features.axes import differing_axes
 from ajgdata.models import model_label
-from ajgdata.models.limits import declared
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recording_reader import RecordingReader
 from ajgdata.store.features import read_store
@@ -143,8 +142,7 @@ def run_experiment(
     )
     try:
         about["left_out"] = dict(inputs.classes_of_task[1])
-        with declared(inputs.most_recordings):
-            outcome = one.measure(inputs, one.settings.model_validate(settings), model)
+        outcome = one.measure(inputs, one.settings.model_validate(settings), model)
     except NotPossibleError as error:
         write_tables(cost, [])
         write_tables(tables, [], **about, skipped=str(error))

@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.evaluate import curves
 from ajgdata.evaluate.curves import learning_curve
-from ajgdata.models import fit_model
+from ajgdata.models import fit_named_model
 from ajgdata.types import NotPossibleError
 
 
@@ -61,13 +61,13 @@ def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monk
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 3}
     fits = []
 
-    def fit(made, features, target, groups):
+    def fit(model, kind, features, target, groups, **named):
         fits.append(len(target))
         if fits.count(12) == 2 and len(target) == 12:
             raise NotPossibleError("the second draw of two")
-        return fit_model(made, features, target, groups)
+        return fit_named_model(model, kind, features, target, groups, **named)
 
-    monkeypatch.setattr(curves, "fit_model", fit)
+    monkeypatch.setattr(curves, "fit_named_model", fit)
     found = learning_curve(x, y, group, sizes=(1, 2, 8), **ask)
     assert found.others == {2: "the second draw of two"}
     assert [(p.groups, p.repeat) for p in found.points] == [
@@ -79,9 +79,9 @@ def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monk
 def test_a_bug_of_a_model_is_not_a_size_that_failed(monkeypatch):
     x, y, group = grasps()
 
-    def fit(*_):
+    def fit(*_, **__):
         raise ValueError("a bug")
 
-    monkeypatch.setattr(curves, "fit_model", fit)
+    monkeypatch.setattr(curves, "fit_named_model", fit)
     with pytest.raises(ValueError, match="a bug"):
         learning_curve(x, y, group, sizes=(1, 2), kind="classification", model="knn", repeats=1)

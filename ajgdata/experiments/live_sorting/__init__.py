@@ -66,7 +66,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         raise NotPossibleError("it needs a virtual data set: its objects are grasped anew")
     data, clock = inputs.data(), _Clock()
     sizes = (None, *sorted(settings.grasps, reverse=True))
-    made = [trained(data, model, inputs.seed, size) for size in sizes]
+    limits = inputs.most_recordings
+    made = [trained(data, model, inputs.seed, size, limits) for size in sizes]
     wanted = wanted_grasps(made[0].classes.tolist(), settings.placements, settings.looks)
     feature, label = _sensed(inputs, settings, inputs.new_grasps(wanted), clock)
     for row in feature[:, 0]:  # one at a time, as they come to a robot
