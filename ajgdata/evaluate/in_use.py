@@ -14,8 +14,13 @@ import numpy as np
 from scipy.special import log_softmax
 from threadpoolctl import threadpool_limits
 
-from ajgdata.evaluate.calibration import TINIEST, temperature, with_temperature
-from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.calibration import (
+    TINIEST,
+    grasp_weights,
+    temperature,
+    weighted_quantile,
+    with_temperature,
+)
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.evaluate.novelty import alarm, detection_rate
 from ajgdata.evaluate.splits import grouped_folds

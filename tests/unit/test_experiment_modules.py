@@ -9,7 +9,7 @@ from experiment_samples import measured, numbers, small_inputs, task_results
 from matplotlib.text import Text
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
-from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.calibration import grasp_weights, weighted_quantile
 from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
