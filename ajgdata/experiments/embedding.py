@@ -17,6 +17,7 @@ from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ajgdata.store.latents import Latents
@@ -89,6 +90,17 @@ def look(space: str) -> dict[str, Any]:
 
     colour, marker = _LOOKS[space]
     return {"color": COLOURS[colour], "marker": marker}
+
+
+def draw_space(axes: Axes, space: str, x: Sequence[float], scores: Sequence[Score]) -> None:
+    """Draw the means and deviations (%) of a space over `x` as a line that is named at its end."""
+    from ajgdata.report.labels import label_end
+
+    mean = [100 * score.mean for score in scores]
+    sd = [100 * np.nan_to_num(score.sd) for score in scores]
+    style = {**look(space), "ms": 4.5, "capsize": 2.5}
+    axes.errorbar(x, mean, sd, label=space_name(space), **style)
+    label_end(axes, x[-1], mean[-1], space_name(space), str(style["color"]))
 
 
 def space_name(space: str) -> str:

@@ -29,9 +29,8 @@ from ajgdata.experiments import (
     EXPERIMENTS,
     embedding_projections,
 )
-from ajgdata.experiments.drawings.embedding_distances import apart_text, object_figure
-from ajgdata.experiments.drawings.embedding_knn import gain_text
-from ajgdata.experiments.embedding_distances import distances_of
+from ajgdata.experiments.embedding_distances import apart_text, distances_of, object_figure
+from ajgdata.experiments.embedding_knn import gain_text
 from ajgdata.report.canvas import COLOURS, draw, encode, styled
 from ajgdata.report.dendrogram import tree
 from ajgdata.report.latent_plane_figure import EXPECTED_WITHIN, Plane, plane_caption
