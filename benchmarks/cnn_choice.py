@@ -99,7 +99,7 @@ class Candidate(CnnClassifier):
     def _module(self, n_features: int) -> SpectrumCnn:
         return Network(n_features, self._n_outputs(), self.settings)
 
-    def descent(self, module: SpectrumCnn, steps: int) -> tuple[Any, Any]:
+    def _optimiser(self, module: SpectrumCnn, steps: int) -> tuple[Any, Any]:
         rate, name = self.max_learning_rate, self.settings["optimiser"]
         weights, decay = module.parameters(), self.weight_decay
         optimiser: torch.optim.Optimizer
@@ -121,7 +121,7 @@ class Candidate(CnnClassifier):
 
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
         steps = self.epochs * math.ceil(len(inputs) / self.batch_size)
-        optimiser, schedule = self.descent(module, steps)
+        optimiser, schedule = self._optimiser(module, steps)
         for rows in islice(batches(len(inputs), self.batch_size), steps):
             loss = self._loss(module.trunk(inputs[rows]), target[rows])
             optimiser.zero_grad()

@@ -47,32 +47,24 @@ def networks() -> list[SpectrumCnn]:
     return [new_network(BINS, dimension) for dimension in SETTINGS.dimensions]
 
 
-def trained_by(loss: torch.Tensor, optimiser: torch.optim.Optimizer, schedule: object) -> None:
-    optimiser.zero_grad()
-    loss.backward()
-    optimiser.step()
-    schedule.step()
-
-
 def loop() -> Step:
     """What one would write first: each dimension by itself."""
-    each = [(network, *CnnClassifier().descent(network, 10**6)) for network in networks()]
+    each = [(network, CnnClassifier().descent(network, 10**6)) for network in networks()]
 
     def step(x: torch.Tensor, pairs: Pairs) -> None:
-        for network, optimiser, schedule in each:
-            loss = contrastive_loss(network.trunk(x), pairs, SETTINGS.margin)
-            trained_by(loss, optimiser, schedule)
+        for network, descent in each:
+            descent.step(contrastive_loss(network.trunk(x), pairs, SETTINGS.margin))
 
     return step
 
 
 def together() -> Step:
     joined = StackedEncoders(networks())
-    optimiser, schedule = CnnClassifier().descent(joined, 10**6)
+    descent = CnnClassifier().descent(joined, 10**6)
 
     def step(x: torch.Tensor, pairs: Pairs) -> None:
         losses = [contrastive_loss(z, pairs, SETTINGS.margin) for z in joined(x)]
-        trained_by(torch.stack(losses).sum(), optimiser, schedule)
+        descent.step(torch.stack(losses).sum())
 
     return step
 

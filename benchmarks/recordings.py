@@ -7,7 +7,6 @@ absent are left out. Everything is imported by reference into a temporary projec
 """
 
 import tempfile
-from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -63,7 +62,7 @@ def main(
     every = Table("data set", "task", "model", "split", "folds", "n", "groups", "error or accuracy",
                   "95 % interval, all seeds", "chance", "means by seed")  # fmt: skip
     tuning = Table("data set", "task", "model", "variant", "mean over seeds", "training, ratio",
-                   "means by seed", "chosen, how often")  # fmt: skip
+                   "means by seed")  # fmt: skip
     present = {n: folder / f for n, f in FOLDERS.items() if (folder / f).is_dir()}
     with tempfile.TemporaryDirectory() as temporary:
         project = Paths(Path(temporary))
@@ -159,7 +158,6 @@ def compared(store: Shard, task: dict, models: Sequence[str], seeds: int) -> lis
             means = [one.scores.mean[data.metric] for one in found]
             train_s = sum(one.cost.train_cpu_s for one in found)
             fastest = fastest or train_s
-            told = Counter(c["reason"] or c["choice"] for one in found for c in one.choices)
             rows.append(
                 [
                     model,
@@ -167,7 +165,6 @@ def compared(store: Shard, task: dict, models: Sequence[str], seeds: int) -> lis
                     f"{np.mean(means):.3f}",
                     f"{train_s / fastest:.1f}",
                     " ".join(f"{mean:.3f}" for mean in means),
-                    "; ".join(f"{name} {count}" for name, count in told.most_common(4)),
                 ]
             )
     return rows

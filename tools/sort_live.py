@@ -32,7 +32,7 @@ from ajgdata.acquire.robot import Placement
 from ajgdata.acquire.simulated_card import DEVICE, SERVER_VARIABLE, load_jack, switch
 from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.virtual import chain_of, scene_of
-from ajgdata.evaluate.looks import orders
+from ajgdata.evaluate.sorting import orders
 from ajgdata.live.decision import judge
 from ajgdata.live.events import Event, EventLog, read_events
 from ajgdata.live.kept import KeptRun

@@ -58,8 +58,6 @@ class Asked:
     @property
     def others(self) -> tuple[str, ...]:
         """Return the data sets that it needs beside its own."""
-        if isinstance(self.settings, Embedding):
-            return (self.settings.base,) if self.settings.base else ()
         return tuple(getattr(self.settings, "test_on", ()))
 
     def optional_in(self, spec: DatasetSpec) -> bool:
@@ -71,11 +69,11 @@ class Asked:
     @property
     def of_latents(self) -> bool:
         """Return whether it needs the latents of the embedding's encoders."""
-        return isinstance(self.settings, Embedding) and not self.settings.base
+        return isinstance(self.settings, Embedding)
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Return the names of its jobs: `learning_curve-cnn`, or `permutation_test`."""
+        """Return the names of its jobs: `learning_curve-cnn`, or `reflected_energy`."""
         name = self.experiment.name
         return tuple(f"{name}-{model}" if model else name for model in self.models)
 
@@ -154,7 +152,7 @@ def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
     asked = [
         Asked(one, spec.name, embedding, settings, ("",))
         for one in (EXPERIMENTS[name] for name in EXPERIMENTS.names())
-        if one.of_embedding and one.of_base == bool(settings.base) and one.asks(settings)
+        if one.of_embedding and one.asks(settings)
     ]
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
 

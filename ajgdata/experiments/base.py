@@ -148,7 +148,7 @@ class Inputs:
     def split(self) -> dict[str, Any]:
         """Return what an evaluation of models takes, by name."""
         named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
-        return named | {"period": self.period_deg}
+        return named | {"period": self.period_deg, "limits": self.most_recordings}
 
 
 @dataclass(frozen=True)
@@ -311,10 +311,9 @@ class Experiment:
     `highlights` are what the first screen says of it, beyond what the paper has. An experiment with
     its `own_page` does not stand on that of its task.
 
-    Those `of_embedding` are made of embeddings, whose declaration is their settings: of all, or
-    (`of_base`) of those alone that have a `base`, and then of no others; `asks(settings)` is False
-    for an embedding that does not ask for it. On data sets that stand beside the paper they stand
-    beside its figure `paper`.
+    Those `of_embedding` are made of embeddings, whose declaration is their settings;
+    `asks(settings)` is False for an embedding that does not ask for it. On data sets that stand
+    beside the paper they stand beside its figure `paper`.
     """
 
     name: str
@@ -338,7 +337,6 @@ class Experiment:
     reads_recordings: bool = False
     renders: bool = False
     of_embedding: bool = False
-    of_base: bool = False
     asks: Callable[[Any], bool] = lambda settings: True
     paper: str = ""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ajgdata.evaluate.undefined import why_undefined
+from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths

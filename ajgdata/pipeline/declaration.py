@@ -50,9 +50,6 @@ def _others(spec: DatasetSpec) -> Iterator[tuple[str, str, str]]:
     none)."""
     for name, task in spec.tasks.items():
         yield from ((f"task {name}: tested on {one!r}", one, task.target) for one in task.others)
-    for name, one in spec.embeddings.items():
-        if one.base:
-            yield f"embedding {name}: based on {one.base!r}", one.base, ""
 
 
 def _other_problems(

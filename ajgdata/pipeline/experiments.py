@@ -15,7 +15,6 @@ from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
 from ajgdata.features.axes import differing_axes
 from ajgdata.models import model_label
-from ajgdata.models.limits import declared
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.recording_reader import RecordingReader
@@ -144,8 +143,7 @@ def run_experiment(
     )
     try:
         about["left_out"] = dict(inputs.classes_of_task[1])
-        with declared(inputs.most_recordings):
-            outcome = one.measure(inputs, one.settings.model_validate(settings), model)
+        outcome = one.measure(inputs, one.settings.model_validate(settings), model)
     except NotPossibleError as error:
         write_tables(cost, [])
         write_tables(tables, [], **about, skipped=str(error))
@@ -228,13 +226,12 @@ def _papers(
 ) -> Mapping[str, str]:
     """Return the figures of the paper that results stand beside, by part.
 
-    An embedding stands beside them where a task of its data set, or of its base, does.
+    An embedding stands beside them if a task of its data set does.
     """
     one, spec = asked.experiment, specs[asked.dataset]
     if not one.of_embedding:
         return spec.tasks[asked.task].papers
-    own = (asked.dataset, *asked.others)
-    named = [t.papers for name in own if name in specs for t in specs[name].tasks.values()]
+    named = [task.papers for task in spec.tasks.values()]
     return {one.name: one.paper} if one.paper in paper and any(named) else {}
 
 

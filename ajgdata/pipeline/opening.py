@@ -196,8 +196,7 @@ def _decision(
 
     from ajgdata.evaluate.splits import grouped_folds
     from ajgdata.evaluate.task_data import task_data
-    from ajgdata.models import fit_model, make_model, model_label
-    from ajgdata.models.limits import declared
+    from ajgdata.models import fit_named_model, model_label
     from ajgdata.report.opening import Decision
 
     model, seed = about["model"], about["seed"]
@@ -208,9 +207,11 @@ def _decision(
     parts = grouped_folds(data.value, data.group, about["kind"], count, seed)
     fold, (train, test) = next((n, part) for n, part in enumerate(parts) if row in part[1])
     # As in the cross-validation: the same numbers.
-    with threadpool_limits(limits=1), declared(about.get("most_recordings", {})):
-        made = make_model(model, about["kind"], seed)
-        fitted = fit_model(made, data.feature[train], data.value[train], data.group[train])
+    with threadpool_limits(limits=1):
+        fitted = fit_named_model(
+            model, about["kind"], data.feature[train], data.value[train], data.group[train],
+            seed=seed, limits=about.get("most_recordings", {}),
+        )  # fmt: skip
         chances = fitted.predict_proba(data.feature[test])[test == row][0]
     classes = map(str, fitted.classes_)
     probabilities = dict(zip(classes, map(float, chances), strict=True))

@@ -115,9 +115,8 @@ def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]
 
 
 def _others(spec: DatasetSpec) -> set[str]:
-    """Return the data sets that those of `spec` are tested on, or transferred from."""
-    tested = {other for task in spec.tasks.values() for other in task.others}
-    return tested | {one.base for one in spec.embeddings.values() if one.base}
+    """Return the data sets that tasks of `spec` are tested on."""
+    return {other for task in spec.tasks.values() for other in task.others}
 
 
 def _check_paper(paths: Paths, spec: DatasetSpec) -> None:

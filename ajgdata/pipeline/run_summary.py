@@ -170,7 +170,7 @@ def many(count: int, noun: str) -> str:
 
 
 def _kinds(kinds: Sequence[str]) -> str:
-    """Return `cross_validation (knn, cnn), permutation_test` of the names of jobs."""
+    """Return `cross_validation (knn, cnn), reflected_energy` of the names of jobs."""
     grouped: dict[str, list[str]] = {}
     for kind in kinds:
         name, _, model = kind.partition("-")

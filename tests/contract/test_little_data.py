@@ -48,7 +48,6 @@ CASES: dict[str, list[Row]] = {
 HOPELESS = ("no recording", "one recording")
 SETTINGS: dict[str, dict] = {
     "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
-    "permutation_test": {"permutations": 3},
     "sorting": {"models": ["linear_plain"]},
     "novelty": {"models": ["linear_plain"], "inner_folds": 2},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
@@ -61,14 +60,13 @@ SETTINGS: dict[str, dict] = {
     "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear_plain"],
                    "slow": [], "responses": 2},
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},
-    "tuning": {"models": ["linear", "knn"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear_plain"]},
     "drift": {"day_1": ["s1", "s2"], "models": ["linear_plain"],
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
-EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2, "probes": {"label": {}}}
+EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2}
 
 
 def declaration(name: str) -> dict:

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.undefined import why_undefined
+from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments.base import score_table
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect

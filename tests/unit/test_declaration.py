@@ -58,18 +58,13 @@ def task(**keys) -> dict:
         ),
     ],
 )
-@pytest.mark.parametrize("asked", ["test_on", "cross_gripper", "embedding"])
+@pytest.mark.parametrize("asked", ["test_on", "cross_gripper"])
 def test_spectra_that_do_not_compare_are_refused_before_the_work(tmp_path, theirs, said, asked):
     """A model of 44.1 kHz once scored 72 instead of 97 % on 48 kHz, without a word."""
     declare(Paths(tmp_path), "b", "s1", **theirs)
     declared = {
         "test_on": {"tasks": task(test_on=["b"])},
         "cross_gripper": {"tasks": task(experiments={"cross_gripper": {"test_on": ["b"]}})},
-        "embedding": {
-            "embeddings": {
-                "e": {"supervision": "x", "target": "label", "base": "b", "held_out": ["s1"]}
-            }
-        },
     }[asked]
     paths = declare(Paths(tmp_path), "a", "s1", **declared)
     (found,) = problems(paths, "a")

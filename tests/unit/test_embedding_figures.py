@@ -15,10 +15,8 @@ from embedding_samples import (
     figures,
     knn,
     pictures,
-    probes,
     projections,
     results,
-    transfer,
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -29,14 +27,10 @@ from scipy.cluster.hierarchy import dendrogram
 
 from ajgdata.experiments import (
     EXPERIMENTS,
-    embedding_probes,
     embedding_projections,
-    embedding_transfer,
 )
-from ajgdata.experiments.drawings.embedding_distances import apart_text, object_figure
-from ajgdata.experiments.drawings.embedding_knn import gain_text
-from ajgdata.experiments.drawings.embedding_probes import LOWEST
-from ajgdata.experiments.embedding_distances import distances_of
+from ajgdata.experiments.embedding_distances import apart_text, distances_of, object_figure
+from ajgdata.experiments.embedding_knn import gain_text
 from ajgdata.report.canvas import COLOURS, draw, encode, styled
 from ajgdata.report.dendrogram import tree
 from ajgdata.report.latent_plane_figure import EXPECTED_WITHIN, Plane, plane_caption
@@ -64,9 +58,7 @@ def test_every_figure_says_simulated_fits_and_never_varies(drawn):
     assert set(drawn) == {
         ("embedding_knn", ""),
         *(("embedding_distances", n) for n in ("categories", "objects-latent", "objects-raw")),
-        ("embedding_probes", "probes"),
         ("embedding_retrieval", ""),
-        *(("embedding_transfer", name) for name in ("probes", "")),
         *(
             ("embedding_projections", name)
             for name in ("plane", "by-object", "by-category", "by-angle_deg", "by-session_id")
@@ -101,10 +93,6 @@ def test_titles_say_what_was_found(drawn):
         "raw features (chance 25 %)",
         ("embedding_distances", "categories"): "Categories whose members lie nearer to one another "
         "than to others: 2 of 3 in latent, 2 of 3 in raw features",
-        ("embedding_probes", "probes"): "A linear probe on latent reads object 0.7 (chance 0.25), "
-        "angle deg −1.8 (chance 0)",
-        ("embedding_transfer", ""): "Unseen grippers, on average: at best 40 % with 0 grasps "
-        "(latent across grippers; chance 25 %), 80 % with 4 of each thing (latent across grippers)",
     }
     for key, expected in said.items():
         assert title(drawn[key]) == expected
@@ -396,34 +384,15 @@ def test_things_have_colours_of_their_own():
     assert "" not in text_colours(np.array(["", "a"]))
 
 
-# probes, retrieval, transfer
-
-
-def test_probes_stand_at_their_scores_and_far_below_zero_at_the_edge(drawn):
-    figure = drawn["embedding_probes", "probes"]
-    left, right = figure.axes
-    spaces = ["latent", "raw features"]
-    names = [t.get_text() for t in left.get_yticklabels()]
-    assert names == ["object (accuracy)", *spaces, "angle deg (R²)", *spaces]
-    found = {c.get_label(): c.lines[0].get_xdata().astype(float) for c in left.containers}
-    np.testing.assert_allclose(found["latent, linear"], [0.7, LOWEST])
-    np.testing.assert_allclose(found["raw features, k-NN"], [0.5, LOWEST])
-    assert (left.get_title(), right.get_title()) == ("new grasps of known things", "unseen things")
-    assert all(len(c.lines[0].get_xdata()) == 1 for c in right.containers)
-    scores, silhouettes = EXPERIMENTS["embedding_probes"].tables(results("embedding_probes"))
-    assert scores.rows[0] == (
-        "object", "new grasps of known things", "accuracy", "0.25",
-        "0.70 ± 0.14", "0.70 ± 0.14", "0.50 ± 0.14", "0.50 ± 0.14",
-    )  # fmt: skip
-    assert silhouettes.rows == (("object", "0.30 ± 0.14", "-0.10 ± 0.14"),)
-    assert silhouettes.caption.endswith("of validation points.")
+# silhouettes, retrieval
 
 
 def test_a_silhouette_of_some_points_says_of_how_many():
-    found = results("embedding_probes")
+    found = results("embedding_projections")
     about = {"silhouette_on": 5000, "silhouette_of": 12_000}
     some = dataclasses.replace(found, results=(dataclasses.replace(found.results[0], about=about),))
-    _, silhouettes = EXPERIMENTS["embedding_probes"].tables(some)
+    (silhouettes,) = EXPERIMENTS["embedding_projections"].tables(some)
+    assert silhouettes.rows == (("object", "0.30 ± 0.14", "-0.10 ± 0.14"),)
     assert silhouettes.caption.endswith("of validation points (5,000 of 12,000 in a run).")
 
 
@@ -436,47 +405,16 @@ def test_precision_falls_with_k_in_its_gallery(drawn):
     np.testing.assert_allclose(bars["latent"], [[1, 80], [5, 16]])
 
 
-def test_transfer_has_a_panel_for_each_gripper(drawn):
-    figure = drawn["embedding_transfer", ""]
-    assert [axes.get_title() for axes in figure.axes] == ["tall", SCRIPT]
-    lines = {line.get_label(): line.get_xdata() for line in figure.axes[0].lines}
-    np.testing.assert_allclose(lines["raw features"], [10, 50])
-    np.testing.assert_allclose(lines["latent across grippers"], [40, 80])
-    names = [t.get_text() for t in figure.axes[0].get_yticklabels()]
-    assert names == ["raw features", "latent across grippers"]
-    told = embedding_transfer.caption(results("embedding_transfer")).alt
-    assert "latent across grippers on tall, 4 grasps: 80.0 ± 7.1 %" in told
-    three = ["tall", SCRIPT, "wide"]
-    more = results("embedding_transfer", transfer(three), about={"held_out_grippers": three})
-    figure = draw(figures(more)[""])
-    assert fits(figure)
-    visible = [axes.get_title() for axes in figure.axes if axes.get_visible()]
-    assert visible == ["tall", SCRIPT, "wide"]
-
-
-def test_transfer_is_told_as_the_mean_of_all_unseen_grippers():
-    shown = list(EXPERIMENTS["embedding_transfer"].tables(results("embedding_transfer")))
-    assert "(chance 25 %)" in shown[0].caption
-    assert shown[0].rows == (
-        ("raw features", "10 %", "50 %"), ("latent across grippers", "40 %", "80 %")
-    )  # fmt: skip
-    assert [table.heads[0] for table in shown] == ["space", "target", "setting"]
-
-
 def test_what_was_not_made_is_not_shown():
-    none = [dataclasses.replace(table, rows=()) for table in probes()[:1]]
-    assert figures(results("embedding_probes", none)) == {}
-    assert list(EXPERIMENTS["embedding_probes"].tables(results("embedding_probes", none))) == []
-    recordings, points = projections()
+    recordings, points, _ = projections()
     flat = [recordings, points.where(space="raw")]
     assert "plane" not in figures(results("embedding_projections", flat))
     assert embedding_projections.clusters_of(results("embedding_projections", flat)) == ""
 
 
 def test_it_is_said_first_what_the_pairs_had_to_know():
-    for kind in ("embedding_projections", "embedding_transfer"):
-        said = EXPERIMENTS[kind].summary(results(kind))
-        assert said == f"What the pairs are made from: Which things are the same, and {SCRIPT}."
+    said = EXPERIMENTS["embedding_projections"].summary(results("embedding_projections"))
+    assert said == f"What the pairs are made from: Which things are the same, and {SCRIPT}."
 
 
 def test_stored_projections_are_what_they_were():
@@ -489,8 +427,3 @@ def test_stored_projections_are_what_they_were():
     for a, b in zip(found.projections, shown.projections, strict=True):
         assert (a.space, a.method) == (b.space, b.method)
         np.testing.assert_array_equal(a.points, b.points)
-
-
-def test_probes_are_read_without_those_that_say_nothing():
-    read = embedding_probes.probes_of(results("embedding_probes"))
-    assert {one.metric for one in read} == {"accuracy", "r2"}

@@ -35,7 +35,6 @@ SPEC = DatasetSpec.model_validate(
                 "target": "object",
                 "models": ["linear_plain"],
                 "experiments": {
-                    "permutation_test": {"permutations": 9},
                     "learning_curve": {"groups": [1, 99], "models": ["knn"]},
                 },
             }
@@ -90,14 +89,10 @@ def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, 
 
 
 def test_files_say_what_was_measured_how_and_of_what(paths):
-    about, tables = read_tables(paths.experiment("d", "t", "permutation_test"))
-    assert about["settings"] == {"permutations": 9}
-    assert (about["seed"], about["model"], about["provenance"]["data_set"]) == (
-        3,
-        "ridge_plain",
-        "d",
-    )
-    assert [table.name for table in tables] == ["scores", "null"]
+    about, tables = read_tables(paths.experiment("d", "t", "cross_validation-linear_plain"))
+    assert about["settings"]["models"] == ["linear_plain"]
+    assert (about["seed"], about["provenance"]["data_set"]) == (3, "d")
+    assert tables[0].name == "scores"
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
@@ -129,7 +124,6 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     assert values["mean"] == pytest.approx(np.mean(folds), abs=1e-15)
     assert values["sd"] == pytest.approx(np.std(folds, ddof=1), abs=1e-15)
     assert {(r["source"], r["seed"]) for r in rows} == {("simulated", "3")}
-    assert {r["metric"] for r in rows if r["part"] == "permutations"} == {"accuracy", "p"}
     assert any(r["part"] == "cost of grouped" and r["statistic"] == "measured" for r in rows)
     keys = [tuple(v for k, v in row.items() if k != "value") for row in rows]
     assert len(set(keys)) == len(keys)
@@ -138,7 +132,7 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     right = np.mean([p["y_true"] == p["y_pred"] for p in once])
     assert right == pytest.approx(values["pooled"])
     kinds = {one["experiment"] for one in document["experiments"]}
-    assert kinds == {"cross_validation", "permutation_test", "learning_curve"}
+    assert kinds == {"cross_validation", "learning_curve"}
 
 
 # Settings of the STFT need the recordings themselves

@@ -154,7 +154,7 @@ def made(project):
     project.declare(
         title=f"Things {SCRIPT}",
         targets={name: target.model_dump() for name in ("object", "category")},
-        embeddings={"poses": {**SETTINGS, "probes": {}}},
+        embeddings={"poses": SETTINGS},
     )
     things = list(THINGS)
     project.write([
@@ -175,7 +175,7 @@ def made(project):
 
 def stored(path, **about):
     """The first recordings of `pictures`, under the names of those of `made`."""
-    recordings, points = projections()
+    recordings, points, _ = projections()
     rows = [{**row, "recording": f"s1/r{i:02d}"} for i, row in enumerate(recordings.rows)]
     n = len(rows)
     places = [row for i, row in enumerate(points.rows) if i % n < COUNT - 1]

@@ -125,11 +125,11 @@ def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_
     assert [*yaml.safe_load(first), more[1]] == more
 
 
-def test_what_an_embedding_is_based_on_comes_with_it(tmp_path):
+def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
     paths = Paths(tmp_path)
-    embedding = {"supervision": "x", "target": "object", "base": "one", "held_out": ["s"]}
+    tasks = {"t": {"target": "object", "test_on": ["one"]}}
     targets = {"object": {"kind": "classification"}}
-    declare(paths, "many", targets=targets, embeddings={"e": embedding}, recipe=RECIPE)
+    declare(paths, "many", targets=targets, tasks=tasks, recipe=RECIPE)
     with pytest.raises(DataError, match="no such data set; declared here: many"):
         plan(paths, ["many"])
     declare(paths, "one")

@@ -25,7 +25,7 @@ from ajgdata.store.findings import write_findings
 from ajgdata.store.tables import write_tables
 from ajgdata.types import DataError, DatasetSpec, Finding
 
-KINDS = ("cross_validation-cnn", "cross_validation-knn", "permutation_test")
+KINDS = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
 KEYS = [("d", task, kind) for task in ("t", "u") for kind in KINDS]
 
 
@@ -52,7 +52,7 @@ def paths(tmp_path) -> Paths:
     found += [Finding("s", "3", "", "warning", "quiet", "p", "f")]  # used all the same
     write_findings(made.quarantine("d"), found)
     for key in KEYS:
-        lacks = key[1] == "t" and key[2] != "permutation_test"
+        lacks = key[1] == "t" and key[2] != "reflected_energy"
         told = {"skipped": "one class only"} if lacks else {"left_out": {"rare": 1}}
         write_tables(made.experiment(*key), [], **told)
     write_bytes(made.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}}))
@@ -84,7 +84,7 @@ def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
     write_tables(paths.experiment(*KEYS[-1]), [], others={"9": "a class has 8"})
     told = lines(paths, summarise(paths, {"d": spec()}, KEYS))
     assert "6 measurements: 4 made, 2 skipped" in told  # it was made
-    assert "skipped   d/u, 9 of permutation_test: a class has 8" in told
+    assert "skipped   d/u, 9 of reflected_energy: a class has 8" in told
 
 
 def test_many_lines_are_counted(paths):
