@@ -34,7 +34,6 @@ from ajgdata.pipeline.run_summary import lines, skipped_line, summarise
 from ajgdata.pipeline.running import note_run
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
-    GALLERY,
     STUDIES,
     ablation_code,
     page_code,
@@ -84,7 +83,6 @@ PAGES = [
     name
     for name in (
         *([ABLATIONS_PAGE] if ABLATED else []),
-        GALLERY,
         *STUDIES,
     )
     if config["pages"] is None or name in config["pages"]

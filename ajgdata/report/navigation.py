@@ -32,11 +32,6 @@ LEADS = {
         " within the simulation; that it holds for the real gripper, too, is a guess.",
         "Results",
     ),
-    "gallery": Lead(
-        "Gallery",
-        "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
-        "through its axis, and the sound moving through one of them.",
-    ),
     "verification": Lead(
         "Verification",
         "Does the solver solve the equations it claims to solve? Identities that hold at "

@@ -155,8 +155,8 @@ def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
         "datasets": ["a", "b"], "alone": True, "pages": [], "publish": [], "quick": True
     }  # fmt: skip
     assert (read.targets, str(read.cores)) == (["results/x.nc"], "2")
-    later = with_only(["a"], ["--config", "pages=[gallery]"])
-    assert parse_config(later[1:])["pages"] == ["gallery"]
+    later = with_only(["a"], ["--config", "pages=[accuracy]"])
+    assert parse_config(later[1:])["pages"] == ["accuracy"]
     assert with_only([], ["--cores", "2"]) == ["--cores", "2"]
 
 

@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import GALLERY, STUDIES, page_code, run_study, study_code
+from ajgdata.pipeline.studies import STUDIES, page_code, run_study, study_code
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.labels import EndLabel, PointLabel
@@ -128,7 +128,7 @@ def page(tmp_path, monkeypatch):
     monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
     pretend(monkeypatch, TABLE)
     run_study("pretended", paths.study("pretended"))
-    nav = navigation([], ["gallery", "accuracy"], [])
+    nav = navigation([], ["stability", "accuracy"], [])
     build_page(paths, "pretended", [paths.study("pretended")], nav)
     return paths.page("pretended").read_text(encoding="utf-8")
 
@@ -146,7 +146,7 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
     fixed = {f"{name}.html" for name in ("index", "paper", "results", "datasets", "run")}
     own = {"#body", "pretended/convergence.csv"}
     links = {a["href"] for a in shown.all("a")}
-    assert links == fixed | own | {"gallery.html", "accuracy.html"}
+    assert links == fixed | own | {"stability.html", "accuracy.html"}
     assert not {tag for tag, _ in shown.tags} & {"script", "link", "iframe", "object"}
     assert "simulated" in shown.words
     assert all(a.get("scope") in {"row", "col"} for a in shown.all("th"))
@@ -388,11 +388,10 @@ def test_cells(given, shown):
 
 
 def test_every_page_has_its_words_and_its_place():
-    assert set(STUDIES) | {GALLERY} <= set(LEADS)
-    assert [link.link for link in page_links(["accuracy", "gallery"], ["The virtual gripper"])] == [
-        "gallery.html", "accuracy.html",
-    ]  # fmt: skip
-    assert page_links(["gallery"], ["Results"]) == []
+    assert set(STUDIES) <= set(LEADS)
+    names, group = ["accuracy", "stability"], ["The virtual gripper"]
+    assert [link.link for link in page_links(names, group)] == ["stability.html", "accuracy.html"]
+    assert page_links(["accuracy"], ["Results"]) == []
     assert list(FIGURES) == list(STUDIES)
     for study in STUDIES:
         assert code_digest(*study_code(study)) and code_digest(*page_code(study))
@@ -401,7 +400,7 @@ def test_every_page_has_its_words_and_its_place():
 def test_the_settings_know_every_page():
     schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
     pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
-    assert pages["items"]["enum"] == [ABLATIONS_PAGE, GALLERY, *STUDIES]
+    assert pages["items"]["enum"] == [ABLATIONS_PAGE, *STUDIES]
     assert set(pages["items"]["enum"]) == set(LEADS)
 
 
