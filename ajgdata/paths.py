@@ -239,11 +239,6 @@ class Paths:
         return self.of_run / "predictions.csv"
 
     @property
-    def paper_tables(self) -> Path:
-        """Return the folder of tables for papers: LaTeX, and their sources."""
-        return self.of_run / TABLES
-
-    @property
     def runs(self) -> Path:
         """Return the file that lists the data sets and evaluated models of the report."""
         return self.report.with_name(RUNS_FILE)
@@ -359,11 +354,6 @@ class Paths:
     def snakemake_locks(self) -> Path:
         """Return the folder in which Snakemake notes that a run is at work."""
         return self.root / ".snakemake" / "locks"
-
-    @property
-    def figure_cache(self) -> Path:
-        """Return the folder of figures that were drawn before, by what they show."""
-        return self.cache / "figures"
 
     @property
     def growing(self) -> Path:

@@ -7,8 +7,7 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -193,40 +192,15 @@ def pareto_front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
 def encode(figure: Figure, suffix: str) -> bytes:
     """Return the figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
     buffer = io.BytesIO()
-    with matplotlib.style.context(["default", STYLE]), _lean_fonts():
+    with matplotlib.style.context(["default", STYLE]):
         dpi = SVG_DPI if suffix == "svg" else STYLE["savefig.dpi"]
         figure.savefig(buffer, format=suffix, dpi=dpi, metadata=_METADATA[suffix])
     return buffer.getvalue()
 
 
-@contextmanager
-def _lean_fonts() -> Iterator[None]:
-    """Leave how letters join out of the fonts that a PDF embeds: its letters have their places, and
-    reading these tables is most of the time of a save. Matplotlib has no setting for it.
-    """
-    from fontTools.subset import Options
-
-    kept = Options._drop_tables_default
-    Options._drop_tables_default = [*kept, "GDEF", "GPOS", "GSUB"]
-    try:
-        yield
-    finally:
-        Options._drop_tables_default = kept
-
-
-def encoded(figure: Figure) -> dict[str, bytes]:
-    """Return the figure as a file of each format, by suffix."""
-    return {suffix: encode(figure, suffix) for suffix in FIGURE_FORMATS}
-
-
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
     """Write `stem`.svg, .png and .pdf, each in one step; return them in this order."""
-    return write_figure(encoded(figure), stem)
-
-
-def write_figure(files: Mapping[str, bytes], stem: Path) -> list[Path]:
-    """Write files of a figure, by suffix, beside `stem`; return them."""
-    targets = {suffix: stem.with_name(f"{stem.name}.{suffix}") for suffix in files}
-    for suffix, target in targets.items():
-        write_bytes(target, files[suffix])
-    return list(targets.values())
+    files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in FIGURE_FORMATS]
+    for suffix, file in zip(FIGURE_FORMATS, files, strict=True):
+        write_bytes(file, encode(figure, suffix))
+    return files

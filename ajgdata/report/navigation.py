@@ -83,7 +83,7 @@ FIXED = {
     "datasets": Link("datasets.html", "Data sets", "This run"),
     "run": Link("run.html", "How it was made", "This run"),
 }
-EXPLORERS = "Listen"
+EXPLORERS = "Projections"
 
 
 def experiment_link(page: str) -> str:
@@ -106,7 +106,7 @@ def navigation(
     """Return the navigation of a report, in the order in which it is shown.
 
     `experiments` are its pages on experiments, `pages` names those on ablations and on the virtual
-    gripper, `explorers` those on which recordings are heard.
+    gripper, `explorers` those with scatter plots of recordings.
     """
     overview = Link(INDEX, "Overview", "Results")
     first = [overview, FIXED["paper"], *page_links(pages, ("Results",)), FIXED["results"]]

@@ -228,7 +228,16 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     edit_table(project, "day2", lambda rows: rows[0].update(quality="reject"))
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
     ask = ("--config", "pages=[effects]")
-    made = {"features": 1, "merge": 1, **TASKS, "study": 1, "page": 1, "train": 1, "collect": 1, "verify": 1}
+    made = {
+        "features": 1,
+        "merge": 1,
+        **TASKS,
+        "study": 1,
+        "page": 1,
+        "train": 1,
+        "collect": 1,
+        "verify": 1,
+    }
     assert project.planned(*ask) == {**made, "complete": 1, "all": 1}
     said = project.snakemake(*ask)
     assert "1 data set: 7 recordings used, 2 left out\n" in said

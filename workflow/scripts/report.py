@@ -18,6 +18,5 @@ with logged(snakemake.log[0]):
         ablations=snakemake.params.ablations,
         published=snakemake.params.published,
         opening=Paths().opening if snakemake.params.opening else None,
-        code=snakemake.params.code,
         processes=snakemake.threads,
     )
