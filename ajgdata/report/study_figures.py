@@ -16,7 +16,6 @@ from ajgdata.report.labels import (
     LABEL_PT,
     ink,
     label_end,
-    label_point,
     reference_line,
 )
 from ajgdata.types.table import Table
@@ -240,18 +239,18 @@ def distances_figure(table: Table) -> Figure:
 
 
 def _distances_panel(axes: Axes, rows: Table, steps: list[str], materials: list[str]) -> None:
-    """Draw the materials, each named above its first mark, and how far another grasp lies."""
+    """Draw the distances of the materials, and how far another grasp lies."""
     place = np.array([steps.index(str(step)) for step in rows.column("step")])
     for index, material in enumerate(materials):
         style = {**line_style(index), "ls": "none", "label": material}
         distance = rows.numbers(material)
         axes.plot(distance, place, **style)
-        label_point(axes, distance[0], float(place[0]) - 0.35, material, str(style["color"]))
+        label_end(axes, distance[-1], float(place[-1]), material, str(style["color"]))
     scatter = rows.numbers("scatter")
     far = ~np.isnan(scatter)
     axes.plot(scatter[far], place[far], "|", color=GREY, ms=10, mew=2, label="another grasp")
     if far.any():
-        label_point(axes, scatter[far][-1], float(place[far][-1]), "another\ngrasp", GREY)
+        label_end(axes, scatter[far][-1], float(place[far][-1]), "another grasp", GREY)
 
 
 def distances_caption(table: Table) -> Caption:

@@ -34,9 +34,8 @@ def test_a_file_takes_one_drawing_of_its_figure(monkeypatch):
 def test_axes_stand_clear_of_the_head_before_anything_is_saved():
     figure = draw(illustration())
     (axes,) = figure.axes
-    renderer = figure.canvas.get_renderer()
-    head = min(text.get_window_extent(renderer).y0 for text in figure.texts)
-    box = axes.get_tightbbox(renderer)
+    head = min(text.get_window_extent().y0 for text in figure.texts)
+    box = axes.get_tightbbox()
     assert box.y1 < head
     assert 0 <= box.x0 < box.x1 <= figure.bbox.width
 

@@ -18,7 +18,6 @@ from ajgdata.pipeline.pages import build_page
 from ajgdata.pipeline.studies import STUDIES, page_code, run_study, study_code
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
-from ajgdata.report.labels import EndLabel, PointLabel
 from ajgdata.report.navigation import LEADS, navigation, page_links
 from ajgdata.report.render import draw_figures, picture
 from ajgdata.report.study_figures import FIGURES, stability_caption
@@ -317,10 +316,9 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
     lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
     assert lines["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]
     assert lines["second, cube"] == [[0.15, 0.3]] and lines["wide, bar"] == [[0.3, 0.07]]
-    beside = [text.get_text() for text in axes.texts if isinstance(text, PointLabel)]
-    assert beside == ["4", "2", "4"]
-    ends = {text.get_text() for text in axes.texts if isinstance(text, EndLabel)}
-    assert ends == {"wide, cube", "second, cube", "wide, bar"}
+    assert [text.get_text() for text in axes.texts] == ["4", "2", "4", "target"]
+    names = {text.get_text() for text in axes.get_legend().get_texts()}
+    assert names == {"wide, cube", "second, cube", "wide, bar"}
     assert title(drawn(table, "pareto")) == "A finer grid errs less and takes longer"
     default = ("cube", "wide", Numerics().dx_mm, 0.06, 0.1, 0.2, 0.25)
     with_it = drawn(table_of("accuracy", keys, (*rows, default)), "pareto")

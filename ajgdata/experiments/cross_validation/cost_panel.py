@@ -19,12 +19,9 @@ from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import GREY, model_style, pareto_front, plain_ticks
 from ajgdata.report.cost_panels import LABEL_PT, NEAR, ONE_TWO_FIVE, draw_front, panel_figure
 from ajgdata.report.format import Caption, number, words
-from ajgdata.report.labels import spread_out
 
 Task = tuple[ModelResult, ...]
 PANEL = "cost-of-models"
-#: Room of one name of a task, as a share of the height of the axes.
-NAME_SHARE = 0.082
 #: As many tasks can be named beside the axes; the others are drawn.
 MOST_NAMES = 13
 FRONT = "#b5b5b5"
@@ -156,9 +153,7 @@ def _name_tasks(axes: Axes, tasks: Sequence[Task]) -> None:
         begin = max(best_of(models).cost.train_s, SHORTEST)
         axes.plot([begin, right], [error, error], color=FRONT, lw=0.9, ls=(0, (1, 1)), zorder=1)
     shown = np.argsort(least, kind="stable")[:MOST_NAMES]
-    wanted, room = np.array([least[i] / high for i in shown]), np.full(len(shown), NAME_SHARE)
-    places = spread_out(wanted, room, -NAME_SHARE / 2, 1 + NAME_SHARE / 2)
-    for i, height in zip(shown, places, strict=True):
+    for i, height in zip(shown, np.linspace(0, 1, len(shown)), strict=True):
         line = {"arrowstyle": "-", "color": FRONT, "lw": 0.9, "shrinkA": 1, "shrinkB": 0}
         axes.annotate(
             names[i],

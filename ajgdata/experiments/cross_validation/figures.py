@@ -111,8 +111,8 @@ def _tradeoff_panel(axes: Axes, models: tuple[ModelResult, ...], time: str) -> N
         style["mfc"] = style["color"] if front[i] else "white"
         bars = model.score().bars(scale)
         axes.errorbar(times[i], score[i], bars, label=model.label, **style)
-        above = bars[1][0]
-        label_point(axes, float(times[i]), float(score[i]), model.label, str(style["color"]), above)
+        if axes.get_subplotspec().is_last_col():
+            label_end(axes, float(times[i]), float(score[i]), model.label, str(style["color"]))
 
 
 def tradeoff_caption(results: TaskResults) -> Caption:

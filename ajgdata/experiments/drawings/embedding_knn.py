@@ -25,7 +25,7 @@ from ajgdata.experiments.embedding_knn import (
 )
 from ajgdata.report.canvas import GREY, WIDTH_IN, new_figure, pareto_front
 from ajgdata.report.format import Caption, mean_sd, number
-from ajgdata.report.labels import REFERENCES, label_end, label_point, reference_line
+from ajgdata.report.labels import REFERENCES, label_end, reference_line
 from ajgdata.report.projections import ordered
 
 SHORTEST = 1e-4
@@ -108,7 +108,7 @@ def _against_time(axes: Axes, rows: list[Neighbours], shown: int) -> None:
         axes.errorbar(*place, sd, ms=4.5, elinewidth=0.8, capsize=0, **style)
         if row is named:
             name = space_name(row.space) + (f", {row.dimension}-D" if row.dimension else "")
-            label_point(axes, *place, name, style["color"], float(sd))
+            label_end(axes, *place, name, style["color"])
 
 
 def _front(axes: Axes, rows: Sequence[Neighbours]) -> None:
