@@ -109,8 +109,8 @@ def scatter(shown: Projections) -> Figure:
         spaces.append({"label": space_label(projection), "method": "restyle", "args": [args]})
     colours = []
     for column in columns:
-        args = {"visible": [other == column for other in column_of]}
-        colours.append({"label": words(column), "method": "restyle", "args": [args]})
+        visible = {"visible": [other == column for other in column_of]}
+        colours.append({"label": words(column), "method": "restyle", "args": [visible]})
     menu: dict[str, Any] = {"y": 1.02, "xanchor": "left", "yanchor": "bottom"}
     figure = Figure(traces)
     figure.update_layout(
