@@ -317,10 +317,6 @@ class Paths:
         """Folder of the figures of such a page."""
         return self.report.parent / page
 
-    def page_figure(self, page: str, name: str) -> Path:
-        """A figure of such a page without its suffix; see FIGURE_FORMATS."""
-        return self.page_figures(page) / name
-
     def shard_cache(self, dataset: str, session: str) -> Path:
         """Last good shard, kept where Snakemake does not delete it."""
         return self.cache / "features" / dataset / f"{session}.nc"

@@ -6,7 +6,6 @@ folder, where the pages find them.
 
 from __future__ import annotations
 
-import base64
 import multiprocessing
 import sys
 from collections import Counter
@@ -162,11 +161,6 @@ def render_markdown(text: str, top: int = 1) -> Markup:
         if token.type in ("heading_open", "heading_close"):
             token.tag = f"h{min(int(token.tag[1:]) + top - 1, 6)}"
     return Markup(parser.renderer.render(tokens, parser.options, {}))
-
-
-def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
-    """Return a picture as the address of an image that needs no file: for pages of one file."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def web_link(url: str) -> str:
