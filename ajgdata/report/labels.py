@@ -82,7 +82,7 @@ def label_end(axes: Axes, x: float | None, y: float, text: str, colour: str) -> 
 def add_to_legend(axes: Axes, handle: Artist, text: str) -> None:
     """Add an entry to the legend right of the axes."""
     old = axes.get_legend()
-    handles = [*old.legend_handles, handle] if old else [handle]
+    handles = [*filter(None, old.legend_handles), handle] if old else [handle]
     texts = [*(one.get_text() for one in old.get_texts()), text] if old else [text]
     axes.legend(handles, texts, loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.3)
 
