@@ -31,7 +31,6 @@ from ajgdata.pipeline.plan import plan, published, solved_by
 from ajgdata.pipeline.run import end_run, modified_ns
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
-    GALLERY,
     STUDIES,
     ablation_code,
     page_code,
@@ -81,7 +80,6 @@ PAGES = [
     name
     for name in (
         *([ABLATIONS_PAGE] if ABLATED else []),
-        GALLERY,
         *STUDIES,
     )
     if config["pages"] is None or name in config["pages"]

@@ -237,11 +237,6 @@ class Paths:
         return self.of_run / "predictions.csv"
 
     @property
-    def paper_tables(self) -> Path:
-        """Return the folder of tables for papers: LaTeX, and their sources."""
-        return self.of_run / TABLES
-
-    @property
     def runs(self) -> Path:
         """Return the file that lists the data sets and evaluated models of the report."""
         return self.report.with_name(RUNS_FILE)
@@ -320,10 +315,6 @@ class Paths:
         """Folder of the figures of such a page."""
         return self.report.parent / page
 
-    def page_figure(self, page: str, name: str) -> Path:
-        """A figure of such a page without its suffix; see FIGURE_FORMATS."""
-        return self.page_figures(page) / name
-
     def shard_cache(self, dataset: str, session: str) -> Path:
         """Last good shard, kept where Snakemake does not delete it."""
         return self.cache / "features" / dataset / f"{session}.nc"
@@ -339,10 +330,6 @@ class Paths:
         return self.cache / "fetched"
 
     @property
-    def figure_cache(self) -> Path:
-        """Return the folder of figures that were drawn before, by what they show."""
-        return self.cache / "figures"
-
     @property
     def hash_cache(self) -> Path:
         """Folder of known hashes by size, times and inode."""
@@ -378,7 +365,6 @@ class Tree:
     ARCHIVE = "audio.zip"
     DECLARATION = DATASET_FILE
     SPECTRA = "figures/spectra.png"
-    LABELS = "figures/labels.png"
 
     @staticmethod
     def audio(session: str, name: str) -> str:

@@ -255,7 +255,7 @@ def _jobs(project: Paths) -> Iterator[dict[str, Any]]:
                 yield {"stage": f"job: {job.rule}{name}", "cpu_s": job.cpu_s}
     sizes = {path: path.stat().st_size for path in own.report.parent.rglob("*") if path.is_file()}
     pages = {path: size for path, size in sizes.items() if path.suffix == ".html"}
-    heard = {path for path in pages if path.parent.name == NAME}  # of embeddings, with their sounds
+    heard = {path for path in pages if path.parent.name == NAME}  # scatter plots of embeddings
     yield {
         "stage": "report",
         "page_kb": max(size for path, size in pages.items() if path not in heard) / 1e3,

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import Run
-    from ajgdata.report.dendrogram import Tree
 
 Real = NDArray[np.floating]
 
@@ -257,12 +256,12 @@ def _matrix(axes: Axes, names: Sequence[str], runs: Real) -> None:
 
 def object_figure(results: TaskResults, one: Distances) -> Figure:
     """Return the matrix of things in the order of the tree beside it, coloured by category."""
-    from ajgdata.report.canvas import new_figure
-    from ajgdata.report.dendrogram import tree
+    from scipy.cluster.hierarchy import dendrogram
+
+    from ajgdata.report.canvas import GREY, new_figure
     from ajgdata.report.labels import width_in
 
-    n, found = len(one.objects), tree(one.object_mean, one.objects)
-    order = found.order if found else list(range(n))
+    n, order = len(one.objects), leaves(one)
     label = max(width_in(words(name), 8) for name in one.objects)
     side = max(2.0, 0.2 * n)
     subtitle = f"{results.title}: mean distance of validation pairs of different grasps; dark: near"
@@ -270,8 +269,16 @@ def object_figure(results: TaskResults, one: Distances) -> Figure:
     drawn = new_figure(size_in, object_finding(one), subtitle, [results.source])
     branches, axes = drawn.subplots(1, 2, width_ratios=[1.2, side])
     branches.set_axis_off()
-    if found:
-        _branches(branches, found)
+    if n > 1:
+        dendrogram(
+            links(one),
+            ax=branches,
+            orientation="left",
+            no_labels=True,
+            color_threshold=0,
+            above_threshold_color=GREY,
+        )
+        branches.invert_yaxis()
     image = axes.imshow(one.object_mean[np.ix_(order, order)], cmap=SHADES, aspect="auto")
     axes.grid(False)
     axes.spines[:].set_visible(False)
@@ -288,17 +295,22 @@ def object_figure(results: TaskResults, one: Distances) -> Figure:
     return drawn
 
 
-def _branches(axes: Axes, found: Tree) -> None:
-    """Draw the tree, its leaves at the rows of the matrix: scipy puts leaf k at 10 k + 5."""
-    from scipy.cluster.hierarchy import dendrogram
+def links(one: Distances) -> Real:
+    """Return scipy's average linkage of the things; unknown distances count as the largest."""
+    from scipy.cluster.hierarchy import linkage
+    from scipy.spatial.distance import squareform
 
-    from ajgdata.report.canvas import GREY
+    condensed = squareform((one.object_mean + one.object_mean.T) / 2, checks=False)
+    known = condensed[np.isfinite(condensed)]
+    largest = known.max() if len(known) else 1.0
+    return linkage(np.nan_to_num(condensed, nan=largest), "average", optimal_ordering=True)
 
-    drawn: dict[str, Any] = dendrogram(found.links, no_plot=True)
-    for place, height in zip(drawn["icoord"], drawn["dcoord"], strict=True):
-        axes.plot(height, (np.asarray(place) - 5) / 10, color=GREY, lw=1)
-    axes.set_ylim(len(found.order) - 0.5, -0.5)
-    axes.set_xlim(1.05 * max(map(max, drawn["dcoord"])) or 1.0, 0)
+
+def leaves(one: Distances) -> list[int]:
+    """Return the things in the order of the tree, which puts near ones side by side."""
+    from scipy.cluster.hierarchy import leaves_list
+
+    return leaves_list(links(one)).tolist() if len(one.objects) > 1 else [0]
 
 
 def category_caption(results: TaskResults) -> Caption:
@@ -324,10 +336,7 @@ def apart_text(one: Distances) -> str:
 
 def object_caption(one: Distances) -> Caption:
     """Return the caption of `object_figure`."""
-    from ajgdata.report.dendrogram import tree
-
-    found = tree(one.object_mean, one.objects)
-    names = [words(one.objects[i]) for i in (found.order if found else range(len(one.objects)))]
+    names = [words(one.objects[i]) for i in leaves(one)]
     return Caption(
         "Dark: near. The diagonal is the distance between different grasps of one "
         "thing. The tree joins what is nearest on average (average linkage). Names have the "

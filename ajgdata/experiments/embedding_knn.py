@@ -237,7 +237,7 @@ def _against_dimension(axes: Axes, rows: list[Neighbours]) -> None:
 
 def _against_time(axes: Axes, rows: list[Neighbours], shown: int) -> None:
     """Draw a marker for each dimension; that of the settings, or else the last, is named."""
-    from ajgdata.report.labels import label_point
+    from ajgdata.report.labels import label_end
 
     style = look(rows[0].space)
     named = next((row for row in rows if row.dimension in (None, shown)), rows[-1])
@@ -247,7 +247,7 @@ def _against_time(axes: Axes, rows: list[Neighbours], shown: int) -> None:
         axes.errorbar(*place, sd, ms=4.5, elinewidth=0.8, capsize=0, **style)
         if row is named:
             name = space_name(row.space) + (f", {row.dimension}-D" if row.dimension else "")
-            label_point(axes, *place, name, style["color"], float(sd))
+            label_end(axes, *place, name, style["color"])
 
 
 def _front(axes: Axes, rows: Sequence[Neighbours]) -> None:

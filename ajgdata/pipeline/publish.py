@@ -259,19 +259,11 @@ def _describe(
         version=version,
         date=date or commit_date(),
         source=told.source,
-        answers=card.answers(spec, told, list(sessions.values()), unsealed),
         task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
         has_gripper=card.has_gripper(list(sessions.values())),
     )
-    counts = [
-        card.counts_of(name, target, store.columns[name].values)
-        for name, target in spec.targets.items()
-        if name in store.columns
-    ]
     if told.spectra:
         _write(tree, tree.SPECTRA, encode(spectra_figure(told), "png"))
-    if counts:
-        _write(tree, tree.LABELS, encode(card.labels_figure(told, counts), "png"))
     held = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
     sizes = {name: (tree / name).stat().st_size for name in held}
     hashes = {name: file_sha256(tree / name) for name in held}
@@ -282,7 +274,8 @@ def _describe(
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
     facts = _provenance(spec, told, store, sessions, version)
-    text = card.render_card(about, told, table, counts, sizes, facts, front, paths)
+    groups = sorted({task.groups for task in spec.tasks.values()})
+    text = card.render_card(about, told, table, groups, unsealed, sizes, facts, front, paths)
     _write(tree, tree.README, text.encode())
     return told.n_left_out, unsealed, about.is_unlicensed
 

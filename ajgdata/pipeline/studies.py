@@ -23,7 +23,6 @@ STUDIES: tuple[str, ...] = (
     "materials",
     "effects",
 )
-GALLERY = "gallery"
 
 
 def study_code(name: str) -> tuple[str, ...]:

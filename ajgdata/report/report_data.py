@@ -16,7 +16,6 @@ from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.sounds import SoundPairs
 from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
 
@@ -96,12 +95,20 @@ class Part:
     tables: tuple[ShownTable, ...]
 
 
+class Clip(NamedTuple):
+    """A recording that a page plays; `file` is relative to the report's folder."""
+
+    recording: str
+    label: str
+    file: str
+
+
 @dataclass(frozen=True)
 class TaskSection:
     """A task (or an embedding) of a data set with its experiments, in the order of the report.
 
-    `explorer` is a link to the page on which its recordings are seen and heard, if there is one,
-    `sounds` are a few of them to compare.
+    `explorer` is a link to the scatter plot of its recordings, if there is one; `clips` are a few
+    recordings to listen to.
     """
 
     dataset: str
@@ -110,7 +117,7 @@ class TaskSection:
     source: Source
     parts: tuple[Part, ...]
     explorer: str = ""
-    sounds: SoundPairs | None = None
+    clips: tuple[Clip, ...] = ()
 
     @property
     def anchor(self) -> str:

@@ -181,7 +181,7 @@ def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
     nav = navigation_of(paths, specs, tasks, [])
     build_explorer(
         paths.experiment("little", "alone", PROJECTIONS), dataset="little", embedding="alone",
-        paths=paths, manifests=[paths.audio_manifest("little", "s1")], nav=nav,
+        paths=paths, nav=nav,
         page=paths.explorer("little", "alone"),
     )  # fmt: skip
     collect(

@@ -286,7 +286,8 @@ def test_the_noise_figure_has_a_line_for_each_model_and_training_set():
     assert [line.get_xydata().tolist() for line in axes.lines] == [
         [[45, 1], [80, 9]], [[45, 1], [80, 2]],
     ]  # fmt: skip
-    assert [text.get_text() for text in axes.texts] == ["ridge, at 45", "ridge, at all"]
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert names == ["ridge, at 45", "ridge, at all"]
 
 
 def test_the_variance_figure_stacks_what_is_known_to_the_whole():

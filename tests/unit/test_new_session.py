@@ -224,6 +224,6 @@ def test_chance_that_is_far_off_is_told_and_not_drawn():
     (one,) = EXPERIMENTS["across_sessions"].figures(results)
     figure = draw(one)
     assert "chance" not in texts(figure)
-    assert any("chance is 8.16 mm" in text for text in texts(figure))
+    assert "chance is 8.16 mm" in " ".join(texts(figure))
     box, size = figure.get_tightbbox(), figure.get_size_inches()
     assert box.min.min() >= -0.5 / 72 and (box.max <= size + 0.5 / 72).all()

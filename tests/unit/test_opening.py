@@ -24,7 +24,7 @@ from ajgdata.report.opening import (
     opening_figure,
     scalogram_db,
 )
-from ajgdata.report.small_sections import FINER, colours_of
+from ajgdata.report.scenes import FINER, colours_of
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import text_column, write_store
 from ajgdata.store.files import json_bytes, write_bytes

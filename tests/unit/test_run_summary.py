@@ -167,8 +167,8 @@ def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
         "datasets": ["a", "b"], "alone": True, "pages": [], "publish": [], "quick": True
     }  # fmt: skip
     assert (read.targets, str(read.cores)) == (["results/x.nc"], "2")
-    later = with_only(["a"], ["--config", "pages=[gallery]"])
-    assert parse_config(later[1:])["pages"] == ["gallery"]
+    later = with_only(["a"], ["--config", "pages=[accuracy]"])
+    assert parse_config(later[1:])["pages"] == ["accuracy"]
     assert with_only([], ["--cores", "2"]) == ["--cores", "2"]
 
 
@@ -179,7 +179,7 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     assert run_name(many) != run_name(others)
     assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
     whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
-    together = ("report", "runs", "all_metrics", "metrics_table", "predictions", "paper_tables")
+    together = ("report", "runs", "all_metrics", "metrics_table", "predictions")
     for name in (*together, "complete", "verified", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
         assert own == getattr(whole, name).relative_to(tmp_path / "results")

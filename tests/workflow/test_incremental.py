@@ -226,8 +226,17 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     redeclare(project, tasks={"other": DECLARATION["tasks"]["pitch"] | few})
     edit_table(project, "day2", lambda rows: rows[0].update(quality="reject"))
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
-    ask = ("--config", "pages=[gallery]")
-    made = {"features": 1, "merge": 1, **TASKS, "page": 1, "train": 1, "collect": 1, "verify": 1}
+    ask = ("--config", "pages=[effects]")
+    made = {
+        "features": 1,
+        "merge": 1,
+        **TASKS,
+        "study": 1,
+        "page": 1,
+        "train": 1,
+        "collect": 1,
+        "verify": 1,
+    }
     assert project.planned(*ask) == {**made, "complete": 1, "all": 1}
     said = project.snakemake(*ask)
     assert "1 data set: 7 recordings used, 2 left out\n" in said
@@ -239,22 +248,20 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     assert set(sessions) == {"day2"}
     page = project.paths.report.with_name("datasets.html")
     assert "not valid YAML" in page.read_text()
-    page = project.paths.page("gallery").read_text()
+    page = project.paths.page("effects").read_text()
     assert '<a href="index.html">' in page
-    for link in re.findall(r'href="(gallery/[^"]+)"', page):
+    for link in re.findall(r'href="(effects/[^"]+)"', page):
         assert (project.paths.report.parent / link).is_file()
     assert "passed" in (project.root / "results/verify/summary.txt").read_text()
     edit_recording(project)
     assert project.planned(*END, *ask) == {"features": 1, "merge": 1, **TASKS}
-    assert project.planned(*END, *ask, "quick=False").items() >= {"page": 1}.items()
+    assert project.planned(*END, *ask, "quick=False").items() >= {"study": 1}.items()
 
 
 def test_each_study_is_a_job_of_its_own(project):
-    pages = ",".join(["gallery", *STUDIES])
-    jobs = project.jobs_of(*END, "--config", f"pages=[{pages}]")
+    jobs = project.jobs_of(*END, "--config", f"pages=[{','.join(STUDIES)}]")
     assert jobs == {
         **{(rule, study): 1 for rule in ("study", "page") for study in STUDIES},
-        ("page", "gallery"): 1,
         ("report",): 1,
     }
 

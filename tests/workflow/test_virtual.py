@@ -96,18 +96,17 @@ def test_a_dry_run_pays_for_no_compiler(made):
 
 
 def test_the_opening_picture_is_of_a_task_that_tells_objects(made):
-    """It waits for what is told of it; without the gallery, and without such a task, there is
-    none."""
-    gallery, path = ("--config", "pages=['gallery']"), made.paths.dataset("made")
+    """It waits for the predictions; without pages, and without such a task, there is none."""
+    pages, path = ("--config", "pages=['accuracy']"), made.paths.dataset("made")
     declared = yaml.safe_load(path.read_text())
     declared["targets"]["object"] = {"kind": "classification"}
     declared["tasks"] = {"edge": {"target": "edge_mm", "models": ["knn"], "folds": 2}}
     path.write_text(yaml.safe_dump(declared))
     folder = str(made.paths.opening.parent.relative_to(made.root))
-    listed = made.arguments("--dry-run", folder, *gallery)
+    listed = made.arguments("--dry-run", folder, *pages)
     assert snakemake_here(*listed) != 0
     declared["tasks"]["kind"] = {"target": "object", "models": ["knn", "linear"], "folds": 2}
     path.write_text(yaml.safe_dump(declared))
-    planned = made.planned(folder, *gallery)
+    planned = made.planned(folder, *pages)
     assert (planned["opening"], planned["experiment"], planned["acquire"]) == (1, 2, 2)
     assert snakemake_here(*made.arguments("--dry-run", folder)) != 0

@@ -94,10 +94,10 @@ def part(of):
 
 
 def tables_of_page(wildcards):
-    """What a page beside the report shows: of a study, of all ablations; the gallery has none."""
+    """Tables of a page beside the report: of a study or of all ablations."""
     if wildcards.page == ABLATIONS_PAGE:
         return [PATHS.ablation(name) for name in ABLATED]
-    return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
+    return [PATHS.study(wildcards.page)]
 
 
 def opening_sessions(path):

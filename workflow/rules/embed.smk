@@ -24,7 +24,6 @@ rule embed:
 rule explorer:
     input:
         projections=PATHS.experiment("{dataset}", "{embedding}", PROJECTIONS),
-        manifests=of_sessions(PATHS.audio_manifest),
     output:
         page=PATHS.explorer("{dataset}", "{embedding}"),
     log:
@@ -40,6 +39,6 @@ rule explorer:
         run=PATHS.run,
         texts=REPORT_FILES,
     message:
-        "Every recording of {wildcards.dataset}, seen and heard"
+        "Scatter plot of {wildcards.embedding} of {wildcards.dataset}"
     script:
         "../scripts/explorer.py"

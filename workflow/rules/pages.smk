@@ -2,7 +2,7 @@
 wildcard_constraints:
     study="|".join(STUDIES),
     ablation="|".join(ABLATED) or "-",
-    page="|".join([ABLATIONS_PAGE, GALLERY, *STUDIES]),
+    page="|".join([ABLATIONS_PAGE, *STUDIES]),
 
 
 rule study:
@@ -64,7 +64,6 @@ rule page:
         "../../environment.yml"
     params:
         nav=NAVIGATION,
-        quick=config["quick"],
         code=lambda wildcards: code_digest(*page_code(wildcards.page)),
         texts=REPORT_FILES,
     message:
@@ -74,7 +73,7 @@ rule page:
 
 
 # The opening picture of the report: a grasp of the virtual gripper and what was told of it.
-OPENING = subject_of(SPECS) if GALLERY in PAGES else None
+OPENING = subject_of(SPECS) if PAGES else None
 if OPENING:
 
     rule opening:

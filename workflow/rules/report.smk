@@ -21,7 +21,6 @@ rule report:
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
         sounds=directory(PATHS.report.parent / SOUNDS),
         tables=directory(PATHS.report.parent / TABLES),
-        papers=directory(PATHS.paper_tables),
     log:
         str(PATHS.log("report")),
     benchmark:

@@ -19,7 +19,6 @@ with logged(snakemake.log[0]):
         ablations=snakemake.params.ablations,
         published=snakemake.params.published,
         opening=Paths().opening if snakemake.params.opening else None,
-        code=snakemake.params.code,
         processes=snakemake.threads,
     )
     tell(f"report: {snakemake.output.page}")
