@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata.evaluate.looks import orders
+from ajgdata.evaluate.sorting import orders
 from ajgdata.experiments import asked_of
 from ajgdata.features.spectrum import spectrum
 from ajgdata.paths import Paths
@@ -88,7 +88,11 @@ def project(tmp_path) -> Paths:
 def test_two_runs_through_the_card_are_those_of_the_experiment(project):
     command = [sys.executable, PROGRAM, "--project", project.root, "--dataset", "d"]
     done = subprocess.run(
-        [*command, "--model", "linear", "--no-noise"], check=False, capture_output=True, text=True, timeout=900
+        [*command, "--model", "linear", "--no-noise"],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=900,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     about, tables = read_tables(project.sort_live)
