@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata.evaluate.sorting import orders
+from ajgdata.evaluate.looks import orders
 from ajgdata.experiments import asked_of
 from ajgdata.features.spectrum import spectrum
 from ajgdata.paths import Paths
