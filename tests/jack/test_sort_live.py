@@ -88,7 +88,11 @@ def project(tmp_path) -> Paths:
 def test_two_runs_through_the_card_are_those_of_the_experiment(project):
     command = [sys.executable, PROGRAM, "--project", project.root, "--dataset", "d"]
     done = subprocess.run(
-        [*command, "--model", "linear", "--no-noise"], check=False, capture_output=True, text=True, timeout=900
+        [*command, "--model", "linear", "--no-noise"],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=900,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     about, tables = read_tables(project.sort_live)
