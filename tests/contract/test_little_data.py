@@ -84,16 +84,13 @@ def declaration(name: str) -> dict:
         }
         for kind, target in (("classification", "label"), ("regression", "size"))
     }
-    own = {"tasks": tasks, "embeddings": {"alone": EMBEDDED, "based": BASED}}
+    own = {"tasks": tasks, "embeddings": {"alone": EMBEDDED}}
     return {
         "name": name,
         "audio": {"sample_rate_hz": RATE_HZ},
         "features": {"window": 256, "hop": 128, "quantity": "power", "normalisation": "none"},
         "targets": {"label": {"kind": "classification"}, "size": {"kind": "regression"}},
     } | (own if name == "little" else {})
-
-
-BASED = EMBEDDED | {"base": "whole", "held_out": ["s1"]}
 
 
 def made(paths: Paths, name: str, rows: list[Row]) -> None:
@@ -147,11 +144,10 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     kind."""
     spec = read_dataset(paths, "little")
     for name, settings in spec.embeddings.items():
-        if not settings.base:
-            train_embedding(
-                paths.merged("little"), settings=settings, seed=0,
-                latents=paths.latents("little", name), cost=paths.training_cost("little", name),
-            )  # fmt: skip
+        train_embedding(
+            paths.merged("little"), settings=settings, seed=0,
+            latents=paths.latents("little", name), cost=paths.training_cost("little", name),
+        )  # fmt: skip
     told = {}
     for one in asked_for(
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
