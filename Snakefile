@@ -8,7 +8,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
-from ajgdata.experiments import experiment_modules, measure_entry, packages_of
+from ajgdata.experiments import measure_files, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
     ABLATIONS_PAGE,
@@ -36,14 +36,12 @@ from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
     GALLERY,
     STUDIES,
-    ablation_code,
-    page_code,
-    study_code,
+    ablation_hash,
+    study_hash,
 )
 from ajgdata.report.navigation import FIXED, plain
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import read_yaml
-from ajgdata.store.provenance import settings_digest
+from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
 
 min_version("9.10")

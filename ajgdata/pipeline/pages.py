@@ -9,11 +9,10 @@ from ajgdata.ablations import ABLATIONS, ablation
 from ajgdata.ablations.base import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
-from ajgdata.pipeline.studies import GALLERY, page_code
+from ajgdata.pipeline.studies import GALLERY
 from ajgdata.report.navigation import Group
-from ajgdata.store.code_digest import code_digest
 from ajgdata.store.files import write_bytes
-from ajgdata.store.provenance import software
+from ajgdata.store.provenance import layer_hash, software
 from ajgdata.store.tables import read_tables
 
 
@@ -62,5 +61,5 @@ def _gallery(paths: Paths, nav: Sequence[Group], quick: bool) -> str:
     figures = draw_figures(drawings, paths.page_figures(GALLERY))
     gif = animate(star.scene, filmed(plan))
     write_bytes(paths.page_figure(GALLERY, FILM), gif)
-    about = {**software(), "code": code_digest(*page_code(GALLERY))}
+    about = {**software(), "code": layer_hash("report")}
     return render_gallery(shown, figures, star, about, nav, paths)

@@ -9,11 +9,9 @@ import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
-import numpy as np
-
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.files import (
     json_bytes,
     read_sealed_json,
@@ -22,8 +20,6 @@ from ajgdata.store.files import (
     write_if_changed,
 )
 from ajgdata.types import SOURCES, DataError, DatasetSpec
-
-PLANNED_BY = "ajgdata.pipeline.planned_scenes:planned_scenes"
 
 
 def scenes_of(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> dict[str, bytes]:
@@ -72,6 +68,6 @@ def _follow_from(paths: Paths, spec: DatasetSpec) -> str:
     """Return a digest of all that scenes follow from."""
     recipe = recipe_of(paths.dataset(spec.name), spec)
     declared = spec.model_dump(mode="json", include={"name", "recipe", "excitation"})
-    code = code_digest(PLANNED_BY), code_digest(*GRIPPER_CODE), SOURCES.origin(recipe.source)
-    content = [declared, *code, np.__version__]
+    code = layer_hash("acquire"), SOURCES.origin(recipe.source)
+    content = [declared, *code]
     return sha256_of(json.dumps(content, sort_keys=True).encode())

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.files import (
     copy,
@@ -23,7 +22,7 @@ from ajgdata.store.files import (
     yaml_bytes,
 )
 from ajgdata.store.locks import alone
-from ajgdata.store.provenance import commit_date, settings_digest, software
+from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.checks import Defect, defects
@@ -308,5 +307,5 @@ def _provenance(
         "digest of the recordings": told.provenance.inputs_hash,
     }
     if told.source == "simulated":
-        facts["digest of the code of the virtual gripper"] = code_digest(*GRIPPER_CODE)
+        facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
     return facts

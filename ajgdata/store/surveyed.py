@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 
 from ajgdata.paths import RECORDINGS_FILE, SESSION_FILE, Paths
-from ajgdata.store.code_digest import code_digest
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.files import json_bytes, read_json, sha256_of, write_bytes
 from ajgdata.store.hashes import Mark, absolute, is_settled, mark_of
 from ajgdata.types import DataError
@@ -24,7 +24,7 @@ class Surveyed:
 
     def __init__(self, paths: Paths, dataset: str) -> None:
         self.paths, self.dataset = paths, dataset
-        self._code = code_digest("ajgdata.store.manifest:contents")
+        self._code = layer_hash("features")
         self._file = paths.surveyed(dataset)
         self._before = _read(self._file)
         self._now = dict(self._before)

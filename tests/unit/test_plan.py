@@ -241,7 +241,7 @@ def test_scenes_are_planned_once_and_anew_when_anything_they_follow_from_changes
         assert scenes() == first
         assert len(planned) == 1
         assert session.read_bytes() == first["virtual-02"]
-    monkeypatch.setattr(planned_scenes, "code_digest", lambda *entries: f"edited {entries}")
+    monkeypatch.setattr(planned_scenes, "layer_hash", lambda *entries: f"edited {entries}")
     assert scenes() == first
     assert len(planned) == 1
     for change in ({"recipe": {**RECIPE, "seed": 9}}, {"excitation": {"kind": "mls"}}):

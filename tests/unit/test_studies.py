@@ -29,7 +29,6 @@ from ajgdata.report.study_page import (
     placed_figures,
     render_study,
 )
-from ajgdata.store.code_digest import code_digest
 from ajgdata.store.tables import plain, read_tables, write_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
@@ -394,8 +393,6 @@ def test_every_page_has_its_words_and_its_place():
     ]  # fmt: skip
     assert page_links(["gallery"], ["Results"]) == []
     assert list(FIGURES) == list(STUDIES)
-    for study in STUDIES:
-        assert code_digest(*study_code(study)) and code_digest(*page_code(study))
 
 
 def test_the_settings_know_every_page():

@@ -15,6 +15,7 @@ from conftest import DECLARATION, rules_of, write_tone
 
 from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import STUDIES
+from ajgdata.store import provenance
 from ajgdata.store.features import read_store
 from ajgdata.store.runs import kept_runs
 from ajgdata.store.sealing import seal
@@ -191,6 +192,19 @@ def test_a_setting_redoes_what_it_concerns(project, changes, jobs):
 
 def test_the_seed_redoes_the_evaluation(project):
     assert project.planned(*END, "--config", "seed=1") == TASKS
+
+
+def test_a_new_version_of_scikit_learn_reruns_the_models(project, monkeypatch):
+    def newer(name):
+        return "99.0" if name == "scikit-learn" else version(name)
+
+    version = provenance.version
+    monkeypatch.setattr(provenance, "version", newer)
+    provenance.layer_hash.cache_clear()
+    try:
+        assert project.planned(*END) == TASKS
+    finally:
+        provenance.layer_hash.cache_clear()
 
 
 def test_an_edited_report_file_makes_the_pages_anew_and_nothing_else(project):

@@ -39,11 +39,6 @@ def spare_pandas():
 INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
 
 
-def code_of(*entries):
-    """Digest of the code that a job may use, made for the jobs that are looked at."""
-    return lambda wildcards: code_digest(*entries)
-
-
 def setting(name):
     """One key of the declaration of a job's data set, as plain values."""
     return lambda wildcards: SPECS[wildcards.dataset].model_dump(
@@ -132,21 +127,16 @@ def of_latents(path):
     return [path(*key) for key in LATENTS]
 
 
-RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
-RENDERERS = [
-    "ajgdata.pipeline.rendering:renderer",
-    "ajgdata.pipeline.rendering:new_grasps_of",
-]
-
-
-def measured_by(wildcards):
-    """What an experiment's results follow from, for `code_digest`; the simulation for some."""
+def measure_hash(wildcards):
+    """Hash of the code that an experiment's results follow from; with the simulation for some."""
     one = asked(wildcards).experiment
-    return [
-        RUN_EXPERIMENT,
-        measure_entry(one.name),
-        *([*RENDERERS, *GRIPPER_CODE] if one.renders else []),
-    ]
+    return layer_hash(
+        "ablations" if one.renders else "evaluate",
+        "pipeline/*record*.py",
+        "pipeline/experiments.py",
+        "pipeline/rendering.py",
+        *measure_files(one.name),
+    )
 
 
 def rendered_from(wildcards):

@@ -14,7 +14,7 @@ rule embed:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_of("ajgdata.pipeline.embed:train_embedding"),
+        code=layer_hash("evaluate", "pipeline/embed.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -34,7 +34,7 @@ rule explorer:
     conda:
         "../../environment.yml"
     params:
-        code=code_of("ajgdata.pipeline.explorer:build_explorer"),
+        code=layer_hash("report"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         nav=NAVIGATION,
         run=PATHS.run,

@@ -33,7 +33,7 @@ rule experiment:
         packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
         rendered=rendered_from,
         seed=config["seed"],
-        code=lambda wildcards: code_digest(*measured_by(wildcards)),
+        code=measure_hash,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:
@@ -57,7 +57,7 @@ rule collect:
     params:
         documents=documents_of(MEASURED),
         run=PATHS.run,
-        code=code_of("ajgdata.pipeline.collect:collect"),
+        code=layer_hash("report"),
     message:
         "All results in one table"
     script:

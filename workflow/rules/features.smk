@@ -1,3 +1,8 @@
+FEATURES_CODE = layer_hash(
+    "features", "pipeline/extract_features.py", "pipeline/recordings.py"
+)
+
+
 rule features:
     input:
         manifest=of_session(PATHS.audio_manifest),
@@ -14,7 +19,7 @@ rule features:
     params:
         audio=setting("audio"),
         features=setting("features"),
-        code=code_of("ajgdata.pipeline.extract_features:extract_features"),
+        code=FEATURES_CODE,
     message:
         "Spectra of session {wildcards.session} of {wildcards.dataset}"
     script:
@@ -38,7 +43,7 @@ rule merge:
         "../../environment.yml"
     params:
         targets=setting("targets"),
-        code=code_of("ajgdata.pipeline.merge:merge"),
+        code=layer_hash("features", "pipeline/merge.py"),
     message:
         "Features and labels of {wildcards.dataset}"
     script:

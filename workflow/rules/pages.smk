@@ -16,7 +16,7 @@ rule study:
         "../../environment.yml"
     params:
         quick=config["quick"],
-        code=lambda wildcards: code_digest(*study_code(wildcards.study)),
+        code=study_hash(),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
@@ -43,7 +43,7 @@ rule ablate:
         ],
         seed=config["seed"],
         quick=config["quick"],
-        code=lambda wildcards: code_digest(*ablation_code(wildcards.ablation)),
+        code=ablation_hash(),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
     script:
@@ -65,7 +65,7 @@ rule page:
     params:
         nav=NAVIGATION,
         quick=config["quick"],
-        code=lambda wildcards: code_digest(*page_code(wildcards.page)),
+        code=layer_hash("report"),
         texts=REPORT_FILES,
     message:
         "Page on {wildcards.page}"
@@ -96,7 +96,7 @@ if OPENING:
             "../../environment.yml"
         params:
             audio=SPECS[OPENING.dataset].audio.model_dump(mode="json"),
-            code=code_of("ajgdata.pipeline.opening:build_opening"),
+            code=layer_hash("report"),
         message:
             "The gripper in pictures"
         script:

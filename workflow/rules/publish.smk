@@ -20,7 +20,7 @@ rule publish_dataset:
     params:
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
-        code=code_of("ajgdata.pipeline.publish:publish"),
+        code=layer_hash("report"),
     message:
         "Publishing {wildcards.dataset}"
     script:

@@ -39,9 +39,7 @@ rule report:
         published=PUBLISHED,
         opening=bool(OPENING),
         declared=[settings_digest(one.spec) for one in PLANS.values()],
-        code=code_of(
-            "ajgdata.pipeline.report:build_report", *experiment_modules(ASKED.values())
-        ),
+        code=layer_hash("report"),
         packages=sorted({p for key in ASKED for p in packages_of(ASKED[key], key[2])}),
         texts=REPORT_FILES,
     message:

@@ -16,7 +16,7 @@ rule train:
     params:
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
-        code=code_of("ajgdata.pipeline.train:train_models"),
+        code=layer_hash("evaluate", "pipeline/train.py"),
         registered_by=registered_by,
     message:
         "Training every model of {wildcards.dataset} on all of it"
