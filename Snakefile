@@ -8,6 +8,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
+from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measure_files, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
@@ -27,9 +28,8 @@ from ajgdata.pipeline.experiments import (
     models_of,
     tasks_by_report,
 )
-from ajgdata.pipeline.inputs import Inputs, dates_mended, errors_stop_snakemake
 from ajgdata.pipeline.opening import subject_of
-from ajgdata.pipeline.plan import plan, published, solved_by
+from ajgdata.pipeline.plan import errors_stop_snakemake, plan, published, solved_by
 from ajgdata.pipeline.run_summary import lines, skipped_line, summarise
 from ajgdata.pipeline.running import note_run
 from ajgdata.pipeline.site import navigation_of
@@ -43,6 +43,7 @@ from ajgdata.report.navigation import FIXED, plain
 from ajgdata.store.files import read_yaml
 from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
+from ajgdata.types import SOURCES
 
 min_version("9.10")
 
@@ -115,7 +116,7 @@ EVERYTHING = [
     *dict.fromkeys(PATHS.models(one[0]) for one in models_of(SPECS, TASKS)),
     PATHS.verified,
     *([] if WITHOUT_SOLVER else [PATHS.verified_solver]),
-    *(PATHS.receipt(name) for name in PUBLISHED),
+    *(PATHS.published_sums(name) for name in PUBLISHED),
 ]
 
 

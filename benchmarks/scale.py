@@ -43,7 +43,7 @@ from ajgdata.paths import Paths
 NAME = "scale"
 AJGDATA = [sys.executable, "-c", "from ajgdata.cli import main; main()"]
 HERE = Paths(Path(__file__).resolve().parents[1])
-STAGES = ("import", "validate", "manifest", "features", "merge", "load")
+STAGES = ("import", "validate", "features", "merge", "load")
 MODELS = ("linear_plain", "ridge_plain", "knn", "svm", "forest", "boosting", "mlp", "cnn")
 USED = re.compile(r"^(\d+\.\d+) s of processor time$", re.MULTILINE)
 app = typer.Typer(add_completion=False)
@@ -253,7 +253,7 @@ def _jobs(project: Paths) -> Iterator[dict[str, Any]]:
         for path in sorted(place.rglob("*.log")):
             told = USED.findall(path.read_text(errors="replace"))
             rule = path.parent.name if place == project.logs else path.stem
-            if told and rule not in ("features", "merge", "manifest"):
+            if told and rule not in ("features", "merge"):
                 name = "" if path.stem in (NAME, rule) else f", {path.stem.split('.')[-1]}"
                 yield {"stage": f"job: {rule}{name}", "cpu_s": float(told[-1])}
     sizes = {path: path.stat().st_size for path in own.report.parent.rglob("*") if path.is_file()}

@@ -43,8 +43,8 @@ from ajgdata.live.sort import Outcome, Sorter
 from ajgdata.loading import load_predictor
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.rendering import new_grasps_of
-from ajgdata.store.provenance import layer_hash
 from ajgdata.store.audio import read_audio
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import AudioSettings, DataError, DatasetSpec

@@ -12,8 +12,7 @@ from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.store.audio import AudioError, read_audio
 from ajgdata.store.conversion import BYTES_PER_SECOND, mp3_clip
 from ajgdata.store.files import write_bytes
-from ajgdata.store.manifest import read_manifest
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import read_dataset, recording_paths
 from ajgdata.store.tables import read_tables
 from ajgdata.types import AudioSettings
 
@@ -31,14 +30,12 @@ def build_explorer(
     dataset: str,
     embedding: str,
     paths: Paths,
-    manifests: Sequence[Path],
     page: Path,
     nav: Sequence[Group] = (),
 ) -> None:
     """Write the page on which every recording of an embedding is seen and heard.
 
-    `projections` are the tables of experiment `embedding_projections`, `manifests` say where the
-    recordings are.
+    `projections` are the tables of experiment `embedding_projections`.
     """
     from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
     from ajgdata.experiments.embedding_projections import projections_of
@@ -53,7 +50,7 @@ def build_explorer(
     if shown and len(recordings) > MOST_SHOWN:
         shown = thinned(shown, MOST_SHOWN)
     else:
-        clips, told = sounds(paths.root, manifests, spec.audio, set(recordings))
+        clips, told = sounds(paths, dataset, spec.audio, set(recordings))
     if shown and len(shown.recording) < available:
         count = f"{len(shown.recording):,} of {available:,} recordings"
         told = f"{count} are shown, drawn evenly. {told}"
@@ -71,7 +68,7 @@ def build_explorer(
 
 
 def sounds(
-    root: Path, manifests: Sequence[Path], audio: AudioSettings, wanted: set[str]
+    paths: Paths, dataset: str, audio: AudioSettings, wanted: set[str]
 ) -> tuple[dict[str, bytes], str]:
     """Return MP3s by recording, and what was done to the sound, in words.
 
@@ -82,7 +79,7 @@ def sounds(
     seconds = min(LONGEST_S, room_s)
     if seconds < SHORTEST_S:
         return {}, f"{len(wanted):,} recordings are too many for one file: none can be heard."
-    files = dict(_files(root, manifests, wanted))
+    files = dict(_files(paths, dataset, wanted))
     count = round(seconds * audio.sample_rate_hz)
 
     def beginning(path: Path) -> np.ndarray | None:
@@ -108,11 +105,9 @@ def sounds(
     )
 
 
-def _files(root: Path, manifests: Sequence[Path], wanted: set[str]) -> Iterator[tuple[str, Path]]:
+def _files(paths: Paths, dataset: str, wanted: set[str]) -> Iterator[tuple[str, Path]]:
     """Yield recordings (`<session>/<recording_id>`) with their files."""
-    for manifest in manifests:
-        content, _ = read_manifest(manifest)
-        for entry in content["recordings"]:
-            name = f"{content['session_id']}/{entry['recording_id']}"
-            if name in wanted:
-                yield name, root / entry["path"]
+    for session in sorted({name.partition("/")[0] for name in wanted}):
+        for recording_id, path in recording_paths(paths.session(dataset, session)).items():
+            if (name := f"{session}/{recording_id}") in wanted:
+                yield name, path

@@ -40,15 +40,14 @@ def import_folder(
     replace_labels: bool = False,
     prune: bool = False,
     convert: bool = False,
-    rehash: bool = False,
     started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` say how file names or a table are read (what they leave open: as dataset.yaml says
     under `imports`, else by the starter kit's convention); `convert` decodes audio that is not read
-    as it is into new files, `rehash` reads every file, be it known or not. `started(total)` returns
-    what is called once a recording. The notes of the scan say how targets were understood. Nothing
+    as it is into new files. `started(total)` returns what is called once a recording. The notes of
+    the scan say how targets were understood. Nothing
     is written when the folder cannot be understood, nor while another process brings recordings
     into this data set.
     """
@@ -66,7 +65,7 @@ def import_folder(
         spec, told = declare(dataset, folder, found, chosen, targets)
     found = _understood(found, spec, told)
     labels = {"replace_labels": replace_labels, "prune": prune}
-    how = How(copy=copy, replace=replace, rehash=rehash, **labels)
+    how = How(copy=copy, replace=replace, **labels)
     advance = started(len(found.files))
     with alone(paths.recordings(dataset), BRINGING):
         if _declared(paths, dataset) != declared:
@@ -78,8 +77,7 @@ def import_folder(
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
-        for left_by_killed_ones in (paths.recordings(dataset), paths.hash_cache):
-            remove_abandoned(left_by_killed_ones)
+        remove_abandoned(paths.recordings(dataset))
     return spec, found, result
 
 

@@ -1,29 +1,32 @@
 """Data sets of a run of the workflow, with their sessions, tasks and models.
 
 Called while Snakemake parses, in every one of its processes: light imports only, and nothing is
-written. What a run brings up to date is done by `ajgdata.pipeline.inputs`.
+written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.experiments import all_asked
 from ajgdata.paths import Paths
 from ajgdata.pipeline.declaration import check_declaration
-from ajgdata.pipeline.planned_scenes import scenes_of
+from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
     check_one_kind,
     dropped_sessions,
+    incomplete_sessions,
     list_datasets,
     list_sessions,
     read_dataset,
     whole_sessions,
 )
+from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError, DatasetSpec
 
 
@@ -31,14 +34,12 @@ from ajgdata.types import DataError, DatasetSpec
 class DatasetPlan:
     """One data set of a run.
 
-    `virtual` are the sessions that its recipe makes; `scenes` says in JSON what each of them shall
-    hold (empty if the recipes were not checked).
+    `virtual` are the sessions that its recipe makes.
     """
 
     spec: DatasetSpec
     virtual: tuple[str, ...]
     sessions: tuple[str, ...]
-    scenes: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def plan(
@@ -46,10 +47,10 @@ def plan(
 ) -> dict[str, DatasetPlan]:
     """Return data sets by name: those of `only`, else every one that has sessions or a recipe.
 
-    With `check` every scene of a recipe is planned. Data sets that a task is tested on, or an
-    embedding is based on, come with it. Raises DataError for a declaration that cannot be used
-    (with `check`: also for a scene that the gripper does not know, and for what only other files
-    tell, see `declaration`) and if there is nothing to run.
+    With `check` every scene is planned of sessions that are not recorded yet. Data sets that a task
+    is tested on, or an embedding is based on, come with it. Raises DataError for a declaration that
+    cannot be used (with `check`: also for a scene that the gripper does not know, and for what only
+    other files tell, see `declaration`) and if there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
@@ -61,12 +62,14 @@ def plan(
         names += sorted(_others(spec) - set(names))
         _check_paper(paths, spec)
         list(all_asked(spec, paths.dataset(name)))
-        scenes = scenes_of(paths, spec, virtual) if check and virtual else {}
+        to_record = incomplete_sessions(paths, name, virtual)
+        if check and to_record:
+            planned_grasps(paths.dataset(name), spec, sorted(to_record))
         held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
             check_one_kind(paths, spec, held)
         if sessions := sorted({*virtual, *held}):
-            plans[name] = DatasetPlan(spec, virtual, tuple(sessions), scenes)
+            plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
     for name, one in plans.items():
@@ -77,6 +80,22 @@ def plan(
         problem = "no data set here has recordings or a recipe"
         raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
+
+
+@contextmanager
+def errors_stop_snakemake(where: str) -> Iterator[None]:
+    """Turn any error into a SystemExit with one line.
+
+    Snakemake ignores exceptions of an input function if the outputs exist, and then reports that
+    nothing is to be done. It does not ignore SystemExit.
+    """
+    try:
+        yield
+    except Exception as error:
+        known = error if isinstance(error, DataError) else machine_trouble(error)
+        problem = f"cannot determine what is out of date ({type(error).__name__}: {error})"
+        fix = "correct this error, then run again"
+        raise SystemExit(str(known or DataError(where, problem, fix))) from error
 
 
 def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:

@@ -18,7 +18,6 @@ from ajgdata.store.files import (
     json_bytes,
     replacing_folder,
     sha256_of,
-    write_bytes,
     yaml_bytes,
 )
 from ajgdata.store.locks import alone
@@ -70,14 +69,13 @@ def publish(
     version: str = "",
     date: str = "",
     store: Path | None = None,
-    receipt: Path | None = None,
     each: Callable[[Sequence[Source]], Any] = iter,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
     `version` is that of dataset.yaml, `date` the day of the commit, unless given. `store` are its
     features (default: those that `ajgdata.load_features` gives); what they hold is what is
-    published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
+    published. `each` goes through the recordings, and
     may show how far it is. Raises DataError, and leaves what was there, when the features are
     missing or not of the recordings as they are now, and while another process publishes there.
 
@@ -115,9 +113,6 @@ def publish(
         made = _describe(tree, paths, spec, content, table, sessions, unsealed, version, date)
         (tree / tree.SUMS).write_bytes(checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
-    if receipt:
-        line = f"{file_sha256(out / Tree.SUMS)}  {out.name}/{Tree.SUMS}\n"
-        write_bytes(receipt, line.encode())
     return Published(out, len(table.rows), size, *made)
 
 
@@ -153,8 +148,8 @@ def _check_options(version: str, day: str) -> None:
 
 
 def _check_target(out: Path) -> None:
-    """Raise DataError unless `out` is free or holds an older version of the same data set."""
-    if out.is_dir() and any(out.iterdir()) and not (out / Tree.SUMS).is_file():
+    """Raise DataError unless `out` is free or holds a published data set, be it incomplete."""
+    if out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file():
         raise DataError(out, "is a folder that holds something else", "name another folder")
     if out.exists() and not out.is_dir():
         raise DataError(out, "is a file", "name a folder")

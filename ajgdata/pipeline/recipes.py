@@ -15,8 +15,8 @@ from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
-from ajgdata.store.provenance import layer_hash
 from ajgdata.store.files import line_of, write_bytes
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
 from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe, location
 

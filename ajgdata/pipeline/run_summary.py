@@ -121,7 +121,7 @@ def _data(paths: Paths, name: str) -> Data | None:
     """Return what became of recordings; None without a store that can be read, of which jobs tell:
     a run that has ended well does not fail for its summary."""
     try:
-        with reading(paths.merged(name)) as store:
+        with reading(paths.features(name)) as store:
             used = int(store["feature"].shape[0])
     except DataError:
         return None

@@ -18,7 +18,7 @@ from ajgdata.report.sounds import Sound, SoundPair, SoundPairs, apart
 from ajgdata.store.audio import inspect_audio
 from ajgdata.store.features import Shard
 from ajgdata.store.files import sha256_of, write_bytes
-from ajgdata.store.manifest import read_manifest
+from ajgdata.store.sessions import recording_paths
 from ajgdata.types import RECORDING_COLUMNS, STORE_NAMES, DataError, DatasetSpec, Kind
 
 #: Suffix by container, which is how a browser knows them; every one plays these.
@@ -186,9 +186,7 @@ def _copied(paths: Paths, dataset: str, store: Shard, row: int, folder: Path) ->
     session, _, recording = str(store.columns["recording"].values[row]).partition("/")
     digest = str(store.columns["sha256"].values[row])
     try:
-        content, _ = read_manifest(paths.audio_manifest(dataset, session))
-        entries = {one["recording_id"]: one["path"] for one in content["recordings"]}
-        path = paths.root / entries[recording]
+        path = recording_paths(paths.session(dataset, session))[recording]
         suffix = SUFFIXES.get(inspect_audio(path).format, ".wav")
         sound = path.read_bytes()
     except (DataError, LookupError, OSError):

@@ -17,9 +17,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from ajgdata import gripper
-from ajgdata.store.provenance import layer_hash
 from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
 from ajgdata.store.locks import remove_if_abandoned
+from ajgdata.store.provenance import layer_hash
 from ajgdata.types import DataError, describe, location
 
 log = logging.getLogger(__name__)

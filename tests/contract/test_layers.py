@@ -82,7 +82,7 @@ def test_nobody_knows_snakemake_or_unpickles():
 def test_what_snakemake_parses_is_light(run_python):
     """Every process of the workflow imports this; a dry run must not pay for torch."""
     code = (
-        "import sys, ajgdata.pipeline.inputs, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
+        "import sys, ajgdata.pipeline.plan, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
         "import ajgdata.store.provenance, ajgdata.store.report_files;"
         "import ajgdata.pipeline.experiments;"
         "from ajgdata.ablations import possible; possible([]);"

@@ -192,8 +192,7 @@ def built(project, **about):
     path, page = project.root / "projections.json", project.root / "explorer.html"
     stored(path, **about)
     build_explorer(
-        path, dataset="d", embedding="poses", paths=project.paths,
-        manifests=[project.paths.audio_manifest("d", "s1")], page=page,
+        path, dataset="d", embedding="poses", paths=project.paths, page=page,
     )  # fmt: skip
     return page.read_text(encoding="utf-8")
 
@@ -239,7 +238,7 @@ def test_one_gain_for_all_and_the_loudest_at_its_peak(made):
     path = made.folder() / "audio" / "r00.wav"
     write_pcm24(path, tone(440) / 10, RATE_HZ)  # a tenth of the others, which reach 0.5
     wanted = {"s1/r00", "s1/r01"}
-    clips, told = sounds(made.root, [made.paths.audio_manifest("d", "s1")], AUDIO, wanted)
+    clips, told = sounds(made.paths, "d", AUDIO, wanted)
     assert set(clips) == wanted and "(+5 dB)" in told  # 0.9 / 0.5
     quiet, loud = (_level(clips[name]) for name in sorted(wanted))
     # the encoder takes 5 % off, against clipping
@@ -254,17 +253,16 @@ def _level(clip: bytes) -> float:
 
 
 def test_more_recordings_are_shorter_and_too_many_are_silent(made, monkeypatch):
-    manifests = [made.paths.audio_manifest("d", "s1")]
     wanted = {f"s1/r{i:02d}" for i in range(COUNT)}
     for seconds, shown in ((0.2, "at most 0.2 s"), (9, "at most 3.0 s")):
         room_mb = seconds * BYTES_PER_SECOND * COUNT * 4 / 3 / 1e6
         monkeypatch.setattr(explorer, "MOST_SOUND_MB", 1.001 * room_mb)
-        clips, told = sounds(made.root, manifests, AUDIO, wanted)
+        clips, told = sounds(made.paths, "d", AUDIO, wanted)
         assert shown in told and len(clips) == COUNT
     monkeypatch.setattr(explorer, "MOST_SOUND_MB", room_mb / 100)
-    clips, told = sounds(made.root, manifests, AUDIO, wanted)
+    clips, told = sounds(made.paths, "d", AUDIO, wanted)
     assert clips == {} and "12 recordings are too many" in told
-    assert sounds(made.root, manifests, AUDIO, set())[0] == {}
+    assert sounds(made.paths, "d", AUDIO, set())[0] == {}
 
 
 @pytest.mark.parametrize(("rate", "packed"), [(8_000, 8_000), (44_100, 44_100), (96_000, 44_100)])

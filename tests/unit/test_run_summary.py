@@ -36,7 +36,7 @@ def paths(tmp_path) -> Paths:
     """A data set of 60 recordings, two of which are left out for three findings, and results of
     two tasks: of `t` one of three is there."""
     made = Paths(tmp_path)
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
     found = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
     found += [Finding("s", "2", "", "warning", "copy", "p", "f")]

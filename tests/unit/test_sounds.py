@@ -138,7 +138,7 @@ def test_a_task_about_some_classes_is_heard_in_these_alone(made, tmp_path):
     assert found.pairs[0].name == "sounds--d-some-grasps"  # those of all classes are others
 
 
-@pytest.mark.parametrize("gone", ["file", "bytes", "manifest"])
+@pytest.mark.parametrize("gone", ["file", "bytes", "table"])
 def test_a_recording_that_is_gone_or_another_is_not_heard(made, tmp_path, gone):
     project, spec, store = made
     path = project.folder() / "audio" / "c.wav"
@@ -147,9 +147,9 @@ def test_a_recording_that_is_gone_or_another_is_not_heard(made, tmp_path, gone):
     elif gone == "bytes":
         write_tone(path, 521)
     else:
-        project.paths.audio_manifest("d", "s1").unlink()
+        project.paths.recordings_file("d", "s1").unlink()
     found = sounds_of(project.paths, spec, store, tmp_path / "sounds")
-    assert [pair.by_grasp for pair in found.pairs] == ([] if gone == "manifest" else [True])
+    assert [pair.by_grasp for pair in found.pairs] == ([] if gone == "table" else [True])
 
 
 def test_without_a_task_there_is_nothing_to_compare(made, tmp_path):

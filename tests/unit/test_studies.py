@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import GALLERY, STUDIES, page_code, run_study, study_code
+from ajgdata.pipeline.studies import GALLERY, STUDIES, run_study, study_code
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.labels import EndLabel, PointLabel

@@ -15,9 +15,8 @@ def process_mode():
 @cache
 def note_this_run():
     """Note that this run is alive, once, and say if others are."""
-    for said in (note_run(PATHS, local=workflow.local_exec), dates_mended(PATHS)):
-        if said:
-            print(said, file=sys.stderr)
+    if said := note_run(PATHS, local=workflow.local_exec):
+        print(said, file=sys.stderr)
 
 
 def noted(wildcards):
@@ -36,9 +35,6 @@ def spare_pandas():
         workflow.persistence._serialize_param_pandas = plain
 
 
-INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
-
-
 def setting(name):
     """One key of the declaration of a job's data set, as plain values."""
     return lambda wildcards: SPECS[wildcards.dataset].model_dump(
@@ -46,17 +42,20 @@ def setting(name):
     )[name]
 
 
-def of_session(path):
-    """The session of a job, for one kind of file."""
-    return lambda wildcards: INPUTS.of(
-        wildcards.dataset, path(wildcards.dataset, wildcards.session)
-    )
+def session_files(wildcards):
+    """Description and table of a session, as far as they are there: its job reports what is not."""
+    name = wildcards.dataset, wildcards.session
+    files = [PATHS.session_file(*name), PATHS.recordings_file(*name)]
+    if wildcards.session in PLANS[wildcards.dataset].virtual:
+        return [*files, PATHS.acquired(*name)]
+    with errors_stop_snakemake(wildcards.dataset):
+        return [file for file in files if file.is_file()]
 
 
 def of_sessions(path):
     """All sessions of a data set, for one kind of file."""
     return lambda wildcards: [
-        INPUTS.of(wildcards.dataset, path(wildcards.dataset, session))
+        path(wildcards.dataset, session)
         for session in PLANS[wildcards.dataset].sessions
     ]
 
@@ -79,8 +78,14 @@ def of_experiments(path, tasks):
 def solved_before(wildcards):
     """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
     first = solved_by(PLANS, wildcards.dataset, wildcards.session)
-    path = PATHS.audio_manifest(first, wildcards.session) if first else None
-    return [INPUTS.of(first, path)] if first else []
+    return [PATHS.acquired(first, wildcards.session)] if first else []
+
+
+def recipe_of_session(wildcards):
+    """Hash of the settings of the recipe that a session follows from, and its source."""
+    spec = SPECS[wildcards.dataset]
+    settings = recipe_hash(spec.recipe, wildcards.session, spec.excitation)
+    return [settings, SOURCES.origin(spec.recipe.source)]
 
 
 def data_of(path, tasks):
@@ -98,14 +103,6 @@ def tables_of_page(wildcards):
     if wildcards.page == ABLATIONS_PAGE:
         return [PATHS.ablation(name) for name in ABLATED]
     return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
-
-
-def opening_sessions(path):
-    """Virtual sessions of the data set of the opening picture, for one kind of file."""
-    return lambda wildcards: [
-        INPUTS.of(OPENING.dataset, path(OPENING.dataset, session))
-        for session in PLANS[OPENING.dataset].virtual
-    ]
 
 
 def registered_by(wildcards):
@@ -145,28 +142,6 @@ def rendered_from(wildcards):
     if not asked(wildcards).experiment.renders or recipe is None:
         return ""
     return settings_digest(recipe)
-
-
-def recordings_of(wildcards):
-    """Where the recordings are, for an experiment that reads them."""
-    if not asked(wildcards).experiment.reads_recordings:
-        return []
-    return of_sessions(PATHS.audio_manifest)(wildcards)
-
-
-def sessions_of_others(wildcards):
-    """Data set and session of the recordings of other data sets, for one that reads them."""
-    one = asked(wildcards)
-    others = one.others if one.experiment.reads_recordings else ()
-    return [[other, session] for other in others for session in PLANS[other].sessions]
-
-
-def recordings_of_others(wildcards):
-    """Where these recordings are."""
-    return [
-        INPUTS.of(other, PATHS.audio_manifest(other, session))
-        for other, session in sessions_of_others(wildcards)
-    ]
 
 
 def encoders_of(wildcards):
@@ -247,7 +222,7 @@ def tell_run():
     """Print what the run did, of all that was asked for, on the console; return its summary."""
     outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
     keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
-    specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
+    specs = {name: SPECS[name] for name in SPECS if str(PATHS.features(name)) in outputs}
     if specs:
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
         told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]

@@ -1,6 +1,6 @@
 rule embed:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
     output:
         latents=PATHS.latents("{dataset}", "{embedding}"),
         cost=PATHS.training_cost("{dataset}", "{embedding}"),
@@ -24,7 +24,6 @@ rule embed:
 rule explorer:
     input:
         projections=PATHS.experiment("{dataset}", "{embedding}", PROJECTIONS),
-        manifests=of_sessions(PATHS.audio_manifest),
     output:
         page=PATHS.explorer("{dataset}", "{embedding}"),
     log:

@@ -1,12 +1,10 @@
 # Every experiment on every task and embedding.
 rule experiment:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
         others=lambda wildcards: [
-            PATHS.merged(other) for other in asked(wildcards).others
+            PATHS.features(other) for other in asked(wildcards).others
         ],
-        manifests=recordings_of,
-        other_manifests=recordings_of_others,
         encoders=encoders_of,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
@@ -25,7 +23,6 @@ rule experiment:
         settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
-        other_sessions=sessions_of_others,
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
             mode="json"

@@ -26,7 +26,7 @@ rule study:
 rule ablate:
     input:
         stores=lambda wildcards: [
-            PATHS.merged(name) for name in ablation(wildcards.ablation).datasets
+            PATHS.features(name) for name in ablation(wildcards.ablation).datasets
         ],
     output:
         tables=PATHS.ablation("{ablation}"),
@@ -79,13 +79,11 @@ if OPENING:
 
     rule opening:
         input:
-            store=PATHS.merged(OPENING.dataset),
+            store=PATHS.features(OPENING.dataset),
             tables=[
                 PATHS.experiment(OPENING.dataset, OPENING.task, kind)
                 for kind in OPENING.kinds
             ],
-            scenes=opening_sessions(PATHS.scenes),
-            manifests=opening_sessions(PATHS.audio_manifest),
         output:
             folder=directory(PATHS.opening.parent),
         log:

@@ -1,16 +1,14 @@
 rule publish:
     input:
-        [PATHS.receipt(name) for name in PUBLISHED],
+        [PATHS.published_sums(name) for name in PUBLISHED],
 
 
 rule publish_dataset:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
-        audio=of_sessions(PATHS.audio_manifest),
-        lost=lambda wildcards: INPUTS.lost_tree(wildcards.dataset),
     output:
-        receipt=PATHS.receipt("{dataset}"),
+        sums=PATHS.published_sums("{dataset}"),
     log:
         "results/logs/publish/{dataset}.log",
     benchmark:

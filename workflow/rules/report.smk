@@ -4,14 +4,14 @@ REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
 
 rule report:
     input:
-        stores=[PATHS.merged(name) for name in PLANS],
+        stores=[PATHS.features(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
         tables=of_experiments(PATHS.experiment, MEASURED),
         costs=of_experiments(PATHS.experiment_cost, MEASURED),
         explorers=of_latents(PATHS.explorer),
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
-        trees=[PATHS.receipt(name) for name in PUBLISHED],
+        trees=[PATHS.published_sums(name) for name in PUBLISHED],
         opening=rules.opening.output.folder if OPENING else [],
     output:
         page=PATHS.report,
@@ -50,7 +50,7 @@ rule report:
 
 use rule report as report_alone with:
     input:
-        stores=part(partial(data_of, PATHS.merged)),
+        stores=part(partial(data_of, PATHS.features)),
         quarantines=part(partial(data_of, PATHS.quarantine)),
         tables=part(partial(of_experiments, PATHS.experiment)),
         costs=part(partial(of_experiments, PATHS.experiment_cost)),

@@ -4,7 +4,7 @@ from ajgdata.types import MODELS
 # All models of a data set in one job: what trains them is imported once.
 rule train:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
     output:
         folder=directory(PATHS.models("{dataset}")),
     log:

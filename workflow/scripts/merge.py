@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.merge import merge
 from ajgdata.types import Target
@@ -15,6 +14,5 @@ with logged(snakemake.log[0]):
         findings=[Path(path) for path in snakemake.input.findings],
         targets={name: Target(**given) for name, given in snakemake.params.targets.items()},
         store=Path(snakemake.output.store),
-        published=Paths().features(snakemake.wildcards.dataset),
         quarantine=Path(snakemake.output.quarantine),
     )
