@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import GALLERY, STUDIES, run_study, study_code
+from ajgdata.pipeline.studies import GALLERY, STUDIES, run_study
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.labels import EndLabel, PointLabel
@@ -74,8 +74,6 @@ def pretend(monkeypatch, *made):
     module = types.ModuleType("ajgdata.studies.pretended")
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    # which has no source
-    monkeypatch.setattr("ajgdata.pipeline.studies.study_code", lambda _: study_code("verification"))
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
