@@ -10,10 +10,10 @@ from pathlib import Path
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
-from ajgdata.pipeline.declaration import declaration_problems
-from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.importing import common_audio
 from ajgdata.pipeline.label_counts import label_issues
 from ajgdata.pipeline.label_kinds import label_findings
+from ajgdata.pipeline.plan import declaration_problems
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
     examine,

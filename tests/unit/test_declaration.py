@@ -9,9 +9,8 @@ from experiment_samples import small_store
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import declaration_problems, plan
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import Shard, write_store
 from ajgdata.store.sessions import read_dataset, write_session

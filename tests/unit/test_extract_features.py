@@ -299,7 +299,7 @@ def test_same_bytes_for_any_number_of_threads_and_any_row_order(project):
 
 
 WRITER = """
-import sys
+import os, sys
 from pathlib import Path
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.types import AudioSettings, FeatureSettings
@@ -308,7 +308,7 @@ for code in range(10**6):
     if code == 1:
         print("ready", flush=True)
     extract_features(folder=folder, audio=AudioSettings(sample_rate_hz=8000),
-               features=FeatureSettings(window=256, hop=128), code=f"killed {code}", shard=shard,
+               features=FeatureSettings(window=256, hop=128), code=f"{os.getpid()} {code}", shard=shard,
                findings=findings, labels=labels)
 """
 
