@@ -308,8 +308,8 @@ for code in range(10**6):
     if code == 1:
         print("ready", flush=True)
     extract_features(folder=folder, audio=AudioSettings(sample_rate_hz=8000),
-               features=FeatureSettings(window=256, hop=128), code=f"{os.getpid()} {code}", shard=shard,
-               findings=findings, labels=labels)
+               features=FeatureSettings(window=256, hop=128),
+               code=f"{os.getpid()} {code}", shard=shard, findings=findings, labels=labels)
 """
 
 
