@@ -80,13 +80,13 @@ def extract_features(
     sound, if features need it.
     """
     session = check_session(folder)
-    told, entries = session.findings, session.files
+    issues, entries = session.findings, session.files
     excitation, played = None, ""
     if features.needs_excitation:
         excitation, more = read_excitation(session.session_id, session.played, audio)
-        told += more
+        issues += more
         if excitation is None or session.played is None:
-            told.append(_unknown_sound(session.session_id, features))
+            issues.append(_unknown_sound(session.session_id, features))
             entries = []
         else:
             played = session.played.sha256
@@ -97,21 +97,21 @@ def extract_features(
     try:
         results = _made(session.session_id, new, audio, features, excitation, threads)
     except UnfitExcitationError as error:
-        told.append(_unfit_sound(session.session_id, features, str(error)))
+        issues.append(_unfit_sound(session.session_id, features, str(error)))
         entries, new, results = [], [], {}
     rows: dict[str, Row] = {}
     for entry in entries:
         row = results.get(entry.recording_id, known.get((entry.recording_id, entry.sha256)))
         if isinstance(row, Row):
             rows[entry.recording_id] = row
-            told += row.remarks
+            issues += row.remarks
         else:
-            told += row or []
+            issues += row or []
     if features.align:
         delays = [int(row.delay) for row in rows.values()]
-        told += late_or_early(session.session_id, list(rows), delays, audio.sample_rate_hz)
-    _write(shard, entries, rows, told, audio, features, digest)
-    write_findings(findings, told)
+        issues += late_or_early(session.session_id, list(rows), delays, audio.sample_rate_hz)
+    _write(shard, entries, rows, issues, audio, features, digest)
+    write_findings(findings, issues)
     write_bytes(labels, csv_bytes(label_columns(session.labels), session.labels))
     print(f"{len(new)} recordings read, {len(entries) - len(new)} features reused")
     return len(new), len(entries) - len(new)
@@ -168,33 +168,33 @@ def _row(
     found: Examined,
     make: Callable[[np.ndarray], np.ndarray],
 ) -> Row | list[Finding]:
-    told = [finding(session, entry.recording_id, entry.path, r) for r in found.remarks]
+    issues = [finding(session, entry.recording_id, entry.path, r) for r in found.remarks]
     if found.samples is None:
-        return told
+        return issues
     samples = found.samples if found.delay is None else shift(found.samples, found.delay)
     try:
         feature = make(samples)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         return [
-            *told,
+            *issues,
             Finding(session, entry.recording_id, "", "error", "no_feature", str(error), fix),
         ]
-    return Row(feature, np.nan if found.delay is None else found.delay, tuple(told))
+    return Row(feature, np.nan if found.delay is None else found.delay, tuple(issues))
 
 
 def _write(
     path: Path,
     entries: Sequence[AudioFile],
     rows: Mapping[str, Row],
-    told: list[Finding],
+    issues: list[Finding],
     audio: AudioSettings,
     features: FeatureSettings,
     digest: str,
 ) -> None:
     frequency = frequencies_hz(audio.sample_rate_hz, features)
     hashes = {entry.recording_id: entry.sha256 for entry in entries}
-    flags = _codes(told)
+    flags = _codes(issues)
     columns = {
         "recording": text_column(list(rows)),
         "sha256": text_column([hashes[name] for name in rows], long_name="SHA-256 of the file"),
@@ -235,12 +235,12 @@ def _known_rows(path: Path, findings: Path, digest: str) -> dict[tuple[str, str]
     names, hashes, flags = values["recording"], values["sha256"], values["flags"]
     delays = values.get("delay_samples", [np.nan] * len(names))
     codes = _codes(remarks)
-    told = defaultdict(list)
+    issues = defaultdict(list)
     for one in remarks:
         if one.code != OTHER_DELAY:  # depends on the other recordings
-            told[one.recording_id].append(one)
+            issues[one.recording_id].append(one)
     return {
-        (name, sha256): Row(shard.feature[row], delays[row], tuple(told[name]))
+        (name, sha256): Row(shard.feature[row], delays[row], tuple(issues[name]))
         for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
         if flags[row] == codes.get(name, "")  # else shard and findings are of different runs
     }

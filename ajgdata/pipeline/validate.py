@@ -50,17 +50,17 @@ def validate_datasets(
     """
     folders = [Path(n) for n in names if _is_folder(n) and not _is_dataset(project, n)]
     count = 0
-    told: list[Finding] = []
+    issues: list[Finding] = []
     for folder in folders:
         checked, found = validate_folder(folder, started)
-        count, told = count + checked, told + found
+        count, issues = count + checked, issues + found
     chosen = [n for n in names if Path(n) not in folders]
     if chosen or not names:
         paths = project()
         for name in chosen or list_datasets(paths):
             checked, found = validate_dataset(paths, name, started)
-            count, told = count + checked, told + found
-    return count, told
+            count, issues = count + checked, issues + found
+    return count, issues
 
 
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
@@ -74,7 +74,7 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     sessions = list_sessions(paths, dataset)
     checked = [check_session(paths.session(dataset, name)) for name in sessions]
     advance = started(sum(len(one.files) for one in checked))
-    told = [*_check_declaration(paths, spec), *_mixed(paths, spec, sessions)]
+    issues = [*_check_declaration(paths, spec), *_mixed(paths, spec, sessions)]
     rows: list[tuple[str, str, tuple[str, ...]]] = []
     for one in checked:
         table = {row["recording_id"]: row for row in one.labels}
@@ -83,17 +83,17 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
         for name, row in table.items():
             found += bad_labels(session, name, row, spec.targets)
         found = without_rejected(found, list(rejected(session, table).values()))
-        told += [*found, *_without_row(paths.session(dataset, session), one)]
+        issues += [*found, *_without_row(paths.session(dataset, session), one)]
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
         for entry in one.files:
             if (name := entry.recording_id) not in unusable:
                 label = tuple(table[name].get(target, "") for target in spec.targets)
                 rows.append((f"{session}/{name}", entry.sha256, label))
-    told += label_findings([one.labels for one in checked], spec.targets)
-    told += label_issues({one.session_id: one.labels for one in checked}, spec)
+    issues += label_findings([one.labels for one in checked], spec.targets)
+    issues += label_issues({one.session_id: one.labels for one in checked}, spec)
     if rows:
-        told += copies(*zip(*rows, strict=True)).values()
-    return sum(len(one.labels) for one in checked), sorted(told)
+        issues += copies(*zip(*rows, strict=True)).values()
+    return sum(len(one.labels) for one in checked), sorted(issues)
 
 
 def _check_declaration(paths: Paths, spec: DatasetSpec) -> list[Finding]:
@@ -140,15 +140,15 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     name = folder.absolute().name
     entries = [AudioFile(str(p.relative_to(folder.absolute())), p, "") for p in files]
     audio, window = common_audio(files), FeatureSettings().window
-    told = _check_samples(SessionAudio(name, entries), audio, window, started(len(files)))
-    told += _not_searched(name, found)
-    unusable = {one.recording_id for one in told if one.level == "error"}
+    issues = _check_samples(SessionAudio(name, entries), audio, window, started(len(files)))
+    issues += _not_searched(name, found)
+    unusable = {one.recording_id for one in issues if one.level == "error"}
     usable = [entry for entry in entries if entry.recording_id not in unusable]
     digests = [file_sha256(entry.path) for entry in usable]
     labels = [(str(entry.path.parent),) for entry in usable]
     names = [f"{name}/{entry.recording_id}" for entry in usable]
-    told += copies(names, digests, labels).values()
-    return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in told)
+    issues += copies(names, digests, labels).values()
+    return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in issues)
 
 
 def _not_searched(name: str, found: Search) -> list[Finding]:
@@ -168,7 +168,7 @@ def _check_samples(
     advance: Callable[[], object],
 ) -> list[Finding]:
     name = session.session_id
-    excitation, told = read_excitation(name, session.played, audio)
+    excitation, issues = read_excitation(name, session.played, audio)
     delays: dict[str, int] = {}
 
     def checked(entry: AudioFile) -> tuple[tuple[Remark, ...], int | None]:
@@ -177,11 +177,11 @@ def _check_samples(
 
     results = in_threads(checked, session.files, os.cpu_count() or 1)
     for entry, (remarks, delay) in zip(session.files, results, strict=True):
-        told += [finding(name, entry.recording_id, entry.path, remark) for remark in remarks]
+        issues += [finding(name, entry.recording_id, entry.path, remark) for remark in remarks]
         if delay is not None:
             delays[entry.recording_id] = delay
         advance()
-    return told + late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
+    return issues + late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
 
 
 def _is_folder(name: str) -> bool:

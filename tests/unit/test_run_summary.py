@@ -171,7 +171,7 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     for name in (*together, "complete", "verified", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
         assert own == getattr(whole, name).relative_to(tmp_path / "results")
-    of_one = ("merged", "features", "quarantine")  # made once, for all runs
+    of_one = ("features", "quarantine")  # made once, for all runs
     assert all(getattr(alone, name)("a") == getattr(whole, name)("a") for name in of_one)
 
 

@@ -222,7 +222,9 @@ def tell_run():
     """Print what the run did, of all that was asked for, on the console; return its summary."""
     outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
     keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
-    specs = {name: SPECS[name] for name in SPECS if str(PATHS.features(name)) in outputs}
+    specs = {
+        name: SPECS[name] for name in SPECS if str(PATHS.features(name)) in outputs
+    }
     if specs:
         run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
         told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]
