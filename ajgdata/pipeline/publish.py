@@ -148,7 +148,7 @@ def _check_options(version: str, day: str) -> None:
 
 
 def _check_target(out: Path) -> None:
-    """Raise DataError unless `out` is free or holds a published data set, also an incomplete one."""
+    """Raise DataError unless `out` is free or holds a published data set, whole or not."""
     if out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file():
         raise DataError(out, "is a folder that holds something else", "name another folder")
     if out.exists() and not out.is_dir():
