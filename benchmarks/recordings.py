@@ -25,9 +25,8 @@ from ajgdata.evaluate.task_data import task_data
 from ajgdata.models import make_model
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.store import manifest
 from ajgdata.store.features import Shard, read_store
-from ajgdata.store.sessions import read_dataset, write_dataset
+from ajgdata.store.sessions import list_sessions, read_dataset, write_dataset
 from ajgdata.types import MODELS, Kind
 
 DECLARED = Paths(Path(__file__).resolve().parents[1])
@@ -45,7 +44,7 @@ def features_of(project: Paths, name: str, folder: Path) -> Shard:
     spec = read_dataset(DECLARED, name)
     write_dataset(project, spec)
     import_folder(project, name, folder, settings=None, copy=False)
-    sessions = manifest.refresh(project, name)
+    sessions = list_sessions(project, name)
     extract_sessions(project, spec, sessions, threads=2)
     merge_sessions(project, spec, sessions)
     return read_store(project.features(name))

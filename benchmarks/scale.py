@@ -43,7 +43,7 @@ from ajgdata.store.benchmarks import read_benchmarks
 NAME = "scale"
 AJGDATA = [sys.executable, "-c", "from ajgdata.cli import main; main()"]
 HERE = Paths(Path(__file__).resolve().parents[1])
-STAGES = ("import", "validate", "manifest", "features", "merge", "load")
+STAGES = ("import", "validate", "features", "merge", "load")
 MODELS = ("linear_plain", "ridge_plain", "knn", "svm", "forest", "boosting", "mlp", "cnn")
 app = typer.Typer(add_completion=False)
 

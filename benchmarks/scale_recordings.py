@@ -77,7 +77,7 @@ def make(folder: Path, responses: Sequence[Any], first: int, count: int, take_s:
 
 def declared(project: Paths, models: Sequence[str], folder: Path) -> None:
     """Declare the data set."""
-    from ajgdata.pipeline.declare import common_audio
+    from ajgdata.pipeline.importing import common_audio
     from ajgdata.store.sessions import write_dataset
     from ajgdata.types import DatasetSpec
 

@@ -44,7 +44,7 @@ from ajgdata.loading import load_predictor
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.rendering import new_grasps_of
 from ajgdata.store.audio import read_audio
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import AudioSettings, DataError, DatasetSpec
@@ -76,7 +76,7 @@ class CardRobot:
         self._recipe, self._chain = recipe, chain_of("recipe: signal", recipe.signal)
         self._solver, self._code = (
             SerialSolver(self.paths.responses),
-            code_digest(*GRIPPER_CODE),
+            layer_hash("gripper"),
         )
 
     def approach(self, placement: Placement) -> None:

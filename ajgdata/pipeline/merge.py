@@ -16,7 +16,7 @@ from ajgdata.store.features import (
     read_spectra,
     write_blocks,
 )
-from ajgdata.store.files import link_or_copy, read_csv, sha256_of
+from ajgdata.store.files import read_csv, sha256_of
 from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
 from ajgdata.store.provenance import software
@@ -32,7 +32,6 @@ def merge(
     targets: Mapping[str, Target],
     store: Path,
     quarantine: Path,
-    published: Path,
 ) -> None:
     """Join the shards of a data set (same order as `labels`) with their labels.
 
@@ -60,7 +59,6 @@ def merge(
     blocks = _spectra(shards, merged.feature)
     write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
     write_findings(quarantine, found)
-    link_or_copy(store, published)
 
 
 def _spectra(shards: Sequence[Path], places: np.ndarray) -> Iterator[np.ndarray]:

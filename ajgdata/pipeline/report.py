@@ -128,7 +128,7 @@ def _assembled(
 
 
 def _summary(paths: Paths, spec: DatasetSpec) -> DatasetSummary:
-    store = paths.merged(spec.name)
+    store = paths.features(spec.name)
     return summary(paths, spec, read_labels(store), spectra_blocks(store))
 
 
@@ -208,7 +208,7 @@ def _sections(
         clips: tuple[Clip, ...] = ()
         if task in specs[dataset].tasks and own[0].page not in seen:
             seen.add(own[0].page)
-            store, folder = read_store(paths.merged(dataset)), page.parent / SOUNDS
+            store, folder = read_store(paths.features(dataset)), page.parent / SOUNDS
             clips = clips_of(paths, specs[dataset], store, folder, task)
         place = paths.explorer(dataset, task)  # an embedding's, beside the whole report alone
         beside = page == paths.report and place.is_file()

@@ -115,7 +115,7 @@ def _is_optional(spec: DatasetSpec, task: str) -> bool:
 
 
 def _data(paths: Paths, name: str) -> Data:
-    with reading(paths.merged(name)) as store:
+    with reading(paths.features(name)) as store:
         used = int(store["feature"].shape[0])
     return Data(name, used, len(left_out(read_findings(paths.quarantine(name)))))
 

@@ -13,7 +13,7 @@ from ajgdata.report.report_data import Clip
 from ajgdata.store.audio import inspect_audio
 from ajgdata.store.features import Shard
 from ajgdata.store.files import sha256_of, write_bytes
-from ajgdata.store.manifest import read_manifest
+from ajgdata.store.sessions import recording_paths
 from ajgdata.types import DataError, DatasetSpec
 
 #: Suffix by container, which is how a browser knows them; every one plays these.
@@ -58,9 +58,7 @@ def _copied(paths: Paths, dataset: str, store: Shard, row: int, folder: Path) ->
     session, _, recording = str(store.columns["recording"].values[row]).partition("/")
     digest = str(store.columns["sha256"].values[row])
     try:
-        content, _ = read_manifest(paths.audio_manifest(dataset, session))
-        entries = {entry["recording_id"]: entry["path"] for entry in content["recordings"]}
-        path = paths.root / entries[recording]
+        path = recording_paths(paths.session(dataset, session))[recording]
         suffix = SUFFIXES.get(inspect_audio(path).format, ".wav")
         sound = path.read_bytes()
     except (DataError, LookupError, OSError):

@@ -98,15 +98,6 @@ def remove_empty_folders(path: Path) -> None:
             return
 
 
-def link_or_copy(source: Path, target: Path) -> None:
-    """Make `target` the content of `source`, atomically; it outlives the removal of `source`."""
-    with replacing(target) as temporary:
-        try:
-            os.link(source, temporary)
-        except OSError:  # another file system, or one without hard links
-            shutil.copyfile(source, temporary)
-
-
 def copy(source: Path, target: Path) -> None:
     """Make `target` the content of `source`, atomically, with times of its own."""
     with replacing(target) as temporary:

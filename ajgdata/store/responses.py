@@ -17,9 +17,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from ajgdata import gripper
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
 from ajgdata.store.locks import remove_stale
+from ajgdata.store.provenance import layer_hash
 from ajgdata.types import DataError, describe, location
 
 log = logging.getLogger(__name__)
@@ -44,7 +44,7 @@ class ResponseStore:
     def __init__(self, folder: Path, limit_mb: float | None = None) -> None:
         self.folder = folder
         self.limit_bytes = int(1e6 * (_limit_mb() if limit_mb is None else limit_mb))
-        self._code = code_digest(*GRIPPER_CODE)
+        self._code = layer_hash("gripper")
         self._told = False
         self.solved = 0  #: scenes that were simulated, since nothing was kept of them
 

@@ -23,8 +23,8 @@ from ajgdata.store.audio import (
 )
 from ajgdata.store.features import Column, Shard, concatenate, text_column
 from ajgdata.store.labels import labelled, select, with_columns
-from ajgdata.store.manifest import label_rows
 from ajgdata.store.riff import is_wave, parse_wave
+from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 

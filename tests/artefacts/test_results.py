@@ -21,10 +21,9 @@ from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
 from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_labels, read_store
-from ajgdata.store.manifest import read_manifest
 from ajgdata.store.models import ABOUT_FILE
 from ajgdata.store.publishing.checks import defects
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import read_dataset, recording_paths
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Table
@@ -65,11 +64,6 @@ def test_something_was_built():
     assert PATHS.report.is_file()
 
 
-@pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
-def test_what_people_open_is_what_the_workflow_made(path):
-    assert path.read_bytes() == PATHS.merged(path.stem).read_bytes()
-
-
 @pytest.mark.parametrize("run", RUNS["runs"], ids="-".join)
 def test_every_final_model_is_there(run):
     """All those of a data set are one result to the workflow, which does not miss one of them."""
@@ -80,7 +74,7 @@ def test_every_final_model_is_there(run):
 @pytest.mark.parametrize("path", TREES, ids=lambda p: p.stem)
 def test_what_is_published_is_whole_and_of_these_results(path):
     assert defects(Tree(path)) == []
-    assert (path / Tree.FEATURES).read_bytes() == PATHS.merged(path.name).read_bytes()
+    assert (path / Tree.FEATURES).read_bytes() == PATHS.features(path.name).read_bytes()
 
 
 @pytest.mark.parametrize("path", STORES, ids=lambda p: p.stem)
@@ -101,10 +95,9 @@ def test_stored_spectra_are_finite_and_normalised(path):
 def test_every_recording_is_in_the_store_or_in_the_quarantine(path):
     name = path.stem
     declared = set()
-    for manifest in PATHS.audio_manifest(name, "x").parent.glob("*.audio.json"):
-        content = json.loads(manifest.read_text())
-        session = content["session_id"]
-        declared |= {f"{session}/{entry['recording_id']}" for entry in content["recordings"]}
+    for table in PATHS.shard_labels(name, "x").parent.glob("*.labels.csv"):
+        session = table.name.removesuffix(".labels.csv")
+        declared |= {f"{session}/{row['recording_id']}" for row in rows_of(table)}
     stored = set(read_labels(path).columns["recording"].values.tolist())
     listed = {
         f"{row['session_id']}/{row['recording_id']}" for row in rows_of(PATHS.quarantine(name))
@@ -350,16 +343,14 @@ def evenly(rows: np.ndarray) -> np.ndarray:
 
 @cache
 def samples_of(dataset: str) -> dict[str, np.ndarray]:
-    """Samples (n,) of the recordings that are asked about, by name, read where the manifest of
-    their session says."""
+    """Samples (n,) of the recordings that are asked about, by name."""
     audio, found = read_dataset(PATHS, dataset).audio, {}
     rows = read_labels(PATHS.features(dataset)).columns["recording"].values
     names = [name.partition("/") for name in rows[evenly(rows)].tolist()]
     for session in sorted({name[0] for name in names}):
-        content, _ = read_manifest(PATHS.audio_manifest(dataset, session))
-        files = {one["recording_id"]: one["path"] for one in content["recordings"]}
+        files = recording_paths(PATHS.session(dataset, session))
         for own, _, recording in names:
             if own == session:
-                samples = read_audio(PATHS.root / files[recording], audio).samples
+                samples = read_audio(files[recording], audio).samples
                 found[f"{session}/{recording}"] = samples
     return found

@@ -129,7 +129,7 @@ def run(stores: dict[str, Path], asked: Asked, folder: Path) -> tuple[dict, dict
         stores[asked.dataset], kind=f"{name}-{model}" if model else name, dataset=asked.dataset,
         task=asked.task, settings=settings, split=spec.task_settings(asked.task),
         others={other: stores[other] for other in asked.others}, audio=spec.audio,
-        features=spec.features, root=PATHS.root, manifests=[], seed=0, tables=tables, cost=cost,
+        features=spec.features, paths=PATHS, seed=0, tables=tables, cost=cost,
     )  # fmt: skip
     about, found = read_tables(tables)
     return about, {table.name: table for table in found}

@@ -23,7 +23,6 @@ from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.train import train_model
-from ajgdata.store import manifest
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.files import read_csv, read_json
 from ajgdata.store.sessions import read_dataset, write_session
@@ -112,17 +111,16 @@ def made(paths: Paths, name: str, rows: list[Row]) -> None:
         about = {"grasp_id": grasp, "object": held, "quality": "ok" if rows else "reject"}
         recordings.append(Recording(recording_id=str(number), file=file, labels=labels, **about))
     write_session(folder, Session(session_id="s1", source="import"), recordings)
-    manifest.refresh(paths, name)
     spec, findings = read_dataset(paths, name), paths.shard_findings(name, "s1")
     extract_features(
-        root=paths.root, manifest=paths.audio_manifest(name, "s1"), audio=spec.audio,
+        folder=paths.session(name, "s1"), audio=spec.audio,
         features=spec.features, code="", shard=paths.shard(name, "s1"), findings=findings,
-        cache=paths.shard_cache(name, "s1"), threads=1,
+        labels=paths.shard_labels(name, "s1"), threads=1,
     )  # fmt: skip
     merge(
-        dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.label_manifest(name, "s1")],
-        findings=[findings], targets=spec.targets, store=paths.merged(name),
-        published=paths.features(name), quarantine=paths.quarantine(name),
+        dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.shard_labels(name, "s1")],
+        findings=[findings], targets=spec.targets, store=paths.features(name),
+        quarantine=paths.quarantine(name),
     )  # fmt: skip
 
 
@@ -145,7 +143,7 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     spec = read_dataset(paths, "little")
     for name, settings in spec.embeddings.items():
         train_embedding(
-            paths.merged("little"), settings=settings, seed=0,
+            paths.features("little"), settings=settings, seed=0,
             latents=paths.latents("little", name), cost=paths.training_cost("little", name),
         )  # fmt: skip
     told = {}
@@ -156,13 +154,11 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
         for kind in one.kinds:
             tables = paths.experiment("little", one.task, kind)
             run_experiment(
-                paths.merged("little"), kind=kind, dataset="little", task=one.task,
+                paths.features("little"), kind=kind, dataset="little", task=one.task,
                 settings=one.job_settings(kind), split=spec.task_settings(one.task),
-                others={other: paths.merged(other) for other in one.others},
+                others={other: paths.features(other) for other in one.others},
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
-                root=paths.root, manifests=[paths.audio_manifest("little", "s1")],
-                other_manifests={o: [paths.audio_manifest(o, "s1")] for o in one.others},
-                encoders=encoders if one.of_latents else [], seed=0, tables=tables,
+                paths=paths, encoders=encoders if one.of_latents else [], seed=0, tables=tables,
                 render=played if one.experiment.renders else None, new_grasps=grasped,
                 cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
@@ -221,7 +217,7 @@ def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
         for model in (n for n in MODELS.own if n != "boosting" or case in HOPELESS):
             folder = paths.model("little", task, model)
             train_model(
-                paths.merged("little"), **spec.training(task), model=model, seed=0, folder=folder
+                paths.features("little"), **spec.training(task), model=model, seed=0, folder=folder
             )
             (about,) = (json.loads(path.read_text()) for path in folder.glob("*.json"))
             if case in HOPELESS:

@@ -76,9 +76,9 @@ def project(tmp_path) -> Paths:
     (asked,) = (one for one in asked_of(spec, "sorting") if one.experiment.name == "live_sorting")
     kind = "live_sorting-linear"
     run_experiment(
-        paths.features("d"), kind=kind, dataset="d", task="sorting", others={}, manifests=[],
+        paths.features("d"), kind=kind, dataset="d", task="sorting", others={}, paths=paths,
         settings=asked.job_settings(kind), split=spec.task_settings("sorting"), audio=spec.audio,
-        features=settings, root=paths.root, seed=0, new_grasps=sensed,
+        features=settings, seed=0, new_grasps=sensed,
         tables=paths.experiment("d", "sorting", kind),
         cost=paths.experiment_cost("d", "sorting", kind),
     )  # fmt: skip

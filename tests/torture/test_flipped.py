@@ -1,7 +1,5 @@
 """One bit of one byte changes: it is named, or what is read is the same; never another number."""
 
-import hashlib
-
 import numpy as np
 import pytest
 from forked import Forked
@@ -10,10 +8,10 @@ from tally import trials
 from ajgdata.gripper import ImpulseResponse, Scene
 from ajgdata.loading import read_model
 from ajgdata.paths import Paths, Tree
-from ajgdata.store import manifest
 from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.responses import ResponseStore, read_response
+from ajgdata.store.session_audio import check_session
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 
@@ -44,21 +42,11 @@ def tree(path):
 
 
 def of_session(path):
-    """What the manifests of its session would be: of a changed file it is a finding."""
-    root = next(p for p in path.parents if p.name == "trial")
-    (session,) = {p.name for p in (root / "data/knock/sessions").iterdir() if p.name[0] != "."}
-    held = manifest.contents(Paths(root), "knock", session, manifest.HashCache(root / "none"))
-    found = held[Paths(root).audio_manifest("knock", session)].decode()
-    if "sha256 differs" in found:
+    """What is found of its session: of a changed file it is a finding."""
+    session = check_session(next(p for p in path.parents if p.parent.name == "sessions"))
+    if any(one.code == "changed" for one in session.findings):
         raise DataError(path, "changed", "restore it")
-    return found
-
-
-def refreshed(path):
-    """A manifest after the next run has looked at its session: it is made from that."""
-    root = next(p for p in path.parents if p.name == "trial")
-    manifest.refresh(Paths(root), "knock")
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return session
 
 
 def response(path):
@@ -83,7 +71,6 @@ KINDS = {
     "model": ("results/models/knock/material/knn/*", model),
     "table of results": ("results/tasks/knock/material/cross_validation-knn.json", read_tables),
     "kept response": (".ajgdata/responses/*/*.response", response),
-    "manifest": ("results/manifest/knock/*", refreshed),
     "published tree": ("results/published/knock/**/*.*", tree),
 }
 

@@ -9,9 +9,8 @@ from experiment_samples import small_store
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import declaration_problems, plan
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import Shard, write_store
 from ajgdata.store.sessions import read_dataset, write_session
@@ -153,7 +152,7 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path, cha
             settings=asked.model_dump(mode="json"), others={"b": tmp_path / "b"},
             split={"target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
                    "folds": 3},
-            audio=AudioSettings(), features=FeatureSettings(), root=tmp_path, manifests=[], seed=0,
+            audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,
             tables=tmp_path / "t.json", cost=tmp_path / "c.json",
         )  # fmt: skip
     assert str(tmp_path / "b") in caught.value.where

@@ -17,7 +17,7 @@ from ajgdata.experiments.stft_settings import features_of
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
-from ajgdata.pipeline.recording_reader import RecordingReader
+from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
@@ -48,17 +48,17 @@ def run(paths: Paths, asked: Asked, **changes) -> None:
         ask = {
             "kind": kind, "dataset": "d", "task": "t", "split": SPLIT,
             "settings": asked.settings.model_dump(mode="json"), "others": {}, "audio": SPEC.audio,
-            "features": SPEC.features, "root": paths.root, "manifests": [], "seed": 3,
+            "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
             "cost": paths.experiment_cost("d", "t", kind),
         } | changes  # fmt: skip
-        run_experiment(paths.merged("d"), **ask)
+        run_experiment(paths.features("d"), **ask)
 
 
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):
     made = Paths(tmp_path_factory.mktemp("project"))
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     for asked in asked_for({"d": SPEC}, [("d", "t")]):
         run(made, asked)
     return made
@@ -66,7 +66,7 @@ def paths(tmp_path_factory):
 
 def test_a_task_says_how_many_recordings_a_model_learns_from(tmp_path):
     made = Paths(tmp_path)
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     asked = next(one for one in asked_for({"d": SPEC}, [("d", "t")]) if "-" in one.kinds[0])
     kind, table = asked.kinds[0], made.experiment("d", "t", asked.kinds[0])
     run(made, asked, split=SPLIT | {"most_recordings": {"linear": 10}})
@@ -162,8 +162,8 @@ def stft(project, changes=CHANGES, features=FEATURES):
     run_experiment(
         project.paths.features("d"), kind="stft_settings", dataset="d", task="edge",
         settings={"settings": changes, "models": ["ridge", "linear"]}, split=EDGES, others={},
-        audio=AUDIO, features=features, root=project.root,
-        manifests=[project.paths.audio_manifest("d", "s1")], seed=0, tables=tables, cost=cost,
+        audio=AUDIO, features=features, paths=project.paths, seed=0,
+        tables=tables, cost=cost,
     )  # fmt: skip
     about, found = read_tables(tables)
     return about, {t.name: t for t in found}, {t.name: t for t in read_tables(cost)[1]}
@@ -177,8 +177,7 @@ def test_the_own_settings_make_the_features_of_the_store(store):
             seen["window"] = window
             return super().samples(dataset, names, window)
 
-    recordings = Reader(store.root, {"d": [store.paths.audio_manifest("d", "s1")]}, {"d": AUDIO})
-
+    recordings = Reader(store.paths, {"d": AUDIO})
     stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
     inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, recordings=recordings)
     made = features_of(inputs, stored, SETTINGS)

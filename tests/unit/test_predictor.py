@@ -69,7 +69,7 @@ def trained(tmp_path_factory):
         for task, model in (("size", "knn"), ("what", "linear"), ("what", "cnn"), ("what", "svm")):
             spec = ajgdata.load_dataset("d", project.root).spec
             train_model(
-                project.paths.merged("d"), **spec.training(task), model=model, seed=0, task=task,
+                project.paths.features("d"), **spec.training(task), model=model, seed=0, task=task,
                 folder=project.paths.model("d", task, model),
             )  # fmt: skip
     return project
@@ -110,7 +110,7 @@ def probability_error(estimator, temperature, feature):
 )
 def test_every_recording_gives_the_numbers_of_the_workflow(trained, task, model):
     predictor = load(trained, task, model)
-    store = read_store(trained.paths.merged("d"))
+    store = read_store(trained.paths.features("d"))
     names = store.columns["recording"].values.tolist()
     files, samples = waveforms(trained)
     assert len(names) == len(files) == 52
@@ -140,7 +140,7 @@ def test_probabilities_are_scaled_by_the_stored_temperature(trained):
     predictor = load(trained, "what", "linear")
     folder = trained.paths.model("d", "what", "linear")
     estimator, about = read_model(folder)
-    store = read_store(trained.paths.merged("d"))
+    store = read_store(trained.paths.features("d"))
     log_p = np.log(estimator.predict_proba(store.feature[:5])) / about["calibration"]["temperature"]
     by_hand = np.exp(log_p) / np.exp(log_p).sum(axis=1, keepdims=True)
     found = [list(p.probability.values()) for p in predictor.of_features(store.feature[:5])]
@@ -185,7 +185,7 @@ def test_what_was_never_heard_is_unknown_and_nothing_is_nothing(trained):
 
 def test_references_of_the_training_are_features_as_a_run_records_them(trained):
     """A run compares them with new ones: as points of the guard any new one would be a change."""
-    store = read_store(trained.paths.merged("d"))
+    store = read_store(trained.paths.features("d"))
     stored = store.feature[store.columns["object"].values.astype(str) == ""]
     found = load(trained, "what", "linear").references
     assert found.shape == stored.shape == (4, stored.shape[1])

@@ -57,7 +57,7 @@ def test_a_scene_is_solved_once_and_comes_back_the_same(store, solved):
 
 def test_other_code_solves_again(store, solved, monkeypatch):
     store.solve(scene())
-    monkeypatch.setattr(responses, "code_digest", lambda *parts: f"other {parts}")
+    monkeypatch.setattr(responses, "layer_hash", lambda *parts: f"other {parts}")
     ResponseStore(store.folder).solve(scene())
     assert len(solved) == 2
 

@@ -45,7 +45,7 @@ def paths(tmp_path) -> Paths:
     """A data set of 60 recordings, two of which are left out for three findings, and results of
     two tasks: of `t` one of three is there."""
     made = Paths(tmp_path)
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
     found = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
     found += [Finding("s", "2", "", "warning", "copy", "p", "f")]
@@ -183,7 +183,7 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     for name in (*together, "complete", "verified", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
         assert own == getattr(whole, name).relative_to(tmp_path / "results")
-    of_one = ("merged", "features", "quarantine")  # made once, for all runs
+    of_one = ("features", "quarantine")  # made once, for all runs
     assert all(getattr(alone, name)("a") == getattr(whole, name)("a") for name in of_one)
 
 

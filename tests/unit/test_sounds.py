@@ -62,7 +62,7 @@ def test_a_task_with_some_classes_plays_these_alone(made, tmp_path):
     assert [clip.label for clip in clips] == ["box", "door"]
 
 
-@pytest.mark.parametrize("gone", ["file", "bytes", "manifest"])
+@pytest.mark.parametrize("gone", ["file", "bytes", "table"])
 def test_a_recording_that_is_missing_or_changed_is_not_played(made, tmp_path, gone):
     project, spec, store = made
     path = project.folder() / "audio" / "c.wav"
@@ -71,6 +71,6 @@ def test_a_recording_that_is_missing_or_changed_is_not_played(made, tmp_path, go
     elif gone == "bytes":
         write_tone(path, 521)
     else:
-        project.paths.audio_manifest("d", "s1").unlink()
+        project.paths.recordings_file("d", "s1").unlink()
     clips = clips_of(project.paths, spec, store, tmp_path, "thing")
-    assert [clip.label for clip in clips] == ([] if gone == "manifest" else ["box", "door"])
+    assert [clip.label for clip in clips] == ([] if gone == "table" else ["box", "door"])

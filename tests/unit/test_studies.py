@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import STUDIES, page_code, run_study, study_code
+from ajgdata.pipeline.studies import STUDIES, run_study
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
 from ajgdata.report.navigation import LEADS, navigation, page_links
@@ -28,7 +28,6 @@ from ajgdata.report.study_page import (
     placed_figures,
     render_study,
 )
-from ajgdata.store.code_digest import code_digest
 from ajgdata.store.tables import plain, read_tables, write_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
@@ -74,8 +73,6 @@ def pretend(monkeypatch, *made):
     module = types.ModuleType("ajgdata.studies.pretended")
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    # which has no source
-    monkeypatch.setattr("ajgdata.pipeline.studies.study_code", lambda _: study_code("verification"))
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
@@ -391,8 +388,6 @@ def test_every_page_has_its_words_and_its_place():
     assert [link.link for link in page_links(names, group)] == ["stability.html", "accuracy.html"]
     assert page_links(["accuracy"], ["Results"]) == []
     assert list(FIGURES) == list(STUDIES)
-    for study in STUDIES:
-        assert code_digest(*study_code(study)) and code_digest(*page_code(study))
 
 
 def test_the_settings_know_every_page():

@@ -1,6 +1,5 @@
 """The workflow records virtual sessions: light to plan, each session once, each scene once."""
 
-import json
 import os
 import re
 import subprocess
@@ -9,6 +8,9 @@ import sys
 import pytest
 import yaml
 from conftest import ROOT, Project, snakemake_here
+
+from ajgdata.paths import Paths
+from ajgdata.store.session_audio import check_session
 
 RECIPE = {
     "sessions": 2,
@@ -38,20 +40,38 @@ def made(tmp_path) -> Project:
 
 def test_sessions_are_recorded_once_and_a_bad_grasp_does_not_stop_them(made):
     sessions = ("virtual-01", "virtual-02")
-    manifests = {name: made.paths.audio_manifest("made", name) for name in sessions}
-    wanted = [str(path.relative_to(made.root)) for path in manifests.values()]
+    wanted = [str(Paths().acquired("made", name)) for name in sessions]
     assert made.planned(*wanted) == {"acquire": 2}
     made.snakemake(*wanted)
-    for session, manifest in manifests.items():
+    for session in sessions:
         log = (made.root / f"results/logs/acquire/made.{session}.log").read_text()
         first, second = log.splitlines()
         assert first == "1 recorded, 0 already there, 1 scenes solved"
         assert re.match(rf"skipped {session}_rod_01: .*pinches the cavity", second)
-        content = json.loads(manifest.read_text())
-        assert [one["recording_id"] for one in content["recordings"]] == [f"{session}_cube_01_1"]
-        assert [one["code"] for one in content["findings"]] == ["skipped"]
+        found = check_session(made.paths.session("made", session))
+        assert [one.recording_id for one in found.files] == [f"{session}_cube_01_1"]
+        assert [one.code for one in found.findings] == ["skipped"]
     assert made.planned(*wanted) == {}
     assert len(list(made.paths.responses.rglob("*.response"))) == 2
+
+
+def test_a_changed_recipe_records_what_it_concerns(made):
+    wanted = [str(Paths().features("made"))]
+    made.snakemake(*wanted)
+    assert made.planned(*wanted) == {}
+    path = made.paths.dataset("made")
+    declared = yaml.safe_load(path.read_text())
+    declared["recipe"]["sessions"] = 3
+    path.write_text(yaml.safe_dump(declared))
+    jobs = made.jobs_of(*wanted)
+    assert jobs == {
+        ("acquire", "made", "virtual-03"): 1,
+        ("features", "made", "virtual-03"): 1,
+        ("merge", "made"): 1,
+    }
+    declared["recipe"]["seed"] = 5
+    path.write_text(yaml.safe_dump(declared))
+    assert made.planned(*wanted) == {"acquire": 3, "features": 3, "merge": 1}
 
 
 @pytest.mark.slow
@@ -67,8 +87,7 @@ def test_sessions_that_share_scenes_solve_each_once(made):
             yaml.safe_dump({"name": name, "from": "made", "recipe": {"signal": signal}})
         )
     names = ("a_loud", "made", "quiet")
-    ends = [made.paths.audio_manifest(name, f"virtual-0{n}") for name in names for n in (1, 2)]
-    ends = [str(path.relative_to(made.root)) for path in ends]
+    ends = [str(Paths().acquired(name, f"virtual-0{n}")) for name in names for n in (1, 2)]
     made.snakemake(*ends)
     logs = {name: _logged(made, name) for name in names}
     solved = {name: re.findall(r", (\d+) scenes solved", text) for name, text in logs.items()}

@@ -3,11 +3,12 @@ VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
 
 rule acquire:
     input:
-        scenes=of_session(PATHS.scenes),
         before=ancient(solved_before),
     output:
-        audio=PATHS.audio_manifest("{dataset}", "{session}"),
-        labels=PATHS.label_manifest("{dataset}", "{session}"),
+        # Kept while the job runs: recordings that are there are not made again.
+        session=update(PATHS.session_file("{dataset}", "{session}")),
+        recordings=update(PATHS.recordings_file("{dataset}", "{session}")),
+        done=touch(PATHS.acquired("{dataset}", "{session}")),
     log:
         "results/logs/acquire/{dataset}.{session}.log",
     benchmark:
@@ -17,6 +18,9 @@ rule acquire:
         session="|".join(VIRTUAL) or "-",
     conda:
         "../../environment.yml"
+    params:
+        recipe=recipe_of_session,
+        code=layer_hash("acquire", "pipeline/acquire.py", "pipeline/recipes.py"),
     message:
         "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
     script:

@@ -1,32 +1,3 @@
-def process_mode():
-    """Tell whether this process executes jobs: known when Snakemake builds their graph."""
-    if not workflow.is_main_process:
-        return "job"
-    if workflow.executor_plugin is None or workflow.dryrun:
-        return "look"
-    if workflow.local_exec:
-        # With a limit, Snakemake examines all waiting jobs again one second after each examination,
-        # in one more chain of timers per finished job.
-        workflow.scheduling_settings.max_jobs_per_timespan = None
-    correct_dates()
-    return "run"
-
-
-@cache
-def correct_dates():
-    """Correct results with dates in the future, once, and report this."""
-    if message := dates_mended(PATHS):
-        print(message, file=sys.stderr)
-
-
-INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
-
-
-def code_of(*entries):
-    """Digest of the code that a job may use, made for the jobs that are looked at."""
-    return lambda wildcards: code_digest(*entries)
-
-
 def setting(name):
     """One key of the declaration of a job's data set, as plain values."""
     return lambda wildcards: SPECS[wildcards.dataset].model_dump(
@@ -34,17 +5,20 @@ def setting(name):
     )[name]
 
 
-def of_session(path):
-    """The session of a job, for one kind of file."""
-    return lambda wildcards: INPUTS.of(
-        wildcards.dataset, path(wildcards.dataset, wildcards.session)
-    )
+def session_files(wildcards):
+    """Description and table of a session, as far as they are there: its job reports what is not."""
+    name = wildcards.dataset, wildcards.session
+    files = [PATHS.session_file(*name), PATHS.recordings_file(*name)]
+    if wildcards.session in PLANS[wildcards.dataset].virtual:
+        return [*files, PATHS.acquired(*name)]
+    with errors_stop_snakemake(wildcards.dataset):
+        return [file for file in files if file.is_file()]
 
 
 def of_sessions(path):
     """All sessions of a data set, for one kind of file."""
     return lambda wildcards: [
-        INPUTS.of(wildcards.dataset, path(wildcards.dataset, session))
+        path(wildcards.dataset, session)
         for session in declared(PLANS, wildcards.dataset).sessions
     ]
 
@@ -79,8 +53,14 @@ def of_experiments(path, tasks):
 def solved_before(wildcards):
     """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
     first = solved_by(PLANS, wildcards.dataset, wildcards.session)
-    path = PATHS.audio_manifest(first, wildcards.session) if first else None
-    return [INPUTS.of(first, path)] if first else []
+    return [PATHS.acquired(first, wildcards.session)] if first else []
+
+
+def recipe_of_session(wildcards):
+    """Hash of the settings of the recipe that a session follows from, and its source."""
+    spec = SPECS[wildcards.dataset]
+    settings = recipe_hash(spec.recipe, wildcards.session, spec.excitation)
+    return [settings, SOURCES.origin(spec.recipe.source)]
 
 
 def data_of(path, tasks):
@@ -98,14 +78,6 @@ def tables_of_page(wildcards):
     if wildcards.page == ABLATIONS_PAGE:
         return [PATHS.ablation(name) for name in ABLATED]
     return [PATHS.study(wildcards.page)]
-
-
-def opening_sessions(path):
-    """Virtual sessions of the data set of the opening picture, for one kind of file."""
-    return lambda wildcards: [
-        INPUTS.of(OPENING.dataset, path(OPENING.dataset, session))
-        for session in PLANS[OPENING.dataset].virtual
-    ]
 
 
 def registered_by(wildcards):
@@ -127,21 +99,16 @@ def of_latents(path):
     return [path(*key) for key in LATENTS]
 
 
-RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
-RENDERERS = [
-    "ajgdata.pipeline.rendering:renderer",
-    "ajgdata.pipeline.rendering:new_grasps_of",
-]
-
-
-def measured_by(wildcards):
-    """What an experiment's results follow from, for `code_digest`; the simulation for some."""
+def measure_hash(wildcards):
+    """Hash of the code that an experiment's results follow from; with the simulation for some."""
     one = asked(wildcards).experiment
-    return [
-        RUN_EXPERIMENT,
-        measure_entry(one.name),
-        *([*RENDERERS, *GRIPPER_CODE] if one.renders else []),
-    ]
+    return layer_hash(
+        "ablations" if one.renders else "evaluate",
+        "pipeline/*record*.py",
+        "pipeline/experiments.py",
+        "pipeline/rendering.py",
+        *measure_files(one.name),
+    )
 
 
 def rendered_from(wildcards):
@@ -150,28 +117,6 @@ def rendered_from(wildcards):
     if not asked(wildcards).experiment.renders or recipe is None:
         return ""
     return settings_digest(recipe)
-
-
-def recordings_of(wildcards):
-    """Where the recordings are, for an experiment that reads them."""
-    if not asked(wildcards).experiment.reads_recordings:
-        return []
-    return of_sessions(PATHS.audio_manifest)(wildcards)
-
-
-def sessions_of_others(wildcards):
-    """Data set and session of the recordings of other data sets, for one that reads them."""
-    one = asked(wildcards)
-    others = one.others if one.experiment.reads_recordings else ()
-    return [[other, session] for other in others for session in PLANS[other].sessions]
-
-
-def recordings_of_others(wildcards):
-    """Where these recordings are."""
-    return [
-        INPUTS.of(other, PATHS.audio_manifest(other, session))
-        for other, session in sessions_of_others(wildcards)
-    ]
 
 
 def encoders_of(wildcards):

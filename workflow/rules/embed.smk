@@ -1,6 +1,6 @@
 rule embed:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
     output:
         latents=PATHS.latents("{dataset}", "{embedding}"),
         cost=PATHS.training_cost("{dataset}", "{embedding}"),
@@ -14,7 +14,7 @@ rule embed:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_of("ajgdata.pipeline.embed:train_embedding"),
+        code=layer_hash("evaluate", "pipeline/embed.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -33,7 +33,7 @@ rule explorer:
     conda:
         "../../environment.yml"
     params:
-        code=code_of("ajgdata.pipeline.explorer:build_explorer"),
+        code=layer_hash("report"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         nav=NAVIGATION,
         run=PATHS.run,

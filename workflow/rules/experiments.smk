@@ -1,12 +1,10 @@
 # Every experiment on every task and embedding.
 rule experiment:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
         others=lambda wildcards: [
-            PATHS.merged(other) for other in asked(wildcards).others
+            PATHS.features(other) for other in asked(wildcards).others
         ],
-        manifests=recordings_of,
-        other_manifests=recordings_of_others,
         encoders=encoders_of,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
@@ -23,7 +21,6 @@ rule experiment:
         settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
-        other_sessions=sessions_of_others,
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
             mode="json"
@@ -31,7 +28,7 @@ rule experiment:
         packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
         rendered=rendered_from,
         seed=config["seed"],
-        code=lambda wildcards: code_digest(*measured_by(wildcards)),
+        code=measure_hash,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:
@@ -55,7 +52,7 @@ rule collect:
     params:
         documents=documents_of(MEASURED),
         run=PATHS.run,
-        code=code_of("ajgdata.pipeline.collect:collect"),
+        code=layer_hash("report"),
     message:
         "All results in one table"
     script:

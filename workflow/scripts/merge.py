@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.progress import tell
@@ -17,7 +16,6 @@ with logged(snakemake.log[0]):
         findings=[Path(path) for path in snakemake.input.findings],
         targets={name: Target(**given) for name, given in snakemake.params.targets.items()},
         store=Path(snakemake.output.store),
-        published=Paths().features(snakemake.wildcards.dataset),
         quarantine=Path(snakemake.output.quarantine),
     )
     quarantine = Path(snakemake.output.quarantine)
