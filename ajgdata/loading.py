@@ -39,7 +39,7 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     >>> mean.sizes["edge_mm"], mean.edge_mm.values
     (4, array([12., 18., 24., 30.]))
     """
-    from ajgdata.store.open_xarray import open_store
+    from ajgdata.store.features import open_store
     from ajgdata.types import checked_name
 
     return open_store(_paths(project).features(checked_name(name)))

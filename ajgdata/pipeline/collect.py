@@ -13,7 +13,7 @@ from ajgdata.paths import Paths
 from ajgdata.report.run_difference import MEASURED
 from ajgdata.store.files import (
     csv_bytes,
-    sealed_json_bytes,
+    json_bytes,
     sha256_of,
     spreadsheet_cell,
     write_bytes,
@@ -79,7 +79,7 @@ def collect(
         write_bytes(file, content)
     hashes = {file.name: sha256_of(content) for file, content in written.items()}
     told = {"software": made_by, "experiments": collected, "sha256": hashes}
-    write_bytes(document, sealed_json_bytes(told))
+    write_bytes(document, json_bytes(told))
     if paths.run:
         return
     again = (row for row in numbers if row["statistic"] != MEASURED)  # the same each time

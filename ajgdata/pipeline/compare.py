@@ -17,7 +17,7 @@ from ajgdata.report.run_context import settings as compare_settings
 from ajgdata.report.run_context import verdicts as compare_verdicts
 from ajgdata.report.run_difference import Numbers, compare_numbers, numbers_of
 from ajgdata.report.run_tables import RunComparison, RunLabel
-from ajgdata.store.files import read_csv, read_sealed_json, sha256_of, write_bytes
+from ajgdata.store.files import read_csv, read_json, sha256_of, write_bytes
 from ajgdata.store.provenance import commit_named
 from ajgdata.store.runs import KeptRun, kept_runs
 from ajgdata.types import DataError
@@ -117,7 +117,9 @@ def read_run(name: str) -> Run:
         fix = "make it with `snakemake` (rule collect), or name the folder that has it"
         raise DataError(table, "there is no such file", fix)
     file = folder / _DOCUMENT
-    document = read_sealed_json(file) if file.is_file() else {}
+    document = read_json(file) if file.is_file() else {}
+    if not isinstance(document, dict):
+        raise DataError(file, "holds no keys", "delete it and run again")
     for one, digest in document.get("sha256", {}).items():
         _check_bytes(folder / one, digest)
     return Run(

@@ -13,7 +13,7 @@ from ajgdata.store.features import (
     concatenate,
     feature_attrs,
     read_labels,
-    read_spectra,
+    read_store,
     write_blocks,
 )
 from ajgdata.store.files import link_or_copy, read_csv, sha256_of
@@ -44,31 +44,31 @@ def merge(
     found = [finding for path in findings for finding in read_findings(path)]
     parts = []
     notes: list[Finding] = []
-    for number, (shard_path, label_path) in enumerate(zip(shards, labels, strict=True)):
+    for shard_path, label_path in zip(shards, labels, strict=True):
         shard = read_labels(shard_path)
         session = shard_path.stem
         table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
         kept, told = select(shard, table, targets, session)
         found += told
         notes += rejected(session, table).values()
-        place = np.insert(kept.feature, 0, number, axis=1)  # of the shard, of the row in it
-        parts.append(dataclasses.replace(labelled(kept, table, targets, session), feature=place))
+        parts.append(labelled(kept, table, targets, session))
     columns = {name for part in parts for name in part.columns}
     merged = concatenate([with_columns(part, columns, targets) for part in parts])
     merged, told = without_copies(merged, [*targets])
     found = [*without_rejected(found, notes), *told]
-    blocks = _spectra(shards, merged.feature)
+    blocks = _spectra(shards, merged.columns["recording"].values)
     write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
     write_findings(quarantine, found)
     link_or_copy(store, published)
 
 
-def _spectra(shards: Sequence[Path], places: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the spectra (m, f) of each shard that has rows among `places` (n, 2)."""
-    for number, path in enumerate(shards):
-        rows = places[places[:, 0] == number, 1]
-        if len(rows):
-            yield read_spectra(path, rows)
+def _spectra(shards: Sequence[Path], recordings: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the spectra (m, f) of each shard that are of `recordings` (`<session>/<name>`)."""
+    chosen = set(recordings.tolist())
+    for path in shards:
+        shard = read_store(path)
+        names = shard.columns["recording"].values.tolist()
+        yield shard.feature[[f"{path.stem}/{name}" in chosen for name in names]]
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

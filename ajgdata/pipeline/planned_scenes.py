@@ -16,8 +16,7 @@ from ajgdata.pipeline.recipes import planned_grasps, recipe_of
 from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import (
     json_bytes,
-    read_sealed_json,
-    sealed_json_bytes,
+    read_json,
     sha256_of,
     write_if_changed,
 )
@@ -50,13 +49,13 @@ def keep_scenes(paths: Paths, spec: DatasetSpec, scenes: Mapping[str, bytes]) ->
         write_if_changed(paths.scenes(spec.name, session), content)
     if scenes:
         note = {"follow_from": _follow_from(paths, spec), "sha256": _hashes(scenes)}
-        write_if_changed(paths.planned(spec.name), sealed_json_bytes(note))
+        write_if_changed(paths.planned(spec.name), json_bytes(note))
 
 
 def _kept(paths: Paths, spec: DatasetSpec, virtual: Sequence[str]) -> dict[str, bytes]:
     """Return the scenes on disk if all are what would be planned, else nothing."""
     with suppress(DataError, OSError):
-        note = read_sealed_json(paths.planned(spec.name))
+        note = read_json(paths.planned(spec.name))
         if note.get("follow_from") == _follow_from(paths, spec):
             scenes = {one: paths.scenes(spec.name, one).read_bytes() for one in virtual}
             if note.get("sha256") == _hashes(scenes):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import models_of
 from ajgdata.report.comparison import tally_text
-from ajgdata.store.features import reading
+from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.models import ABOUT_FILE
@@ -121,8 +121,8 @@ def _data(paths: Paths, name: str) -> Data | None:
     """Return what became of recordings; None without a store that can be read, of which jobs tell:
     a run that has ended well does not fail for its summary."""
     try:
-        with reading(paths.merged(name)) as store:
-            used = int(store["feature"].shape[0])
+        with open_store(paths.merged(name)) as store:
+            used = store.sizes["recording"]
     except DataError:
         return None
     found = read_findings(paths.quarantine(name)) if paths.quarantine(name).is_file() else []

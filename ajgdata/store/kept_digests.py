@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib.util import cache_from_source
 from pathlib import Path
 
-from ajgdata.store.files import read_sealed_json, sealed_json_bytes, write_bytes
+from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.types import DataError
 
 KEY = "sources_sha256"
@@ -46,11 +46,11 @@ class KeptDigests:
         if sources_sha256(self.folders) == self._sources:
             content = {KEY: self._sources, "digests": self._read() | self._known}
             with suppress(OSError, DataError):  # an installed package may be read-only
-                write_bytes(self.file, sealed_json_bytes(content))
+                write_bytes(self.file, json_bytes(content))
 
     def _read(self) -> dict[str, str]:
         with suppress(DataError):
-            content = read_sealed_json(self.file)
+            content = read_json(self.file)
             if content.get(KEY) == self._sources:
                 return dict(content.get("digests", {}))
         return {}

@@ -1,27 +1,28 @@
-"""What one process alone may do: locks that the system frees when their process ends, however.
+"""Locks, which the system frees when their process ends, and temporary folders.
 
-Who holds a lock is written into its file. Process numbers are told to people and decide nothing:
-they are used again, and mean nothing on another machine.
+The holder of a lock is written into its file, for people only.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
-import itertools
 import os
 import platform
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
 from ajgdata.types import DataError
 
-#: Temporary folders end with it, and their lock has this name.
+#: Ends of the names of temporary folders and of locks.
 TEMPORARY, LOCK = ".tmp", ".lock"
+#: Age of a temporary folder that no process uses any more.
+ABANDONED_S = 24 * 3600
 #: What imports and fetches do; they exclude each other.
 BRINGING = "bringing recordings into this data set"
 #: What file systems answer that have no locks.
@@ -86,71 +87,17 @@ def _lock(file: Path) -> Iterator[bool | None]:
 
 @contextmanager
 def own_folder(path: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside `path` that is this process's alone and empty but for its
-    lock; it is removed at the end. What a killed process left in it is removed at the start; not so
-    where the file system has no locks, as nobody knows there whether it was killed."""
-    with ExitStack() as stack:
-        for number in itertools.count():
-            # Short enough for the file system however long the name is.
-            name = f".{path.name[:40]}{f'.{number}' if number else ''}{TEMPORARY}"
-            is_ours = stack.enter_context(_owned(path.with_name(name)))
-            if is_ours is None:
-                own = tempfile.TemporaryDirectory(
-                    prefix=f".{path.name[:40]}.", suffix=TEMPORARY, dir=path.parent
-                )
-                yield Path(stack.enter_context(own))
-                return
-            if is_ours:
-                yield path.with_name(name)
-                return
-
-
-@contextmanager
-def _owned(folder: Path) -> Iterator[bool | None]:
-    """Yield whether `folder` is this process's now, None if the file system has no locks; if it is,
-    it is emptied, and removed at the end."""
-    is_new = not folder.exists()
-    folder.mkdir(exist_ok=True)
-    is_ours: bool | None = False
-    try:
-        with ExitStack() as stack:
-            try:
-                is_ours = stack.enter_context(_lock(folder / LOCK))
-            except FileNotFoundError:  # another process has just removed it
-                is_ours = False
-            except PermissionError:
-                if is_new:  # not another user's: nobody may write here
-                    raise
-            if is_ours:
-                _empty(folder)
-            try:
-                yield is_ours
-            finally:
-                if is_ours:
-                    _empty(folder)
-                if is_ours or (is_ours is None and is_new):
-                    (folder / LOCK).unlink(missing_ok=True)
-    finally:
-        if is_ours or is_new:
-            with contextlib.suppress(OSError):  # another process has just taken it
-                folder.rmdir()
-
-
-def _empty(folder: Path) -> None:
-    for left in folder.iterdir():
-        if left.name != LOCK:
-            shutil.rmtree(left) if left.is_dir() else left.unlink(missing_ok=True)
+    """Yield an empty temporary folder beside `path`; it is removed at the end."""
+    prefix = f".{path.name[:40]}."  # short enough for the file system
+    with tempfile.TemporaryDirectory(TEMPORARY, prefix, path.parent) as folder:
+        yield Path(folder)
 
 
 def remove_abandoned(folder: Path) -> None:
-    """Remove the temporary folders below `folder` whose process is gone; living ones still
-    write."""
+    """Remove temporary folders below `folder` that were not changed for a day: their process was
+    killed."""
+    oldest_s = time.time() - ABANDONED_S
     for path in sorted(folder.rglob(f".*{TEMPORARY}")):
-        remove_if_abandoned(path)
-
-
-def remove_if_abandoned(path: Path) -> None:
-    """Remove a temporary folder unless a process writes into it."""
-    if path.is_dir():
-        with _owned(path):
-            pass
+        with contextlib.suppress(FileNotFoundError):  # another process has just removed it
+            if path.is_dir() and path.stat().st_mtime < oldest_s:
+                shutil.rmtree(path, ignore_errors=True)

@@ -1,6 +1,5 @@
-"""One bit of one byte changes: it is named, or what is read is the same; never another number."""
-
-import hashlib
+"""One bit of a recording, of a published data set or of a kept response changes: it is named, or
+what is read is the same."""
 
 import numpy as np
 import pytest
@@ -8,33 +7,15 @@ from forked import Forked
 from tally import trials
 
 from ajgdata.gripper import ImpulseResponse, Scene
-from ajgdata.loading import read_model
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.compare import read_run
 from ajgdata.store import manifest
-from ajgdata.store.features import read_store
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.responses import ResponseStore, read_response
-from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
 
 pytestmark = pytest.mark.torture
 PROMISE = "One flipped bit is named, or changes nothing that is read"
 FOUND, SAME = 10, 0
-
-
-def store(path):
-    """All that a store says."""
-    shard = read_store(path)
-    columns = {n: (c.values.tolist(), dict(c.attrs)) for n, c in sorted(shard.columns.items())}
-    return shard.feature.tobytes(), shard.frequency_hz.tobytes(), columns, dict(shard.attrs)
-
-
-def model(path):
-    """What a model predicts, and what is told of it."""
-    estimator, about = read_model(path.parent)
-    heard = np.linspace(0, 1, len(about["frequency_hz"]), dtype=np.float32)
-    return estimator.predict(heard[None]).tolist(), {**about, "files": None}
 
 
 def tree(path):
@@ -55,20 +36,6 @@ def of_session(path):
     return found
 
 
-def refreshed(path):
-    """A manifest after the next run has looked at its session: it is made from that."""
-    root = next(p for p in path.parents if p.name == "trial")
-    manifest.refresh(Paths(root), "knock")
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def results(path):
-    """What `ajgdata compare` reads of a run."""
-    run = read_run(str(path.parent))
-    told = {key: run.document[key] for key in ("software", "experiments")}
-    return run.rows, run.predictions, told
-
-
 def response(path):
     """A kept response; one that is not used is simulated again."""
     found = read_response(path)
@@ -86,13 +53,7 @@ def keep_response(root):
 
 KINDS = {
     "recording (WAV)": ("data/knock/sessions/*/audio/**/*.wav", of_session),
-    "shard of features": ("results/features/knock/*.nc", store),
-    "features of a data set": ("results/features/knock.nc", store),
-    "model": ("results/models/knock/material/knn/*", model),
-    "table of results": ("results/tasks/knock/material/cross_validation-knn.json", read_tables),
-    "all results (JSON, CSV)": ("results/*.*", results),
     "kept response": (".ajgdata/responses/*/*.response", response),
-    "manifest": ("results/manifest/knock/*", refreshed),
     "published tree": ("results/published/knock/**/*.*", tree),
 }
 

@@ -36,7 +36,6 @@ from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.train import train_model
 from ajgdata.store import manifest
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.files import SEAL
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import AudioSettings
 
@@ -258,6 +257,8 @@ def state_of(root: Path) -> dict[str, str]:
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
             continue
+        if ".tmp/" in name:  # of a killed process
+            continue
         found[name] = digest_of(path)
     return found
 
@@ -268,9 +269,6 @@ def digest_of(path: Path) -> str:
     content = path.read_bytes()
     if path.name == "metrics.csv":
         content = b"".join(r for r in content.splitlines(True) if b",measured," not in r)
-    elif path.name == "model.json":
-        told = json.loads(content)
-        content = repr({**told, "files": sorted(told["files"]), SEAL: ""}).encode()
     elif path.suffix == ".skops":
         content = _estimator(path)
     return hashlib.sha256(content).hexdigest()

@@ -29,6 +29,7 @@ def test_the_lock_of_a_killed_run_goes_and_that_of_a_living_one_stays(tmp_path):
     for made in (lock, stale):
         made.parent.mkdir(parents=True)
         made.write_text("")
+    os.utime(stale.parent, (0, 0))
     paths.cache.mkdir()
     alive = os.open(paths.run_lock, os.O_RDWR | os.O_CREAT)
     fcntl.flock(alive, fcntl.LOCK_SH)
@@ -67,6 +68,7 @@ def test_what_was_half_written_goes_where_snakemake_left_no_lock(tmp_path):
     paths = Paths(tmp_path)
     stale = paths.data / "d" / ".x.tmp"
     stale.mkdir(parents=True)
+    os.utime(stale, (0, 0))
     assert told_to_a_run(paths) == "nobody"
     assert not stale.exists()
 

@@ -98,7 +98,7 @@ UNKNOWN = "tones: cannot determine what is out of date (IsADirectoryError: "
 @pytest.mark.parametrize(
     ("trouble", "line"),
     [
-        (read_only_results, f"{MANIFESTS}.day1.labels.csv.tmp: {DENIED}"),
+        (read_only_results, f"{MANIFESTS}.day1.labels.csv."),
         (forbidden_manifests, f"{MANIFESTS}day1.audio.json: {DENIED}"),
         (folder_instead_of_manifest, UNKNOWN),
         (forbidden_session, f"data/tones/sessions/day1/session.yaml: {DENIED}"),
