@@ -1,16 +1,17 @@
-"""The only opener of audio files: WAV, FLAC and Ogg in, 24-bit WAV out.
+"""The only opener of audio files: WAV, FLAC and Ogg in, 24-bit WAV out, by libsndfile.
 
 Nothing is altered silently. libsndfile reads a truncated WAV without complaint, so the size that
 the header declares is compared with the bytes that are there; formats whose truncation cannot be
-told are refused. Plain WAVs are decoded by `riff`, all others by libsndfile.
+detected are refused.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import os
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 
 from ajgdata.store.conversion import resample
 from ajgdata.store.files import why_no_file, write_bytes
-from ajgdata.store.riff import Wave, decode, encode_pcm24, is_wave, parse_wave
 from ajgdata.types import AudioSettings, DataError
 from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
@@ -38,6 +38,14 @@ UNREADABLE_SUFFIXES = (
 #: Beyond these a header is taken for damaged: reading would ask for memory that nobody has.
 MAX_CHANNELS, MAX_DURATION_S = 256, 3600
 _AGAIN = "record it again, or fetch a whole copy"
+#: First bytes of a WAV file -> how its numbers are written: big-endian, or with 64-bit sizes.
+_WAVE_ORDERS = {b"RIFF": "<", b"RIFX": ">", b"RF64": "<", b"BW64": "<"}
+#: What programs that write to a pipe put for "length unknown" (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
+_UNKNOWN_SIZE = 0x7FFF_F000
+#: Size of the samples that says: it stands in the `ds64` chunk (RF64).
+_IN_DS64 = 0xFFFF_FFFF
+#: Bytes in which the header of most WAV files ends.
+_HEAD_BYTES = 4096
 
 
 class Remark(NamedTuple):
@@ -69,17 +77,14 @@ class AudioError(DataError):
 @dataclass(frozen=True)
 class AudioInfo:
     """Container, encoding, rate, channels and length of an audio file. `format` and `subtype` are
-    libsndfile's names.
-
-    `declared_frames` is what the header says, None when it leaves the length open (a stream).
-    """
+    libsndfile's names; `is_open` if the header does not state the length (a stream)."""
 
     format: str
     subtype: str
     sample_rate_hz: int
     channels: int
     frames: int
-    declared_frames: int | None
+    is_open: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,9 +103,26 @@ class Audio:
 
 
 def inspect_audio(path: Path) -> AudioInfo:
-    """Say what an audio file is. Raises AudioError (a DataError), as `read_audio` does."""
-    content = _content(path)
-    return _layout(path, content)[0]
+    """Return the header of an audio file. Raises AudioError (a DataError) as `read_audio` does."""
+    return _layout(path, _content(path))[0]
+
+
+def inspect_header(path: Path) -> AudioInfo:
+    """Return what `inspect_audio` does; of a complete WAV, only the header is read."""
+    import soundfile
+
+    try:
+        with path.open("rb") as stream:
+            head, size = stream.read(_HEAD_BYTES), os.fstat(stream.fileno()).st_size
+        chunk = _data_chunk(head, size)
+        if chunk is None or chunk.declared is None or chunk.is_cut or chunk.is_followed:
+            return inspect_audio(path)
+        with soundfile.SoundFile(path) as file:
+            info = _info(file)
+    except (OSError, soundfile.LibsndfileError):
+        return inspect_audio(path)  # which names the problem
+    _check_plausible(path, info)
+    return info
 
 
 def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Audio:
@@ -118,9 +140,9 @@ def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Au
     array([ 0.  ,  0.5 , -0.25], dtype=float32)
     """
     content = _content(path)
-    info, wave = _layout(path, content, partial=partial)
+    info, chunk = _layout(path, content, partial=partial)
     remarks = []
-    if info.declared_frames is None:
+    if info.is_open:
         remarks.append(
             Remark(
                 "note",
@@ -130,9 +152,8 @@ def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Au
             )
         )
     check_layout(path, info, audio)
-    taken, remark = _take_channel(
-        _decode(path, content, info, wave, partial=partial), audio.channel
-    )
+    samples = _decode(path, content, info, chunk, partial=partial)
+    taken, remark = _take_channel(samples, audio.channel)
     remarks += [remark] if remark else []
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
         samples = taken[:, 0] if taken.shape[1] == 1 else taken.mean(axis=1)
@@ -167,31 +188,89 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _layout(path: Path, content: bytes, *, partial: bool = False) -> tuple[AudioInfo, Wave | None]:
+@dataclass(frozen=True)
+class _DataChunk:
+    """The first `data` chunk of a WAV file: where its samples begin and how many bytes of them are
+    there; `declared` is their size by the header, None if that leaves it open (a stream)."""
+
+    start: int
+    held: int
+    declared: int | None
+    frame_bytes: int
+    order: str
+    count: int = 1
+    is_followed: bool = False
+
+    @property
+    def is_cut(self) -> bool:
+        """True if frames that the header declares are missing."""
+        frames = self.held // self.frame_bytes
+        return self.declared is not None and frames < self.declared // self.frame_bytes
+
+
+def _is_wave(content: bytes) -> bool:
+    """Return True if a file begins as a WAV does: RIFF, or RIFX, RF64 and BW64 (EBU Tech 3306)."""
+    return content[:4] in _WAVE_ORDERS and content[8:12] == b"WAVE"
+
+
+def _data_chunk(content: bytes, size_of_file: int) -> _DataChunk | None:
+    """Return the first `data` chunk of a WAV file of which `content` is the beginning, and the
+    number of such chunks; None if there is none."""
+    if not _is_wave(content):
+        return None
+    order, at, frame_bytes, long_size = _WAVE_ORDERS[content[:4]], 12, 0, 0
+    chunk: _DataChunk | None = None
+    while at + 8 <= len(content):
+        name, size = struct.unpack_from(f"{order}4sI", content, at)
+        at += 8
+        if name == b"ds64" and at + 16 <= len(content):
+            long_size = struct.unpack_from("<QQ", content, at)[1]
+        if name == b"fmt " and at + 16 <= len(content):
+            frame_bytes = struct.unpack_from(f"{order}HHIIHH", content, at)[4]
+        if name == b"data" and chunk:
+            chunk = replace(chunk, count=chunk.count + 1)
+        elif name == b"data" and frame_bytes:
+            size = long_size if long_size and size == _IN_DS64 else size
+            riff_end = struct.unpack_from(f"{order}I", content, 4)[0] + 8
+            is_unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
+            held = size_of_file - at if is_unfinished else min(size, size_of_file - at)
+            is_open = is_unfinished or (not long_size and size >= _UNKNOWN_SIZE and size > held)
+            is_followed = size_of_file - at - held >= 8
+            declared = None if is_open else size
+            chunk = _DataChunk(at, held, declared, frame_bytes, order, 1, is_followed)
+            if is_open:
+                return chunk
+        at += size + size % 2
+    return chunk
+
+
+def _info(file: soundfile.SoundFile, *, is_open: bool = False) -> AudioInfo:
+    numbers = file.samplerate, file.channels, file.frames
+    return AudioInfo(file.format, file.subtype, *numbers, is_open)
+
+
+def _layout(
+    path: Path, content: bytes, *, partial: bool = False
+) -> tuple[AudioInfo, _DataChunk | None]:
     """Return the header of a file, checked against what the file holds."""
-    wave = parse_wave(content) if is_wave(content) else None
-    if wave and wave.subtype:
-        name, subtype, frames = "WAV", wave.subtype, wave.frames
-        rate, channels = wave.sample_rate_hz, wave.channels
-    else:
-        with _open(path, content, wave) as file:
-            name, subtype, frames = file.format, file.subtype, file.frames
-            rate, channels = file.samplerate, file.channels
-    is_open = wave is not None and wave.declared is None
-    if wave and wave.data_chunks > 1:
-        problem = f"has {wave.data_chunks} `data` chunks: which of them is the recording is unknown"
+    chunk = _data_chunk(content, len(content))
+    with _open(path, content, chunk) as file:
+        info = _info(file, is_open=chunk is not None and chunk.declared is None)
+    if chunk and chunk.count > 1:
+        problem = f"has {chunk.count} `data` chunks: which of them is the recording is unknown"
         raise AudioError(path, "several_data_chunks", problem, "save each as a file of its own")
-    if wave and wave.is_cut and not partial:
-        lost = f"holds {wave.held} of the {wave.declared} bytes of samples that its header declares"
+    if chunk and chunk.is_cut and not partial:
+        lost = (
+            f"holds {chunk.held} of the {chunk.declared} bytes of samples that its header declares"
+        )
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
-    if name == "OGG" and not partial and not _ogg_is_whole(content):
+    if info.format == "OGG" and not partial and not _ogg_is_whole(content):
         problem = "the file is cut short: its last Ogg page is missing"
         raise AudioError(path, "truncated", problem, _AGAIN)
-    if frames == 0:
+    if info.frames == 0:
         raise AudioError(path, "no_samples", "holds a header but no samples", _AGAIN)
-    info = AudioInfo(name, subtype, rate, channels, frames, None if is_open else frames)
     _check_plausible(path, info)
-    return info, wave
+    return info, chunk
 
 
 def _check_plausible(path: Path, info: AudioInfo) -> None:
@@ -211,34 +290,36 @@ def _check_plausible(path: Path, info: AudioInfo) -> None:
 
 
 def _ogg_is_whole(content: bytes) -> bool:
-    """Return True if the last page is complete and marked as the end of the stream (RFC 3533)."""
-    at = content.rfind(b"OggS")
-    if at + 27 > len(content):
-        return False
-    segments = content[at + 27 : at + 27 + content[at + 26]]
-    return bool(content[at + 5] & 4) and at + 27 + len(segments) + sum(segments) <= len(content)
+    """Return True if all pages are complete and the last one is marked as the end of its stream
+    (RFC 3533)."""
+    at, is_end = 0, False
+    while content[at : at + 4] == b"OggS" and at + 27 <= len(content):
+        segments = content[at + 27 : at + 27 + content[at + 26]]
+        is_end = bool(content[at + 5] & 4)
+        at += 27 + content[at + 26] + sum(segments)
+    return is_end and at <= len(content)
 
 
-def _open(path: Path, content: bytes, wave: Wave | None) -> soundfile.SoundFile:
+def _open(path: Path, content: bytes, chunk: _DataChunk | None) -> soundfile.SoundFile:
     """Hand the bytes to libsndfile."""
     import soundfile
 
-    if wave and wave.declared is None:  # libsndfile takes a length of 0 at its word
-        size = struct.pack(f"{wave.order}I", wave.held & 0xFFFF_FFFF)
-        content = content[: wave.start - 4] + size + content[wave.start :]
+    if chunk and chunk.declared is None:  # libsndfile takes a length of 0 at its word
+        size = struct.pack(f"{chunk.order}I", chunk.held & 0xFFFF_FFFF)
+        content = content[: chunk.start - 4] + size + content[chunk.start :]
     suffix = path.suffix.lower()
     try:
         file = soundfile.SoundFile(io.BytesIO(content))
     except soundfile.LibsndfileError as error:
         if suffix in UNREADABLE_SUFFIXES:
             raise unsupported(path) from None
-        if is_wave(content) or content[:4] in (b"RIFF", b"fLaC", b"OggS"):
+        if _is_wave(content) or content[:4] in (b"RIFF", b"fLaC", b"OggS"):
             problem = f"its header is damaged ({error.error_string.rstrip('.')})"
             raise AudioError(path, "damaged", problem, _AGAIN) from None
         raise AudioError(
             path, "not_audio", "not an audio file", "replace it by the recording or remove its row"
         ) from None
-    unchecked = file.format in ("WAV", "WAVEX", "RF64") and wave is None
+    unchecked = file.format in ("WAV", "WAVEX", "RF64") and chunk is None
     if file.format not in _ACCEPTED or file.subtype.startswith("MPEG") or unchecked:
         file.close()
         what = "MP3" if file.subtype.startswith("MPEG") else file.format
@@ -257,15 +338,13 @@ def unsupported(path: Path, what: str = "") -> AudioError:
 
 
 def _decode(
-    path: Path, content: bytes, info: AudioInfo, wave: Wave | None, *, partial: bool = False
+    path: Path, content: bytes, info: AudioInfo, chunk: _DataChunk | None, *, partial: bool = False
 ) -> Float32:
     """Return samples (frames, channels), full scale ±1."""
-    if wave and wave.subtype:
-        return decode(content, wave)
     import soundfile
 
     try:
-        with _open(path, content, wave) as file:
+        with _open(path, content, chunk) as file:
             samples: Float32 = file.read(dtype="float32", always_2d=True)
     except soundfile.LibsndfileError as error:
         problem = f"cannot be decoded ({error.error_string.rstrip('.')})"
@@ -322,7 +401,18 @@ def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:
     peak = float(np.abs(samples).max())
     if not peak <= 1:
         raise ValueError(f"{path}: peak {peak:g} exceeds full scale 1; scale the samples down")
-    write_bytes(path, encode_pcm24(samples, sample_rate_hz))
+    write_bytes(path, pcm24_bytes(samples, sample_rate_hz))
+
+
+def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
+    """Return a mono 24-bit WAV of samples (n,) within ±1, rounded to the nearest code."""
+    import soundfile
+
+    codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1)
+    stream = io.BytesIO()
+    # libsndfile takes the upper 24 of 32 bits
+    soundfile.write(stream, codes.astype(np.int32) << 8, sample_rate_hz, "PCM_24", format="WAV")
+    return stream.getvalue()
 
 
 def file_sha256(path: Path) -> str:
