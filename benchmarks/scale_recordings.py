@@ -36,7 +36,7 @@ def kept_responses(folder: Path, count: int) -> list[Any]:
     from ajgdata import gripper
     from ajgdata.store.responses import read_response
 
-    files = sorted(folder.rglob("*.response"))
+    files = sorted(folder.rglob("*.npz"))
     found = [read_response(path) for path in files[:: max(1, len(files) // count)][:count]]
     if found := [one for one in found if one is not None]:
         return found

@@ -11,13 +11,14 @@ import hashlib
 import io
 import os
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.store.containers import DataChunk, data_chunk, is_wave, ogg_is_whole
 from ajgdata.store.conversion import resample
 from ajgdata.store.files import why_no_file, write_bytes
 from ajgdata.types import AudioSettings, DataError
@@ -38,12 +39,6 @@ UNREADABLE_SUFFIXES = (
 #: Beyond these a header is taken for damaged: reading would ask for memory that nobody has.
 MAX_CHANNELS, MAX_DURATION_S = 256, 3600
 _AGAIN = "record it again, or fetch a whole copy"
-#: First bytes of a WAV file -> how its numbers are written: big-endian, or with 64-bit sizes.
-_WAVE_ORDERS = {b"RIFF": "<", b"RIFX": ">", b"RF64": "<", b"BW64": "<"}
-#: What programs that write to a pipe put for "length unknown" (ffmpeg 0xFFFFFFFF, SoX 0x7FFFF000).
-_UNKNOWN_SIZE = 0x7FFF_F000
-#: Size of the samples that says: it stands in the `ds64` chunk (RF64).
-_IN_DS64 = 0xFFFF_FFFF
 #: Bytes in which the header of most WAV files ends.
 _HEAD_BYTES = 4096
 
@@ -114,7 +109,7 @@ def inspect_header(path: Path) -> AudioInfo:
     try:
         with path.open("rb") as stream:
             head, size = stream.read(_HEAD_BYTES), os.fstat(stream.fileno()).st_size
-        chunk = _data_chunk(head, size)
+        chunk = data_chunk(head, size)
         if chunk is None or chunk.declared is None or chunk.is_cut or chunk.is_followed:
             return inspect_audio(path)
         with soundfile.SoundFile(path) as file:
@@ -188,62 +183,6 @@ def _content(path: Path) -> bytes:
     return content
 
 
-@dataclass(frozen=True)
-class _DataChunk:
-    """The first `data` chunk of a WAV file: where its samples begin and how many bytes of them are
-    there; `declared` is their size by the header, None if that leaves it open (a stream)."""
-
-    start: int
-    held: int
-    declared: int | None
-    frame_bytes: int
-    order: str
-    count: int = 1
-    is_followed: bool = False
-
-    @property
-    def is_cut(self) -> bool:
-        """True if frames that the header declares are missing."""
-        frames = self.held // self.frame_bytes
-        return self.declared is not None and frames < self.declared // self.frame_bytes
-
-
-def _is_wave(content: bytes) -> bool:
-    """Return True if a file begins as a WAV does: RIFF, or RIFX, RF64 and BW64 (EBU Tech 3306)."""
-    return content[:4] in _WAVE_ORDERS and content[8:12] == b"WAVE"
-
-
-def _data_chunk(content: bytes, size_of_file: int) -> _DataChunk | None:
-    """Return the first `data` chunk of a WAV file of which `content` is the beginning, and the
-    number of such chunks; None if there is none."""
-    if not _is_wave(content):
-        return None
-    order, at, frame_bytes, long_size = _WAVE_ORDERS[content[:4]], 12, 0, 0
-    chunk: _DataChunk | None = None
-    while at + 8 <= len(content):
-        name, size = struct.unpack_from(f"{order}4sI", content, at)
-        at += 8
-        if name == b"ds64" and at + 16 <= len(content):
-            long_size = struct.unpack_from("<QQ", content, at)[1]
-        if name == b"fmt " and at + 16 <= len(content):
-            frame_bytes = struct.unpack_from(f"{order}HHIIHH", content, at)[4]
-        if name == b"data" and chunk:
-            chunk = replace(chunk, count=chunk.count + 1)
-        elif name == b"data" and frame_bytes:
-            size = long_size if long_size and size == _IN_DS64 else size
-            riff_end = struct.unpack_from(f"{order}I", content, 4)[0] + 8
-            is_unfinished = size == 0 and riff_end <= at  # nobody went back to fill in the sizes
-            held = size_of_file - at if is_unfinished else min(size, size_of_file - at)
-            is_open = is_unfinished or (not long_size and size >= _UNKNOWN_SIZE and size > held)
-            is_followed = size_of_file - at - held >= 8
-            declared = None if is_open else size
-            chunk = _DataChunk(at, held, declared, frame_bytes, order, 1, is_followed)
-            if is_open:
-                return chunk
-        at += size + size % 2
-    return chunk
-
-
 def _info(file: soundfile.SoundFile, *, is_open: bool = False) -> AudioInfo:
     numbers = file.samplerate, file.channels, file.frames
     return AudioInfo(file.format, file.subtype, *numbers, is_open)
@@ -251,20 +190,20 @@ def _info(file: soundfile.SoundFile, *, is_open: bool = False) -> AudioInfo:
 
 def _layout(
     path: Path, content: bytes, *, partial: bool = False
-) -> tuple[AudioInfo, _DataChunk | None]:
+) -> tuple[AudioInfo, DataChunk | None]:
     """Return the header of a file, checked against what the file holds."""
-    chunk = _data_chunk(content, len(content))
+    chunk = data_chunk(content, len(content))
     with _open(path, content, chunk) as file:
         info = _info(file, is_open=chunk is not None and chunk.declared is None)
     if chunk and chunk.count > 1:
         problem = f"has {chunk.count} `data` chunks: which of them is the recording is unknown"
-        raise AudioError(path, "several_data_chunks", problem, "save each as a file of its own")
+        raise AudioError(path, "severaldata_chunks", problem, "save each as a file of its own")
     if chunk and chunk.is_cut and not partial:
         lost = (
             f"holds {chunk.held} of the {chunk.declared} bytes of samples that its header declares"
         )
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
-    if info.format == "OGG" and not partial and not _ogg_is_whole(content):
+    if info.format == "OGG" and not partial and not ogg_is_whole(content):
         problem = "the file is cut short: its last Ogg page is missing"
         raise AudioError(path, "truncated", problem, _AGAIN)
     if info.frames == 0:
@@ -289,18 +228,7 @@ def _check_plausible(path: Path, info: AudioInfo) -> None:
     raise AudioError(path, "implausible", problem, again)
 
 
-def _ogg_is_whole(content: bytes) -> bool:
-    """Return True if all pages are complete and the last one is marked as the end of its stream
-    (RFC 3533)."""
-    at, is_end = 0, False
-    while content[at : at + 4] == b"OggS" and at + 27 <= len(content):
-        segments = content[at + 27 : at + 27 + content[at + 26]]
-        is_end = bool(content[at + 5] & 4)
-        at += 27 + content[at + 26] + sum(segments)
-    return is_end and at <= len(content)
-
-
-def _open(path: Path, content: bytes, chunk: _DataChunk | None) -> soundfile.SoundFile:
+def _open(path: Path, content: bytes, chunk: DataChunk | None) -> soundfile.SoundFile:
     """Hand the bytes to libsndfile."""
     import soundfile
 
@@ -313,7 +241,7 @@ def _open(path: Path, content: bytes, chunk: _DataChunk | None) -> soundfile.Sou
     except soundfile.LibsndfileError as error:
         if suffix in UNREADABLE_SUFFIXES:
             raise unsupported(path) from None
-        if _is_wave(content) or content[:4] in (b"RIFF", b"fLaC", b"OggS"):
+        if is_wave(content) or content[:4] in (b"RIFF", b"fLaC", b"OggS"):
             problem = f"its header is damaged ({error.error_string.rstrip('.')})"
             raise AudioError(path, "damaged", problem, _AGAIN) from None
         raise AudioError(
@@ -338,7 +266,7 @@ def unsupported(path: Path, what: str = "") -> AudioError:
 
 
 def _decode(
-    path: Path, content: bytes, info: AudioInfo, chunk: _DataChunk | None, *, partial: bool = False
+    path: Path, content: bytes, info: AudioInfo, chunk: DataChunk | None, *, partial: bool = False
 ) -> Float32:
     """Return samples (frames, channels), full scale ±1."""
     import soundfile

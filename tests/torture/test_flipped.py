@@ -53,7 +53,7 @@ def keep_response(root):
 
 KINDS = {
     "recording (WAV)": ("data/knock/sessions/*/audio/**/*.wav", of_session),
-    "kept response": (".ajgdata/responses/*/*.response", response),
+    "kept response": (".ajgdata/responses/*/*.npz", response),
     "published tree": ("results/published/knock/**/*.*", tree),
 }
 

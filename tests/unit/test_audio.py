@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from ajgdata.store.audio import (
     AudioError,
-    _ogg_is_whole,
     file_sha256,
     inspect_audio,
     read_audio,
     write_pcm24,
 )
+from ajgdata.store.containers import ogg_is_whole
 from ajgdata.store.conversion import resample
 from ajgdata.types import AudioSettings, DataError
 
@@ -308,9 +308,9 @@ def test_ogg_without_its_last_page(put):
 
 def test_an_ogg_whose_samples_contain_the_mark_of_a_page_is_complete():
     page = b"OggS\0\6" + bytes(20) + bytes([1, 6]) + b"OggS\0\0"
-    assert _ogg_is_whole(page)
-    assert _ogg_is_whole(page + b"TAG")
-    assert not _ogg_is_whole(page[:-1])
+    assert ogg_is_whole(page)
+    assert ogg_is_whole(page + b"TAG")
+    assert not ogg_is_whole(page[:-1])
 
 
 def test_rate_and_channels_are_rejected_unless_declared(put):
