@@ -18,7 +18,13 @@ from ajgdata.experiments.cross_validation.results import GROUPED, PAPER_MODEL
 from ajgdata.paths import Paths
 from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.store.tables import plain, read_tables
-from ajgdata.types import CROSS_VALIDATION, AudioSettings, DatasetSpec, FeatureSettings
+from ajgdata.types import (
+    CROSS_VALIDATION,
+    AudioSettings,
+    DatasetSpec,
+    FeatureSettings,
+    NotPossibleError,
+)
 
 if TYPE_CHECKING:
     from ajgdata.gripper import Scene
@@ -99,7 +105,7 @@ def build_opening(
     made = {**software(), "code": code}
     try:
         shown, told = _opening(read_store(store), tables, scenes, manifests, audio, paths.root)
-    except ValueError as error:
+    except NotPossibleError as error:
         write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
         return
     stems = {"wide": paths.opening_picture(), "narrow": paths.opening_picture(narrow=True)}
@@ -119,7 +125,7 @@ def _opening(
     audio: AudioSettings,
     root: Path,
 ) -> tuple[Opening, dict[str, Any]]:
-    """Return what is shown, and of what it is. Raises ValueError where nothing can be shown."""
+    """Return what is shown, and of what it is. Raises NotPossibleError if nothing can be shown."""
     from ajgdata.gripper import Scene
     from ajgdata.report.format import words
     from ajgdata.report.opening import Opening
@@ -128,7 +134,7 @@ def _opening(
     digests = shard.columns.get("setup_sha256")
     known = [] if digests is None else [d for d in digests.values.tolist() if d in grasps]
     if digests is None or not known:
-        raise ValueError("no recording of a simulated grasp can be used")
+        raise NotPossibleError("no recording of a simulated grasp can be used")
     about, predictions = _predictions(tables)
     name = _shown_object({grasps[d]["object"]: grasps[d]["setup"] for d in known})
     row = _typical(shard, name, predictions)
@@ -252,7 +258,7 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
 
 
 def _sweep(session: str, manifests: Sequence[Path], audio: AudioSettings, root: Path) -> np.ndarray:
-    """Return what the session played, (samples,). Raises ValueError if it is gone."""
+    """Return what the session played, (samples,). Raises NotPossibleError if it is gone."""
     from ajgdata.pipeline.recordings import read_excitation
     from ajgdata.store.manifest import read_manifest
 
@@ -261,7 +267,7 @@ def _sweep(session: str, manifests: Sequence[Path], audio: AudioSettings, root: 
             samples, _ = read_excitation(root, content, audio)
             if samples is not None:
                 return samples
-    raise ValueError(f"session {session} lacks the sound that it played")
+    raise NotPossibleError(f"session {session} lacks the sound that it played")
 
 
 def _level_db(shard: Shard, row: int) -> np.ndarray:
