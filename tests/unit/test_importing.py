@@ -14,12 +14,12 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.store.manifest import read_manifest, refresh
 from ajgdata.store.scan import scan
-from ajgdata.store.sealing import seal
 from ajgdata.store.sessions import (
     list_sessions,
     read_dataset,
     read_recordings,
     read_session,
+    seal,
     write_dataset,
     write_session,
 )
