@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from ajgdata.store.features import (
     Shard,
     concatenate,
     feature_attrs,
-    read_labels,
-    read_store,
+    labels_of,
+    open_store,
+    read_spectra,
     write_blocks,
 )
 from ajgdata.store.files import link_or_copy, read_csv, sha256_of
@@ -42,33 +45,34 @@ def merge(
     memory one shard at a time.
     """
     found = [finding for path in findings for finding in read_findings(path)]
-    parts = []
-    notes: list[Finding] = []
-    for shard_path, label_path in zip(shards, labels, strict=True):
-        shard = read_labels(shard_path)
-        session = shard_path.stem
-        table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
-        kept, told = select(shard, table, targets, session)
-        found += told
-        notes += rejected(session, table).values()
-        parts.append(labelled(kept, table, targets, session))
-    columns = {name for part in parts for name in part.columns}
-    merged = concatenate([with_columns(part, columns, targets) for part in parts])
-    merged, told = without_copies(merged, [*targets])
-    found = [*without_rejected(found, notes), *told]
-    blocks = _spectra(shards, merged.columns["recording"].values)
-    write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
+    with ExitStack() as stack:
+        opened = {path: stack.enter_context(open_store(path)) for path in shards}
+        parts = []
+        notes: list[Finding] = []
+        for (shard_path, shard), label_path in zip(opened.items(), labels, strict=True):
+            session = shard_path.stem
+            table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
+            kept, told = select(labels_of(shard), table, targets, session)
+            found += told
+            notes += rejected(session, table).values()
+            parts.append(labelled(kept, table, targets, session))
+        columns = {name for part in parts for name in part.columns}
+        merged = concatenate([with_columns(part, columns, targets) for part in parts])
+        merged, told = without_copies(merged, [*targets])
+        found = [*without_rejected(found, notes), *told]
+        blocks = _spectra(opened, merged.columns["recording"].values)
+        write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
     write_findings(quarantine, found)
     link_or_copy(store, published)
 
 
-def _spectra(shards: Sequence[Path], recordings: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the spectra (m, f) of each shard that are of `recordings` (`<session>/<name>`)."""
+def _spectra(opened: Mapping[Path, xr.Dataset], recordings: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the spectra (m, f) of each open shard that are of `recordings` (`<session>/<name>`)."""
     chosen = set(recordings.tolist())
-    for path in shards:
-        shard = read_store(path)
-        names = shard.columns["recording"].values.tolist()
-        yield shard.feature[[f"{path.stem}/{name}" in chosen for name in names]]
+    for path, dataset in opened.items():
+        names = dataset["recording"].values.tolist()
+        rows = [f"{path.stem}/{name}" in chosen for name in names]
+        yield read_spectra(path, dataset)[rows]
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

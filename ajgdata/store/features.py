@@ -10,7 +10,7 @@ import errno
 import json
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -221,14 +221,14 @@ def read_store(path: Path) -> Shard:
     'mm'
     """
     with open_store(path) as dataset:
-        return _shard(dataset, _spectra(path, dataset, slice(None)))
+        return replace(labels_of(dataset), feature=read_spectra(path, dataset))
 
 
 def read_labels(path: Path) -> Shard:
     """Return a feature file without its spectra: `feature` is (n, 0). Raises DataError for any
     other file."""
     with open_store(path) as dataset:
-        return _shard(dataset, np.empty((dataset.sizes["recording"], 0), np.float32))
+        return labels_of(dataset)
 
 
 def spectra_blocks(path: Path) -> Iterator[np.ndarray]:
@@ -236,15 +236,18 @@ def spectra_blocks(path: Path) -> Iterator[np.ndarray]:
     DataError for any other file."""
     with open_store(path) as dataset:
         for start in range(0, dataset.sizes["recording"], BLOCK_ROWS):
-            yield _spectra(path, dataset, slice(start, start + BLOCK_ROWS))
+            yield read_spectra(path, dataset, slice(start, start + BLOCK_ROWS))
 
 
-def _shard(dataset: xr.Dataset, feature: np.ndarray) -> Shard:
+def labels_of(dataset: xr.Dataset) -> Shard:
+    """Return an open feature file without its spectra: `feature` is (n, 0)."""
+    nothing = np.empty((dataset.sizes["recording"], 0), np.float32)
     frequency_hz = dataset["frequency"].values
-    return Shard(feature, frequency_hz, columns_of(dataset), attributes_of(dataset))
+    return Shard(nothing, frequency_hz, columns_of(dataset), attributes_of(dataset))
 
 
-def _spectra(path: Path, dataset: xr.Dataset, rows: slice) -> np.ndarray:
+def read_spectra(path: Path, dataset: xr.Dataset, rows: slice = slice(None)) -> np.ndarray:
+    """Return rows (m, f) of the open feature file `path`. Raises DataError for damaged ones."""
     try:
         return dataset["feature"][rows].values
     except OSError:
