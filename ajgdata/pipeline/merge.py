@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from ajgdata.store.features import (
     Shard,
@@ -24,6 +24,9 @@ from ajgdata.store.findings import read_findings, rejected, without_rejected, wr
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
 from ajgdata.store.provenance import software
 from ajgdata.types import Finding, Target
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def merge(

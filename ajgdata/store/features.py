@@ -8,23 +8,29 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5netcdf
 import numpy as np
-import xarray as xr
 
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHUNK_ROWS = 128
 #: Spectra that are read at once where a file need not be in memory: 17 MB of 1025 bins.
 BLOCK_ROWS = 4096
 CONVENTIONS = "CF-1.11"
+#: Arrays may claim so many times the bytes of their file, plus `SMALL_BYTES`: files may come from
+#: anywhere.
+MAX_GROWTH, SMALL_BYTES = 100, 2**26
 #: What h5netcdf and xarray raise for files that are damaged or of another kind.
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 _FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
@@ -89,6 +95,8 @@ def write_blocks(
 ) -> None:
     """Write what `write_store` does, with the spectra of `blocks`, each (m, f), in place of those
     of `labels`: one block is held at a time."""
+    import xarray as xr
+
     rows, bins = len(labels.feature), len(labels.frequency_hz)
     for name, column in labels.columns.items():
         if len(column.values) != rows:
@@ -134,6 +142,8 @@ def _check_spectra(path: Path, spectra: np.ndarray, bins: int, rows_left: int) -
 
 def as_coordinates(columns: Mapping[str, Column]) -> dict[str, xr.Variable]:
     """Return columns (n,) as coordinates along `recording`, in the order of their names."""
+    import xarray as xr
+
     return {
         name: xr.Variable("recording", column.values, dict(column.attrs))
         for name, column in sorted(columns.items())
@@ -175,8 +185,12 @@ def open_store(path: Path) -> xr.Dataset:
 def open_netcdf(path: Path) -> xr.Dataset:
     """Return a netCDF file with its coordinates in memory and its arrays not read yet. Raises one
     of `DAMAGE`."""
-    file = xr.open_dataset(path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
+    import xarray as xr
+
+    how: dict[str, Any] = {"mask_and_scale": False, "decode_times": False, "phony_dims": "access"}
+    file = xr.open_dataset(path, engine="h5netcdf", **how)
     try:
+        _check_claims(path, file)
         texts = {
             name: (array.dims, np.asarray(array.values, np.str_), array.attrs)
             for name, array in file.coords.items()
@@ -190,6 +204,13 @@ def open_netcdf(path: Path) -> xr.Dataset:
         raise
     dataset.set_close(file.close)
     return dataset
+
+
+def _check_claims(path: Path, file: xr.Dataset) -> None:
+    """Raise ValueError for arrays that are much larger than their file."""
+    shapes = [v.encoding.get("original_shape", v.shape) for v in file.variables.values()]
+    if sum(map(math.prod, shapes)) > MAX_GROWTH * path.stat().st_size + SMALL_BYTES:
+        raise ValueError("claims to be larger than it can be")
 
 
 def columns_of(dataset: xr.Dataset) -> dict[str, Column]:

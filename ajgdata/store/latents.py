@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from ajgdata.store.features import (
     CONVENTIONS,
@@ -22,6 +22,9 @@ from ajgdata.store.features import (
 )
 from ajgdata.store.files import replacing
 from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LATENT, UNSEEN = "latent_", "unseen_"
 VALIDATION_FOLD, UNSEEN_FOLD = "validation_fold", "unseen_fold_of"
@@ -47,6 +50,8 @@ class Latents:
 
 def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
+    import xarray as xr
+
     folds = {VALIDATION_FOLD: latents.validation_fold, UNSEEN_FOLD: latents.unseen_fold}
     columns = {name: Column(fold.astype(np.int32)) for name, fold in folds.items()}
     arrays = {
@@ -66,6 +71,8 @@ def write_latents(path: Path, latents: Latents) -> None:
 
 
 def _variable(fold: str, values: np.ndarray) -> xr.Variable:
+    import xarray as xr
+
     dimensions = (fold, "init", "recording", f"dimension_{values.shape[-1]}")
     return xr.Variable(dimensions, values.astype(np.float32), {"long_name": "latent", "units": "1"})
 
