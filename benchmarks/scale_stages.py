@@ -47,7 +47,7 @@ def stage_merge(project: Paths, folder: Path) -> Callable[[], object]:
 
 def stage_load(project: Paths, folder: Path) -> Callable[[], object]:
     import ajgdata
-    import ajgdata.store.open_xarray
+    import ajgdata.store.features
 
     def load() -> None:
         with ajgdata.load_features(NAME, project.root) as features:

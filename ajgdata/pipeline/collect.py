@@ -10,7 +10,7 @@ from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
-from ajgdata.store.files import csv_bytes, sealed_json_bytes, spreadsheet_cell, write_bytes
+from ajgdata.store.files import csv_bytes, json_bytes, spreadsheet_cell, write_bytes
 from ajgdata.store.provenance import environment, software
 from ajgdata.store.tables import as_json, read_tables
 from ajgdata.types.table import Table
@@ -67,7 +67,7 @@ def collect(
     }
     for file, content in written.items():
         write_bytes(file, content)
-    write_bytes(document, sealed_json_bytes({"software": made_by, "experiments": collected}))
+    write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
 
 
 def _for_spreadsheets(row: Mapping[str, object]) -> dict[str, object]:

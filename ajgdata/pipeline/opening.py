@@ -27,6 +27,7 @@ from ajgdata.types import (
     DataError,
     DatasetSpec,
     FeatureSettings,
+    NotPossibleError,
 )
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def build_opening(
     made = {**software(), "code": code}
     try:
         shown, told = _opening(paths, read_store(store), tables, audio)
-    except ValueError as error:
+    except NotPossibleError as error:
         write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
         return
     stems = {"wide": paths.opening_picture(), "narrow": paths.opening_picture(narrow=True)}
@@ -122,7 +123,7 @@ def build_opening(
 def _opening(
     paths: Paths, shard: Shard, tables: Sequence[Path], audio: AudioSettings
 ) -> tuple[Opening, dict[str, Any]]:
-    """Return what is shown, and of what it is. Raises ValueError where nothing can be shown."""
+    """Return what is shown, and of what it is. Raises NotPossibleError if nothing can be shown."""
     from ajgdata.gripper import Scene
     from ajgdata.report.format import words
     from ajgdata.report.opening import Opening
@@ -132,7 +133,7 @@ def _opening(
     digests = shard.columns.get("setup_sha256")
     known = [] if digests is None else [d for d in digests.values.tolist() if d in grasps]
     if digests is None or not known:
-        raise ValueError("no recording of a simulated grasp can be used")
+        raise NotPossibleError("no recording of a simulated grasp can be used")
     name = _shown_object({grasps[d].object: grasps[d].setup for d in known})
     row = _typical(shard, name, predictions)
     scene = Scene.model_validate(grasps[str(digests.values[row])].setup)
@@ -264,7 +265,7 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
 
 
 def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
-    """Return what the session in `folder` played, (samples,). Raises ValueError if it is gone."""
+    """Return what the session in `folder` played, (samples,), or raise NotPossibleError."""
     from ajgdata.pipeline.recordings import read_excitation
     from ajgdata.store.session_audio import played_sound
 
@@ -273,7 +274,7 @@ def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
     except DataError:
         samples = None
     if samples is None:
-        raise ValueError(f"session {folder.name} lacks the sound that it played")
+        raise NotPossibleError(f"session {folder.name} lacks the sound that it played")
     return samples
 
 

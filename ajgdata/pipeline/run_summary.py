@@ -12,7 +12,7 @@ from ajgdata.pipeline.experiments import models_of
 from ajgdata.pipeline.run import INCOMPLETE
 from ajgdata.report.comparison import tally_text
 from ajgdata.store.benchmarks import Job, RuleCost, cost_by_rule, read_benchmarks
-from ajgdata.store.features import reading
+from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.models import ABOUT_FILE
@@ -115,8 +115,8 @@ def _is_optional(spec: DatasetSpec, task: str) -> bool:
 
 
 def _data(paths: Paths, name: str) -> Data:
-    with reading(paths.features(name)) as store:
-        used = int(store["feature"].shape[0])
+    with open_store(paths.features(name)) as store:
+        used = store.sizes["recording"]
     return Data(name, used, len(left_out(read_findings(paths.quarantine(name)))))
 
 

@@ -27,19 +27,25 @@ def train_models(
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
     `folder`/task/model."""
-    wanted = [(task, model) for task, one in tasks.items() for model in one["models"]]
-    done = progress(len(wanted))
-    for task, model in wanted:
+    shard = read_store(store)
+    pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
+    advance = progress(len(pairs))
+    for task, model in pairs:
         print(f"{task}: {model}")
-        place = folder / task / model
-        train_model(
-            store, **tasks[task]["settings"], task=task, model=model, seed=seed, folder=place
+        settings = tasks[task]["settings"]
+        train_from_shard(
+            shard, **settings, task=task, model=model, seed=seed, folder=folder / task / model
         )
-        done()
+        advance()
 
 
-def train_model(
-    store: Path,
+def train_model(store: Path, **settings: Any) -> None:
+    """Fit one model; `settings` are those of `train_from_shard`."""
+    train_from_shard(read_store(store), **settings)
+
+
+def train_from_shard(
+    shard: Shard,
     *,
     target: str,
     kind: Kind,
@@ -54,7 +60,7 @@ def train_model(
     most_recordings: Mapping[str, int] | None = None,
     task: str = "",
 ) -> None:
-    """Fit `model` on all recordings of `store` that have `target` and write it into `folder`, with
+    """Fit `model` on all recordings of `shard` that have `target` and write it into `folder`, with
     its calibration and what a predictor needs beside.
 
     How well it will do on new recordings is what the evaluation says, not its fit to these. A model
@@ -67,7 +73,6 @@ def train_model(
     from ajgdata.models import chosen, fit_named_model, make_model, network_state
     from ajgdata.models.limits import most_recordings as limit_of
 
-    shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
     try:

@@ -35,7 +35,6 @@ from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.files import SEAL
 from ajgdata.store.sessions import list_sessions, read_dataset
 from ajgdata.types import AudioSettings
 
@@ -263,9 +262,6 @@ def digest_of(path: Path) -> str:
     content = path.read_bytes()
     if path.name == "metrics.csv":
         content = b"".join(r for r in content.splitlines(True) if b",measured," not in r)
-    elif path.name == "model.json":
-        told = json.loads(content)
-        content = repr({**told, "files": sorted(told["files"]), SEAL: ""}).encode()
     elif path.suffix == ".skops":
         content = _estimator(path)
     return hashlib.sha256(content).hexdigest()

@@ -327,7 +327,7 @@ def test_killed_at_any_moment_the_shard_is_whole(project):
             [sys.executable, "-c", WRITER, *map(str, arguments)],
             stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
-        assert process.stdout.readline() == "3 recordings read, 0 features reused\n"
+        assert process.stdout.readline().endswith("features reused\n")
         time.sleep(generator.uniform(0, 0.15))
         process.send_signal(signal.SIGKILL)
         process.wait()

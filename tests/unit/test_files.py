@@ -16,18 +16,16 @@ from hypothesis import strategies as st
 from ajgdata.store.files import (
     bytes_below,
     csv_bytes,
+    has_aliases,
     json_bytes,
     line_of,
     numbered_rows,
-    raising_ignored,
     read_csv,
     read_json,
-    read_sealed_json,
     read_text,
     read_yaml,
     replacing,
     replacing_folder,
-    sealed_json_bytes,
     write_bytes,
     write_if_changed,
     yaml_bytes,
@@ -158,6 +156,21 @@ def test_yaml_that_cannot_be_read(tmp_path, content, said):
     assert said in str(caught.value)
 
 
+@pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 3000, "a: " + "[" * 900 + "]" * 900])
+def test_deep_nesting_is_an_error_and_no_crash(tmp_path, text):
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    with pytest.raises(DataError, match="not valid YAML"):
+        read_yaml(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "has_some"), [("a: &x [1]\nb: *x\n", True), ("a: '*x'\n", False), ("a: [", False)]
+)
+def test_aliases_are_found(text, has_some):
+    assert has_aliases(text) == has_some
+
+
 def test_yaml_with_mark_and_windows_line_ends(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_bytes("\ufeffname: Größe\r\nunit: mm\r\n".encode())
@@ -261,21 +274,17 @@ def test_the_line_of_a_place(tmp_path, place, line):
     assert line_of(path, place) == line
 
 
-def test_the_line_in_a_text_of_old_yaml(tmp_path):
-    path = tmp_path / "x.yaml"
-    path.write_text("%YAML 1.0\n---\nname: x\nnmae: y\n")
-    assert line_of(path, ["nmae"]) == 4
-
-
-def test_a_folder_survives_a_kill_between_its_two_renames(tmp_path):
-    target = tmp_path / "tree"
-    target.mkdir()
-    (target / "a").write_text("old")
-    target.rename(tmp_path / ".tree.old")
-    with pytest.raises(ValueError, match="disk full"), replacing_folder(target):
+def test_folders_whose_names_begin_alike_are_replaced_independently(tmp_path):
+    one, other = (tmp_path / ("n" * 60 + end) for end in "ab")
+    with replacing_folder(one) as new, replacing_folder(other) as also_new:
+        (new / "name").write_text("one")
+        (also_new / "name").write_text("other")
+    with pytest.raises(ValueError, match="disk full"), replacing_folder(one):
         raise ValueError("disk full")
-    assert (target / "a").read_text() == "old"
-    assert [path.name for path in tmp_path.iterdir()] == ["tree"]
+    assert {path: (path / "name").read_text() for path in tmp_path.iterdir()} == {
+        one: "one",
+        other: "other",
+    }
 
 
 def test_the_size_of_files_and_folders(tmp_path):
@@ -312,44 +321,3 @@ def test_where_there_are_no_locks_writes_go_on(tmp_path, monkeypatch, number):
     monkeypatch.setattr(fcntl, "flock", none)
     with alone(tmp_path / "cake", "eating"), alone(tmp_path / "cake", "eating"):
         pass
-
-
-class Failing:
-    """As an object of h5py on a full disk: it fails when it is collected."""
-
-    def __del__(self):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-
-def test_what_fails_while_objects_are_collected_takes_no_place(tmp_path):
-    """Such an error cannot be raised where it happens, and is only printed."""
-    (tmp_path / "a").write_bytes(b"old")
-    hook = sys.unraisablehook
-    with (
-        pytest.raises(OSError, match="No space left"),
-        replacing(tmp_path / "a") as file,
-        raising_ignored(),
-    ):
-        file.write_bytes(b"ne")
-        Failing()
-    assert (tmp_path / "a").read_bytes() == b"old"
-    assert sys.unraisablehook is hook
-    with raising_ignored():
-        pass
-
-
-def test_every_changed_value_of_a_sealed_document_is_found(tmp_path):
-    path, content = tmp_path / "x.json", {"rmse": [1.25, 3], "name": "ä", "none": None}
-    whole = sealed_json_bytes(content)
-    path.write_bytes(whole)
-    assert read_sealed_json(path) == content
-    named = 0
-    for at in range(len(whole)):
-        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-        try:
-            held = read_sealed_json(path)
-        except DataError as error:
-            named += str(path) in str(error)
-        else:  # white space, or the name of the seal itself
-            assert {key: held[key] for key in content} == content
-    assert named > len(whole) / 2

@@ -13,13 +13,13 @@ from worlds import write_tone
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.store.scan import scan
-from ajgdata.store.sealing import seal
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import (
     list_sessions,
     read_dataset,
     read_recordings,
     read_session,
+    seal,
     write_dataset,
     write_session,
 )

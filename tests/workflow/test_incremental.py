@@ -16,7 +16,7 @@ from ajgdata.paths import RECORDINGS_FILE, Paths
 from ajgdata.pipeline.studies import STUDIES
 from ajgdata.store import provenance
 from ajgdata.store.features import read_store
-from ajgdata.store.sealing import seal
+from ajgdata.store.sessions import seal
 from ajgdata.store.tables import read_tables
 
 #: What follows from a changed store.

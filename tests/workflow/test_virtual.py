@@ -52,7 +52,7 @@ def test_sessions_are_recorded_once_and_a_bad_grasp_does_not_stop_them(made):
         assert [one.recording_id for one in found.files] == [f"{session}_cube_01_1"]
         assert [one.code for one in found.findings] == ["skipped"]
     assert made.planned(*wanted) == {}
-    assert len(list(made.paths.responses.rglob("*.response"))) == 2
+    assert len(list(made.paths.responses.rglob("*.npz"))) == 2
 
 
 def test_a_changed_recipe_records_what_it_concerns(made):
@@ -92,7 +92,7 @@ def test_sessions_that_share_scenes_solve_each_once(made):
     logs = {name: _logged(made, name) for name in names}
     solved = {name: re.findall(r", (\d+) scenes solved", text) for name, text in logs.items()}
     assert solved == {"a_loud": ["0", "0"], "made": ["1", "1"], "quiet": ["0", "0"]}
-    assert len(list(made.paths.responses.rglob("*.response"))) == 2
+    assert len(list(made.paths.responses.rglob("*.npz"))) == 2
     made.snakemake(ends[2], "--force")
     assert made.planned(*ends) == {}  # recording the first again does not redo the others
     assert "0 scenes solved" in _logged(made, "made")
