@@ -120,10 +120,11 @@ def inspect_header(path: Path) -> AudioInfo:
     return info
 
 
-def read_audio(path: Path, audio: AudioSettings) -> Audio:
+def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Audio:
     """Read a recording, converting channel and rate only as far as `audio` allows.
 
-    Raises AudioError; its `code` is a slug such as `truncated`.
+    With `partial`, read the samples that a truncated file still contains. Raises AudioError; its
+    `code` is a slug such as `truncated`.
 
     >>> from pathlib import Path
     >>> import numpy as np
@@ -134,7 +135,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
     array([ 0.  ,  0.5 , -0.25], dtype=float32)
     """
     content = _content(path)
-    info, chunk = _layout(path, content)
+    info, chunk = _layout(path, content, partial=partial)
     remarks = []
     if info.is_open:
         remarks.append(
@@ -146,7 +147,7 @@ def read_audio(path: Path, audio: AudioSettings) -> Audio:
             )
         )
     check_layout(path, info, audio)
-    samples = _decode(path, content, info, chunk)
+    samples = _decode(path, content, info, chunk, partial=partial)
     taken, remark = _take_channel(samples, audio.channel)
     remarks += [remark] if remark else []
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
@@ -187,20 +188,22 @@ def _info(file: soundfile.SoundFile, *, is_open: bool = False) -> AudioInfo:
     return AudioInfo(file.format, file.subtype, *numbers, is_open)
 
 
-def _layout(path: Path, content: bytes) -> tuple[AudioInfo, DataChunk | None]:
+def _layout(
+    path: Path, content: bytes, *, partial: bool = False
+) -> tuple[AudioInfo, DataChunk | None]:
     """Return the header of a file, checked against what the file holds."""
     chunk = data_chunk(content, len(content))
     with _open(path, content, chunk) as file:
         info = _info(file, is_open=chunk is not None and chunk.declared is None)
     if chunk and chunk.count > 1:
         problem = f"has {chunk.count} `data` chunks: which of them is the recording is unknown"
-        raise AudioError(path, "severaldata_chunks", problem, "save each as a file of its own")
-    if chunk and chunk.is_cut:
+        raise AudioError(path, "several_data_chunks", problem, "save each as a file of its own")
+    if chunk and chunk.is_cut and not partial:
         lost = (
             f"holds {chunk.held} of the {chunk.declared} bytes of samples that its header declares"
         )
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
-    if info.format == "OGG" and not ogg_is_whole(content):
+    if info.format == "OGG" and not partial and not ogg_is_whole(content):
         problem = "the file is cut short: its last Ogg page is missing"
         raise AudioError(path, "truncated", problem, _AGAIN)
     if info.frames == 0:
@@ -262,7 +265,9 @@ def unsupported(path: Path, what: str = "") -> AudioError:
     return AudioError(path, "unsupported_format", f"{name} audio is not read as it is", fix)
 
 
-def _decode(path: Path, content: bytes, info: AudioInfo, chunk: DataChunk | None) -> Float32:
+def _decode(
+    path: Path, content: bytes, info: AudioInfo, chunk: DataChunk | None, *, partial: bool = False
+) -> Float32:
     """Return samples (frames, channels), full scale ±1."""
     import soundfile
 
@@ -272,7 +277,7 @@ def _decode(path: Path, content: bytes, info: AudioInfo, chunk: DataChunk | None
     except soundfile.LibsndfileError as error:
         problem = f"cannot be decoded ({error.error_string.rstrip('.')})"
         raise AudioError(path, "damaged", problem, _AGAIN) from None
-    if len(samples) < info.frames:
+    if len(samples) < info.frames and not partial:
         lost = f"holds {len(samples)} of the {info.frames} frames that its header declares"
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
     return samples

@@ -101,20 +101,11 @@ def test_a_row_without_a_value_for_each_column_is_refused():
         Table("t", "t", "", TABLE.columns, ({"case": "a"},))
 
 
-NO_TABLES = "is not a file of tables"
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("[]", "holds no keys"), ("{}", NO_TABLES), ('{"tables": [{}]}', NO_TABLES),
-        ('{"tables": [1]}', NO_TABLES),
-    ],
-)  # fmt: skip
-def test_another_file_is_refused_in_one_line(tmp_path, content, said):
+@pytest.mark.parametrize("content", ["[]", "{}", '{"tables": [{}]}', '{"tables": [1]}'])
+def test_another_file_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "s.json"
     path.write_text(content)
-    with pytest.raises(DataError, match=f"{said}; delete it and run again"):
+    with pytest.raises(DataError, match="is not a file of tables; delete it and run again"):
         read_tables(path)
 
 

@@ -92,7 +92,7 @@ def new_session(project):
 
 
 def fresh(project):
-    for made in ("results", ".ajgdata", ".snakemake"):
+    for made in ("results", ".snakemake"):
         shutil.rmtree(project.root / made)
 
 

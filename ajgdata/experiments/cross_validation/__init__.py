@@ -46,7 +46,9 @@ from ajgdata.types.table import Table, table_of
 from ajgdata.types.tasks import COMPARE_SESSIONS, REPEATS
 
 if TYPE_CHECKING:
-    from ajgdata.evaluate.crossval import CrossValidation, Predictions, Scores, Tested
+    from numpy.typing import NDArray
+
+    from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
 
 MAX_VALUES = 50  #: a target with more distinct values is continuous: no table by value
 PREDICTION_COLUMNS = {
@@ -108,6 +110,7 @@ def evaluate(
     from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
 
     known, held = split_withheld(inputs.all_data(), inputs.withhold)
+    _check_magnitude(known.value, inputs.target)
     data = {WITHHELD: held} if inputs.withhold else {}
     for name in test_on:
         other = inputs.all_data(name)
@@ -117,24 +120,21 @@ def evaluate(
     splits = {}
     for split in (GROUPED, RANDOM) if compare_random else (GROUPED,):
         grouped = split == GROUPED
-        with np.errstate(over="ignore", invalid="ignore"):  # _computable tells
-            splits[split] = cross_validate(
-                known.feature, known.value, known.group if grouped else None,
-                model=model, extra_tests=extra if grouped else None, **named,
-            )  # fmt: skip
-        if not _computable(splits[split].scores):
-            problem = f"errors of {inputs.target!r} are too large or too small to compute with"
-            raise NotPossibleError(f"{problem}: give it in another unit")
+        splits[split] = cross_validate(
+            known.feature, known.value, known.group if grouped else None,
+            model=model, extra_tests=extra if grouped else None, **named,
+        )  # fmt: skip
     return Evaluation(splits, {**dict.fromkeys(splits, known), **data})
 
 
-def _computable(scores: Scores) -> bool:
-    """Return whether the leading error, its chance and spread are finite and not rounded to 0."""
-    from ajgdata.evaluate.metrics import METRICS
-
-    name = METRICS[scores.kind][0]
-    numbers = (scores.mean[name], scores.sd[name], scores.chance[name])
-    return all(map(math.isfinite, numbers)) and (scores.kind != "regression" or numbers[2] > 0)
+def _check_magnitude(value: NDArray[Any], target: str) -> None:
+    """Raise NotPossibleError for numbers whose squares leave float32, in which models compute."""
+    if value.dtype.kind == "U":
+        return
+    spread, limits = float(np.ptp(value)), np.finfo(np.float32)
+    if not math.sqrt(limits.tiny) < spread < math.sqrt(limits.max):
+        problem = f"errors of {target!r} are too large or too small to compute with"
+        raise NotPossibleError(f"{problem}: give it in another unit")
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
