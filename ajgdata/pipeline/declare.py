@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ajgdata.pipeline.label_counts import CLASSES_NEEDED
-from ajgdata.pipeline.label_kinds import Verdict, verdict
+from ajgdata.pipeline.label_kinds import verdict
 from ajgdata.store.audio import AudioInfo, inspect_audio
 from ajgdata.store.scan import Scan, target_column
 from ajgdata.types import (
@@ -17,6 +17,7 @@ from ajgdata.types import (
     DataError,
     DatasetSpec,
     ImportSettings,
+    Target,
     Task,
     describe,
 )
@@ -46,7 +47,7 @@ def declare(
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     cells = {column: [file.cell(column) for file in scanned.files] for column in wanted}
     verdicts = {column: verdict(found) for column, found in cells.items()}
-    possible = [c for c, judged in verdicts.items() if _can_be_learnt(judged, cells[c])]
+    possible = [c for c, (target, _) in verdicts.items() if _can_be_learnt(target, cells[c])]
     # If no column has two classes, every column gets a task: more recordings may follow.
     tasks = {column: Task(target=column, folds=FOLDS) for column in possible or verdicts}
     try:
@@ -55,18 +56,18 @@ def declare(
             title=name,
             description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
             audio=common_audio(folder / file.path for file in scanned.files),
-            targets={column: judged.target for column, judged in verdicts.items()},
+            targets={column: target for column, (target, _) in verdicts.items()},
             tasks=tasks,
             imports=settings,
         )
     except ValidationError as error:
         raise describe(error, f"data set {name!r}") from None
-    return spec, [f"target {column}: {judged.why}" for column, judged in verdicts.items()]
+    return spec, [f"target {column}: {why}" for column, (_, why) in verdicts.items()]
 
 
-def _can_be_learnt(judged: Verdict, cells: Sequence[str]) -> bool:
-    classes = set(cells) - {"", *judged.target.missing}
-    return judged.target.kind == "regression" or len(classes) >= CLASSES_NEEDED
+def _can_be_learnt(target: Target, cells: Sequence[str]) -> bool:
+    classes = set(cells) - {"", *target.missing}
+    return target.kind == "regression" or len(classes) >= CLASSES_NEEDED
 
 
 def common_audio(files: Iterable[Path]) -> AudioSettings:

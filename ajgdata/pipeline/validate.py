@@ -28,7 +28,7 @@ from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.hashes import HashCache
 from ajgdata.store.labels import bad_labels, copies
 from ajgdata.store.manifest import WHOLE_SESSION, survey
-from ajgdata.store.scan import Search, audio_files, search
+from ajgdata.store.scan import Search, search
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
 
@@ -131,7 +131,7 @@ def _without_row(root: Path, folder: Path, manifest: dict[str, Any]) -> list[Fin
     fix = "import its folder again, or remove the file"
     return [
         Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
-        for path in audio_files(folder / AUDIO_FOLDER)
+        for path in search(folder / AUDIO_FOLDER).audio
         if (folder / AUDIO_FOLDER / path).absolute() not in known
     ]
 
@@ -163,9 +163,9 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
 def _not_searched(name: str, found: Search) -> list[Finding]:
     """Return warnings for hidden audio files and closed folders, notes for other skipped names."""
     fix = "nothing to do, unless recordings are there"
-    closed = found.closed + [(path.as_posix(), reason) for path, reason in found.concealed.items()]
     return [
-        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in closed),
+        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.closed),
+        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.hidden),
         *(Finding(name, p, "", "note", "not_searched", r, fix) for p, r in found.skipped),
     ]
 
