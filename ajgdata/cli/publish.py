@@ -103,8 +103,8 @@ def fetch(
     """Bring public recordings or a published data set in, as a data set of this project.
 
     NAME is one with a datasets/NAME/source.yaml; its recordings come from their makers' public
-    address into a cache outside the project. Every byte is checked by its hash. Interrupted, it
-    goes on: what is complete is kept. Nothing of what is fetched is run.
+    address into a cache outside the project. Every byte is checked by its hash. After an
+    interruption, complete files are kept. Nothing of what is fetched is run.
     """
     from ajgdata.paths import find_project
 
