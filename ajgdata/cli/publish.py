@@ -117,7 +117,7 @@ def fetch(
 
 def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> None:
     from ajgdata.cli.importing import exit_code, show_import
-    from ajgdata.pipeline.fetch_source import fetch_source
+    from ajgdata.pipeline.fetch import fetch_source
     from ajgdata.store.sessions import read_dataset
     from ajgdata.store.sources import address_of, read_source
 

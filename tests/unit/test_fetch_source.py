@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from ajgdata.cli import app
 from ajgdata.paths import Paths, brought
-from ajgdata.pipeline.fetch_source import fetch_source
+from ajgdata.pipeline.fetch import fetch_source
 from ajgdata.pipeline.plan import plan
 from ajgdata.store import git_folders, sources
 from ajgdata.store.audio import file_sha256
