@@ -91,64 +91,36 @@ def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
 def answers(
     spec: DatasetSpec, summary: DatasetSummary, sessions: Sequence[Session], unsealed: int
 ) -> dict[str, str]:
-    """Return the answers of the datasheet, by topic, as far as declaration and sessions tell.
-
-    What nobody said is said to be unknown.
-    """
-    made = "computed by a virtual gripper" if summary.source == "simulated" else "recorded"
-    tasks = "; ".join(
-        f"{words(name)} ({spec.targets[task.target].kind} of {task.target}, split by {task.groups})"
-        for name, task in spec.tasks.items()
-    )
+    """Return the notes on a data set, by topic of `TOPICS`, from its declaration and sessions."""
+    is_simulated = summary.source == "simulated"
     labels = "; ".join(
         f"{name}: {target.description or words(name)}{f' ({target.unit})' if target.unit else ''}"
         for name, target in spec.targets.items()
     )
+    unsealed_text = f", {unsealed} had no hash from the day they were recorded" if unsealed else ""
+    groups = sorted({task.groups for task in spec.tasks.values()}) or ["grasp_id"]
     return {
-        "motivation": "To tell from the sound inside a jamming gripper what it holds."
-        if has_gripper(sessions)
-        else "For what its description says.",
-        "tasks": f"As declared: {tasks}." if tasks else "None is declared.",
-        "composition": f"{summary.n_recordings} recordings in {summary.n_sessions} session(s) at "
-        f"{summary.sample_rate_hz} Hz, {made}; a spectrum of each; labels.",
-        "labels": f"{labels or 'No targets are declared'}. "
-        + ("They are the settings of the simulation." if summary.source == "simulated" else
-           "They were given by whoever recorded, and are not checked."),
-        "missing": f"{summary.n_left_out} recordings were left out, {summary.n_flagged} are in "
-        "and flagged"
-        f"{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
-        "A label that was not measured is an empty cell.",
         "collection": _collection(summary, sessions),
-        "collection_type": "Simulation" if summary.source == "simulated" else "Experiment",
-        "preprocessing": "The recordings are as they were made, byte for byte. The spectra: short-"
-        "time Fourier transform, summed over time, normalised; settings in attribute `settings` of "
+        "collection_type": "Simulation" if is_simulated else "Experiment",
+        "labels": f"{labels or 'No targets are declared'}. "
+        + ("Settings of the simulation." if is_simulated else "Given by the authors, unchecked."),
+        "missing": f"{summary.n_left_out} recordings were left out, {summary.n_flagged} are "
+        f"flagged{unsealed_text}. A label that was not measured is an empty cell.",
+        "preprocessing": "The recordings are unchanged. The spectra are normalised sums over time "
+        "of short-time Fourier transforms; their settings are in the attribute `settings` of "
         f"{Tree.FEATURES}.",
-        "uses": f"Training and comparing models of acoustic sensing. {_groups(spec)}",
+        "uses": f"Split by {' or '.join(groups)}, never at random: recordings of one grasp are "
+        "near copies.",
         "limitations": _limitations(summary, sessions),
-        "biases": _biases(sessions),
-        "personal": "No: nothing was recorded, it is a simulation."
-        if summary.source == "simulated"
-        else "Not known: recordings may hold voices from the room. Listen before you pass them on.",
-        "impact": "No harm is known that is particular to it.",
-        "maintenance": f"{', '.join(spec.authors) or 'Nobody is named'}. Versions are separate "
-        "folders; SHA256SUMS tells them apart.",
-    }  # fmt: skip
+        "personal": "None: simulated."
+        if is_simulated
+        else "Not known: recordings may contain voices from the room.",
+    }
 
 
 def has_gripper(sessions: Sequence[Session]) -> bool:
     """Return whether somebody said which gripper it was: else it may have been none."""
     return any(session.gripper != "unknown" for session in sessions)
-
-
-def _biases(sessions: Sequence[Session]) -> str:
-    grippers = sorted({session.gripper for session in sessions} - {"unknown"})
-    if not grippers:
-        return "Not known: nobody said with what it was recorded."
-    media = sorted({session.medium for session in sessions})
-    return (
-        f"It knows these grippers only: {', '.join(grippers)}; filled with {', '.join(media)}. "
-        "Others sound otherwise, and models need not carry over."
-    )
 
 
 def _collection(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
@@ -161,13 +133,6 @@ def _collection(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
     how = "Simulated" if summary.source == "simulated" else "Recorded"
     played = f" Played sound: {', '.join(sounds)}." if sounds else ""
     return f"{how}. {facts[:1].upper()}{facts[1:]}.{played}" if facts else f"{how}.{played}"
-
-
-def _groups(spec: DatasetSpec) -> str:
-    groups = sorted({task.groups for task in spec.tasks.values()}) or ["grasp_id"]
-    return (
-        f"Split by {' or '.join(groups)}, never at random: recordings of one grasp are near copies."
-    )
 
 
 def _limitations(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
@@ -200,7 +165,7 @@ def render_card(
         sizes=sizes,
         provenance=provenance,
         front=front,
-        topics={topic: question for topic, (question, _) in TOPICS.items()},
+        topics={topic: title for topic, (title, _) in TOPICS.items()},
         examples=examples(table),
         left_out=[f for f in summary.findings if f.leaves_out],
         flagged=_by_code([f for f in summary.findings if not f.leaves_out]),

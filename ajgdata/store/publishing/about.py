@@ -20,8 +20,7 @@ NO_LICENCE = ("", "not stated", "none stated")
 
 @dataclass(frozen=True)
 class About:
-    """The answers to who, what and whence, in words. `answers` are those of a datasheet, by topic
-    (`TOPICS`)."""
+    """Description of a published data set; `answers` are notes by topic (`TOPICS`)."""
 
     name: str
     title: str
@@ -67,21 +66,14 @@ class About:
         return self.citation or own
 
 
-#: Topics of a datasheet (after Gebru et al., Datasheets for Datasets, 2021), each with its
-#: question and, where there is one, its property of Croissant's vocabulary for responsible AI.
+#: Notes on a data set: title on the card, and property of Croissant's responsible-AI vocabulary.
 TOPICS: dict[str, tuple[str, str]] = {
-    "motivation": ("For what was it made?", ""),
-    "tasks": ("What is to be predicted?", ""),
-    "composition": ("What does it consist of?", ""),
-    "labels": ("What do the labels mean, and who gave them?", "dataAnnotationProtocol"),
-    "missing": ("What is missing, and what was left out?", "dataCollectionMissingData"),
-    "collection": ("How was it collected?", "dataCollection"),
-    "collection_type": ("Of what kind is the collection?", "dataCollectionType"),
-    "preprocessing": ("What was done to it?", "dataPreprocessingProtocol"),
-    "uses": ("What can it be used for?", "dataUseCases"),
-    "limitations": ("What is it not good for?", "dataLimitations"),
-    "biases": ("In what is it one-sided?", "dataBiases"),
-    "personal": ("Does it tell anything about people?", "personalSensitiveInformation"),
-    "impact": ("Can its use harm anybody?", "dataSocialImpact"),
-    "maintenance": ("Who maintains it?", "dataReleaseMaintenancePlan"),
+    "collection": ("Collection.", "data_collection"),
+    "collection_type": ("Kind of collection.", "data_collection_type"),
+    "labels": ("Labels.", "data_annotation_protocol"),
+    "missing": ("Missing.", "data_collection_missing_data"),
+    "preprocessing": ("Preprocessing.", "data_preprocessing_protocol"),
+    "uses": ("Use.", "data_use_cases"),
+    "limitations": ("Limits.", "data_limitations"),
+    "personal": ("Personal data.", "personal_sensitive_information"),
 }

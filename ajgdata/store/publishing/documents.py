@@ -52,11 +52,7 @@ def croissant(
         encoding_formats=sorted({_AUDIO_TYPES.get(suffix, "audio/wav") for suffix in suffixes}),
         includes=[f"{AUDIO_FOLDER}/*{suffix}" for suffix in suffixes],
     )
-    answers = {
-        _snake_case(key): about.answers[topic]
-        for topic, (_, key) in TOPICS.items()
-        if key and topic in about.answers
-    }
+    notes = {key: about.answers[topic] for topic, (_, key) in TOPICS.items()}
     metadata = mlc.Metadata(
         name=about.name,
         description=about.description or about.title,
@@ -74,14 +70,10 @@ def croissant(
         version=about.version,
         distribution=[*files, audio],
         record_sets=[_recordings(table), _audio()],
-        **answers,
+        **notes,
     )
     document: dict[str, Any] = metadata.to_json()
     return {**document, "alternateName": about.title}
-
-
-def _snake_case(name: str) -> str:
-    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name)
 
 
 def _recordings(table: Table) -> Any:
