@@ -408,7 +408,6 @@ class Tree:
     ARCHIVE = "audio.zip"
     DECLARATION = DATASET_FILE
     SPECTRA = "figures/spectra.png"
-    LABELS = "figures/labels.png"
 
     @staticmethod
     def audio(session: str, name: str) -> str:

@@ -12,7 +12,7 @@ from ajgdata.pipeline.label_kinds import decimal_points, no_numbers, odd_labels
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.import_fields import session_name
 from ajgdata.store.importing import Imported, import_scan
-from ajgdata.store.locks import BRINGING, alone
+from ajgdata.store.locks import BRINGING, alone, remove_abandoned
 from ajgdata.store.scan import Scan, scan, target_column
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -71,6 +71,7 @@ def import_folder(
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
+        remove_abandoned(paths.recordings(dataset))  # by imports that were killed
     return spec, found, result
 
 

@@ -268,8 +268,6 @@ def _describe(
     ]
     if told.spectra:
         _write(tree, tree.SPECTRA, encode(spectra_figure(told), "png"))
-    if counts:
-        _write(tree, tree.LABELS, encode(card.labels_figure(told, counts), "png"))
     held = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
     sizes = {name: (tree / name).stat().st_size for name in held}
     hashes = {name: file_sha256(tree / name) for name in held}

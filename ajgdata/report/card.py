@@ -1,4 +1,4 @@
-"""A data set -> what people read before they use it: card, citation, licence, two figures."""
+"""Card, citation and licence of a published data set."""
 
 from __future__ import annotations
 
@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from ajgdata.paths import Paths, Tree
-from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
 from ajgdata.report.format import number, value, words
 from ajgdata.report.render import environment
 from ajgdata.report.report_data import DatasetSummary
@@ -54,38 +51,6 @@ def counts_of(name: str, target: Target, values: np.ndarray) -> Counts:
         labels = [value(one) for one in distinct.tolist()]
     missing = len(values) - len(present)
     return Counts(name, target.unit, tuple(labels), tuple(counts.tolist()), missing)
-
-
-def labels_finding(counts: Sequence[Counts]) -> str:
-    """Return how often values of the first target were recorded."""
-    first = counts[0]
-    ends = dict.fromkeys(f"{f(first.recordings):,}" for f in (min, max)) if first.recordings else ()
-    each = " to ".join(ends) or "no"
-    more = f"; {first.missing:,} recordings without" if first.missing else ""
-    return f"{len(first.values)} values of {words(first.target)}, {each} recordings each{more}"
-
-
-@styled
-def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
-    """Return a figure of recordings per value, one panel for each target."""
-    bars = [min(max(len(one.values), 2), 40) for one in counts]
-    figure = new_figure(
-        (WIDTH_IN, 0.9 + 0.22 * sum(bars) + 0.5 * len(bars)),
-        labels_finding(counts),
-        f"{summary.title}: {summary.n_recordings:,} recordings",
-        [summary.source],
-    )
-    panels = figure.subplots(len(counts), 1, squeeze=False, height_ratios=bars)[:, 0]
-    for axes, one in zip(panels, counts, strict=True):
-        axes.barh(range(len(one.values)), one.recordings, color=COLOURS[0], height=0.7)
-        axes.set_yticks(range(len(one.values)), one.values)
-        axes.invert_yaxis()
-        axes.grid(False, axis="y")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        unit = f" ({one.unit})" if one.unit else ""
-        missing = f"; {one.missing} without" if one.missing else ""
-        axes.set(ylabel=f"{words(one.target)}{unit}", xlabel=f"recordings{missing}")
-    return figure
 
 
 def answers(

@@ -19,7 +19,6 @@ from ajgdata.report.canvas import (
     new_figure,
     styled,
 )
-from ajgdata.report.card import counts_of, labels_finding
 from ajgdata.report.format import sentence
 from ajgdata.report.labels import (
     CONTRAST,
@@ -34,7 +33,6 @@ from ajgdata.report.labels import (
     width_in,
     wrapped,
 )
-from ajgdata.types import Target
 
 places = st.lists(st.floats(-50, 150), min_size=1, max_size=9)
 
@@ -163,12 +161,3 @@ def test_a_sentence_begins_with_a_capital_unless_it_is_a_name():
 def test_the_same_labels_give_the_same_bytes():
     ends = [1.0, 1.0, 0.2]
     assert encode(lines_with_names(ends), "svg") == encode(lines_with_names(ends), "svg")
-
-
-def test_the_labels_of_a_published_data_set_are_counted_in_its_title():
-    target = Target(kind="classification")
-    things = np.array(["a", "a", "b", "", "b", "b"])
-    told = labels_finding([counts_of("object", target, things)])
-    assert told == "2 values of object, 2 to 3 recordings each; 1 recordings without"
-    same = counts_of("object", target, things[:4][[0, 2]])
-    assert labels_finding([same]) == "2 values of object, 1 recordings each"
