@@ -290,7 +290,7 @@ def test_the_licence_comes_first_and_the_next_step_last(paths, mirror, files, mo
     lines = done.output.splitlines()
     assert done.exit_code == 0, done.output
     assert lines[0] == "licence: none stated; do not hand them on"
-    assert "not yet run: declared from the list of its files alone" in lines
+    assert "not yet run: declared from the list of its files only" in lines
     assert "6 added, 0 changed, 0 unchanged in 1 session(s) of hits" in lines
     assert lines[-1] == "next: ajgdata run hits"
 

@@ -19,7 +19,6 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -104,16 +103,15 @@ def _tried(
     """Return the defects that a reader finds; what it raises, whatever that is, is one and not a
     crash."""
     silent = io.StringIO()
-    with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
-        with ThreadPoolExecutor(1) as alone:
-            done = alone.submit(lambda: list(check(tree, rows)))
-        error = done.exception()
-    if error is None:
-        return done.result()
-    while error.__cause__ is not None:  # the first thing that went wrong
+    try:
+        with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
+            return list(check(tree, rows))
+    except Exception as raised:
+        error: BaseException = raised
+    while error.__cause__ is not None:  # the first cause
         error = error.__cause__
-    said = "".join(traceback.format_exception_only(error)).split()
-    return [Defect(name, f"cannot be read ({' '.join(said)[:200]})")]
+    text = " ".join("".join(traceback.format_exception_only(error)).split())
+    return [Defect(name, f"cannot be read ({text[:200]})")]
 
 
 def same(text: str, seen: object) -> bool:
