@@ -38,37 +38,42 @@ def verdict(cells: Sequence[str]) -> tuple[Target, str]:
     distinct = set(cells) - {""}
     words = {cell for cell in distinct if cell.lower() in _NOT_MEASURED}
     numbers = {cell for cell in distinct - words if _number(cell) is not None}
-    others = distinct - words - numbers
-    said = []
-    if len(numbers) >= max(FEWEST_NUMBERS, _SHARE_OF_NUMBERS * len(numbers | others)):
+    is_number = _are_numbers(len(numbers), len(distinct - words))
+    if is_number:
         zeros = zeros_apart(cells)
-        values = [_number(cell) or 0.0 for cell in numbers - {*zeros}]
-        kind, head = "number", f"{len({*values})} distinct numbers, {min(values):g} to "
-        head += f"{max(values):g}"
+        values = {_number(cell) or 0.0 for cell in numbers - {*zeros}}
+        notes = [f"{len(values)} distinct numbers, {min(values):g} to {max(values):g}"]
         missing = words | {*zeros}
-        if others:
-            said.append(
-                f"no number, excluded until corrected or declared missing: {_named(others)}"
-            )
     else:
-        kind, head = "class", f"{len(distinct)} distinct texts"
         missing = {cell for cell in words if cell.lower() in _NO_CLASS}
-        if numbers and not others:
-            head = f"only {len(numbers)} distinct numbers; {FEWEST_NUMBERS} would make it a number"
-        nearly = [cell for cell in others if cell[:1].isdigit()]
-        if nearly and len(numbers) + len(nearly) >= max(
-            FEWEST_NUMBERS, _SHARE_OF_NUMBERS * len(distinct)
-        ):
-            fix = "remove units and thousands separators"
-            said.append(f"{_named(nearly)} look like numbers: {fix}")
-        if doubtful := words - missing:
-            said.append(f"add to `missing` if it means not measured: {_named(doubtful)}")
+        notes = _class_notes(distinct - missing, numbers, words - missing)
     if missing:
-        said.append(f"declared missing, remove what was measured: {_named(missing)}")
+        notes.append(f"declared missing, remove what was measured: {_named(missing)}")
     target = Target(
-        kind="regression" if kind == "number" else "classification", missing=tuple(sorted(missing))
+        kind="regression" if is_number else "classification", missing=tuple(sorted(missing))
     )
-    return target, f"a {kind} ({'; '.join([head, *said])})"
+    return target, f"a {'number' if is_number else 'class'} ({'; '.join(notes)})"
+
+
+def _are_numbers(numbers: int, distinct: int) -> bool:
+    return numbers >= max(FEWEST_NUMBERS, _SHARE_OF_NUMBERS * distinct)
+
+
+def _class_notes(distinct: set[str], numbers: set[str], words: set[str]) -> list[str]:
+    """Return notes on a column of classes; `words` may mean that a class was not determined."""
+    others = distinct - numbers - words
+    if numbers and not others:
+        head = f"only {len(numbers)} distinct numbers; {FEWEST_NUMBERS} would make it a number"
+    else:
+        head = f"{len(distinct)} distinct texts"
+    notes = [head]
+    nearly = {cell for cell in others if cell[:1].isdigit()}
+    if nearly and _are_numbers(len(numbers | nearly), len(distinct)):
+        fix = "remove units and thousands separators"
+        notes.append(f"{_named(nearly)} look like numbers: {fix}")
+    if words:
+        notes.append(f"add to `missing` if it means not measured: {_named(words)}")
+    return notes
 
 
 def decimal_points(cells: Collection[str]) -> dict[str, str]:

@@ -168,21 +168,19 @@ def _sources(
     paths: Paths, dataset: str, sessions: Mapping[str, Session], store: Shard
 ) -> list[Source]:
     """Return the file of each row of the store, in its order."""
-    known: dict[str, Source] = {}
+    known: dict[str, tuple[Path, bool]] = {}
     for name, session in sessions.items():
         folder = paths.session(dataset, name)
-        for recording in read_recordings(folder)[0]:
-            path = audio_path(folder, session, recording)
-            known[f"{name}/{recording.recording_id}"] = Source(
-                path, recording.sha256, bool(recording.sha256)
-            )
+        for one in read_recordings(folder)[0]:
+            path = audio_path(folder, session, one)
+            known[f"{name}/{one.recording_id}"] = path, bool(one.sha256)
     sources = []
     columns = (store.columns["recording"].values, store.columns["sha256"].values)
     for recording, digest in zip(*(map(str, column) for column in columns), strict=True):
         if recording not in known:
             raise DataError(recording, "has features but is no recording", "run `snakemake` again")
-        source = known[recording]
-        sources.append(Source(source.path, digest, source.is_sealed))
+        path, is_sealed = known[recording]
+        sources.append(Source(path, digest, is_sealed))
     return sources
 
 

@@ -31,6 +31,34 @@ def croissant(
     """Return the document; `hashes` and `sizes` (bytes) are those of the files that it names."""
     import mlcroissant as mlc
 
+    notes = {key: about.answers[topic] for topic, (_, key) in TOPICS.items()}
+    metadata = mlc.Metadata(
+        name=about.name,
+        description=about.description or about.title,
+        cite_as=about.reference,
+        conforms_to=[
+            "http://mlcommons.org/croissant/1.0",
+            "http://mlcommons.org/croissant/RAI/1.0",
+        ],
+        creators=[mlc.Person(name=name) for name in about.authors],
+        date_published=about.date or None,
+        in_language=["en"],
+        keywords=about.keywords,
+        license=[about.licence_url or about.licence],
+        url=about.url or "https://arxiv.org/abs/2603.00351",
+        version=about.version,
+        distribution=_distribution(table, hashes, sizes),
+        record_sets=[_recordings(table), _audio()],
+        **notes,
+    )
+    document: dict[str, Any] = metadata.to_json()
+    return {**document, "alternateName": about.title}
+
+
+def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]) -> list[Any]:
+    """Return the files of the data set, and the set of recordings in the archive."""
+    import mlcroissant as mlc
+
     files: list[Any] = [
         mlc.FileObject(
             id=name,
@@ -52,28 +80,7 @@ def croissant(
         encoding_formats=sorted({_AUDIO_TYPES.get(suffix, "audio/wav") for suffix in suffixes}),
         includes=[f"{AUDIO_FOLDER}/*{suffix}" for suffix in suffixes],
     )
-    notes = {key: about.answers[topic] for topic, (_, key) in TOPICS.items()}
-    metadata = mlc.Metadata(
-        name=about.name,
-        description=about.description or about.title,
-        cite_as=about.reference,
-        conforms_to=[
-            "http://mlcommons.org/croissant/1.0",
-            "http://mlcommons.org/croissant/RAI/1.0",
-        ],
-        creators=[mlc.Person(name=name) for name in about.authors],
-        date_published=about.date or None,
-        in_language=["en"],
-        keywords=about.keywords,
-        license=[about.licence_url or about.licence],
-        url=about.url or "https://arxiv.org/abs/2603.00351",
-        version=about.version,
-        distribution=[*files, audio],
-        record_sets=[_recordings(table), _audio()],
-        **notes,
-    )
-    document: dict[str, Any] = metadata.to_json()
-    return {**document, "alternateName": about.title}
+    return [*files, audio]
 
 
 def _recordings(table: Table) -> Any:
