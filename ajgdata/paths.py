@@ -20,7 +20,6 @@ SESSION_FILE = "session.yaml"
 RECORDINGS_FILE = "recordings.csv"
 AUDIO_FOLDER = "audio"
 #: What the last import found in the folder, beside what people made of it since.
-IMPORT_FILE = "import.json"
 EXCITATION_FILE = "excitation.wav"
 #: Beside each report: its figures, and what it is about.
 FIGURES, RUNS_FILE = "figures", "runs.json"

@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from ajgdata.cli.findings import grouped
 from ajgdata.pipeline.progress import bar
-from ajgdata.types import DataError, ImportSettings
+from ajgdata.types import DataError, ImportSettings, OnChange
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 importing = typer.Typer()
 out = Console(emoji=False, highlight=False)
-_AGAIN = "importing again"
 #: Exit code of an import that left out something that belongs to it; 1: nothing was imported.
 INCOMPLETE = 3
 
@@ -69,36 +68,21 @@ def import_command(
         bool,
         typer.Option("--convert", help="decode other audio (m4a, mp3, aiff, …) into new WAV files"),
     ] = False,
-    replace: Annotated[
-        bool,
+    on_change: Annotated[
+        OnChange,
         typer.Option(
-            "--replace", help="take over files whose bytes changed since", rich_help_panel=_AGAIN
+            help="importing again: keep what is here, or take changed files, or changed labels, "
+            "of the folder, or prune recordings whose file is no longer in the folder"
         ),
-    ] = False,
-    replace_labels: Annotated[
-        bool,
-        typer.Option(
-            "--replace-labels",
-            help="take the folder's labels where they were corrected in recordings.csv",
-            rich_help_panel=_AGAIN,
-        ),
-    ] = False,
-    prune: Annotated[
-        bool,
-        typer.Option(
-            "--prune",
-            help="remove recordings whose file is no longer in the folder",
-            rich_help_panel=_AGAIN,
-        ),
-    ] = False,
+    ] = OnChange.KEEP,
     everything: Annotated[
         bool, typer.Option("--all", help="name every file, not a few of each kind")
     ] = False,
 ) -> None:
     """Turn a folder of recordings into sessions of a data set. Audio is never altered.
 
-    Importing again adds what is new and takes over labels that changed in the folder. Exit code 3
-    if something that belongs to it was left out or cannot be used, 1 if nothing was imported.
+    Importing again adds new recordings and lists what differs. Exit code 3 if something that
+    belongs to the data set was skipped or cannot be used, 1 if nothing was imported.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.importing import import_folder
@@ -117,13 +101,11 @@ def import_command(
             settings=settings,
             targets=target or [],
             copy=not reference,
-            replace=replace,
-            replace_labels=replace_labels,
-            prune=prune,
+            on_change=on_change,
             convert=convert,
             started=started,
         )
-    show_import(result, found, dataset, prune=prune, everything=everything)
+    show_import(result, found, dataset, everything=everything)
     issues = False
     if paths.dataset(dataset).is_file():  # not if nothing could be imported
         where, audio = escape(str(paths.dataset(dataset))), spec.audio
@@ -160,34 +142,27 @@ def exit_code(result: Imported, found: Scan) -> int:
     return INCOMPLETE if left_out or result.unreadable else 0
 
 
-def show_import(
-    result: Imported, found: Scan, dataset: str, *, everything: bool, prune: bool = False
-) -> None:
-    """Print what came of an import, the worst first."""
-    counts = {"added": result.added, "changed": result.relabelled, "unchanged": result.unchanged}
-    extra = {"decoded": result.decoded, "removed": len(result.pruned)}
+def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool) -> None:
+    """Print the result of an import, the worst first."""
+    counts = {"added": result.added, "changed": result.changed, "unchanged": result.unchanged}
+    extra = {"decoded": result.decoded, "removed": result.removed}
     counts |= {what: count for what, count in extra.items() if count}
     done = ", ".join(f"{count} {what}" for what, count in counts.items())
     _say(f"{done} in {result.sessions} session(s) of [b]{dataset}[/b]")
     other_bytes = (
-        "other bytes have this name already. If these are other recordings, import them with "
-        "--session; --replace overwrites"
+        "has different bytes in the folder. If these are other recordings, import them with "
+        "--session; --on-change files takes them"
     )
-    corrected = "was changed here and stays; --replace-labels takes the folder's"
-    gone = "no longer in the folder; --prune removes it here"
-    if prune:
-        gone = "kept, though no longer in the folder: it may be what could not be read; mend that"
+    other_labels = "stays; --on-change labels takes the folder's"
+    gone = "no longer in the folder; --on-change prune removes it here, if all files can be read"
     told: dict[str, list[tuple[str, str]]] = {
         "[red]failed[/red]": [*found.missing, *result.failed],
         "[yellow]unreadable[/yellow]": result.unreadable,
-        "[yellow]left out[/yellow]": found.wanting,
+        "[yellow]skipped[/yellow]": found.wanting,
         "[yellow]kept[/yellow]": [(name, other_bytes) for name in result.conflicts],
-        "[yellow]label[/yellow]": [(name, corrected) for name in result.corrected],
-        "[yellow]moved[/yellow]": [
-            (f"{old} -> {new}", "the same bytes") for old, new in result.moved
-        ],
+        "[yellow]label[/yellow]": [(name, other_labels) for name in result.differing],
         "[yellow]gone[/yellow]": [(name, gone) for name in result.gone],
-        "[yellow]skipped[/yellow]": found.skipped,
+        "not used": found.skipped,
     }
     for said, lines in told.items():
         for line in grouped(lines, everything=everything):

@@ -37,11 +37,11 @@ def publish(
         bool, typer.Option("--check", help="only look for defects in the folder NAME")
     ] = False,
 ) -> None:
-    """Write a data set as a folder that others can use as it stands.
+    """Write a data set as a folder that other people can use without conversion.
 
-    It holds recordings, features, labels and their description for Croissant, Hugging Face,
-    Frictionless, xarray, h5py and people. --check opens such a folder with all of these, runs the
-    examples of its card, and says every defect on one line (exit code 1 if any).
+    It contains recordings, features, labels and their description for Croissant, Hugging Face,
+    Frictionless, xarray, h5py and people. --check verifies all hashes, reads the folder with these
+    libraries, and prints every defect on one line (exit code 1 if any).
     """
     if check:
         _check(Path(dataset))
@@ -56,21 +56,16 @@ def publish(
     )
     left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
     size = f"{done.bytes / 1e6:.1f} MB"
-    out.print(
-        f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}",
-        soft_wrap=True,
-    )
+    _say(f"{escape(str(done.folder))}: {done.recordings} recordings, {size}{left_out}")
     if done.unsealed:
-        out.print(
+        _say(
             f"[yellow]{done.unsealed} recordings were not sealed[/yellow]: the hash of their "
-            f"present bytes was taken; next time `ajgdata seal {dataset}` first",
-            soft_wrap=True,
+            f"present bytes was taken; next time `ajgdata seal {dataset}` first"
         )
     if done.is_unlicensed:
-        out.print(
+        _say(
             "[yellow]no licence is stated[/yellow]: nobody may use it; state `licence` in "
-            f"datasets/{dataset}/dataset.yaml",
-            soft_wrap=True,
+            f"datasets/{dataset}/dataset.yaml"
         )
 
 
@@ -103,8 +98,8 @@ def fetch(
     """Bring public recordings or a published data set in, as a data set of this project.
 
     NAME is one with a datasets/NAME/source.yaml; its recordings come from their makers' public
-    address into a cache outside the project. Every byte is checked by its hash. Interrupted, it
-    goes on: what is complete is kept. Nothing of what is fetched is run.
+    address into a cache outside the project. Every byte is checked by its hash. After an
+    interruption, complete files are kept. Nothing of what is fetched is run.
     """
     from ajgdata.paths import find_project
 
@@ -117,23 +112,17 @@ def fetch(
 
 def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> None:
     from ajgdata.cli.importing import exit_code, show_import
-    from ajgdata.pipeline.fetch_source import fetch_source
+    from ajgdata.pipeline.fetch import fetch_source
     from ajgdata.store.sessions import read_dataset
     from ajgdata.store.sources import address_of, read_source
 
     spec, declared = read_dataset(paths, dataset), read_source(paths, dataset)
-    lines = [
-        f"licence: {spec.licence}" + ("" if declared.republish else "; do not hand them on"),
-        f"cite: {spec.citation or spec.url}",
-        f"about {declared.size_mb:g} MB from {address_of(declared, mirror)}",
-    ]
-    for line in lines:
-        out.print(escape(line), soft_wrap=True)
+    republish = "" if declared.republish else "; do not hand them on"
+    _say(escape(f"licence: {spec.licence}{republish}"))
+    _say(escape(f"cite: {spec.citation or spec.url}"))
+    _say(escape(f"about {declared.size_mb:g} MB from {address_of(declared, mirror)}"))
     if declared.status == "not yet run":
-        out.print(
-            "[yellow]not yet run[/yellow]: declared from the list of its files alone",
-            soft_wrap=True,
-        )
+        _say("[yellow]not yet run[/yellow]: declared from the list of its files only")
     with bar("importing") as started:
         found, result = fetch_source(
             paths,
@@ -144,7 +133,7 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
             started=started,
         )
     show_import(result, found, dataset, everything=False)
-    out.print(f"next: ajgdata run {dataset}", soft_wrap=True)
+    _say(f"next: ajgdata run {dataset}")
     raise typer.Exit(exit_code(result, found))
 
 
@@ -153,18 +142,14 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
 
     done = bring(paths, source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching"))
     for line in done.removed:
-        out.print(f"[yellow]removed[/yellow] {escape(line)}", soft_wrap=True)
-    out.print(
+        _say(f"[yellow]removed[/yellow] {escape(line)}")
+    _say(
         f"{done.recordings} recordings in {done.sessions} session(s) are data set [b]{done.name}"
         f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
-        "computes the features",
-        soft_wrap=True,
+        "computes the features"
     )
     if done.dropped:
-        out.print(
-            f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project",
-            soft_wrap=True,
-        )
+        _say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
 
 
 def _check(folder: Path) -> None:
@@ -172,6 +157,10 @@ def _check(folder: Path) -> None:
 
     (found,) = check([folder])
     for defect in found:
-        out.print(escape(str(defect)), soft_wrap=True)
-    out.print(f"{escape(str(folder))}: {len(found) or 'no'} defects", soft_wrap=True)
+        _say(escape(str(defect)))
+    _say(f"{escape(str(folder))}: {len(found) or 'no'} defects")
     raise typer.Exit(bool(found))
+
+
+def _say(text: str) -> None:
+    out.print(text, soft_wrap=True)

@@ -20,6 +20,8 @@ from zipfile import ZipFile
 from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
+from ajgdata.pipeline.importing import import_folder
+from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
     has_aliases,
@@ -30,19 +32,21 @@ from ajgdata.store.files import (
     sha256_of,
     write_bytes,
 )
+from ajgdata.store.importing import Imported
 from ajgdata.store.locks import BRINGING, alone
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.archive import DISTRUST
 from ajgdata.store.publishing.checksums import read_checksums
 from ajgdata.store.publishing.download import Download, cache_of, is_web
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
+from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (
     list_datasets,
     read_session,
     write_dataset,
     write_session,
 )
-from ajgdata.store.sources import list_sources
+from ajgdata.store.sources import bring, list_sources, read_source
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe, location
 
 #: Stored with the recordings, because the licence may require it.
@@ -89,13 +93,12 @@ def fetch(
     if name:
         _check_name(name)
     with ExitStack() as locks:
-        if is_web(source):
-            cache = cache_of(paths.fetched, source)
+        cache = cache_of(paths.fetched, source) if is_web(source) else None
+        if cache:
             locks.enter_context(alone(cache, f"fetching {source}"))
-            tree, hashes = _downloaded(paths, source, cache, name, sha256, each, retries)
-        else:
-            cache = None
-            tree, hashes = _local(paths, source, name, sha256, each)
+        download = Download(source, cache, retries) if cache else None
+        tree = Tree(cache or Path(source))
+        hashes = _brought(paths, tree, download, name, sha256, each)
         spec, dropped, removed = _declared(paths, tree, name)
         locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
         rows = _registered(paths, tree, hashes, cache, spec)
@@ -128,49 +131,60 @@ def _registered(
     return rows
 
 
+def fetch_source(
+    paths: Paths,
+    dataset: str,
+    *,
+    mirror: str = "",
+    copy: bool = False,
+    each: Each = iter,
+    started: Started = lambda total: lambda: None,
+) -> tuple[Scan, Imported]:
+    """Download the public recordings of `dataset` and import them by the rules of its dataset.yaml.
+
+    They stay in a cache outside the project, unless `copy`. `mirror` replaces the source's host.
+    `each` iterates over the files, `started` is that of `import_folder`. Raises DataError, and
+    imports nothing, unless every byte is the right one.
+    """
+    folder = bring(dataset, read_source(paths, dataset), mirror=mirror, each=each)
+    _, found, result = import_folder(
+        paths, dataset, folder, settings=None, copy=copy, started=started
+    )
+    return found, result
+
+
 def folder_sums(paths: Paths, dataset: str) -> Path:
     """Return the path of the SHA256SUMS of a data set that was fetched."""
     return paths.recordings(dataset) / "published" / Tree.SUMS
 
 
-def _downloaded(
-    paths: Paths, source: str, cache: Path, name: str, sha256: str, each: Each, retries: int
-) -> tuple[Tree, dict[str, str]]:
-    """Download the required files into `cache` and check their hashes; return tree and hashes.
+def _brought(
+    paths: Paths, tree: Tree, download: Download | None, name: str, sha256: str, each: Each
+) -> dict[str, str]:
+    """Check every required file of a folder, after downloading it if that is needed; return hashes.
 
     The declaration comes first, so a name that exists ends it before the other files.
     """
-    tree, download = Tree(cache), Download(source, cache, retries)
-    hashes = read_checksums(download.sums(sha256))
-    required = _required(tree / tree.SUMS, hashes)
-    download.files(hashes, [tree.DECLARATION], iter)
-    _check_free(paths, name or _declaration(tree)[0].name, tree, cache)
-    download.files(hashes, required, each)
-    _check_texts(tree, required)
-    return tree, hashes
-
-
-def _local(
-    paths: Paths, source: str, name: str, sha256: str, each: Each
-) -> tuple[Tree, dict[str, str]]:
-    """Check the required files of a local folder; return tree and hashes."""
-    tree = Tree(Path(source))
-    if not (tree / tree.SUMS).is_file():
-        problem = f"has no {tree.SUMS}: not a published data set"
+    if download:
+        download.sums(sha256)
+    elif not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
-        raise DataError(source, problem, fix)
+        raise DataError(tree.root, f"has no {tree.SUMS}: not a published data set", fix)
     _check_text(tree, tree.SUMS)
     if sha256 and file_sha256(tree / tree.SUMS) != sha256:
         raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
     hashes = read_checksums(tree / tree.SUMS)
     required = _required(tree / tree.SUMS, hashes)
-    _check_file(tree, tree.DECLARATION, hashes[tree.DECLARATION])
-    _check_free(paths, name or _declaration(tree)[0].name, tree, None)
-    for file in each(required):
-        _check_file(tree, file, hashes[file])
-    _check_texts(tree, required)
-    return tree, hashes
+    for names, shown in (([tree.DECLARATION], iter), (required, each)):
+        if download:
+            download.files(hashes, names, shown)
+        for file in names if download else shown(names):
+            _check_file(tree, file, hashes[file])
+        if names is not required:
+            cache = tree.root if download else None
+            _check_free(paths, name or _declaration(tree)[0].name, tree, cache)
+    return hashes
 
 
 def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
@@ -179,7 +193,6 @@ def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
     Settings are removed before the check, which knows only the robots that are installed here.
     """
     path = tree / tree.DECLARATION
-    _check_text(tree, tree.DECLARATION)
     content = read_yaml(path)
     if "from" in content:
         raise DataError(path, "is derived from another one", DISTRUST)
@@ -220,12 +233,6 @@ def _required(sums: Path, hashes: Mapping[str, str]) -> list[str]:
     return sorted(required | {name for name in hashes if name.startswith("sessions/")})
 
 
-def _check_texts(tree: Tree, files: Iterable[str]) -> None:
-    for file in files:
-        if file != tree.ARCHIVE:
-            _check_text(tree, file)
-
-
 def _check_text(tree: Tree, name: str) -> None:
     """Raise DataError for a file that is too large to be read whole, or YAML with aliases."""
     is_yaml = name.endswith(".yaml")
@@ -237,7 +244,7 @@ def _check_text(tree: Tree, name: str) -> None:
 
 
 def _check_file(tree: Tree, name: str, digest: str) -> None:
-    """Raise DataError for a file of a local folder with a link on its way or another hash."""
+    """Raise DataError for a file that is a link, is below one, or has another hash or size."""
     steps = [tree / str(step) for step in (PurePosixPath(name), *PurePosixPath(name).parents)]
     if any(step.is_symlink() for step in steps[:-1]):
         raise DataError(tree / name, "is a link", DISTRUST)
@@ -246,6 +253,8 @@ def _check_file(tree: Tree, name: str, digest: str) -> None:
     if file_sha256(tree / name) != digest:
         problem = f"its bytes are not those of {tree.SUMS} (sha256 differs)"
         raise DataError(tree / name, problem, "fetch or copy it again")
+    if name != tree.ARCHIVE:
+        _check_text(tree, name)
 
 
 def _declared(

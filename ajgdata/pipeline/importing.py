@@ -4,24 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.label_counts import CLASSES_NEEDED
-from ajgdata.pipeline.label_kinds import (
-    Verdict,
-    no_numbers,
-    odd_labels,
-    played_as_class,
-    verdict,
-    with_decimal_points,
-)
+from ajgdata.pipeline.label_kinds import decimal_points, no_numbers, odd_labels, verdict
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import AudioInfo, inspect_audio
 from ajgdata.store.import_fields import session_name
-from ajgdata.store.importing import How, Imported, import_scan
+from ajgdata.store.importing import Imported, import_scan
 from ajgdata.store.locks import BRINGING, alone, remove_stale
 from ajgdata.store.scan import Scan, scan, target_column
 from ajgdata.store.sessions import (
@@ -36,6 +30,8 @@ from ajgdata.types import (
     DataError,
     DatasetSpec,
     ImportSettings,
+    OnChange,
+    Target,
     Task,
     checked_name,
     describe,
@@ -52,20 +48,17 @@ def import_folder(
     settings: ImportSettings | None,
     targets: Sequence[str] = (),
     copy: bool = True,
-    replace: bool = False,
-    replace_labels: bool = False,
-    prune: bool = False,
+    on_change: OnChange = OnChange.KEEP,
     convert: bool = False,
     started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
-    `settings` say how file names or a table are read (what they leave open: as dataset.yaml says
-    under `imports`, else by the starter kit's convention); `convert` decodes audio that is not read
-    as it is into new files. `started(total)` returns what is called once a recording. The notes of
-    the scan say how targets were understood. Nothing
-    is written when the folder cannot be understood, nor while another process brings recordings
-    into this data set.
+    `settings` describe how file names or a table are read; the default is `imports` of
+    dataset.yaml, else the starter kit's convention. `convert` decodes other audio formats into new
+    files. `started(total)` returns a function that is called once per recording. The notes of the
+    scan describe how targets were understood. Nothing is written if the folder cannot be
+    understood, nor while another process imports into this data set.
     """
     folder, declared = Path(folder), _declared(paths, checked_name(dataset))
     if convert and not copy:
@@ -76,24 +69,25 @@ def import_folder(
     found = scan(folder, chosen, name=session_name(folder.resolve().name), convert=convert)
     if declared:
         _check_declared(paths, declared, targets)
-        spec, told = declared, list[str]()
+        spec = declared
     else:
-        spec, told = declare(dataset, folder, found, chosen, targets)
-    found = _understood(found, spec, told)
-    labels = {"replace_labels": replace_labels, "prune": prune}
-    how = How(copy=copy, replace=replace, **labels)
-    advance = started(len(found.files))
+        spec, notes = declare(dataset, folder, found, chosen, targets)
+        found.notes += notes
+    found = _understood(found, spec)
     with alone(paths.recordings(dataset), BRINGING):
         if _declared(paths, dataset) != declared:
-            problem = f"was declared anew while {folder} was read"
+            problem = f"was declared again while {folder} was read"
             raise DataError(paths.dataset(dataset), problem, "import again")
         try:
-            result = import_scan(paths, dataset, folder, found, how, progress=advance)
+            result = import_scan(
+                paths, dataset, folder, found, copy=copy, on_change=on_change,
+                progress=started(len(found.files)),
+            )  # fmt: skip
         finally:
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
-        remove_stale(paths.recordings(dataset))
+        remove_stale(paths.recordings(dataset))  # by imports that were killed
     return spec, found, result
 
 
@@ -108,14 +102,20 @@ def _check_declared(paths: Paths, spec: DatasetSpec, targets: Sequence[str]) -> 
         raise DataError("--target", problem, f"add it to {paths.dataset(spec.name)}")
 
 
-def _understood(scanned: Scan, spec: DatasetSpec, told: Sequence[str]) -> Scan:
-    """Return what was scanned with cells as the targets want them, and notes on what is odd."""
-    numbers = [name for name, target in spec.targets.items() if target.kind == "regression"]
-    found, points = with_decimal_points(scanned, numbers)
+def _understood(found: Scan, spec: DatasetSpec) -> Scan:
+    """Return the scan with decimal points in the targets that are numbers, and notes on oddities
+    and on columns that are not targets."""
+    for name in (name for name, target in spec.targets.items() if target.kind == "regression"):
+        texts = [file.cell(name) for file in found.files]
+        if points := decimal_points(texts):
+            count = sum(text in points for text in texts)
+            found.notes.append(f"{name}: {count} decimal commas are written as points")
+            found.files = [
+                replace(file, labels={**file.labels, name: points.get(text, text)})
+                for file, text in zip(found.files, texts, strict=True)
+            ]
     cells = {name: [file.cell(name) for file in found.files] for name in spec.targets}
-    odd = [] if told else no_numbers(cells, spec.targets)
-    found.notes += [*told, *points, *odd, *odd_labels(cells, spec.targets)]
-    found.notes += played_as_class(found, spec.targets)
+    found.notes += [*no_numbers(cells, spec.targets), *odd_labels(cells, spec.targets)]
     columns = dict.fromkeys(column for file in found.files for column in file.labels)
     if free := [column for column in columns if column not in spec.targets]:
         found.notes.append(f"stored, but not a target: {', '.join(free)}")
@@ -123,10 +123,11 @@ def _understood(scanned: Scan, spec: DatasetSpec, told: Sequence[str]) -> Scan:
 
 
 def _with_audio(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
-    """Return a declaration with the rate and channels of what was decoded."""
+    """Return a declaration with the rate and channels of the decoded files."""
     folders = [paths.session(spec.name, name) for name in list_sessions(paths, spec.name)]
-    held = ((folder, *read_recordings(folder)) for folder in folders)
-    audio = common_audio(folder / row.file for folder, rows, _ in held for row in rows)
+    audio = common_audio(
+        folder / row.file for folder in folders for row in read_recordings(folder)[0]
+    )
     return spec.model_copy(update={"audio": audio})
 
 
@@ -162,7 +163,7 @@ def declare(
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     cells = {column: [file.cell(column) for file in scanned.files] for column in wanted}
     verdicts = {column: verdict(found) for column, found in cells.items()}
-    possible = [c for c, judged in verdicts.items() if _can_be_learnt(judged, cells[c])]
+    possible = [c for c, (target, _) in verdicts.items() if _can_be_learnt(target, cells[c])]
     # If no column has two classes, every column gets a task: more recordings may follow.
     tasks = {column: Task(target=column, folds=FOLDS) for column in possible or verdicts}
     try:
@@ -171,18 +172,18 @@ def declare(
             title=name,
             description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
             audio=common_audio(folder / file.path for file in scanned.files),
-            targets={column: judged.target for column, judged in verdicts.items()},
+            targets={column: target for column, (target, _) in verdicts.items()},
             tasks=tasks,
             imports=settings,
         )
     except ValidationError as error:
         raise describe(error, f"data set {name!r}") from None
-    return spec, [f"target {column}: {judged.why}" for column, judged in verdicts.items()]
+    return spec, [f"target {column}: {why}" for column, (_, why) in verdicts.items()]
 
 
-def _can_be_learnt(judged: Verdict, cells: Sequence[str]) -> bool:
-    classes = set(cells) - {"", *judged.target.missing}
-    return judged.target.kind == "regression" or len(classes) >= CLASSES_NEEDED
+def _can_be_learnt(target: Target, cells: Sequence[str]) -> bool:
+    classes = set(cells) - {"", *target.missing}
+    return target.kind == "regression" or len(classes) >= CLASSES_NEEDED
 
 
 def common_audio(files: Iterable[Path]) -> AudioSettings:

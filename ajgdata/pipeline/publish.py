@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from datetime import date as calendar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import ZipFile
 
 from ajgdata.paths import Paths, Tree
-from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.files import (
@@ -22,12 +22,12 @@ from ajgdata.store.files import (
 )
 from ajgdata.store.locks import alone
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
-from ajgdata.store.publishing import archive, views
+from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.checks import Defect, defects
 from ajgdata.store.publishing.checksums import checksums_bytes
-from ajgdata.store.publishing.croissant import croissant
-from ajgdata.store.publishing.datapackage import datapackage
+from ajgdata.store.publishing.documents import croissant, datapackage
+from ajgdata.store.publishing.readers import reader_defects
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
 from ajgdata.store.sessions import audio_path, inside, read_dataset, read_recordings, read_session
 from ajgdata.types import DataError, DatasetSpec, Session
@@ -117,17 +117,15 @@ def publish(
 
 
 def check(folders: Sequence[Path]) -> list[list[Defect]]:
-    """Return the defects of each of these published data sets. Raises DataError for a folder that
-    is none. What other readers think is asked only where the files themselves are safe to open."""
+    """Return the defects of each of these published data sets. Other libraries read only those that
+    are safe to open. Raises DataError for a folder that is not a published data set."""
     trees = [Tree(folder) for folder in folders]
     found = [defects(tree) for tree in trees]
-    safe = [not any(defect.is_unsafe for defect in one) for one in found]
-    readable = [tree for tree, ok in zip(trees, safe, strict=True) if ok]
-    seen = dict(zip(readable, views.seen_defects(readable), strict=True))
-    return [
-        sorted({*one, *seen[tree], *spectrum_defects(tree)}) if tree in seen else one
-        for tree, one in zip(trees, found, strict=True)
+    safe = [
+        tree for tree, one in zip(trees, found, strict=True) if not any(d.is_unsafe for d in one)
     ]
+    seen = dict(zip(safe, reader_defects(safe), strict=True))
+    return [sorted({*one, *seen.get(tree, ())}) for tree, one in zip(trees, found, strict=True)]
 
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:
@@ -164,21 +162,19 @@ def _sources(
     paths: Paths, dataset: str, sessions: Mapping[str, Session], store: Shard
 ) -> list[Source]:
     """Return the file of each row of the store, in its order."""
-    known: dict[str, Source] = {}
+    known: dict[str, tuple[Path, bool]] = {}
     for name, session in sessions.items():
         folder = paths.session(dataset, name)
-        for recording in read_recordings(folder)[0]:
-            path = audio_path(folder, session, recording)
-            known[f"{name}/{recording.recording_id}"] = Source(
-                path, recording.sha256, bool(recording.sha256)
-            )
+        for one in read_recordings(folder)[0]:
+            path = audio_path(folder, session, one)
+            known[f"{name}/{one.recording_id}"] = path, bool(one.sha256)
     sources = []
     columns = (store.columns["recording"].values, store.columns["sha256"].values)
     for recording, digest in zip(*(map(str, column) for column in columns), strict=True):
         if recording not in known:
             raise DataError(recording, "has features but is no recording", "run `snakemake` again")
-        source = known[recording]
-        sources.append(Source(source.path, digest, source.is_sealed))
+        path, is_sealed = known[recording]
+        sources.append(Source(path, digest, is_sealed))
     return sources
 
 
@@ -192,7 +188,7 @@ def _write_audio(
     tree: Tree, table: Table, sources: Sequence[Source], each: Callable[[Sequence[Source]], Any]
 ) -> None:
     """Copy every recording, once as a file and once into the archive, in one reading."""
-    with archive.writing(tree / tree.ARCHIVE) as packed:
+    with ZipFile(tree / tree.ARCHIVE, "w") as packed:
         for row, source in zip(table.rows, each(sources), strict=True):
             try:
                 content = source.path.read_bytes()

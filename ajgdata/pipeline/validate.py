@@ -25,7 +25,7 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.scan import Search, audio_files, search
+from ajgdata.store.scan import Search, search
 from ajgdata.store.session_audio import WHOLE_SESSION, AudioFile, SessionAudio, check_session
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
@@ -125,7 +125,7 @@ def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
     fix = "import its folder again, or remove the file"
     return [
         Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
-        for path in audio_files(folder / AUDIO_FOLDER)
+        for path in search(folder / AUDIO_FOLDER).audio
         if (folder / AUDIO_FOLDER / path).absolute() not in known
     ]
 
@@ -154,9 +154,9 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
 def _not_searched(name: str, found: Search) -> list[Finding]:
     """Return warnings for hidden audio files and closed folders, notes for other skipped names."""
     fix = "nothing to do, unless recordings are there"
-    closed = found.closed + [(path.as_posix(), reason) for path, reason in found.concealed.items()]
     return [
-        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in closed),
+        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.closed),
+        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.hidden),
         *(Finding(name, p, "", "note", "not_searched", r, fix) for p, r in found.skipped),
     ]
 

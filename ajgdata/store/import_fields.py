@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from ajgdata.store.files import sha256_of
 from ajgdata.store.plain_text import listed
+from ajgdata.store.publishing.archive import bad_name
 from ajgdata.types import (
     HIGHEST_SAMPLE,
     LONGEST_NAME,
@@ -115,12 +116,16 @@ def _unused(
 
 def check_vocabulary(files: Sequence[ScannedFile], where: object) -> None:
     """Raise DataError for values of `quality` that the data model does not have, and for a
-    recording_id that two files of one session share."""
+    recording_id that is not a plain name or that two files of one session share."""
     unknown = Counter(f.quality for f in files if f.quality.lower() not in ("", *QUALITIES))
     if unknown:
         values = listed([f"{text!r} ({count})" for text, count in unknown.items()])
         fix = f"use {', '.join(QUALITIES)}, and another column for notes"
         raise DataError(where, f"unknown values of quality: {values}", fix)
+    for name in (file.recording_id for file in files if file.recording_id):
+        if wrong := bad_name(name):
+            fix = "use letters, digits, '_', '-' and '/'"
+            raise DataError(where, f"recording_id {name!r} {wrong}", fix)
     ids = Counter((f.session, f.recording_id) for f in files if f.recording_id)
     if doubled := [name for (_, name), count in ids.items() if count > 1]:
         problem = f"several files of a session have the recording_id {listed(doubled)}"
@@ -143,9 +148,6 @@ def with_numbered_samples(files: Sequence[ScannedFile]) -> tuple[list[ScannedFil
 
 
 def _whole_number(text: str) -> int | None:
-    try:
-        number = float(text.replace(",", ".") or 0)
-    except ValueError:
-        return None
-    is_sample = number.is_integer() and 0 <= number <= HIGHEST_SAMPLE
-    return int(number) if is_sample else None
+    match = re.fullmatch(r"(\d*)(?:[.,]0{0,2})?", text)  # 1,000 may be 1 or a thousand
+    number = int(match[1] or 0) if match and len(match[1]) <= 9 else HIGHEST_SAMPLE + 1
+    return number if number <= HIGHEST_SAMPLE else None

@@ -1,65 +1,59 @@
-"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered; what
-is not read as it is can be decoded into a new file."""
+"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered; other
+formats can be decoded into new files.
+
+Rows of a session and files of the folder are matched by sha256, then by path. Where they differ,
+`OnChange` decides which of them holds.
+"""
 
 from __future__ import annotations
 
 import os
 import shutil
-from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Mapping
-from contextlib import ExitStack
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from ajgdata.paths import AUDIO_FOLDER, Paths
+from pydantic import ValidationError
+
+from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.decoding import decoded
 from ajgdata.store.files import remove_empty_folders, sha256_of, write_bytes
-from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
-from ajgdata.store.import_rows import check_space, ids_of, recording_of
-from ajgdata.store.imported_session import ImportedSession, open_sessions
-from ajgdata.store.locks import own_folder
+from ajgdata.store.provenance import software
+from ajgdata.store.publishing.archive import bad_name
 from ajgdata.store.scan import Scan, ScannedFile
-from ajgdata.types import DataError, Recording
+from ajgdata.store.sessions import read_recordings, read_session, write_session
+from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
 
 #: Column of a recording that was decoded: from which file, by what.
 DECODED_FROM = "decoded_from"
+LONGEST_ID = 200
+#: Columns of recordings.csv that a folder tells, in addition to the labels.
+_TOLD = ("grasp_id", "sample", "object", "quality")
 
 
 @dataclass
 class Imported:
-    """Counts of one import, and by name what a person should know of it.
+    """Counts of one import, and the recordings or files that need attention.
 
-    `conflicts` are recordings whose bytes differ from those held; `corrected` labels that were
-    changed here and are kept; `moved` files that have another path in the folder now; `gone`
-    recordings whose file is no longer there, `pruned` such that were removed; `failed` files that
-    could not be read or written, `unreadable` such that were imported though they are no audio that
-    can be used, with the reason.
+    `conflicts` are recordings with different bytes in the folder, `differing` labels that differ
+    from the folder's, `gone` recordings without a file in the folder. `failed` are files that could
+    not be read or written, `unreadable` recordings that were imported but are not usable audio.
     """
 
     sessions: int = 0
     added: int = 0
-    relabelled: int = 0
+    changed: int = 0
     unchanged: int = 0
     decoded: int = 0
+    removed: int = 0
     conflicts: list[str] = field(default_factory=list)
-    corrected: list[str] = field(default_factory=list)
-    moved: list[tuple[str, str]] = field(default_factory=list)
+    differing: list[str] = field(default_factory=list)
     gone: list[str] = field(default_factory=list)
-    pruned: list[str] = field(default_factory=list)
     failed: list[tuple[str, str]] = field(default_factory=list)
     unreadable: list[tuple[str, str]] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class How:
-    """How an import treats audio and labels, see `import_scan`."""
-
-    copy: bool
-    replace: bool
-    replace_labels: bool = False
-    prune: bool = False
 
 
 def import_scan(
@@ -67,281 +61,310 @@ def import_scan(
     dataset: str,
     folder: Path,
     scanned: Scan,
-    how: How,
     *,
+    copy: bool,
+    on_change: OnChange = OnChange.KEEP,
     progress: Callable[[], object] = lambda: None,
 ) -> Imported:
     """Write the sessions of `scanned` below `folder` into `dataset`.
 
-    Running it again adds what is new and takes over labels that changed in the folder. It keeps
-    labels that were changed here since (unless `replace_labels`), further columns, recordings that
-    are no longer in the folder (unless `prune`, and all others could be read), and what was
-    completed in session.yaml. A file that was moved in the folder keeps its recording, under its
-    new name. A recording, or a played sound, whose bytes differ from those held is left alone and
-    listed in `conflicts`, unless `replace`. A file that cannot be read is listed in `failed`,
-    and nothing of it is written. Whatever ends it, each file that was written stands in its
-    session's table. Raises DataError, before anything is written, for a session that cannot be
-    added to.
+    Running it again adds what is new, and leaves every row, file and session.yaml unchanged, unless
+    `on_change` takes the folder's files or labels, or removes recordings that are gone from the
+    folder. A recording with a known sha256 is the same recording, even if its file was moved. A
+    file that cannot be read is listed in `failed`, and nothing of it is written. Whatever ends the
+    import, each file that was written is in its session's table. Raises DataError, before anything
+    is written, for a session that cannot be added to and for a disk that is too small.
     """
-    names = {entry.session for entry in scanned.files}
-    sessions = open_sessions(paths, dataset, folder, names, copy=how.copy)
-    if how.copy:
-        check_space(paths, folder, scanned, sessions)
-    members_of = defaultdict(list)
+    members: dict[str, list[ScannedFile]] = defaultdict(list)
     for entry in scanned.files:
-        members_of[entry.session].append(entry)
-    one = _Import(folder, how, sessions, Imported(sessions=len(names)))
-    try:
-        for name in sorted(names):
-            members = members_of[name]
-            played = scanned.excitations.get(name)
-            for entry, recording_id in zip(members, ids_of(members, sessions[name]), strict=True):
-                one.take(entry, recording_id)
-                progress()
-            if sessions[name].held:
-                sources = {entry.path.as_posix() for entry in members}
-                one.describe(sessions[name], sources, played)
-        one.look_for_gone(prune=how.prune and not (scanned.missing or one.result.failed))
-    finally:
-        one.write()
-    return one.result
+        members[entry.session].append(entry)
+    result = Imported(sessions=len(members))
+    sessions = {
+        name: _SessionImport(paths.session(dataset, name), folder, copy, on_change, result)
+        for name in sorted(members)
+    }
+    if copy:
+        _check_space(paths, folder, scanned.files, sessions)
+    for name, session in sessions.items():
+        try:
+            session.take(members[name], progress)
+            session.look_for_gone(prune=not scanned.missing)
+            session.describe(scanned.excitations.get(name))
+        finally:
+            session.write()
+    return result
 
 
-class _Import:
-    """One import: what it found so far, and what is to be removed once the tables are written."""
+class _SessionImport:
+    """One session: its declaration, its rows by recording_id, and the folder that is imported."""
 
     def __init__(
-        self,
-        folder: Path,
-        how: How,
-        sessions: Mapping[str, ImportedSession],
-        result: Imported,
+        self, target: Path, folder: Path, copy: bool, on_change: OnChange, result: Imported
     ) -> None:
-        self.folder, self.how, self.sessions, self.result = folder, how, sessions, result
-        self.root = str(folder.absolute())
-        self.temporary: dict[Path, Path] = {}
-        self.stack = ExitStack()
+        self.target, self.folder, self.copy = target, folder, copy
+        self.on_change, self.result = on_change, result
+        root = None if copy else str(folder.absolute())
+        is_old = (target / SESSION_FILE).is_file()
+        self.declared = read_session(target) if is_old else _new_session(target, folder, root)
+        self.rows = _rows_of(target)
+        self.files = {row.file for row in self.rows.values()}
+        self.taken: set[str] = set()
         self.obsolete: list[Path] = []
-        self.unfinished: Path | None = None
-        self.homeless = self._homeless()
+        if self.declared.source != "import":
+            problem = f"this session's source is {self.declared.source}"
+            raise DataError(target, problem, "import with another --session")
+        if self.declared.audio_root != root:
+            held = self.declared.audio_root
+            problem = f"this session references {held}" if held else "this session holds copies"
+            fix = "import the same way again, or with another --session"
+            raise DataError(target, problem, fix)
 
-    def _homeless(self) -> dict[str, list[tuple[ImportedSession, str]]]:
-        """Return recordings whose file is no longer in the folder that they came from, by hash."""
-        found: dict[str, list[tuple[ImportedSession, str]]] = defaultdict(list)
-        for session in self.sessions.values():
-            for name, origin in session.origins.items():
-                is_here = origin.folder == self.root and name in session.held
-                if is_here and _is_gone(self.folder / origin.source):
-                    found[origin.sha256].append((session, name))
-        return found
+    def file_of(self, entry: ScannedFile) -> str:
+        """Return `file` of a new row: the path in the folder, or below audio/ for a copy."""
+        name = entry.path.as_posix() + (".wav" if entry.decode else "")
+        return f"{AUDIO_FOLDER}/{name}" if self.copy else name
 
-    def take(self, entry: ScannedFile, recording_id: str) -> None:
-        """Bring one file in, or say why not."""
+    def take(self, members: Sequence[ScannedFile], progress: Callable[[], object]) -> None:
+        """Bring the files of this session in, or list why not."""
+        digests: dict[Path, str] = {}
+        for entry in members:
+            with self._reported(entry.path):
+                digests[entry.path] = self._digest(entry)
+        readable = [entry for entry in members if entry.path in digests]
+        known = self._known(readable, digests)
+        stems = Counter(entry.path.with_suffix("") for entry in members)
+        for entry in readable:
+            name = known.get(entry.path) or self._new_id(entry, stems)
+            self.taken.add(name)
+            with self._reported(entry.path):
+                self._take(entry, name, digests[entry.path])
+            progress()
+
+    @contextmanager
+    def _reported(self, path: Path) -> Iterator[None]:
+        """List a file of the folder that cannot be brought in, with the reason."""
         try:
-            self._take(entry, recording_id)
+            yield
         except DataError as error:
-            self._fail(entry.path, f"{error.problem}; {error.fix}")
+            self.result.failed.append((path.as_posix(), f"{error.problem}; {error.fix}"))
         except OSError as error:
-            self._fail(entry.path, f"cannot be read or written ({error.strerror})")
+            reason = f"cannot be read or written ({error.strerror})"
+            self.result.failed.append((path.as_posix(), reason))
 
-    def _fail(self, path: Path, reason: str) -> None:
-        """Say why a file was not brought in, of which nothing is left."""
-        self.result.failed.append((path.as_posix(), reason))
-        if self.unfinished:
-            self.unfinished.unlink(missing_ok=True)
-            remove_empty_folders(self.unfinished.parent)
-        self.unfinished = None
-
-    def _take(self, entry: ScannedFile, recording_id: str) -> None:
-        session = self.sessions[entry.session]
-        digest = file_sha256(self.folder / entry.path)
-        self._compare_identity(entry, recording_id, digest)
-        recording = recording_of(self.folder, entry, recording_id, copy=self.how.copy)
-        old, before = session.held.get(recording_id), session.before(recording_id)
-        moved_from = None if old else next(iter(self.homeless.get(digest, ())), None)
-        if moved_from:
-            old, before = moved_from[0].held[moved_from[1]], moved_from[0].before(moved_from[1])
-        elif old and session.origin_sha256(recording_id) != digest and not self.how.replace:
-            self.result.conflicts.append(recording_id)
-            self.homeless.pop(digest, None)  # those bytes are in the folder, under a taken name
-            return
-        found = {**cells_of(recording), "quality": recording.quality or "ok"}
-        if old:
-            recording = self._with_labels(recording, old, before)
-        recording = self._with_audio(entry, session, recording, digest)
-        if moved_from:
-            self.homeless[digest].remove(moved_from)
-            self._forget(*moved_from)
-            session.take_over(moved_from[0])
-            self.result.moved.append((moved_from[1], recording_id))
-        last = session.origins.get(recording_id)
-        same = old is not None and last is not None and old.sha256 == recording.sha256
-        session.held[recording_id] = recording
-        session.origins[recording_id] = Origin(
-            folder=self.root,
-            source=entry.path.as_posix(),
-            sha256=digest,
-            cells=found,
-            sample_rate_hz=last.sample_rate_hz if last and same else 0,
-        )
-        self.unfinished = None
-        if old is None:
-            self.result.added += 1
-        elif old != recording:
-            self.result.relabelled += 1
-        else:
-            self.result.unchanged += 1
-
-    def _compare_identity(self, entry: ScannedFile, recording_id: str, digest: str) -> None:
-        """Raise DataError if the table has another hash; list another recording_id."""
-        if entry.sha256 not in ("", digest):
+    def _digest(self, entry: ScannedFile) -> str:
+        """Return the sha256 of a file, or of its decoded form."""
+        path = self.folder / entry.path
+        if entry.sha256 and entry.sha256 != file_sha256(path):
             raise DataError(entry.path, "its sha256 is not that of the table", "restore the file")
-        if entry.recording_id and entry.recording_id != recording_id:
-            difference = f"recording_id {recording_id!r} here, {entry.recording_id!r} in the folder"
-            self.result.corrected.append(f"{recording_id}: {difference}")
+        return sha256_of(decoded(path)[0]) if entry.decode else entry.sha256 or file_sha256(path)
 
-    def _with_labels(
-        self, recording: Recording, old: Recording, before: dict[str, str] | None
-    ) -> Recording:
-        """Return the recording with what people corrected and added since the last import."""
-        found, here = cells_of(recording), cells_of(old)
-        if not recording.quality:
-            found.pop("quality")  # the folder does not tell
-        if self.how.replace_labels:
-            return with_cells(recording, {**here, **found})
-        cells, kept = merged(here, found, before)
-        self.result.corrected += [f"{recording.recording_id}: {one}" for one in kept]
-        return with_cells(recording, cells)
+    def _known(
+        self, members: Sequence[ScannedFile], digests: Mapping[Path, str]
+    ) -> dict[Path, str]:
+        """Return the recording_id of the row of each known file: the row with its path and sha256,
+        else a row with its sha256, else the row with its path or recording_id."""
+        by_file = {row.file: name for name, row in self.rows.items()}
+        by_digest: dict[str, list[str]] = defaultdict(list)
+        for name, row in sorted(self.rows.items()):
+            by_digest[row.sha256].append(name)
+        known, free = dict[Path, str](), set(self.rows)
 
-    def _with_audio(
-        self,
-        entry: ScannedFile,
-        session: ImportedSession,
-        recording: Recording,
-        digest: str,
-    ) -> Recording:
-        """Return the recording with its hash, its file being where it shall be."""
-        quality = recording.quality or "ok"
-        recording = recording.model_copy(update={"quality": quality, "sha256": digest})
-        destination = session.folder / recording.file
-        if self.how.copy and not destination.exists():
-            self.unfinished = destination
-        if entry.decode:
-            return self._with_decoded(entry, destination, recording, session)
-        if self.how.copy and not self._holds(destination, digest):
-            self._copy(self.folder / entry.path, destination, session)
-        return recording
+        def match(entry: ScannedFile, names: Iterable[str]) -> None:
+            if name := next((one for one in names if one in free), None):
+                known[entry.path] = name
+                free.remove(name)
 
-    def _copy(self, source: Path, destination: Path, session: ImportedSession) -> None:
-        """Copy a file and rename the copy. All copies of a session share a temporary folder: one
-        for each would cost more than the copies."""
-        audio = session.folder / AUDIO_FOLDER
-        if audio not in self.temporary:
-            audio.parent.mkdir(parents=True, exist_ok=True)
-            self.temporary[audio] = self.stack.enter_context(own_folder(audio))
-        temporary = self.temporary[audio] / "copy"
-        shutil.copyfile(source, temporary)
-        destination.parent.mkdir(parents=True, exist_ok=True)
-        temporary.replace(destination)
+        for entry in members:
+            at = by_file.get(self.file_of(entry), "")
+            if at and self.rows[at].sha256 == digests[entry.path]:
+                match(entry, [at])
+        for entry in (one for one in members if one.path not in known):
+            match(entry, by_digest[digests[entry.path]])
+        for entry in (one for one in members if one.path not in known):
+            match(entry, [by_file.get(self.file_of(entry), ""), entry.recording_id])
+        return known
 
-    def _with_decoded(
-        self, entry: ScannedFile, destination: Path, recording: Recording, session: ImportedSession
-    ) -> Recording:
-        """Return a recording with the hash of its decoded file, which is made where it is not."""
-        known = session.held.get(recording.recording_id)
-        same = session.origin_sha256(recording.recording_id) == recording.sha256
-        if known and same and self._holds(destination, known.sha256):
-            labels = {**recording.labels, DECODED_FROM: known.labels.get(DECODED_FROM, "")}
-            return recording.model_copy(update={"sha256": known.sha256, "labels": labels})
-        content, made_by = decoded(self.folder / entry.path)
-        write_bytes(destination, content)
-        self.result.decoded += 1
-        labels = {**recording.labels, DECODED_FROM: f"{entry.path.name} ({made_by})"}
-        return recording.model_copy(update={"sha256": sha256_of(content), "labels": labels})
+    def _new_id(self, entry: ScannedFile, stems: Mapping[Path, int]) -> str:
+        """Return the id that a table gives, else the path without suffix (with suffix, if two files
+        would share an id). An id that is taken gets a number, one that is too long a digest."""
+        stem = entry.path.with_suffix("")
+        is_free = stems[stem] == 1 and stem.as_posix() not in self.rows
+        name = entry.recording_id or (stem if is_free else entry.path).as_posix()
+        if len(name) > LONGEST_ID:
+            name = f"{name[: LONGEST_ID - 13]}~{sha256_of(name.encode())[:12]}"
+        plain, number = name, 1
+        while name in self.rows or name in self.taken:
+            number += 1
+            name = f"{plain}_{number}"
+        return name
 
-    def _holds(self, path: Path, digest: str) -> bool:
-        return path.is_file() and file_sha256(path) == digest
+    def _take(self, entry: ScannedFile, name: str, digest: str) -> None:
+        """Bring one file in as the recording `name`."""
+        old = self.rows.get(name)
+        if old and old.sha256 != digest and self.on_change != OnChange.FILES:
+            self.result.conflicts.append(name)
+            return
+        new = self._row(entry, name, digest)
+        if self.copy and not self._holds(old, digest):
+            new = self._with_audio(entry, new)
+        if old:
+            new = self._merged(old, new, told_quality=bool(entry.quality))
+        self.rows[name] = new
+        self.result.added += old is None
+        self.result.changed += old not in (None, new)
+        self.result.unchanged += old == new
 
-    def _forget(self, session: ImportedSession, recording_id: str) -> None:
-        """Take a recording out of its session; its copy goes once the tables are written."""
-        recording = session.held.pop(recording_id)
-        session.is_emptied = not session.held
-        session.origins.pop(recording_id, None)
-        if self.how.copy:
-            self.obsolete.append(session.folder / recording.file)
+    def _holds(self, old: Recording | None, digest: str) -> bool:
+        """Return True if a row has these bytes, and its copy is there."""
+        return old is not None and old.sha256 == digest and (self.target / old.file).is_file()
+
+    def _row(self, entry: ScannedFile, name: str, digest: str) -> Recording:
+        if wrong := bad_name(name):
+            fix = "use letters, digits, '_', '-' and '/'"
+            raise DataError(entry.path, f"recording_id {name!r} {wrong}", fix)
+        file = Path(self.file_of(entry))
+        if self.copy and name in self.rows:
+            file = Path(self.rows[name].file)
+        elif self.copy and file.as_posix() in self.files:  # of a row whose file was moved
+            file = file.with_name(f"{file.stem}~{digest[:12]}{file.suffix}")
+        try:
+            return Recording(
+                recording_id=name,
+                file=file.as_posix(),
+                sha256=digest,
+                grasp_id=entry.grasp,
+                sample=entry.sample,
+                object=entry.object,
+                quality=entry.quality or "ok",
+                labels=dict(entry.labels),
+            )
+        except ValidationError as error:
+            raise describe(error, self.folder / entry.path) from None
+
+    def _with_audio(self, entry: ScannedFile, row: Recording) -> Recording:
+        """Return the row after copying or decoding its file."""
+        destination = self.target / row.file
+        temporary = self.target / AUDIO_FOLDER / ".copying"
+        temporary.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            if entry.decode:
+                content, made_by = decoded(self.folder / entry.path)
+                temporary.write_bytes(content)
+                told = {DECODED_FROM: f"{entry.path.name} ({made_by})"}
+                row = row.model_copy(update={"labels": {**row.labels, **told}})
+                self.result.decoded += 1
+            else:
+                shutil.copyfile(self.folder / entry.path, temporary)
+            destination.parent.mkdir(parents=True, exist_ok=True)
+            temporary.replace(destination)
+        finally:
+            temporary.unlink(missing_ok=True)
+            remove_empty_folders(destination.parent)
+        return row
+
+    def _merged(self, old: Recording, new: Recording, *, told_quality: bool) -> Recording:
+        """Return the row here with new columns of the folder, and with the folder's cells if
+        `on_change` takes them; otherwise cells that differ are listed."""
+        told = [name for name in _TOLD if told_quality or name != "quality"]
+        here = {**old.labels, **{name: getattr(old, name) for name in _TOLD}}
+        found = {**new.labels, **{name: getattr(new, name) for name in told}}
+        for column, text in found.items():
+            if here.setdefault(column, text) == text:
+                continue
+            if self.on_change == OnChange.LABELS:
+                here[column] = text
+            else:
+                difference = f"{column} {here[column]!r} here, {text!r} in the folder"
+                self.result.differing.append(f"{old.recording_id}: {difference}")
+        labels = {column: text for column, text in here.items() if column not in _TOLD}
+        return new.model_copy(update={**{name: here[name] for name in _TOLD}, "labels": labels})
 
     def look_for_gone(self, *, prune: bool) -> None:
-        """List, or remove, recordings whose file is no longer in the folder."""
-        left = [one for found in self.homeless.values() for one in found]
-        for session, name in sorted(left, key=lambda one: one[1]):
-            if prune:
-                self._forget(session, name)
-            (self.result.pruned if prune else self.result.gone).append(name)
-
-    def describe(
-        self, session: ImportedSession, sources: Collection[str], played: Path | None
-    ) -> None:
-        """Complete what session.yaml says of rate and played sound."""
-        before = session.declared.sample_rate_hz if session.is_old else None
-        base = session.folder if self.how.copy else self.folder
-        names = [name for name in session.held if session.source(name) in sources]
-        rates = {before} - {None} | self._rates(session, base, names)
-        changed: dict[str, Any] = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
-        session.declared = session.declared.model_copy(update=changed)
-        if played is None:
+        """List the rows without a file in the folder, or remove them if that is requested and every
+        file could be read."""
+        gone = sorted(set(self.rows) - self.taken)
+        if not (prune and self.on_change == OnChange.PRUNE) or self.result.failed:
+            self.result.gone += gone
             return
-        try:
-            if not session.take_played(self.folder / played, replace=self.how.replace):
-                self.result.conflicts.append(f"{played.as_posix()}, the played sound")
-        except OSError as error:
-            reason = f"the played sound cannot be read or written ({error.strerror})"
-            self._fail(played, reason)
+        for name in gone:
+            row = self.rows.pop(name)
+            self.result.removed += 1
+            if self.copy:
+                self.obsolete.append(self.target / row.file)
 
-    def _rates(self, session: ImportedSession, base: Path, names: Iterable[str]) -> set[int]:
-        """Return the rates of recordings, of which those that are not known are looked at; what
-        cannot be read is imported as it is, and said each time."""
-        rates = set()
-        for name in names:
-            origin, file = session.origins.get(name), base / session.held[name].file
-            rate = origin.sample_rate_hz if origin else 0
+    def describe(self, played: Path | None) -> None:
+        """Complete what session.yaml says of rate and played sound."""
+        base = self.target if self.copy else self.folder
+        rates = {self.declared.sample_rate_hz} - {None}
+        for name in sorted(self.taken & set(self.rows)):
+            file = base / self.rows[name].file
             try:
-                rate = rate or inspect_audio(file).sample_rate_hz
+                rates.add(inspect_audio(file).sample_rate_hz)
             except DataError as error:
                 self.result.unreadable.append((file.name, error.problem))
-                continue
-            rates.add(rate)
-            if origin and origin.sample_rate_hz != rate:
-                found = {"sample_rate_hz": rate}
-                session.origins[name] = origin.model_copy(update=found)
-        return rates
+        rate = {"sample_rate_hz": rates.pop() if len(rates) == 1 else None}
+        self.declared = self.declared.model_copy(update=rate)
+        if played and self.rows:
+            with self._reported(played):
+                self._take_played(played)
+
+    def _take_played(self, played: Path) -> None:
+        """Take the played sound of the folder, unless the session has another one."""
+        digest, old = file_sha256(self.folder / played), self.declared.excitation
+        if old and old.sha256 != digest and self.on_change != OnChange.FILES:
+            self.result.conflicts.append(f"{played.as_posix()}, the played sound")
+        elif old is None or old.sha256 != digest:
+            write_bytes(self.target / EXCITATION_FILE, (self.folder / played).read_bytes())
+            said = f"imported {played.name}"
+            found = Excitation(file=EXCITATION_FILE, sha256=digest, description=said)
+            self.declared = self.declared.model_copy(update={"excitation": found})
 
     def write(self) -> None:
-        """Write every session that holds something, then remove the copies of moved recordings."""
-        if self.unfinished:  # its row is not in the table
-            self.unfinished.unlink(missing_ok=True)
-            remove_empty_folders(self.unfinished.parent)
-        self.stack.close()
-        if self.temporary:
+        """Write table and declaration, if they changed, then remove the copies of removed rows."""
+        if self.rows:
             os.sync()  # the audio is on the disk before a table names it
-        for session in self.sessions.values():
-            if session.held:
-                session.write()
-        needed = {s.folder / one.file for s in self.sessions.values() for one in s.held.values()}
-        for path in set(self.obsolete) - needed:
+            rows = sorted(self.rows.values(), key=lambda row: row.recording_id)
+            write_session(self.target, self.declared, rows)
+        for path in self.obsolete:
             path.unlink(missing_ok=True)
             remove_empty_folders(path.parent)
-        for session in self.sessions.values():
-            if not session.held and (session.is_emptied or not session.is_old):
-                session.remove()
 
 
-def _is_gone(path: Path) -> bool:
-    """Return True if no such name is there: a link that leads nowhere is, and what may not be
-    looked at may be."""
-    try:
-        path.lstat()
-    except (FileNotFoundError, NotADirectoryError):
-        return True
-    except OSError:
-        return False
-    return False
+def _new_session(target: Path, folder: Path, root: str | None) -> Session:
+    return Session(
+        session_id=target.name,
+        source="import",
+        audio_root=root,
+        software=f"ajgdata {software()['ajgdata_version']}",
+        notes=f"imported from a folder named {folder.name!r}",
+    )
+
+
+def _rows_of(target: Path) -> dict[str, Recording]:
+    """Return the rows of a session. Raises DataError for a table with errors."""
+    if not (target / RECORDINGS_FILE).is_file():
+        return {}
+    recordings, findings = read_recordings(target)
+    if errors := [finding for finding in findings if finding.level == "error"]:
+        problem = f"{errors[0].problem}; nothing was imported into this session"
+        raise DataError(target / RECORDINGS_FILE, problem, errors[0].fix)
+    return {row.recording_id: row for row in recordings}
+
+
+def _check_space(
+    paths: Paths,
+    folder: Path,
+    files: Sequence[ScannedFile],
+    sessions: Mapping[str, _SessionImport],
+) -> None:
+    """Raise DataError if the disk is too small for the files that are not copied yet."""
+    needed = 0
+    for entry in files:
+        session = sessions[entry.session]
+        source, copied = folder / entry.path, session.target / session.file_of(entry)
+        size = source.stat().st_size if source.is_file() else 0
+        needed += size if not copied.is_file() or copied.stat().st_size != size else 0
+    free = shutil.disk_usage(paths.data if paths.data.is_dir() else paths.root).free
+    if needed > free:
+        problem = f"{needed / 1e6:.1f} MB are to be copied, {free / 1e6:.1f} MB are free"
+        raise DataError(paths.data, problem, "make room, or import with --reference")

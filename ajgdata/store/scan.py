@@ -7,10 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-import signal
-import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -33,12 +30,7 @@ AUDIO_SUFFIXES = {".wav", ".wave", ".ogg", ".oga", ".flac"}
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
 #: Control characters, and bytes of a file name that are not UTF-8: a table cannot hold them.
 _NO_TEXT = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff]")
-
-
-#: Time limit for matching one path with the pattern.
-LONGEST_MATCH_S = 2.0
-_DOUBLE = "an AppleDouble file of macOS, without sound"
-_OWN = "recordings or results of a project: not searched"
+Named = list[tuple[str, str]]
 
 
 @dataclass(frozen=True)
@@ -68,27 +60,37 @@ class ScannedFile:
 
 @dataclass
 class Scan:
-    """Recordings found in a folder.
+    """Recordings found in a folder, by name and reason what is left out, and notes.
 
-    `wanting` says of what belongs to them by name or table why it is left out, `skipped` so of all
-    other files, `missing` of names whose content is not there; `notes` are what else a person
-    should know.
+    `wanting` are files that belong to the recordings by name or table, `skipped` all other files,
+    `missing` names whose content is not there.
     """
 
     files: list[ScannedFile] = field(default_factory=list)
     excitations: dict[str, Path] = field(default_factory=dict)
-    skipped: list[tuple[str, str]] = field(default_factory=list)
-    wanting: list[tuple[str, str]] = field(default_factory=list)
-    missing: list[tuple[str, str]] = field(default_factory=list)
+    skipped: Named = field(default_factory=list)
+    wanting: Named = field(default_factory=list)
+    missing: Named = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Search:
+    """Audio files below a folder, sorted and relative to it; by name and reason: hidden audio
+    files, folders that cannot be searched, and names that do not matter."""
+
+    audio: list[Path] = field(default_factory=list)
+    hidden: Named = field(default_factory=list)
+    closed: Named = field(default_factory=list)
+    skipped: Named = field(default_factory=list)
 
 
 def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = False) -> Scan:
     """Return every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
 
-    `name` is the session of recordings whose session nothing tells. With `convert` files that are
-    not read as they are count, too. Raises DataError when the folder, the pattern or the table
-    cannot be used, or when nothing in the folder matches.
+    `name` is the session of recordings without a session. With `convert`, files in other formats
+    are included. Raises DataError if the folder, the pattern or the table cannot be used, or if
+    nothing in the folder matches.
     """
     if not folder.is_dir():
         raise DataError(folder, "is not a folder", "name the folder that holds the recordings")
@@ -105,19 +107,12 @@ def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = F
         return result
     left_out = [*result.missing, *result.wanting, *result.skipped]
     if not left_out and not result.excitations:
-        raise DataError(
-            folder,
-            "holds no audio files",
-            f"name a folder with {', '.join(sorted(AUDIO_SUFFIXES))}",
-        )
+        fix = f"name a folder with {', '.join(sorted(AUDIO_SUFFIXES))}"
+        raise DataError(folder, "holds no audio files", fix)
     example = ": {!r} {}".format(*left_out[0]) if left_out else ""
-    raise DataError(
-        folder,
-        f"none of its audio files can be imported{example}",
-        "correct --file (a path inside the folder)"
-        if settings.table
-        else "correct --pattern (it must match the whole path inside the folder)",
-    )
+    fix = "correct --pattern (it must match the whole path inside the folder)"
+    fix = "correct --file (a path inside the folder)" if settings.table else fix
+    raise DataError(folder, f"none of its audio files can be imported{example}", fix)
 
 
 def target_column(text: str) -> str:
@@ -125,38 +120,9 @@ def target_column(text: str) -> str:
     return "object" if text.lower() == "object" else slug(text)
 
 
-def audio_files(folder: Path) -> list[Path]:
-    """Return what looks like audio by its name below `folder`, sorted, relative to it.
-
-    The list includes broken links and pipes, but no folders and no hidden files.
-    """
-    return search(folder).audio
-
-
-@dataclass
-class Search:
-    """Audio files below a folder, and what was not searched, with the reasons."""
-
-    audio: list[Path] = field(default_factory=list)
-    hidden: list[Path] = field(default_factory=list)
-    closed: list[tuple[str, str]] = field(default_factory=list)
-    own: list[tuple[str, str]] = field(default_factory=list)
-
-    @property
-    def skipped(self) -> list[tuple[str, str]]:
-        """Return files and folders that do not matter, with the reasons."""
-        return self.own + [(p.as_posix(), _DOUBLE) for p in self.hidden if _is_double(p)]
-
-    @property
-    def concealed(self) -> dict[Path, str]:
-        """Return hidden audio files, with what to do."""
-        reason = "hidden: rename the file or its folder"
-        return {path: reason for path in self.hidden if not _is_double(path)}
-
-
 def search(folder: Path) -> Search:
-    """Search a folder for audio. Hidden files are listed separately; the recordings and results of
-    a project are not searched."""
+    """Search a folder for audio by file name. The recordings and results of a project, the history
+    of git and virtual environments are not searched."""
     suffixes = {*AUDIO_SUFFIXES, *UNREADABLE_SUFFIXES}
     result = Search()
 
@@ -166,40 +132,41 @@ def search(folder: Path) -> Search:
 
     for root, folders, names in os.walk(folder, onerror=refused):
         here = Path(root).relative_to(folder)
-        tools = {name for name in folders if _is_of_tools(Path(root, name))}
-        folders[:] = sorted(set(folders) - tools)
-        own = {name for name in folders if _belongs_to_project(Path(root), name)}
-        result.own += [((here / name).as_posix(), _OWN) for name in sorted(own)]
-        folders[:] = sorted(set(folders) - own)
-        for name in (name for name in folders if Path(root, name).is_symlink()):
-            reason = "a link to a folder, not searched: name that folder"
-            result.closed.append(((here / name).as_posix(), reason))
-        for path in (here / name for name in names):
-            if path.suffix.lower() in suffixes:
-                is_hidden = any(part.startswith(".") for part in path.parts)
-                (result.hidden if is_hidden else result.audio).append(path)
+        folders[:] = [name for name in folders if _is_searched(Path(root, name), here, result)]
+        for path in (here / name for name in names if Path(name).suffix.lower() in suffixes):
+            if path.name.startswith("._"):
+                reason = "an AppleDouble file of macOS, without sound"
+                result.skipped.append((path.as_posix(), reason))
+            elif any(part.startswith(".") for part in path.parts):
+                result.hidden.append((path.as_posix(), "hidden: rename the file or its folder"))
+            else:
+                result.audio.append(path)
     result.audio.sort()
-    result.hidden.sort()
+    for found in (result.hidden, result.closed, result.skipped):
+        found.sort()
     return result
 
 
-def _is_of_tools(folder: Path) -> bool:
-    """Return True for the history of git and for a virtual environment."""
-    return folder.name == ".git" or (folder / "pyvenv.cfg").is_file()
+def _is_searched(folder: Path, here: Path, result: Search) -> bool:
+    """Return True for a folder that may contain recordings; others are listed in `result`."""
+    where = (here / folder.name).as_posix()
+    if folder.name == ".git" or (folder / "pyvenv.cfg").is_file():
+        return False
+    if _belongs_to_project(folder):
+        result.skipped.append((where, "recordings or results of a project: not searched"))
+        return False
+    if folder.is_symlink():  # os.walk does not follow it
+        result.closed.append((where, "a link to a folder, not searched: name that folder"))
+    return True
 
 
-def _is_double(path: Path) -> bool:
-    """Return True for an AppleDouble file, which macOS writes next to a file on other disks."""
-    return path.name.startswith("._")
-
-
-def _belongs_to_project(parent: Path, name: str) -> bool:
+def _belongs_to_project(folder: Path) -> bool:
     """Return True for a session of a data set, and for folders that a project writes."""
-    paths = Paths(parent)
+    paths = Paths(folder.parent)
     written = {one.name for one in (paths.data, paths.results, paths.cache)} | {".snakemake"}
-    if name in written and any(paths.datasets.glob(f"*/{DATASET_FILE}")):
+    if folder.name in written and any(paths.datasets.glob(f"*/{DATASET_FILE}")):
         return True
-    return (parent / name / SESSION_FILE).is_file()
+    return (folder / SESSION_FILE).is_file()
 
 
 def _audio_files(
@@ -209,17 +176,16 @@ def _audio_files(
     are not imported although their names may match, with reasons. All other files go to
     `result`."""
     files: dict[Path, bool] = {}
-    walk = search(folder)
-    refused = walk.concealed
-    result.missing += sorted(walk.closed)
-    result.skipped += walk.skipped
-    readable = {p.with_suffix("") for p in walk.audio if p.suffix.lower() in AUDIO_SUFFIXES}
-    for path in walk.audio:
+    found = search(folder)
+    refused = {Path(name): reason for name, reason in found.hidden}
+    result.missing += found.closed
+    result.skipped += found.skipped
+    readable = {p.with_suffix("") for p in found.audio if p.suffix.lower() in AUDIO_SUFFIXES}
+    for path in found.audio:
         name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES
         if name != name.strip() or _NO_TEXT.search(name):
-            result.wanting.append(
-                (_NO_TEXT.sub("?", name), "its name is not plain text: rename it")
-            )
+            reason = "its name is not plain text: rename it"
+            result.wanting.append((_NO_TEXT.sub("?", name), reason))
         elif wrong := why_no_file(folder / path):
             result.missing.append((name, "; ".join(wrong)))
         elif decode and path.with_suffix("") in readable:
@@ -234,7 +200,7 @@ def _audio_files(
 
 
 def _is_other_audio(path: Path) -> bool:
-    """Return True for audio that is not what its name says, and has to be decoded."""
+    """Return True for audio in another format than its name shows, which has to be decoded."""
     try:
         inspect_audio(path)
     except AudioError as error:
@@ -258,56 +224,30 @@ def _by_name(
         raise DataError("--pattern", "has no named group", r"name the label: (?P<label>[^/]+)")
     groups = fields_of(list(pattern.groupindex), settings, "--pattern", "group")
     cleaner = Cleaner()
-    for path, reason in refused.items():
-        matches = _match(pattern, path)
-        entry = (path.as_posix(), reason if matches else "does not match the pattern")
-        (result.wanting if matches else result.skipped).append(entry)
-    for path, decode in audio.items():
-        match = _match(pattern, path)
+    for path in [*refused, *audio]:
+        match, where = pattern.fullmatch(path.as_posix()), path.as_posix()
         if not match:
-            result.skipped.append((path.as_posix(), "does not match the pattern"))
+            result.skipped.append((where, "does not match the pattern"))
+            continue
+        if path in refused:
+            result.wanting.append((where, refused[path]))
             continue
         fields = cleaner({key: value or "" for key, value in match.groupdict().items()})
         session = session_name(path.parent.as_posix()) if starter_kit and path.parent.name else name
         if starter_kit and int(fields["n"]) == 0:
-            played = path if decode else result.excitations.setdefault(session, path)
-            if decode:
-                result.wanting.append((path.as_posix(), "the played sound has to be a WAV"))
-            elif played != path:
-                result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
-            continue
-        result.files.append(_scanned(path, fields, groups, settings, session, decode=decode))
+            _take_played(path, session, result, decode=audio[path])
+        else:
+            file = _scanned(path, fields, groups, settings, session, decode=audio[path])
+            result.files.append(file)
     result.notes += [*groups.notes, *cleaner.notes()]
 
 
-@contextmanager
-def _time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeoutError after `seconds`. Other threads than the main one have no limit."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(*_: object) -> None:
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def _match(pattern: re.Pattern[str], path: Path) -> re.Match[str] | None:
-    """Return the match of a whole path. Raises DataError for a pattern with exponential cost."""
-    try:
-        with _time_limit(LONGEST_MATCH_S):
-            return pattern.fullmatch(path.as_posix())
-    except TimeoutError:
-        problem = f"takes more than {LONGEST_MATCH_S} s for {path.as_posix()!r}"
-        fix = "avoid nested repetitions such as (a+)+"
-        raise DataError("--pattern", problem, fix) from None
+def _take_played(path: Path, session: str, result: Scan, *, decode: bool) -> None:
+    """Take file number 0 of the starter kit's convention as the played sound of its session."""
+    if decode:
+        result.wanting.append((path.as_posix(), "the played sound has to be a WAV"))
+    elif (played := result.excitations.setdefault(session, path)) != path:
+        result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
 
 
 def _by_table(
@@ -318,54 +258,43 @@ def _by_table(
     name: str,
     result: Scan,
 ) -> None:
-    table = folder / settings.table
-    header, rows, notes = joined(folder, *read_label_table(table), settings.join)
-    result.notes += notes
-    columns = fields_of(header, settings, table, "column")
+    where = folder / settings.table
+    table, notes = joined(folder, read_label_table(where), settings.join)
+    columns = fields_of(table.columns.tolist(), settings, where, "column")
     cleaner = Cleaner()
     taken: set[Path] = set()
     named = {name for name, _ in (*result.missing, *result.wanting, *result.skipped)}
-    for row in rows:
+    for cells in table.itertuples(index=False):
+        row = dict(zip(table.columns, map(str, cells), strict=True))
         path = Path(_filled("file", settings.file, row))
         if path.is_absolute() or ".." in path.parts:
-            raise DataError(table, f"{path} leaves the folder", "use paths inside the folder")
+            raise DataError(where, f"{path} leaves the folder", "use paths inside the folder")
         if path in taken:
-            raise DataError(table, f"{path} stands in two rows", "keep one of them")
+            raise DataError(where, f"{path} stands in two rows", "keep one of them")
+        taken.add(path)
         if path in audio:
-            fields = cleaner(row)
-            result.files.append(_scanned(path, fields, columns, settings, name, decode=audio[path]))
-            taken.add(path)
-        elif path in refused:
-            result.wanting.append((str(path), refused[path]))
-            taken.add(path)
+            file = _scanned(path, cleaner(row), columns, settings, name, decode=audio[path])
+            result.files.append(file)
         elif str(path) not in named:
-            result.wanting.append((str(path), f"in {settings.table} but not in the folder"))
+            reason = refused.get(path, f"in {settings.table} but not in the folder")
+            result.wanting.append((str(path), reason))
     left = sorted({*audio, *refused} - taken)
     result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
     result.files.sort(key=lambda one: one.path)
-    result.notes += [*columns.notes, *cleaner.notes()]
+    result.notes += [*notes, *columns.notes, *cleaner.notes()]
 
 
 def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
-    """Return a template such as '{stone}' with its fields put in; a brace is written twice.
+    """Return a template such as '{Grasp no.}' with its fields put in."""
 
-    A field may have any name that a column can have, such as 'Grasp no.'.
-    """
-    filled = []
-    for piece in re.findall(r"\{\{|\}\}|\{[^{}]*\}|[^{}]+|[{}]", template):
-        if piece in ("{", "}"):
-            problem = f"{template!r} is no template (a {piece} stands alone)"
-            raise DataError(f"--{option}", problem, "write it as '{name}'")
-        key = piece[1:-1]
-        if piece in ("{{", "}}"):
-            filled.append(piece[0])
-        elif not piece.startswith("{"):
-            filled.append(piece)
-        elif key in fields:
-            filled.append(fields[key])
-        else:
-            raise DataError(f"--{option}", f"names {key!r}", f"there are {sorted(fields)}")
-    return "".join(filled)
+    def text(match: re.Match[str]) -> str:
+        if match[1] not in fields:
+            raise DataError(f"--{option}", f"names {match[1]!r}", f"there are {sorted(fields)}")
+        return fields[match[1]]
+
+    if {"{", "}"} & set(re.sub(r"\{[^{}]*\}", "", template)):
+        raise DataError(f"--{option}", f"{template!r} is no template", "write it as '{name}'")
+    return re.sub(r"\{([^{}]*)\}", text, template)
 
 
 def _scanned(

@@ -20,7 +20,7 @@ from ajgdata.types.base import (
     left_out,
     location,
 )
-from ajgdata.types.dataset import DatasetSpec, ImportSettings
+from ajgdata.types.dataset import DatasetSpec, ImportSettings, OnChange
 from ajgdata.types.embedding import Embedding
 from ajgdata.types.excitation import (
     DEFAULT_EXCITATION,
@@ -99,6 +99,7 @@ __all__ = [
     "Multitone",
     "Name",
     "NotPossibleError",
+    "OnChange",
     "Recipe",
     "RecipeObject",
     "Recording",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from typing import Any
 
 from pydantic import Field, model_validator
@@ -16,6 +17,15 @@ from ajgdata.types.registry import Kind
 from ajgdata.types.session import SESSION_COLUMNS, is_reserved
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
 from ajgdata.types.tasks import Task
+
+
+class OnChange(StrEnum):
+    """What an import does with recordings that differ from the folder."""
+
+    KEEP = "keep"
+    FILES = "files"
+    LABELS = "labels"
+    PRUNE = "prune"
 
 
 class ImportSettings(Strict):

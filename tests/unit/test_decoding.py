@@ -104,7 +104,7 @@ def test_ffmpeg_decodes_what_libsndfile_cannot(paths, tmp_path, ffmpeg):
     assert [p.name for p in (paths.session("d", "kit") / "audio").iterdir()] == ["1_-cube.m4a.wav"]
     (folder / "1_-cube.m4a").write_bytes(b"M4A" + (2 * heard).tobytes())
     assert convert(paths, folder)[2].conflicts == ["1_-cube"]
-    assert convert(paths, folder, replace=True)[2].decoded == 1
+    assert convert(paths, folder, on_change="files")[2].decoded == 1
     np.testing.assert_array_equal(samples_of(paths, rows(paths)["1_-cube"]), 2 * heard)
 
 

@@ -40,7 +40,7 @@ from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv
 from ajgdata.store.locks import alone
-from ajgdata.store.publishing.download import CHUNK_BYTES, Download, cache_of
+from ajgdata.store.publishing.download import Download, cache_of
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
 
@@ -67,12 +67,12 @@ def elsewhere(tmp_path):
 
 
 class Handler(http.server.SimpleHTTPRequestHandler):
-    """Serves a folder; can cut an answer short once, and can do ranges."""
+    """Serves a folder; can cut an answer short once."""
 
     def do_GET(self):
         path = Path(self.translate_path(self.path))
         name = path.relative_to(self.directory).as_posix()
-        self.server.asked.append((name, self.headers.get("Range", "")))
+        self.server.asked.append(name)
         if not path.is_file():
             self.send_error(404)
             return
@@ -83,14 +83,10 @@ class Handler(http.server.SimpleHTTPRequestHandler):
             self.end_headers()
             return
         content = path.read_bytes()
-        start = 0
-        if self.server.ranges and (asked := self.headers.get("Range")):
-            start = int(asked.removeprefix("bytes=").removesuffix("-"))
-        self.send_response(206 if start else 200)
-        self.send_header("Content-Length", str(len(content) - start))
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(content)))
         self.end_headers()
-        stop = self.server.cut.pop(name, len(content))
-        self.wfile.write(content[start:stop])
+        self.wfile.write(content[: self.server.cut.pop(name, len(content))])
 
     def log_message(self, *_):
         pass
@@ -100,7 +96,7 @@ class Handler(http.server.SimpleHTTPRequestHandler):
 def server(tree):
     handler = partial(Handler, directory=str(tree.root))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
-        made.asked, made.cut, made.ranges, made.moved = [], {}, True, {}
+        made.asked, made.cut, made.moved = [], {}, {}
         thread = threading.Thread(target=made.serve_forever, args=(0.02,))
         thread.start()
         yield made
@@ -255,19 +251,15 @@ def test_changed_spectra_are_not_taken_over(tree, elsewhere, monkeypatch):
         assert not (features.feature.values == 7.0).any()
 
 
-@pytest.mark.parametrize("ranges", [True, False])
-def test_a_cut_download_goes_on_where_it_was(tree, server, elsewhere, ranges):
-    server.ranges = ranges
-    server.cut["audio.zip"] = half = (tree / tree.ARCHIVE).stat().st_size // 2
-    with pytest.raises(DataError, match=r"audio.zip: cannot be fetched .*what is complete is kept"):
+def test_a_cut_download_keeps_complete_files(tree, server, elsewhere):
+    server.cut["audio.zip"] = (tree / tree.ARCHIVE).stat().st_size // 2
+    with pytest.raises(DataError, match=r"audio.zip: cannot be fetched .*complete files are kept"):
         fetch(elsewhere.paths, address(server), retries=0)
-    first = [name for name, _ in server.asked]
+    first = list(server.asked)
     server.asked.clear()
     fetch(elsewhere.paths, address(server), retries=0)
-    again = dict(server.asked)
-    assert again["audio.zip"] == f"bytes={half // CHUNK_BYTES * CHUNK_BYTES}-"
     assert first.index("audio.zip") > 1  # what came before it was complete
-    assert not set(first[1 : first.index("audio.zip")]) & set(again)
+    assert not set(first[1 : first.index("audio.zip")]) & set(server.asked)
     assert len(list(elsewhere.root.glob("data/**/audio/*.wav"))) == 12
     assert list(elsewhere.paths.fetched.glob("[!.]*")) == []  # but for its lock
 
@@ -308,7 +300,7 @@ def test_a_name_that_is_taken_is_refused_before_all_is_brought(tree, server, els
     for source in (address(server), str(tree.root)):
         with pytest.raises(DataError, match="there is a data set of this name; give --name"):
             fetch(elsewhere.paths, source, each=pytest.fail)
-    assert {name for name, _ in server.asked} == {Tree.SUMS, Tree.DECLARATION}
+    assert set(server.asked) == {Tree.SUMS, Tree.DECLARATION}
     assert fetch(elsewhere.paths, address(server), name="other").recordings == 12
 
 
@@ -378,10 +370,6 @@ ATTACKS = {
         add_entry("audio/s1/l.wav", b"/etc/passwd", 0o120777), "is a link or device, not a file",
     ),
     "archive: twice": (same_name_twice, "stands in the archive twice"),
-    "archive: bomb": (
-        add_entry("audio/s1/b.wav", bytes(10**6), method=zipfile.ZIP_DEFLATED),
-        r"is compressed, \d+ to 1000000 bytes",
-    ),
     "archive: none": (lambda t: (t / t.ARCHIVE).write_bytes(b"PK"), "not a readable archive"),
     "archive: lacks one": (lambda t: repack(t, lambda p: p.pop()), "audio.zip: lacks audio/s2"),
     "archive: other audio": (
@@ -466,7 +454,7 @@ def test_sums_are_not_believed(tree, server, elsewhere, line, said):
         sums.write(line.format("0" * 64) + "\n")
     with pytest.raises(DataError, match=said.replace("\\", "\\\\")):
         fetch(elsewhere.paths, address(server), retries=0)
-    assert {name for name, _ in server.asked} == {tree.SUMS}
+    assert set(server.asked) == {tree.SUMS}
 
 
 @pytest.mark.parametrize(
@@ -479,7 +467,6 @@ def test_absurd_sizes_are_refused(tree, server, elsewhere, monkeypatch, limit, f
     monkeypatch.setattr(f"ajgdata.store.publishing.download.{limit}", most)
     with pytest.raises(DataError, match=f"{file}: is too large"):
         fetch(elsewhere.paths, address(server), retries=0)
-    assert not list(elsewhere.paths.fetched.rglob("*.part"))
 
 
 def test_what_is_no_published_data_set_is_one_line(elsewhere, server, tmp_path):
@@ -527,7 +514,7 @@ def test_a_way_within_http_is_gone(world, server, elsewhere):
     server.moved = {"README.md": "LICENSE"}  # a wrong file: its hash tells that it was followed
     with pytest.raises(DataError, match=r"README.md: cannot be fetched"):
         fetch(elsewhere.paths, address(server), retries=0)
-    assert ("LICENSE", "") in server.asked
+    assert "LICENSE" in server.asked
     server.moved = {"README.md": "./README.md?again"}
     assert fetch(elsewhere.paths, address(server)).name == "d"
 
@@ -549,7 +536,7 @@ def test_killed_before_it_is_registered_nothing_is_brought_again(server, elsewhe
             fetch(elsewhere.paths, address(server))
     server.asked.clear()
     assert fetch(elsewhere.paths, address(server)).recordings == 12
-    assert {name for name, _ in server.asked} == {Tree.SUMS}
+    assert set(server.asked) == {Tree.SUMS}
     assert list(elsewhere.paths.fetched.glob("[!.]*")) == []
 
 

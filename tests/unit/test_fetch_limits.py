@@ -139,16 +139,6 @@ def test_the_whole_download_has_a_time_limit(server, project, monkeypatch):
     assert "audio.zip: the download took longer than " in line
 
 
-def test_an_interrupted_slow_download_resumes(server, project, monkeypatch):
-    monkeypatch.setattr("ajgdata.store.publishing.download.START_S", 1.0)
-    server.slow = Tree.ARCHIVE
-    refusal(fetched(server), project)
-    server.slow, server.requests = "", 0
-    assert fetched(server).exit_code == 0
-    # SHA256SUMS, archive, table, two sessions with their sound; the other files were complete.
-    assert server.requests == 7
-
-
 def test_20000_listed_sessions_cause_no_requests(server, project, tree):
     lines = [
         f"{hashlib.sha256(b'').hexdigest()}  sessions/x{n}/session.yaml" for n in range(20_000)

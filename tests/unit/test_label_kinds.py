@@ -23,20 +23,39 @@ NUMBER = Target(kind="regression")
     [
         (NUMBERS, "regression", (), "a number (14 distinct numbers, 100.5 to 113.5)"),
         ([*NUMBERS, "", ""], "regression", (), "a number (14 distinct"),
-        ([*NUMBERS, "n/a", "NaN"], "regression", ("NaN", "n/a"), "declared missing: 'NaN', 'n/a'"),
-        ([*NUMBERS, "inf"], "regression", (), "no number, left out until corrected or added to"),
-        ([*NUMBERS, "1O2"], "regression", (), "`missing`: '1O2'"),
+        (
+            [*NUMBERS, "n/a", "NaN"],
+            "regression",
+            ("NaN", "n/a"),
+            "declared missing, remove what was measured: 'NaN', 'n/a'",
+        ),
+        ([*NUMBERS, "inf"], "regression", (), "a number (14 distinct"),
         ([n.replace(".", ",") for n in NUMBERS], "regression", (), "100.5 to 113.5"),
-        (["1", "2", "3"] * 9, "classification", (), "only 3 distinct numbers, 11 would make it a"),
-        ([*NUMBERS, *"abcdefgh"], "classification", (), "14 of them numbers; not a number: 'a', "),
-        (["cube", "ball", "NaN"], "classification", ("NaN",), "declared missing: 'NaN'"),
-        (["cube", "none"], "classification", (), "'none' is a class: add it to `missing` if"),
+        (["1", "2", "3"] * 9, "classification", (), "only 3 distinct numbers; 11 would make it a"),
+        (
+            [*NUMBERS, *"abcdefgh"],
+            "classification",
+            (),
+            "a class (22 distinct texts)",
+        ),
+        (
+            ["cube", "ball", "NaN"],
+            "classification",
+            ("NaN",),
+            "declared missing, remove what was measured: 'NaN'",
+        ),
+        (
+            ["cube", "none"],
+            "classification",
+            (),
+            "add to `missing` if it means not measured: 'none'",
+        ),
     ],
 )
 def test_kinds(cells, kind, missing, said):
-    judged = verdict(cells)
-    assert (judged.target.kind, judged.target.missing) == (kind, missing)
-    assert said in judged.why
+    target, why = verdict(cells)
+    assert (target.kind, target.missing) == (kind, missing)
+    assert said in why
 
 
 def test_decimal_commas_are_told_from_thousands():
@@ -49,9 +68,9 @@ def test_decimal_commas_are_told_from_thousands():
 def test_zeros_that_were_not_measured_stand_apart():
     masses = [str(m) for m in (854, 902, 1033, 1210, 1388, 1405, 1776, 1990, 2345, 2702, 3458)]
     assert zeros_apart([*masses, "0.00", "0.00"]) == ["0.00"]
-    judged = verdict([*masses, "0.00", "0.00"])
-    assert judged.target.missing == ("0.00",)
-    assert judged.why.startswith("a number (11 distinct numbers, 854 to 3458; 2 cells '0.00' stand")
+    target, why = verdict([*masses, "0.00", "0.00"])
+    assert target.missing == ("0.00",)
+    assert why.startswith("a number (11 distinct numbers, 854 to 3458; declared missing")
     assert zeros_apart([*masses, "0.00"]) == []  # one alone may be true
     angles = [str(a) for a in range(0, 360, 15)] * 2
     assert zeros_apart(angles) == []
@@ -82,14 +101,14 @@ def test_cells_of_declared_numbers_that_are_none():
     targets = {"mass": Target(kind="regression", missing=("?",)), "label": CLASS}
     cells = {"mass": ["1", "", "?", "inf", "1O2"], "label": ["x"]}
     assert no_numbers(cells, targets) == [
-        "mass: no number: '1O2', 'inf'; correct it, or add it to `missing`"
+        "mass: no number: '1O2', 'inf'; correct it, or add it to `missing`",
     ]
 
 
 def test_what_is_declared_missing_is_not_odd():
     zeros = ["0.00"] * 2 + [str(m) for m in range(1000, 1100, 7)]
     assert odd_labels({"mass": zeros}, {"mass": NUMBER}) == [
-        "mass: 2 cells '0.00' stand apart from other numbers"
+        "mass: 2 cells '0.00' are apart from other numbers"
     ]
     declared = Target(kind="regression", missing=("0.00",))
     assert odd_labels({"mass": zeros}, {"mass": declared}) == []

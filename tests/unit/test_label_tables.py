@@ -1,5 +1,6 @@
 """Tables as spreadsheets write them, and several of them joined."""
 
+import pandas as pd
 import pytest
 
 from ajgdata.store.label_tables import joined, read_label_table
@@ -20,13 +21,14 @@ ROWS = [{"name": "a", "mass (g)": "1,5", "note": "x, y"}, {"name": "b", "mass (g
 )
 def test_the_mark_between_cells_is_recognised(tmp_path, text):
     (tmp_path / "t.csv").write_text(text, encoding="utf-8", newline="")
-    assert read_label_table(tmp_path / "t.csv") == (["name", "mass (g)", "note"], ROWS)
+    table = read_label_table(tmp_path / "t.csv")
+    assert table.to_dict("records") == ROWS
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("a;b\n1;2;3\n", "t.csv:2: 3 cells, the header has 2"),
+        ("a;b\n1;2;3\n", "t.csv: is not a valid table .Expected 2 fields in line 2, saw 3"),
         ("a;a\n1;2\n", "column 'a' occurs twice"),
         ("a;\n1;2\n", "column 2 has no name"),
         ('a;b\n"1;2\n', "not a valid table"),
@@ -40,24 +42,21 @@ def test_what_is_wrong_with_one_is_said(tmp_path, text, said):
 
 def test_tables_are_joined_by_a_key(tmp_path):
     (tmp_path / "stats.csv").write_text("stone;frost;form\nS1;1;z\nS3;0;z\n")
-    header = ["hit", "stone", "form"]
-    rows = [
-        {"hit": "1", "stone": "S1", "form": "flat"},
-        {"hit": "2", "stone": "S1", "form": "flat"},
-        {"hit": "3", "stone": "S2", "form": "round"},
-    ]
-    got = joined(tmp_path, header, rows, {"stats.csv": "stone"})
-    assert got[0] == ["hit", "stone", "form", "frost"]
-    assert [row["frost"] for row in got[1]] == ["1", "1", ""]
-    assert [row["form"] for row in got[1]] == ["flat", "flat", "round"]  # the first table's stays
-    assert got[2] == [
+    table = pd.DataFrame(
+        {"hit": ["1", "2", "3"], "stone": ["S1", "S1", "S2"], "form": ["flat", "flat", "round"]}
+    )
+    got, notes = joined(tmp_path, table, {"stats.csv": "stone"})
+    assert got.columns.tolist() == ["hit", "stone", "form", "frost"]
+    assert got["frost"].tolist() == ["1", "1", ""]
+    assert got["form"].tolist() == ["flat", "flat", "round"]  # the first table's stays
+    assert notes == [
         "stats.csv: not used, because a table before has it: form",
         "stats.csv has no row for stone S2",
     ]
     with pytest.raises(DataError, match=r"stats.csv: has no column 'hit'; there are \['stone'"):
-        joined(tmp_path, header, rows, {"stats.csv": "hit"})
+        joined(tmp_path, table, {"stats.csv": "hit"})
     with pytest.raises(DataError, match="--join: has no column 'frost'"):
-        joined(tmp_path, header, rows, {"stats.csv": "frost"})
+        joined(tmp_path, table, {"stats.csv": "frost"})
     (tmp_path / "stats.csv").write_text("stone;frost\nS1;1\nS1;0\n")
     with pytest.raises(DataError, match="stone 'S1' occurs twice"):
-        joined(tmp_path, header, rows, {"stats.csv": "stone"})
+        joined(tmp_path, table, {"stats.csv": "stone"})

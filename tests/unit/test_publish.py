@@ -2,21 +2,20 @@
 
 import dataclasses
 import hashlib
+import os
 import re
 import shutil
 import subprocess
+import sys
 import zipfile
 from pathlib import Path
-from zipfile import ZIP_DEFLATED
 
-import h5py
 import numpy as np
 import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from published import (
-    TARGETS,
     claim,
     edit_json,
     edit_rows,
@@ -35,10 +34,9 @@ from ajgdata.cli import app
 from ajgdata.paths import Tree
 from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.publish import check, declaration_bytes, publish
-from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.features import Column, Shard, read_store, text_column
 from ajgdata.store.files import read_csv, read_json
-from ajgdata.store.publishing import archive, views
+from ajgdata.store.publishing import archive, readers
 from ajgdata.store.publishing.checks import defects
 from ajgdata.store.publishing.table import (
     READ_AS_MISSING,
@@ -47,7 +45,7 @@ from ajgdata.store.publishing.table import (
     recordings_of,
     table_of,
 )
-from ajgdata.types import DataError, DatasetSpec, FeatureSettings
+from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.dataset import ImportSettings
 
 
@@ -136,7 +134,7 @@ def test_the_archive_holds_no_time_and_no_compression(world):
 def test_both_descriptions_say_what_was_declared(world):
     tree = world[1]
     croissant, package = read_json(tree / tree.CROISSANT), read_json(tree / tree.DATAPACKAGE)
-    assert croissant["creator"] == [{"@type": "sc:Person", "name": "A. Nobody"}]
+    assert croissant["creator"] == {"@type": "sc:Person", "name": "A. Nobody"}
     assert package["contributors"] == [{"title": "A. Nobody", "role": "author"}]
     assert (croissant["alternateName"], croissant["version"]) == ("Tones | <b>", package["version"])
     assert croissant["datePublished"] + "T00:00:00Z" == package["created"] == "2026-01-31T00:00:00Z"
@@ -218,7 +216,7 @@ def test_a_changed_recording_is_not_published_and_the_old_tree_stays(project, tm
     assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == [".out.lock"]
 
 
-def test_damaged_spectra_are_neither_published_nor_overlooked(project, tmp_path):
+def test_damaged_spectra_are_not_published(project, tmp_path):
     published(project, tmp_path / "tree")
     tree = Tree(tmp_path / "tree")
     sums = (tree / tree.SUMS).read_bytes()
@@ -229,9 +227,6 @@ def test_damaged_spectra_are_neither_published_nor_overlooked(project, tmp_path)
         published(project, tree.root)
     assert (tree / tree.SUMS).read_bytes() == sums
     assert (tree / tree.FEATURES).read_bytes() == whole
-    spoil_spectra(tree / tree.FEATURES)
-    reseal(tree)
-    assert [one.file for one in spectrum_defects(tree)] == [tree.FEATURES]
 
 
 def test_a_folder_of_other_things_is_not_overwritten(world, tmp_path):
@@ -352,7 +347,7 @@ def test_file_names_differ_on_every_file_system():
     ],
 )
 def test_what_readers_make_of_texts_is_told_from_what_they_get_wrong(text, seen, agrees):
-    assert views.same(text, seen) is agrees
+    assert readers.same(text, seen) is agrees
 
 
 def swap_labels(rows):
@@ -364,25 +359,10 @@ def rename_column(tree):
     path.write_text(path.read_text().replace("edge_mm", "edge", 1))
 
 
-def other_features(tree):
-    with h5py.File(tree / tree.FEATURES, "r+") as store:
-        store.attrs["data_set"] = "other"
-        store["sample"][0] += 1
-
-
-def other_spectrum(tree):
-    with h5py.File(tree / tree.FEATURES, "r+") as store:
-        store["feature"][2] = store["feature"][3]
-
-
 def link(tree):
     path = recordings(tree)[0]
     path.rename(path.with_suffix(".real"))
     path.symlink_to(path.with_suffix(".real"))
-
-
-def bomb(pairs):
-    pairs[0] = (pairs[0][0], bytes(1_000_000))
 
 
 def wrong_type(document):
@@ -428,11 +408,11 @@ BREAKS = {
     "link": (link, False, r"audio/s1/.*: is a link"),
     "wrong column": (
         rename_column, True,
-        r"metadata.csv: its columns are not those of features.nc: edge, edge_mm",
+        r"features.nc by xarray: does not see column edge",
     ),
     "swapped label": (
         lambda t: edit_rows(t, swap_labels), True,
-        r"metadata.csv:2: edge_mm = '.*', in features.nc it is '.*' \(1 more cells differ\)",
+        r"features.nc by xarray: reads edge_mm = .* of s1/take 0/3, not '.*'",
     ),
     "row removed": (lambda t: edit_rows(t, lambda r: r.pop()), True, r"has no row in metadata"),
     "row doubled": (lambda t: edit_rows(t, lambda r: r.append(r[0])), True, r"in two rows"),
@@ -442,21 +422,6 @@ BREAKS = {
     ),
     "edited card": (
         replaced("README.md", "Sines.", "Cosines."), False, r"README.md: its bytes are not those",
-    ),
-    "edited example": (
-        replaced("README.md", 'groupby("object")', 'groupby("edge_mm")'), True,
-        r"README.md: example 1 is not the one that was published",
-    ),
-    "front matter repeats itself": (
-        replaced("README.md", "license: ", "a: &a {b: c}\nd: {<<: [*a, *a]}\nlicense: "), True,
-        r"README.md: repeats itself by YAML aliases",
-    ),
-    "front matter of a day that there is not": (
-        replaced("README.md", "license: ", "day: 2024-13-45\nlicense: "), True,
-        r"README.md: its front matter",
-    ),
-    "broken front matter": (
-        replaced("README.md", "license: ", "licence: "), True, r"README.md: its front matter",
     ),
     "archive of other audio": (
         lambda t: repack(t, lambda p: p.__setitem__(0, (p[0][0], p[1][1]))), True,
@@ -469,9 +434,6 @@ BREAKS = {
         lambda t: repack(t, lambda p: p.append(("../evil.wav", b""))), True,
         r"audio.zip: '../evil.wav' leaves the folder",
     ),
-    "archive is a bomb": (
-        lambda t: repack(t, bomb, ZIP_DEFLATED), True, r"audio.zip: .* is compressed, \d+ to",
-    ),
     "archive cut short": (
         lambda t: (t / t.ARCHIVE).write_bytes((t / t.ARCHIVE).read_bytes()[:-100]), True,
         r"audio.zip: not a readable archive",
@@ -479,16 +441,16 @@ BREAKS = {
     "wrong hash in croissant.json": (
         lambda t: edit_json(
             t / t.CROISSANT, lambda d: d["distribution"][0].update(sha256="0" * 64)
-        ), False, r"croissant.json: its sha256 of metadata.csv is wrong",
+        ), False, r"croissant.json by mlcroissant: cannot be read .*hash",
     ),
     "a file too many in croissant.json": (
         lambda t: edit_json(
             t / t.CROISSANT, lambda d: d["distribution"][0].update(contentUrl="labels.csv")
-        ), False, r"croissant.json: names 'labels.csv', which is no file of this data set",
+        ), False, r"croissant.json by mlcroissant: cannot be read",
     ),
     "wrong column in croissant.json": (
         lambda t: edit_json(t / t.CROISSANT, wrong_croissant_column), True,
-        r"croissant.json: its columns are not those of metadata.csv: sesion_id, session_id",
+        r"croissant.json by mlcroissant: cannot be read",
     ),
     "wrong type in croissant.json": (
         lambda t: edit_json(t / t.CROISSANT, wrong_type), True,
@@ -506,33 +468,17 @@ BREAKS = {
         lambda t: edit_json(t / t.DATAPACKAGE, as_integer), True,
         r"datapackage.json by frictionless: type-error",
     ),
-    "features of another data set": (
-        other_features, True, r"features.nc: is of data set 'other', dataset.yaml of 'd'",
-    ),
-    "spectrum of another recording": (
-        other_spectrum, True,
-        r"features.nc: its spectrum of audio/s1/take_1_4.wav is not that of the file;",
-    ),
     "features claim too much": (
-        lambda t: claim(t, 10**9), True, r"features.nc: not a readable feature store",
+        lambda t: claim(t, 10**9), True, r"features.nc by xarray: ",
     ),
     "session repeats itself": (
         replaced("sessions/s1/session.yaml", "session_id: s1", "session_id: &a s1\nnotes: *a"),
         True,
         r"sessions/s1/session.yaml: repeats itself by YAML aliases",
     ),
-    "session repeats itself behind a tab": (
-        replaced("sessions/s1/session.yaml", "session_id: s1", "session_id:\t&a s1\nnotes: *a"),
-        True,
-        r"sessions/s1/session.yaml: repeats itself by YAML aliases",
-    ),
     "features cut short": (
         lambda t: (t / t.FEATURES).write_bytes((t / t.FEATURES).read_bytes()[:5000]), True,
-        r"features.nc: not a readable feature store",
-    ),
-    "other feature settings": (
-        replaced("dataset.yaml", "hop: 128", "hop: 64"), True,
-        r"features.nc: was made with other settings",
+        r"features.nc by xarray: cannot be read",
     ),
     "other played sound": (
         lambda t: flip(t / t.excitation("s1", ".wav")), True,
@@ -553,14 +499,25 @@ def found(world, tmp_path_factory):
         change(trees[name])
         if hidden:
             reseal(trees[name])
-    ours = "spectrum of another recording"  # found on the way to other readers
-    others = [n for n in trees if n in ("whole", ours) or " by " in BREAKS[n][2]]
+    others = [n for n in trees if n == "whole" or " by " in BREAKS[n][2]]
     seen = dict(zip(others, check([trees[name].root for name in others]), strict=True))
     return {name: seen[name] if name in seen else defects(trees[name]) for name in trees}
 
 
-def test_a_whole_tree_has_no_defect_and_its_examples_run(found):
+def test_a_whole_tree_has_no_defect(found):
     assert found["whole"] == []
+
+
+def test_the_examples_of_the_card_run(tree):
+    """In a process of its own, because these libraries read their settings at import."""
+    code = re.findall(r"^```python\n(.*?)^```$", (tree / tree.README).read_text(), re.S | re.M)
+    caches = {"HF_HOME": str(tree.root), "CROISSANT_CACHE": str(tree.root)}
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(code)],
+        cwd=tree.root, env={**os.environ, **readers.OFFLINE, **caches}, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert len(code) == 6 and done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("name", BREAKS)
@@ -573,25 +530,9 @@ def test_each_defect_is_found_by_name(found, name):
 def test_what_is_unsafe_is_not_handed_to_other_readers(found):
     unsafe = {name for name, told in found.items() if any(one.is_unsafe for one in told)}
     assert unsafe == {
-        *("link", "table leaves the folder", "archive leaves the folder", "archive is a bomb"),
-        *("archive cut short", "features cut short", "features claim too much"),
-        *("session repeats itself", "session repeats itself behind a tab", "missing session"),
-        "front matter repeats itself",
+        *("link", "table leaves the folder", "archive leaves the folder", "archive cut short"),
+        *("session repeats itself", "missing session"),
     }
-
-
-@pytest.mark.parametrize("align", [False, True])
-def test_spectra_are_made_again_as_they_were(project, tmp_path, align):
-    features = {"window": 256, "hop": 128, "align": align}
-    project.declare(targets={}, features=features)
-    for session in ("s1", "s2"):
-        project.shard(session, features=FeatureSettings(**features))
-    project.merge("s1", "s2", targets={"object": TARGETS["object"]})
-    tree = Tree(published(project, tmp_path / "tree").folder)
-    assert list(spectrum_defects(tree)) == []
-    other_spectrum(tree)
-    (defect,) = spectrum_defects(tree)
-    assert "audio/s1/take_1_4.wav" in str(defect)
 
 
 def test_the_command_says_each_defect_and_fails(tree):

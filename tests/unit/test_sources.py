@@ -8,7 +8,7 @@ import yaml
 from git_mirror import Mirror, sound
 
 from ajgdata.paths import Paths
-from ajgdata.pipeline.fetch_source import fetch_source
+from ajgdata.pipeline.fetch import fetch_source
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings
 from ajgdata.store.sources import list_sources, read_source
 from ajgdata.types import GitOrigin

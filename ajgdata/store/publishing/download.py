@@ -1,7 +1,7 @@
 """Download files over HTTP into a cache folder; a file is stored only if its hash is right.
 
 pooch stores complete files by their hash and downloads missing or damaged files again. This module
-adds what pooch lacks: limits on time, requests and bytes, and resuming within a file.
+adds limits on time, requests and bytes.
 """
 
 from __future__ import annotations
@@ -23,14 +23,13 @@ from ajgdata.types import DataError
 if TYPE_CHECKING:
     from requests import Response, Session
 
-AGAIN = "run it again: what is complete is kept"
+AGAIN = "run it again: complete files are kept"
 #: Limits of one download: requests (redirects and retries count), seconds, and bytes per second,
 #: the mean of one file after its first START_S seconds.
 MAX_REQUESTS = 5_000
 MAX_S = 12 * 3600.0
 MIN_BYTES_PER_S = 1_000
 START_S = 30.0
-#: An interrupted connection loses fewer bytes than this.
 CHUNK_BYTES = 2**14
 #: Schemes that an address may redirect to: never to a less secure one.
 _ALLOWED = {"https": ("https",), "http": ("http", "https")}
@@ -106,7 +105,7 @@ class Download:
         with requests.Session() as session:
 
             def downloader(url: str, output: Any, *_: object) -> None:
-                self._supervised(url, lambda: self._resuming(session, url, Path(output)))
+                self._supervised(url, lambda: self._stored(session, url, Path(output)))
 
             for name in each(list(registry)):
                 try:
@@ -147,27 +146,16 @@ class Download:
         if errors:
             raise errors[0]
 
-    def _resuming(self, session: Session, url: str, output: Path) -> None:
-        """Download `url` to `output`; resume where an earlier attempt was interrupted."""
-        import requests
-
-        part = self.cache / f".{hashlib.sha256(url.encode()).hexdigest()[:16]}.part"
-        start = part.stat().st_size if part.is_file() else 0
-        headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={start}-"} if start else {})
-        with self._answer(session, url, headers) as answer:
-            if start and answer.status_code == requests.codes.requested_range_not_satisfiable:
-                part.unlink()
+    def _stored(self, session: Session, url: str, output: Path) -> None:
+        """Download `url` to `output`."""
+        with self._answer(session, url) as answer, output.open("wb") as stream:
             answer.raise_for_status()
-            resumes = answer.status_code == requests.codes.partial_content
-            with part.open("ab" if resumes else "wb") as stream:
-                for block in answer.iter_content(CHUNK_BYTES):
-                    if self._stopped.is_set():
-                        return
-                    if problem := self._problem(url, block, stream.tell()):
-                        part.unlink()
-                        raise problem
-                    stream.write(block)
-        part.replace(output)
+            for block in answer.iter_content(CHUNK_BYTES):
+                if self._stopped.is_set():
+                    return
+                if problem := self._problem(url, block, stream.tell()):
+                    raise problem
+                stream.write(block)
 
     def _problem(self, url: str, block: bytes, offset: int) -> DataError | None:
         """Return why `block`, at `offset` of its file, may not be stored; None if it may."""
@@ -181,7 +169,7 @@ class Download:
             return DataError(url, "is too large", DISTRUST)
         return None
 
-    def _answer(self, session: Session, url: str, headers: Mapping[str, str]) -> Response:
+    def _answer(self, session: Session, url: str) -> Response:
         """Return the answer to `url`, after redirects. Raises DataError for a redirect from https
         to http: someone on the way could then replace the file."""
         location = url
@@ -190,9 +178,7 @@ class Download:
             if self._requests_left < 0:
                 problem = f"needs more than {MAX_REQUESTS} requests"
                 raise DataError(self.address, problem, DISTRUST)
-            answer = session.get(
-                location, stream=True, timeout=START_S, headers=headers, allow_redirects=False
-            )
+            answer = session.get(location, stream=True, timeout=START_S, allow_redirects=False)
             target = session.get_redirect_target(answer)
             if target is None:
                 return answer

@@ -1,16 +1,9 @@
-"""The examples of a card: a few lines each, one for every reader. The check runs them as they are.
-
-They are known text, so that checking a data set from elsewhere runs no code but ours.
-"""
+"""The examples of a dataset card: a few lines for each reader. A test runs them."""
 
 from __future__ import annotations
 
-import re
-
 from ajgdata.paths import Tree
 from ajgdata.store.publishing.table import Table
-
-_FENCED = re.compile(r"^```python\n(.*?)^```$", re.S | re.M)
 
 
 def examples(table: Table) -> dict[str, str]:
@@ -49,8 +42,3 @@ def examples(table: Table) -> dict[str, str]:
             "print(labels.read_rows()[0])\n"
         ),
     }
-
-
-def fenced(card: str) -> list[str]:
-    """Return the code of every Python example in a card."""
-    return _FENCED.findall(card)

@@ -1,7 +1,8 @@
-"""A published data set through the readers that others use: none may see anything else.
+"""Read a published data set with xarray, datasets, mlcroissant and frictionless, and compare what
+they read with metadata.csv.
 
-Runs in a process of its own, `python -m ajgdata.store.publishing.views`, without network: caches
-must be set before these libraries are imported, and what they log is nobody's concern.
+Runs in a process of its own, `python -m ajgdata.store.publishing.readers`, without network, because
+caches must be set before these libraries are imported.
 """
 
 from __future__ import annotations
@@ -18,16 +19,13 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import Tree
-from ajgdata.store.publishing.checks import Defect, published_table
-from ajgdata.store.publishing.croissant import AUDIO, RECORDINGS
-from ajgdata.store.publishing.datapackage import LABELS
-from ajgdata.store.publishing.examples import examples
+from ajgdata.store.publishing.checks import Defect
+from ajgdata.store.publishing.documents import AUDIO, LABELS, RECORDINGS
 from ajgdata.store.publishing.table import FILE_NAME, read_table
 from ajgdata.types import DataError
 
@@ -44,7 +42,7 @@ LIBRARIES = ("datasets", "frictionless", "mlcroissant")
 Rows = Sequence[Mapping[str, str]]
 
 
-def seen_defects(trees: Sequence[Tree]) -> list[list[Defect]]:
+def reader_defects(trees: Sequence[Tree]) -> list[list[Defect]]:
     """Return what other readers find wrong with each of `trees`, in one process without network.
 
     Raises DataError when a reader is not installed.
@@ -91,11 +89,9 @@ def _views(tree: Tree) -> Iterator[Defect]:
         return
     checks: dict[str, Callable[[Tree, Rows], Iterable[Defect]]] = {
         f"{tree.FEATURES} by xarray": _xarray,
-        f"{tree.FEATURES} by h5py": _h5py,
         f"{tree.METADATA} and audio by datasets": _datasets,
         f"{tree.CROISSANT} by mlcroissant": _croissant,
         f"{tree.DATAPACKAGE} by frictionless": _frictionless,
-        f"{tree.README}, its examples": _examples,
     }
     for name, check in checks.items():
         yield from _tried(name, check, tree, rows)
@@ -107,16 +103,15 @@ def _tried(
     """Return the defects that a reader finds; what it raises, whatever that is, is one and not a
     crash."""
     silent = io.StringIO()
-    with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
-        with ThreadPoolExecutor(1) as alone:
-            done = alone.submit(lambda: list(check(tree, rows)))
-        error = done.exception()
-    if error is None:
-        return done.result()
-    while error.__cause__ is not None:  # the first thing that went wrong
+    try:
+        with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent):
+            return list(check(tree, rows))
+    except Exception as raised:
+        error: BaseException = raised
+    while error.__cause__ is not None:  # the first cause
         error = error.__cause__
-    said = "".join(traceback.format_exception_only(error)).split()
-    return [Defect(name, f"cannot be read ({' '.join(said)[:200]})")]
+    text = " ".join("".join(traceback.format_exception_only(error)).split())
+    return [Defect(name, f"cannot be read ({text[:200]})")]
 
 
 def same(text: str, seen: object) -> bool:
@@ -156,6 +151,11 @@ def _xarray(tree: Tree, rows: Rows) -> Iterator[Defect]:
     with xarray.open_dataset(tree / tree.FEATURES) as store:
         names = [str(n) for n in store.coords if store[n].dims == ("recording",)]
         columns = {str(name): store[name].values.tolist() for name in names}
+        if store.sizes["recording"] != len(rows):
+            yield Defect(
+                tree.FEATURES, f"holds {store.sizes['recording']} spectra, not {len(rows)}"
+            )
+            return
         if store.feature.dims != ("recording", "frequency") or not store.frequency.attrs["units"]:
             yield Defect(tree.FEATURES, "has no `feature` (recording, frequency in Hz)")
         if not bool(store.feature.notnull().all()):
@@ -165,15 +165,6 @@ def _xarray(tree: Tree, rows: Rows) -> Iterator[Defect]:
     ]
     inside = [{k: v for k, v in row.items() if k != FILE_NAME} for row in rows]
     yield from _compared(f"{tree.FEATURES} by xarray", inside, seen)
-
-
-def _h5py(tree: Tree, rows: Rows) -> Iterator[Defect]:
-    import h5py
-
-    with h5py.File(tree / tree.FEATURES) as store:
-        shape = store["feature"][...].shape
-        if shape != (len(rows), len(store["frequency"])):
-            yield Defect(tree.FEATURES, f"h5py reads {shape[0]} spectra of {len(rows)} recordings")
 
 
 def _datasets(tree: Tree, rows: Rows) -> Iterator[Defect]:
@@ -220,7 +211,6 @@ def _croissant(tree: Tree, rows: Rows) -> Iterator[Defect]:
 
 
 def _frictionless(tree: Tree, rows: Rows) -> Iterator[Defect]:
-
     name = f"{tree.DATAPACKAGE} by frictionless"
     frictionless = import_module("frictionless")
     report = frictionless.validate(str(tree / tree.DATAPACKAGE))
@@ -228,22 +218,6 @@ def _frictionless(tree: Tree, rows: Rows) -> Iterator[Defect]:
         yield Defect(name, f"{kind}: {' '.join(str(message).split())[:200]}")
     labels = frictionless.Package(str(tree / tree.DATAPACKAGE)).get_resource(LABELS)
     yield from _compared(name, rows, [row.to_dict() for row in labels.read_rows()])
-
-
-def _examples(tree: Tree, _: Rows) -> Iterator[Defect]:
-    """Runs the examples as we write them, not as the card has them: that is compared elsewhere."""
-    with contextlib.chdir(tree.root):
-        for title, code in examples(published_table(tree)).items():
-            for defect in _tried(f"{tree.README}, {title!r}", _running(code), tree, ()):
-                yield Defect(defect.file, defect.problem.replace("be read", "be run", 1))
-
-
-def _running(code: str) -> Callable[[Tree, Rows], Iterable[Defect]]:
-    def run(_: Tree, __: Rows) -> Iterable[Defect]:
-        exec(compile(code, "example", "exec"), {"__name__": "example"})
-        return ()
-
-    return run
 
 
 if __name__ == "__main__":

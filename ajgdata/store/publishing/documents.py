@@ -1,0 +1,178 @@
+"""croissant.json (Croissant 1.0) and datapackage.json (Frictionless)
+of a published data set, by the libraries of these formats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ajgdata.paths import AUDIO_FOLDER, Tree
+from ajgdata.store.publishing.about import About
+from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, Table
+
+#: Record sets of croissant.json.
+RECORDINGS, AUDIO = "recordings", "audio"
+#: Resource of datapackage.json that contains the labels.
+LABELS = "metadata"
+_AUDIO_FILES = "audio-files"
+_AUDIO_TYPES = {".flac": "audio/flac", ".ogg": "audio/ogg"}
+#: Files that both documents describe: name in the data package, format, type and description.
+_FILES = {
+    Tree.METADATA: (LABELS, "csv", "text/csv", "labels of every recording"),
+    Tree.FEATURES: ("features", "nc", "application/x-netcdf", "spectrum and labels"),
+    Tree.ARCHIVE: ("audio", "zip", "application/zip", "the recordings"),
+}
+
+
+def croissant(
+    about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
+) -> dict[str, Any]:
+    """Return the document; `hashes` and `sizes` (bytes) are those of the files that it names."""
+    import mlcroissant as mlc
+
+    metadata = mlc.Metadata(
+        name=about.name,
+        description=about.description or about.title,
+        cite_as=about.reference,
+        conforms_to="http://mlcommons.org/croissant/1.0",
+        creators=[mlc.Person(name=name) for name in about.authors],
+        date_published=about.date or None,
+        in_language=["en"],
+        keywords=about.keywords,
+        license=[about.licence_url or about.licence],
+        url=about.url or "https://arxiv.org/abs/2603.00351",
+        version=about.version,
+        distribution=_distribution(table, hashes, sizes),
+        record_sets=[_recordings(table), _audio()],
+    )
+    document: dict[str, Any] = metadata.to_json()
+    return {**document, "alternateName": about.title}
+
+
+def _distribution(table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]) -> list[Any]:
+    """Return the files of the data set, and the set of recordings in the archive."""
+    import mlcroissant as mlc
+
+    files: list[Any] = [
+        mlc.FileObject(
+            id=name,
+            name=name,
+            description=description,
+            content_url=name,
+            content_size=f"{sizes[name]} B",
+            encoding_formats=[mime],
+            sha256=hashes[name],
+        )
+        for name, (_, _, mime, description) in _FILES.items()
+    ]
+    suffixes = sorted({Path(row[FILE_NAME]).suffix for row in table.rows})
+    audio = mlc.FileSet(
+        id=_AUDIO_FILES,
+        name=_AUDIO_FILES,
+        description="the recordings, one file each",
+        contained_in=[Tree.ARCHIVE],
+        encoding_formats=sorted({_AUDIO_TYPES.get(suffix, "audio/wav") for suffix in suffixes}),
+        includes=[f"{AUDIO_FOLDER}/*{suffix}" for suffix in suffixes],
+    )
+    return [*files, audio]
+
+
+def _recordings(table: Table) -> Any:
+    """Return the record set of the labels: a field for each column of metadata.csv."""
+    import mlcroissant as mlc
+
+    types = {"string": mlc.DataType.TEXT, "integer": mlc.DataType.INTEGER}
+    fields = [
+        mlc.Field(
+            id=f"{RECORDINGS}/{column.name}",
+            name=column.name,
+            description=(column.description or column.name)
+            + (f" ({column.unit})" if column.unit else ""),
+            data_types=[types.get(column.kind, mlc.DataType.FLOAT)],
+            source=mlc.Source(file_object=Tree.METADATA, extract=mlc.Extract(column=column.name)),
+        )
+        for column in table.columns
+    ]
+    return mlc.RecordSet(
+        id=RECORDINGS,
+        name=RECORDINGS,
+        description="labels, one record per recording",
+        key=[f"{RECORDINGS}/recording"],
+        fields=fields,
+    )
+
+
+def _audio() -> Any:
+    """Return the record set of the files: name (as in the other record set) and bytes."""
+    import mlcroissant as mlc
+
+    parts = {
+        FILE_NAME: (mlc.DataType.TEXT, mlc.FileProperty.fullpath, "as in the other record set"),
+        "content": (mlc.DataType.AUDIO_OBJECT, mlc.FileProperty.content, "bytes of the file"),
+    }
+    fields = [
+        mlc.Field(
+            id=f"{AUDIO}/{name}",
+            name=name,
+            description=description,
+            data_types=[kind],
+            source=mlc.Source(file_set=_AUDIO_FILES, extract=mlc.Extract(file_property=extracted)),
+        )
+        for name, (kind, extracted, description) in parts.items()
+    ]
+    return mlc.RecordSet(
+        id=AUDIO,
+        name=AUDIO,
+        description="the recordings, one record per file",
+        key=[f"{AUDIO}/{FILE_NAME}"],
+        fields=fields,
+    )
+
+
+def datapackage(
+    about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
+) -> dict[str, Any]:
+    """Return the descriptor; `hashes` and `sizes` (bytes) are those of the files that it names."""
+    import frictionless
+
+    resources = [
+        frictionless.Resource(
+            name=name,
+            path=path,
+            format=suffix,
+            mediatype=mime,
+            hash=f"sha256:{hashes[path]}",
+            bytes=sizes[path],
+        )
+        for path, (name, suffix, mime, _) in _FILES.items()
+    ]
+    resources[0].encoding = "utf-8"
+    resources[0].schema = frictionless.Schema.from_descriptor(
+        {"fields": [_field(column) for column in table.columns], "primaryKey": ["recording"]}
+    )
+    package = frictionless.Package(
+        name=about.name.lower(),
+        title=about.title,
+        description=about.description or about.title,
+        version=about.version,
+        keywords=about.keywords,
+        created=f"{about.date}T00:00:00Z" if about.date else None,
+        homepage=about.url or None,
+        licenses=[{"name": about.spdx, "path": about.licence_url}] if about.spdx else [],
+        contributors=[{"title": name, "role": "author"} for name in about.authors],
+        resources=resources,
+    )
+    document: dict[str, Any] = package.to_descriptor()
+    return document
+
+
+def _field(column: PublishedColumn) -> dict[str, Any]:
+    required = column.name in ("recording", FILE_NAME, "sha256")
+    described = {"description": column.description, "unit": column.unit}
+    return {
+        "name": column.name,
+        "type": column.kind,
+        **{key: text for key, text in described.items() if text},
+        "constraints": {"required": required, "unique": required and column.name != "sha256"},
+    }
