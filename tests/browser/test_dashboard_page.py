@@ -10,7 +10,7 @@ from live_events import CLASSES, Story, run
 from PIL import Image
 from test_pages import AXE, BEYOND, RULES, WIDTHS, assert_none
 
-from ajgdata.live import dashboard_server
+from ajgdata.live import dashboard_app
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.dashboard import dashboard
 from ajgdata.live.events import read_events
@@ -308,7 +308,7 @@ def test_a_stop_that_does_not_arrive_is_said(shown, control):
 
 def test_a_page_that_gets_no_state_can_stop_all_the_same(browser, control, monkeypatch):
     """So many watch that it is refused: it has the whole address, and its button works."""
-    monkeypatch.setattr(dashboard_server, "MAX_READERS", 0)
+    monkeypatch.setattr(dashboard_app, "MAX_READERS", 0)
     with dashboard(control) as served:
         browser.open(served.address)
         shown = Shown(browser, served, control)
