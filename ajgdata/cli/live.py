@@ -212,7 +212,7 @@ def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
 
 def _summarise(done: Any, bins: str, events: Any) -> None:
     """Print how the run went, and what its stages took."""
-    from ajgdata.live.latencies import latencies
+    from ajgdata.live.events import latencies
 
     wrong = f", {done.mistakes} of them wrong" if done.mistakes else ""
     out.print(
@@ -238,8 +238,8 @@ def _print_event(event: Any) -> None:
 
 def _learn(run: str) -> None:
     """Label a run's recordings; ask at a terminal."""
+    from ajgdata.live.learning import learn_from
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.learn import learn_from
 
     def ask(number: int, predicted: str) -> str:
         if not sys.stdin.isatty() or ended:

@@ -24,7 +24,7 @@ from sorting_lab import (
 from ajgdata.acquire.card import CardError, TakeError
 from ajgdata.acquire.robot import Placement, RobotError
 from ajgdata.live.control import Control, Mode
-from ajgdata.live.latencies import TOTAL, latencies
+from ajgdata.live.events import TOTAL, latencies
 from ajgdata.live.sort import EndedByPerson, arrivals
 from ajgdata.store.sessions import read_recordings, read_session
 from ajgdata.types.plan import SORT_SEQUENCE
