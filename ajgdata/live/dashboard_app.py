@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import json
+import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.events import Event
-from ajgdata.live.run_state import RunState, advanced
+from ajgdata.live.run_state import RunState
 
 #: Header with the token of a run.
 TOKEN_HEADER = "X-Ajgdata-Token"
@@ -66,18 +67,17 @@ class Feed:
         self._events = self._unshown = 0
         self._closed = False
         self._cached: tuple[object, str] = (None, "")
+        self._lock = threading.Lock()
 
     def tell(self, event: Event) -> None:
-        """Update the state, from one thread at a time.
-
-        It raises nothing: an event that cannot be shown must not end a run.
-        """
-        try:
-            json.dumps(event, allow_nan=False)
-            self.state = advanced(self.state, event)
-        except Exception:  # the page shows the number of these events
-            self._unshown += 1
-        self._events += 1
+        """Update the state. It raises nothing: an event that cannot be shown must not end a run."""
+        with self._lock:
+            try:
+                json.dumps(event, allow_nan=False)
+                self.state.add(event)
+            except Exception:  # the page shows the number of these events
+                self._unshown += 1
+            self._events += 1
 
     @property
     def text(self) -> str:
@@ -87,7 +87,9 @@ class Feed:
             about = {
                 "mode": self._mode, "correctable": self._correctable, "unshown": self._unshown
             }  # fmt: skip
-            self._cached = version, json.dumps(self.state.plain() | about, allow_nan=False)
+            with self._lock:
+                state = self.state.plain()
+            self._cached = version, json.dumps(state | about, allow_nan=False)
         return self._cached[1]
 
     async def updates(self) -> AsyncIterator[ServerSentEvent]:
@@ -236,14 +238,14 @@ class Site:
 
 
 def _correction(body: bytes, state: RunState) -> tuple[int, str]:
-    """Return number and class of `{"number": 3, "object": "marker"}`: a shown grasp and a class."""
+    """Return number and class of `{"number": 3, "object": "marker"}`. Raises HTTPException."""
     try:
         content = json.loads(body)
         number, name = content["number"], content["object"]
     except (ValueError, TypeError, KeyError, RecursionError):
         raise HTTPException(400, "the body has no number and object as JSON") from None
     if type(number) is not int or number not in {grasp.number for grasp in state.grasps}:
-        raise HTTPException(400, "no grasp with this number is shown")
+        raise HTTPException(400, "there is no grasp with this number")
     if name not in state.plan.get("classes", ()):
         raise HTTPException(400, "this is not one of the classes")
     return number, name
