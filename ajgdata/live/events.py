@@ -33,7 +33,7 @@ from ajgdata.types import DataError
 #: prediction: recording look seconds and the keys of `Prediction.plain`
 #: decision: action (place again wait ask reject stop) value bin probability (by class, combined)
 #:        looks reason seconds
-#: placed: value bin object ("" if nobody knows) in_a_row
+#: placed: value bin object ("" if nobody knows)
 #: truth: number object                    (a correction, by a person)
 #: reference: kind (empty silence) recording drift (ratio to the alarm's threshold, or null)
 #: drift: text ratio                       (the gripper has changed)

@@ -48,6 +48,11 @@ class Grasp:
             return UNSURE
         return str(self.value) if self.placed else ""
 
+    @property
+    def wrong(self) -> bool:
+        """Whether the run put the object into the bin of another class than its own."""
+        return self.outcome not in ("", UNSURE) and self.truth not in ("", self.value)
+
 
 @dataclass
 class RunState:
@@ -68,9 +73,6 @@ class RunState:
     prediction: Event | None = None
     decision: Event | None = None
     grasps: list[Grasp] = field(default_factory=list)
-    sorts: int = 0
-    in_a_row: int = 0
-    longest: int = 0
     sort_s: float | None = None
     retakes: int = 0
     xruns: int = 0
@@ -80,9 +82,28 @@ class RunState:
     stopped: Event | None = None
 
     @property
+    def placed(self) -> list[Grasp]:
+        """Grasps whose object is in a bin."""
+        return [grasp for grasp in self.grasps if grasp.placed]
+
+    @property
+    def mistakes(self) -> int:
+        """Number of objects that the run put into a wrong bin."""
+        return sum(grasp.wrong for grasp in self.grasps)
+
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Objects sorted in a row now, and at most: without help and without a known mistake."""
+        row = longest = 0
+        for grasp in self.placed:
+            row = 0 if grasp.outcome == UNSURE or grasp.wrong else row + 1
+            longest = max(longest, row)
+        return row, longest
+
+    @property
     def bins(self) -> dict[str, int]:
         """Number of objects per bin."""
-        return dict(Counter(grasp.bin for grasp in self.grasps if grasp.placed))
+        return dict(Counter(grasp.bin for grasp in self.placed))
 
     @property
     def confusion(self) -> dict[str, dict[str, int]]:
@@ -103,8 +124,12 @@ class RunState:
     def plain(self) -> dict[str, Any]:
         """Return the state as JSON represents it, with the last grasps only."""
         shown = [{**asdict(grasp), "outcome": grasp.outcome} for grasp in self.grasps[-GRASPS:]]
+        row, longest = self.rows
         return vars(self) | {
             "grasps": shown,
+            "sorts": len(self.placed),
+            "in_a_row": row,
+            "longest": longest,
             "problems": list(self.problems),
             "bins": self.bins,
             "confusion": self.confusion,
@@ -159,24 +184,17 @@ class RunState:
         self._update_grasp(**values)
 
     def _placed(self, event: Event) -> None:
-        self.sorts += 1
-        self.in_a_row = event.get("in_a_row", 0)
-        self.longest = max(self.in_a_row, self.longest)
         if self.grasps:
             grasp = self.grasps[-1]
-            seconds, mean = _between(grasp.began, event["time"]), self.sort_s or 0.0
-            self.sort_s = mean + (seconds - mean) / self.sorts
-            truth = event.get("object") or grasp.truth
+            truth = grasp.truth or event.get("object", "")
             self._update_grasp(placed=True, bin=event.get("bin") or "", truth=truth)
+            seconds, mean = _between(grasp.began, event["time"]), self.sort_s or 0.0
+            self.sort_s = mean + (seconds - mean) / len(self.placed)
 
     def _truth(self, event: Event) -> None:
-        number, truth = event["number"], event.get("object", "")
         for grasp in self.grasps:
-            if grasp.number == number:
-                grasp.truth = truth
-        last = next((grasp for grasp in reversed(self.grasps) if grasp.placed), None)
-        if last is not None and last.number == number and last.value != truth:
-            self.in_a_row = 0
+            if grasp.number == event["number"]:
+                grasp.truth = event.get("object", "")
 
     def _reference(self, event: Event) -> None:
         ratio = event.get("drift")

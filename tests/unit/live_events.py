@@ -52,7 +52,7 @@ class Story:
         about = {"action": "place", "value": value, "bin": BINS[value], "looks": 1, "reason": ""}
         self.say("decision", probability=probability, **about)
         if placed:
-            self.say("placed", value=value, bin=BINS[value], object=truth, in_a_row=number)
+            self.say("placed", value=value, bin=BINS[value], object=truth)
         return self
 
 

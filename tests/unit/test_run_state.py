@@ -10,7 +10,7 @@ from ajgdata.live.run_state import GRASPS, OTHERS, PROBLEMS, UNSURE, RunState, f
 
 def test_before_the_first_event_nothing_is_known():
     state = RunState()
-    assert (state.n, state.seconds, state.sorts, state.plain()["grasps"]) == (-1, 0.0, 0, [])
+    assert (state.n, state.seconds, state.rows, state.plain()["grasps"]) == (-1, 0.0, (0, 0), [])
 
 
 def test_a_sort_is_counted_by_bin_truth_and_time():
@@ -19,7 +19,7 @@ def test_a_sort_is_counted_by_bin_truth_and_time():
     assert state.n == len(story.events) - 1
     assert state.bins == {"A": 1, "B": 1}
     assert state.confusion == {"marker": {"marker": 1, "screw": 1}}
-    assert (state.sorts, state.in_a_row, state.longest) == (2, 2, 2)
+    assert (len(state.placed), state.rows, state.mistakes) == (2, (0, 1), 1)
     assert state.sort_s == 4.0  # take, prediction, decision, placed, one second each
     assert state.seconds == len(story.events) - 1.0
     last = state.grasps[-1]
@@ -30,7 +30,7 @@ def test_a_sort_is_counted_by_bin_truth_and_time():
 
 def test_a_sort_that_ends_in_the_air_is_none():
     state = folded(Story().start().sort(1, "marker", "marker", placed=False).events)
-    assert (state.sorts, state.bins, state.confusion) == (0, {}, {})
+    assert (state.placed, state.bins, state.confusion) == ([], {}, {})
     assert state.grasps[-1].outcome == ""
 
 
@@ -44,7 +44,7 @@ def test_what_the_run_did_not_decide_itself_is_unsure(action):
         about |= {"action": "place", "value": "screw", "bin": "B"}
         story.say("decision", reason="a person said so", **about)
     if action != "stop":
-        story.say("placed", value="screw", bin="R", object="screw", in_a_row=0)
+        story.say("placed", value="screw", bin="R", object="screw")
     assert folded(story.events).confusion == {"screw": {UNSURE: 1}}
 
 
@@ -87,12 +87,12 @@ def test_a_correction_moves_a_sort_from_one_cell_to_another():
     assert folded(back.events).confusion == before.confusion
 
 
-def test_a_row_ends_when_its_last_sort_was_wrong():
-    story = Story().start().sort(1, "marker").sort(2, "screw")
-    assert folded(story.say("truth", number=1, object="padlock").events).in_a_row == 2
-    assert folded(story.say("truth", number=2, object="screw").events).in_a_row == 2
-    state = folded(story.say("truth", number=2, object="padlock").events)
-    assert (state.in_a_row, state.longest) == (0, 2)
+def test_a_row_ends_when_a_sort_was_wrong():
+    story = Story().start().sort(1, "marker").sort(2, "screw").sort(3, "screw")
+    assert folded(story.events).rows == (3, 3)
+    assert folded(story.say("truth", number=1, object="padlock").events).rows == (2, 2)
+    assert folded(story.say("truth", number=3, object="screw").events).rows == (2, 2)
+    assert folded(story.say("truth", number=3, object="padlock").events).rows == (0, 1)
 
 
 def test_an_object_that_is_no_class_is_among_the_others():
