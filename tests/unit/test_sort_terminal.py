@@ -15,7 +15,8 @@ from ajgdata.live.sort import EndedByPerson
 
 START = {
     "n": 0, "time": "2026-01-02T03:04:05+00:00", "event": "start", "dataset": "d",
-    "task": "t", "model": "cnn", "device": "fake", "classes": CLASSES, "threshold": 0.6, "source": "recorded",
+    "task": "t", "model": "cnn", "device": "fake", "classes": CLASSES,
+    "threshold": 0.6, "source": "recorded",
 }  # fmt: skip
 
 
