@@ -34,9 +34,8 @@ from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.virtual import chain_of, scene_of
 from ajgdata.evaluate.sorting import orders
 from ajgdata.live.decision import judge
-from ajgdata.live.events import Event, EventLog, read_events
+from ajgdata.live.events import Event, EventLog, latencies, read_events
 from ajgdata.live.kept import KeptRun
-from ajgdata.live.latencies import latencies
 from ajgdata.live.prediction import Prediction
 from ajgdata.live.predictor import Predictor
 from ajgdata.live.sort import Outcome, Sorter

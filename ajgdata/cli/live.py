@@ -137,10 +137,6 @@ def sort(
         int,
         typer.Option(min=0, max=65_535, help="0: any that is free", rich_help_panel=_DASHBOARD),
     ] = 0,
-    host: Annotated[
-        str,
-        typer.Option(help="others than this computer's own see it", rich_help_panel=_DASHBOARD),
-    ] = "127.0.0.1",
     wait: Annotated[
         bool,
         typer.Option(
@@ -161,11 +157,11 @@ def sort(
         return
     if wait and not dashboard:
         raise DataError("--wait", "nobody could press start", "add --dashboard")
-    raise typer.Exit(_sort(plan, as_json, (host, port) if dashboard else None, wait))
+    raise typer.Exit(_sort(plan, as_json, port if dashboard else None, wait))
 
 
-def _sort(file: Path, as_json: bool, page: tuple[str, int] | None, wait: bool) -> int:
-    """Run a plan, shown at host and port of `page`; return the exit code."""
+def _sort(file: Path, as_json: bool, port: int | None, wait: bool) -> int:
+    """Run a plan, with a dashboard if there is a `port`; return the exit code."""
     from ajgdata.acquire.signals import ended_by_signals
     from ajgdata.cli.live_lines import SortTerminal
     from ajgdata.live.control import Control, Mode
@@ -184,7 +180,7 @@ def _sort(file: Path, as_json: bool, page: tuple[str, int] | None, wait: bool) -
             find_project(), read_plan(file), confirm=terminal.confirm, ask=terminal.ask,
             control=control, listen=told,
         ) as run,
-        _shown(run.log, control, page),
+        _shown(run.log, control, port),
     ):  # fmt: skip
         terminal.correct = run.sorter.correct
         terminal.listen()
@@ -202,23 +198,21 @@ def _sort(file: Path, as_json: bool, page: tuple[str, int] | None, wait: bool) -
 
 
 @contextmanager
-def _shown(log: EventLog, control: Control, page: tuple[str, int] | None) -> Iterator[None]:
-    """Serve the dashboard meanwhile, if it was asked for."""
-    if page is None:
+def _shown(log: EventLog, control: Control, port: int | None) -> Iterator[None]:
+    """Serve the dashboard during the block, if there is a `port`."""
+    if port is None:
         yield
         return
     from ajgdata.live.dashboard import serve_dashboard
 
-    with serve_dashboard(log, control, host=page[0], port=page[1]) as served:
-        if served.warning:
-            err.print(f"[yellow]warning[/yellow] {escape(served.warning)}", soft_wrap=True)
+    with serve_dashboard(log, control, port=port) as served:
         err.print(f"dashboard: {escape(served.address)}", soft_wrap=True)
         yield
 
 
 def _summarise(done: Any, bins: str, events: Any) -> None:
     """Print how the run went, and what its stages took."""
-    from ajgdata.live.latencies import latencies
+    from ajgdata.live.events import latencies
 
     wrong = f", {done.mistakes} of them wrong" if done.mistakes else ""
     out.print(
@@ -244,8 +238,8 @@ def _print_event(event: Any) -> None:
 
 def _learn(run: str) -> None:
     """Label a run's recordings; ask at a terminal."""
+    from ajgdata.live.learning import learn_from
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.learn import learn_from
 
     def ask(number: int, predicted: str) -> str:
         if not sys.stdin.isatty() or ended:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 import queue
 import threading
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console
@@ -18,6 +16,7 @@ from ajgdata.live.control import Control, Mode
 from ajgdata.live.decision import percent
 from ajgdata.live.events import Event
 from ajgdata.live.prediction import Prediction, Verdict
+from ajgdata.live.run_state import RunState
 from ajgdata.live.sort import EndedByPerson
 
 _EIGHTHS = " ▏▎▍▌▋▊▉"
@@ -125,12 +124,8 @@ class SortTerminal:
 
     def __init__(self, console: Console, control: Control) -> None:
         self._console, self._control = console, control
-        self._classes: Sequence[str] = ()
-        self._threshold = 0.0
-        self._number, self._looks = 0, 0
-        self._decided: Mapping[str, Any] = {}
-        self._seconds = 0.0
-        self._bins: Counter[str] = Counter()
+        self._state = RunState()
+        self._seconds = 0.0  #: of the steps and takes of the present grasp
         self.correct: Callable[[str], bool] = lambda value: False
         self._typed: Typed | None = None
 
@@ -170,14 +165,19 @@ class SortTerminal:
                 return found
 
     def tell(self, event: Event) -> None:
-        """Hear an event and show it."""
+        """Show an event."""
+        self._state.add(event)
         show = getattr(self, f"_{event['event']}", None)
         if show:
             show(event)
 
     def summary(self) -> str:
         """Return how many went into which bin."""
-        return ", ".join(f"{name} {count}" for name, count in sorted(self._bins.items()))
+        return ", ".join(f"{name} {count}" for name, count in sorted(self._state.bins.items()))
+
+    @property
+    def _classes(self) -> Sequence[str]:
+        return self._state.plan.get("classes", ())
 
     def _hear(self, said: str) -> None:
         if found := self._class(said):
@@ -205,22 +205,20 @@ class SortTerminal:
         self._console.print(text, soft_wrap=True)
 
     def _start(self, event: Event) -> None:
-        self._classes, self._threshold = event["classes"], event["threshold"]
         kind = " [b](simulated)[/b]" if event.get("source") == "simulated" else ""
         what = f"{event['dataset']}, {event['task']}, {event['model']}"
         self._say(
             f"sorting {escape(', '.join(self._classes))} by {escape(what)} on "
-            f"{escape(event['device'])}{kind}; at {percent(self._threshold)}; Ctrl-C stops"
+            f"{escape(event['device'])}{kind}; at {percent(event['threshold'])}; Ctrl-C stops"
         )
 
     def _grasp(self, event: Event) -> None:
-        self._number, self._looks, self._seconds = event["number"], 0, 0.0
+        self._seconds = 0.0
 
     def _step(self, event: Event) -> None:
         self._seconds += event["seconds"]
 
     def _take(self, event: Event) -> None:
-        self._looks += 1
         self._seconds += event["seconds"]
         if event["clipped"]:
             self._say(f"  [yellow]{event['clipped']} samples clipped[/]: lower the gain")
@@ -229,23 +227,22 @@ class SortTerminal:
         self._seconds += event["seconds"]
 
     def _decision(self, event: Event) -> None:
-        self._decided = event
         if event["action"] in ("again", "wait"):
-            self._say(f"[dim]{self._number:4}  {escape(event['reason'])}: {event['action']}[/]")
+            number = self._state.grasps[-1].number
+            self._say(f"[dim]{number:4}  {escape(event['reason'])}: {event['action']}[/]")
 
     def _placed(self, event: Event) -> None:
         value, truth = event["value"] or "?", event["object"]
-        self._bins[event["bin"]] += 1
-        share = max(self._decided.get("probability", {}).values(), default=0.0)
+        grasp = self._state.grasps[-1]
+        share = grasp.probability or 0.0
         name_width = max((cell_len(name) for name in self._classes), default=1)
         room = min(self._console.width - name_width - _BESIDE - 22, 20)
-        drawn = f"{bar(share, room, self._threshold)} " if room >= _NARROWEST else ""
-        row = event["in_a_row"]
+        drawn = f"{bar(share, room, self._state.plan['threshold'])} " if room >= _NARROWEST else ""
         wrong = truth and truth != value
-        looks = f", {self._looks} looks" if self._looks > 1 else ""
-        said = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{row} in a row"
+        looks = f", {grasp.looks} looks" if grasp.looks > 1 else ""
+        said = f"[red]wrong: {escape(truth)}[/]" if wrong else f"{self._state.rows[0]} in a row"
         self._say(
-            f"{self._number:4}  {escape(value.ljust(name_width))} [cyan]{drawn}[/]"
+            f"{grasp.number:4}  {escape(value.ljust(name_width))} [cyan]{drawn}[/]"
             f"{percent(share):>6}  → {escape(event['bin'])}  [dim]{self._seconds:.1f} s{looks}[/]"
             f"  {said}"
         )

@@ -1,47 +1,47 @@
-"""A live run in a browser: one page without anything from elsewhere, served by this process.
+"""A live run in a browser: one page, served by this process to this computer only.
 
-The page gets the state of the run by server-sent events, and asks for start, pause, stop and
-corrections by POST with a token that only its address holds. Who may ask what: `docs/dashboard.md`.
+The page receives the state of the run as server-sent events. Start, pause, stop and corrections are
+POST requests with a token that only the printed address contains (see `docs/dashboard.md`).
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
-import ipaddress
+import os
 import re
 import secrets
+import socket
 import threading
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
+import uvicorn
+
 from ajgdata.live.control import Control
-from ajgdata.live.dashboard_server import Page, Server
+from ajgdata.live.dashboard_app import Correct, Feed, Page, Site
 from ajgdata.live.events import EventLog
-from ajgdata.live.feed import Feed
 from ajgdata.paths import Paths
 from ajgdata.types import DataError
 
-LOOPBACK = "127.0.0.1"
-#: Seconds that pages get at the end to hear the last event.
+HOST = "127.0.0.1"
+#: Seconds for the pages to receive the last event.
 _FAREWELL_S = 1.0
-
-#: Told the number of a grasp, and what it was.
-Correct = Callable[[int, str], object]
+#: Bytes that the system stores for a page that does not read.
+_SEND_BUFFER = 65_536
 
 
 class Dashboard(NamedTuple):
-    """A page that is being served: tell its `feed` the events of a run.
+    """A served page; pass the events of a run to `feed.tell`.
 
-    `address` lets whoever has it control the run, `watching` lets them watch; `warning` is one line
-    to be shown, "" if there is nothing to warn of.
+    With `address`, a person controls the run; with `watching`, a person only watches.
     """
 
     feed: Feed
     address: str
     watching: str
-    warning: str
 
 
 @contextmanager
@@ -49,66 +49,70 @@ def dashboard(
     control: Control,
     *,
     correct: Correct | None = None,
-    host: str = LOOPBACK,
     port: int = 0,
     project: Paths | None = None,
     patience_s: float = 10.0,
 ) -> Iterator[Dashboard]:
-    """Serve the page of a run until the context is left; its buttons go to `control`.
+    """Serve the page of a run during the block; its buttons call `control`.
 
-    `correct` takes corrections; without it none are offered. `port` 0 is any free one. Templates
-    come from `project` (default: the working folder), else from the package. A reader that takes
-    nothing for `patience_s` is dropped. Raises DataError if the address cannot be had.
+    `correct` receives corrections; without it the page offers none. `port` 0 is any free port.
+    Templates are those of `project` (default: the working folder), else those of the package. A
+    page that reads nothing for `patience_s` is dropped. Raises DataError if the port is not free.
     """
-    feed = Feed(control, correctable=correct is not None)
-    token = secrets.token_urlsafe(16)
-    try:
-        server = Server(
-            (host, port), rendered(project), feed, control, token=token, correct=correct,
-            patience_s=patience_s,
-        )  # fmt: skip
-    except (OSError, OverflowError, UnicodeError) as error:  # the last: no name of a host
-        fix = "choose another port, or none: any free one is then taken"
-        said = getattr(error, "strerror", None) or error
-        raise DataError(f"dashboard at {host}:{port}", f"cannot be served ({said})", fix) from None
-    thread = threading.Thread(target=server.serve_forever, args=(0.1,), daemon=True)
+    feed, token = Feed(control, correctable=correct is not None), secrets.token_urlsafe(16)
+    site = Site(rendered(project), feed, control, token, correct, patience_s)
+    listener = _listener(port)
+    server = uvicorn.Server(
+        uvicorn.Config(
+            site.app(), http="h11", ws="none", lifespan="off", access_log=False, log_config=None,
+            log_level="critical", server_header=False, timeout_graceful_shutdown=1,
+        )
+    )  # fmt: skip
+    thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
     thread.start()
-    name = f"[{host}]" if ":" in host else host
-    watching = f"http://{name}:{server.server_address[1]}/"
+    watching = f"http://{HOST}:{listener.getsockname()[1]}/"
     try:
-        yield Dashboard(feed, f"{watching}#{token}", watching, _warning(host))
+        while not server.started and thread.is_alive():
+            time.sleep(0.01)
+        yield Dashboard(feed, f"{watching}#{token}", watching)
     finally:
-        feed.close()
-        server.shutdown()
-        server.wait_for_readers(_FAREWELL_S)
-        server.server_close()
+        feed.close(_FAREWELL_S)
+        server.should_exit = True
         thread.join()
+        listener.close()
+
+
+def _listener(port: int) -> socket.socket:
+    """Return a socket that listens on a port of this computer. Raises DataError."""
+    try:
+        listener = socket.create_server((HOST, port), backlog=128)
+    except OSError as error:
+        problem = f"the port is not available ({os.strerror(error.errno or 0)})"
+        fix = "use another port, or no port for any free one"
+        raise DataError(f"port {port}", problem, fix) from None
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+    return listener
 
 
 @contextmanager
 def serve_dashboard(
-    log: EventLog,
-    control: Control,
-    *,
-    host: str = LOOPBACK,
-    port: int = 0,
-    project: Paths | None = None,
+    log: EventLog, control: Control, *, port: int = 0, project: Paths | None = None
 ) -> Iterator[Dashboard]:
-    """Serve the page of a run that enters its events into `log`: begin before the first of them.
+    """Serve the page of a run that writes its events to `log`; corrections become events `truth`.
 
-    Corrections are entered as events `truth`. See `dashboard` for the rest.
+    Begin before the first event. See `dashboard` for the rest.
     """
 
     def correct(number: int, truth: str) -> None:
         log.say("truth", number=number, object=truth)
 
-    with dashboard(control, correct=correct, host=host, port=port, project=project) as shown:
+    with dashboard(control, correct=correct, port=port, project=project) as shown:
         log.listen(shown.feed.tell)
         yield shown
 
 
 def rendered(project: Paths | None = None) -> Page:
-    """Return the page and its content policy: only what stands in it may run or style it."""
+    """Return the page and its content policy: only its own scripts and styles are allowed."""
     from ajgdata.report.render import render
 
     html = render("dashboard.html.j2", {}, project=project)
@@ -123,25 +127,11 @@ def rendered(project: Paths | None = None) -> Page:
         "form-action 'none'",
         "frame-ancestors 'none'",
     ])  # fmt: skip
-    return Page(html.encode(), policy)
+    return Page(html, policy)
 
 
 def _hashes(html: str, tag: str) -> str:
-    """Return the sources of a content policy for what stands between each pair of `tag`."""
+    """Return the sources of a content policy for the contents of all elements `tag`."""
     found = re.findall(rf"<{tag}>(.*?)</{tag}>", html, re.DOTALL)
     digests = (hashlib.sha256(text.encode()).digest() for text in found)
     return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
-
-
-def _warning(host: str) -> str:
-    try:
-        alone = ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        alone = host == "localhost"
-    if alone:
-        return ""
-    return (
-        f"the dashboard listens on {host}: whoever is in this network can watch, without "
-        "encryption, and who has the whole address can start and stop the robot; "
-        "`ssh -L` is safer (docs/dashboard.md)"
-    )

@@ -25,6 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 from ajgdata.types import NotPossibleError
 
 Float64 = NDArray[np.float64]
+#: Share of false alarms that is allowed, at a given moment.
+FALSE_ALARM = 0.01
 #: More in a row would be a late alarm.
 MOST_IN_A_ROW = 3
 #: Each is scored by the others, of which a standard deviation needs two.
@@ -55,7 +57,7 @@ class DriftWatch:
     limit: float  #: score that references of a changed gripper exceed, in standard deviations
 
     def __init__(
-        self, references: ArrayLike, false_alarm: float = 0.01, in_a_row: int | None = None
+        self, references: ArrayLike, false_alarm: float = FALSE_ALARM, in_a_row: int | None = None
     ) -> None:
         known = np.asarray(references, np.float64)
         if known.ndim != 2 or not np.isfinite(known).all():
@@ -99,6 +101,36 @@ class DriftWatch:
         self._last.append(float(self.score(new)) / self.limit)
         least = min(self._last)
         return least if len(self._last) == self.in_a_row else min(least, 1.0)
+
+
+class ReferenceWatch:
+    """Compares references with those of the training, else with the first ones of the run.
+
+    `known` (r, f) are features of the empty gripper that the model was trained with. If they are
+    too few, the run's own join them until they are enough: a change before that goes unseen.
+    """
+
+    def __init__(self, known: NDArray[np.floating], false_alarm: float = FALSE_ALARM) -> None:
+        self._false_alarm = false_alarm
+        self._known = list(known)
+        self._watch = self._made()
+
+    @property
+    def missing(self) -> int:
+        """Return how many references are still to come before it watches."""
+        return max(references_needed(self._false_alarm) - len(self._known), 0)
+
+    def observe(self, feature: NDArray[np.floating]) -> float | None:
+        """Return how far a reference (f,) is from what they were, 1 the alarm's limit; None while
+        it still learns."""
+        if self._watch is not None:
+            return self._watch.observe(feature)
+        self._known.append(feature)
+        self._watch = self._made()
+        return None
+
+    def _made(self) -> DriftWatch | None:
+        return None if self.missing else DriftWatch(np.array(self._known), self._false_alarm)
 
 
 def references_needed(false_alarm: float, in_a_row: int = MOST_IN_A_ROW) -> int:

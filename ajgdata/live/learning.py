@@ -9,12 +9,12 @@ from pathlib import Path
 
 from ajgdata.acquire.live_session import REJECTED
 from ajgdata.acquire.session_setup import recording_alone
-from ajgdata.live.events import Event
+from ajgdata.live.events import Event, read_events
 from ajgdata.live.kept import LOOK, PREDICTED, SORT, VERDICT
 from ajgdata.live.prediction import Verdict
-from ajgdata.paths import AUDIO_FOLDER
+from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE, Paths
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.sessions import read_recordings, read_session, write_session
+from ajgdata.store.sessions import read_dataset, read_recordings, read_session, write_session
 from ajgdata.types import DataError, DatasetSpec, Recording
 
 #: Asked what an object was: (number of the sort, what was predicted) -> class, "" if not known.
@@ -51,6 +51,35 @@ def labels_of(spec: DatasetSpec, target: str, value: str, name: str = "") -> dic
     declared = _declared(spec).get(name or value, {})
     known = {**declared, target: value}
     return {key: known[key] for key in sorted(known) if key != "object"}  # has its own column
+
+
+def learn_from(
+    paths: Paths, run: str, ask: Asked, doubt: Callable[[str], object] = lambda _: None
+) -> tuple[str, str, Learnt]:
+    """Label the recordings of `run`: a log, a session's folder, or DATASET/SESSION.
+
+    A class that has no bin is doubted, and asked for once more. Returns data set, session, and what
+    was learnt. Raises DataError if there is no such run.
+    """
+    log, folder = _run_of(paths, run)
+    dataset, session = folder.parent.parent.name, folder.name
+    setup = getattr(read_session(folder).acquisition, "setup", {})
+    if "sort" not in setup:
+        fix = "name a session that `ajgdata sort` recorded"
+        raise DataError(folder, "is no session of sorting", fix)
+    spec = read_dataset(paths, dataset)
+    known = truths(read_events(log)) if log.is_file() else {}
+    target = str(setup["sort"]["target"])
+    classes = sorted(setup["sort"].get("bins", {}))
+
+    def asked(number: int, predicted: str) -> str:
+        said, before = ask(number, predicted), predicted
+        while said and said not in classes and said != before:
+            doubt(f"{said!r} is none of the classes {', '.join(classes)}: again, to keep it")
+            said, before = ask(number, said), said
+        return said
+
+    return dataset, session, learn(folder, spec, target, known, asked)
 
 
 def learn(
@@ -154,3 +183,20 @@ def _declared(spec: DatasetSpec) -> dict[str, dict[str, float | str]]:
     """Return the targets of every object that the recipe or the protocol lists."""
     given = (one.objects for one in (spec.recipe, spec.protocol) if one)
     return {made.name: dict(made.targets) for objects in given for made in objects}
+
+
+def _run_of(paths: Paths, run: str) -> tuple[Path, Path]:
+    """Return log and session of a run, however it is named."""
+    path = Path(run)
+    if path.is_file() and path.parent.parent.name == "live":
+        dataset, session = path.parent.parent.parent.name, path.parent.name
+    elif (path / RECORDINGS_FILE).is_file():
+        path = path.absolute()
+        dataset, session = path.parent.parent.name, path.name
+    else:
+        dataset, _, session = run.partition("/")
+    folder = paths.session(dataset, session) if session else Path(run)
+    if not (folder / RECORDINGS_FILE).is_file():
+        fix = "name a log, the folder of a session, or DATASET/SESSION"
+        raise DataError(run, "there is no such run", fix)
+    return paths.events(dataset, session), folder

@@ -15,9 +15,10 @@ from ajgdata.acquire.card import Capture, Card, TakeError
 from ajgdata.acquire.robot import UNNAMED, Placement, Robot
 from ajgdata.live.control import Control
 from ajgdata.live.decision import Action, Decision, judge
-from ajgdata.live.events import Event, EventLog, shown_spectrum
+from ajgdata.live.events import EventLog, shown_spectrum
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.prediction import Prediction
+from ajgdata.live.run_state import RunState
 from ajgdata.live.steps import Steps
 from ajgdata.types.plan import NOTHING, SortPlan
 from ajgdata.types.protocol import Reference
@@ -97,11 +98,7 @@ class Sorter:
     ask: Callable[[str, str], str | None] = lambda reason, value: None
     truth: Callable[[str], str] = str
     watch: Watch | None = None
-    _sorts: int = 0
-    _placed: dict[int, str] = field(default_factory=dict)  #: values by number, "" if rejected
-    _helped: set[int] = field(default_factory=set)  #: numbers of those that a person named first
-    _truths: dict[int, str] = field(default_factory=dict)
-    _last: int | None = None  #: number of the one that was placed last
+    _state: RunState = field(default_factory=RunState)
     _changed: bool = False
     _begun: float = 0.0
 
@@ -115,7 +112,7 @@ class Sorter:
         goes on: CardError, RobotError, KeyboardInterrupt (Ctrl-C, `Control.stop`), SystemExit.
         """
         self._begun = time.monotonic()
-        self.log.listen(self._hear)
+        self.log.listen(self._state.add)
         self.control.begin()
         try:
             reason, finished = self._sort_all(coming)
@@ -125,7 +122,8 @@ class Sorter:
             ending = error  # worded only when nothing can come before the robot halts
             self._steps.halt(lambda: self._say_stopped(_why(ending)))
             raise
-        return Outcome(self._sorts, self._rows[1], self._mistakes, reason, finished)
+        state = self._state
+        return Outcome(len(state.placed), state.rows[1], state.mistakes, reason, finished)
 
     def correct(self, value: str) -> bool:
         """Enter that the last object that was placed, or rejected, is a `value`; False if there is
@@ -133,32 +131,10 @@ class Sorter:
 
         May be called from any thread.
         """
-        number = self._last
-        if number is not None:
-            self.log.say("truth", number=number, object=value)
-        return number is not None
-
-    def _hear(self, event: Event) -> None:
-        """Count what people correct, here or on the dashboard."""
-        if event["event"] == "truth":
-            self._truths[event["number"]] = event["object"]
-
-    @property
-    def _mistakes(self) -> int:
-        placed = self._placed.items()
-        return sum(value not in ("", self._truths.get(number, value)) for number, value in placed)
-
-    @property
-    def _rows(self) -> tuple[int, int]:
-        """How many are sorted in a row now, and at most: by the model alone and, where the truth is
-        known, rightly."""
-        row = longest = 0
-        for number, value in self._placed.items():
-            right = value and number not in self._helped
-            right = right and self._truths.get(number, value) == value
-            row = row + 1 if right else 0
-            longest = max(longest, row)
-        return row, longest
+        placed = self._state.placed
+        if placed:
+            self.log.say("truth", number=placed[-1].number, object=value)
+        return bool(placed)
 
     def _sort_all(self, coming: Iterable[str]) -> tuple[str, bool]:
         every = self.plan.references.every if self.plan.references else 0
@@ -168,7 +144,7 @@ class Sorter:
                     self._refer(number)
                 if doubt := self._sort(number, thing):
                     return doubt, False
-                if self._sorts == self.plan.sorts:
+                if len(self._state.placed) == self.plan.sorts:
                     return "all are sorted, as planned", True
         except EndedByPerson:
             with suppress(EndedByPerson):
@@ -202,14 +178,13 @@ class Sorter:
                         self._steps.let_go()
                         return f"{decision.reason}, and nobody knows what it is"
                     self.log.say("truth", number=number, object=value)
-                    self._helped.add(number)
-                    self._place(number, value, self.plan.bins[value], value)
+                    self._place(value, self.plan.bins[value], value)
                     return ""
                 case Action.PLACE:
-                    self._place(number, decision.value, decision.bin, known)
+                    self._place(decision.value, decision.bin, known)
                     return ""
                 case Action.REJECT:
-                    self._place(number, "", decision.bin, known)
+                    self._place("", decision.bin, known)
                     return ""
 
     def _look(self, number: int, look: int, thing: str) -> Prediction:
@@ -237,14 +212,10 @@ class Sorter:
         self.kept.said(grasp, prediction)
         return prediction
 
-    def _place(self, number: int, value: str, where: str, truth: str) -> None:
-        """Make the steps after `sense`, and count it."""
+    def _place(self, value: str, where: str, truth: str) -> None:
+        """Make the steps after `sense`."""
         self._steps.place(value, where)
-        self._sorts += 1
-        self._placed[number], self._last = value, number
-        if truth:
-            self._truths.setdefault(number, truth)  # what a person said counts more
-        self.log.say("placed", value=value, bin=where, object=truth, in_a_row=self._rows[0])
+        self.log.say("placed", value=value, bin=where, object=truth)
 
     def _capture(self, *, silence: bool) -> Capture:
         """Return one take; one that is in doubt throughout is repeated once, and said."""
@@ -302,8 +273,8 @@ class Sorter:
     def _say_stopped(self, reason: str, *, finished: bool = False) -> None:
         seconds, held = time.monotonic() - self._begun, self._steps.held
         self.log.say(
-            "stopped", reason=reason, held=held, sorts=self._sorts, seconds=seconds,
-            finished=finished,
+            "stopped", reason=reason, held=held, sorts=len(self._state.placed),
+            seconds=seconds, finished=finished,
         )  # fmt: skip
 
 

@@ -16,10 +16,10 @@ from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.robot import Confirm
 from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.live.control import Control
+from ajgdata.live.drift import ReferenceWatch
 from ajgdata.live.events import EventLog, Listener, shown_spectrum
 from ajgdata.live.kept import KeptRun
 from ajgdata.live.learning import class_of, labels_of
-from ajgdata.live.reference_watch import ReferenceWatch
 from ajgdata.live.sort import Outcome, Sorter, arrivals
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.acquire_live import excitation_of, known_of

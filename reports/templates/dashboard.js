@@ -156,7 +156,7 @@
     const said = !take ? "no take yet" : mean ?
       `${distance(take, mean).toFixed(1)} dB from the mean of ${words(named)}` : "last take";
     write("sound-said", said);
-    write("mean-key", `mean of ${words(named ?? "")}, ${state.spectra_of === "training" ? "training" : "this run"}`);
+    write("mean-key", `mean of ${words(named ?? "")}, training`);
     byId("mean-key").hidden = !mean;
     byId("take-key").hidden = !take;
     picture.setAttribute("aria-label", `Spectrum of the last take and of the classes: ${said}`);

@@ -10,7 +10,7 @@ from live_events import CLASSES, Story, run
 from PIL import Image
 from test_pages import AXE, BEYOND, RULES, WIDTHS, assert_none
 
-from ajgdata.live import dashboard_server
+from ajgdata.live import dashboard_app
 from ajgdata.live.control import Control, Mode
 from ajgdata.live.dashboard import dashboard
 from ajgdata.live.events import read_events
@@ -206,7 +206,7 @@ def test_grasps_bins_and_truth_are_counted(shown):
     known = [v for row in state.confusion.values() for v in row.values()]
     right = sum(row.get(truth, 0) for truth, row in state.confusion.items())
     assert texts["right"] == f"{right} of {sum(known)}"
-    assert (texts["row"], texts["sorts"]) == ("11", "11")
+    assert (texts["row"], texts["longest"], texts["sorts"]) == ("1", "4", "11")
     assert shown.browser.run(PATHS) == [1, 1, len(state.spectra) - 1]
     assert UNSURE not in texts["decided"]
 
@@ -308,7 +308,7 @@ def test_a_stop_that_does_not_arrive_is_said(shown, control):
 
 def test_a_page_that_gets_no_state_can_stop_all_the_same(browser, control, monkeypatch):
     """So many watch that it is refused: it has the whole address, and its button works."""
-    monkeypatch.setattr(dashboard_server, "MAX_READERS", 0)
+    monkeypatch.setattr(dashboard_app, "MAX_READERS", 0)
     with dashboard(control) as served:
         browser.open(served.address)
         shown = Shown(browser, served, control)
@@ -352,7 +352,7 @@ def test_names_are_text_wherever_they_stand(shown):
     story.hear(probability)
     about = {"action": "place", "value": evil, "bin": evil, "looks": 1, "reason": evil}
     story.say("decision", probability=probability, **about)
-    story.say("placed", value=evil, bin=evil, object=evil, in_a_row=1).say("problem", text=evil)
+    story.say("placed", value=evil, bin=evil, object=evil).say("problem", text=evil)
     story.say("drift", text=evil, ratio=2.0)
     story.say("stopped", reason=evil, held=evil, sorts=1, seconds=1.0)
     shown.tell(story.events)
@@ -386,7 +386,7 @@ def test_the_page_is_never_wider_than_the_window(shown, width, many):
         story = Story().start(classes=classes, bins=dict.fromkeys(classes, "A" * 60))
         for number, name in enumerate(classes, start=1):
             story.say("grasp", number=number, object=name).hear(dict.fromkeys(classes, 0.025))
-            story.say("placed", value=name, bin="A" * 60, object=classes[-number], in_a_row=1)
+            story.say("placed", value=name, bin="A" * 60, object=classes[-number])
         events = story.say("problem", text="x" * 300).events
     shown.browser.window(width)
     shown.tell(events)

@@ -6,6 +6,8 @@ from ajgdata.live.events import SHOWN_BANDS
 
 CLASSES = ["marker", "padlock", "screw", "strawberry"]
 BINS = {"marker": "A", "padlock": "B", "screw": "B", "strawberry": "C"}
+#: Class means of the training data.
+SPECTRA = {name: [1 + 0.1 * i] * SHOWN_BANDS for i, name in enumerate(CLASSES)}
 START = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 
 
@@ -27,6 +29,7 @@ class Story:
             "dataset": "ycb", "task": "sorting", "model": "cnn", "unit": "", "classes": CLASSES,
             "threshold": 0.6, "bins": BINS, "looks": 2, "device": "virtual gripper",
             "robot": "manual", "session": "sort-01", "source": "simulated",
+            "spectra": SPECTRA, "top_hz": 22_050.0,
         }  # fmt: skip
         return self.say("start", **(given | about))
 
@@ -49,7 +52,7 @@ class Story:
         about = {"action": "place", "value": value, "bin": BINS[value], "looks": 1, "reason": ""}
         self.say("decision", probability=probability, **about)
         if placed:
-            self.say("placed", value=value, bin=BINS[value], object=truth, in_a_row=number)
+            self.say("placed", value=value, bin=BINS[value], object=truth)
         return self
 
 

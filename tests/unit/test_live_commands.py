@@ -21,8 +21,8 @@ from ajgdata.cli.live_lines import bar
 from ajgdata.cli.main import app
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.events import read_events
+from ajgdata.live.learning import learn_from
 from ajgdata.paths import Paths
-from ajgdata.pipeline.learn import learn_from
 from ajgdata.pipeline.sort import read_plan
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Shard, text_column, write_store

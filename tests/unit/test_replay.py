@@ -5,14 +5,11 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from pathlib import Path
 
-import pytest
 from live_events import Story, run
 
+from ajgdata.cli.dashboard import LONGEST_S, replay
 from ajgdata.live.control import Control
-from ajgdata.live.replay import LONGEST_S, replay
-from ajgdata.types import DataError
 
 COMMAND = [sys.executable, "-c", "from ajgdata.cli import main; main()", "dashboard"]
 
@@ -63,7 +60,3 @@ def test_what_is_no_log_is_one_line():
     found = subprocess.run([*COMMAND, __file__], capture_output=True, text=True, check=False)
     assert found.returncode == 1
     assert found.stderr.count("\n") == 1 and "is no line of a log" in found.stderr
-    with pytest.raises(DataError):
-        from ajgdata.live.replay import show_log
-
-        show_log(Path(__file__), lambda *_: None)

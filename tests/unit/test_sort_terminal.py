@@ -14,8 +14,9 @@ from ajgdata.live.control import Control
 from ajgdata.live.sort import EndedByPerson
 
 START = {
-    "n": 0, "event": "start", "dataset": "d", "task": "t", "model": "cnn", "device": "fake",
-    "classes": CLASSES, "threshold": 0.6, "source": "recorded",
+    "n": 0, "time": "2026-01-02T03:04:05+00:00", "event": "start", "dataset": "d",
+    "task": "t", "model": "cnn", "device": "fake", "classes": CLASSES,
+    "threshold": 0.6, "source": "recorded",
 }  # fmt: skip
 
 
@@ -145,8 +146,8 @@ EVENTS = [
     {"event": "step", "step": "approach", "seconds": 1.5},
     {"event": "take", "seconds": 1.25, "clipped": 3},
     {"event": "prediction", "seconds": 0.25},
-    {"event": "decision", "action": "place", "probability": {"ball": 0.8}, "reason": ""},
-    {"event": "placed", "value": "ball", "bin": "A", "object": "cube", "in_a_row": 0},
+    {"event": "decision", "action": "place", "value": "ball", "probability": {"ball": 0.8}},
+    {"event": "placed", "value": "ball", "bin": "A", "object": "cube"},
     {"event": "drift", "text": "the gripper has changed", "ratio": 2.0},
     {"event": "stopped", "reason": "usb: went away; plug it in", "held": "ball", "sorts": 1},
 ]  # fmt: skip
@@ -155,8 +156,8 @@ EVENTS = [
 @pytest.mark.parametrize("columns", [24, 60, 160])
 def test_one_line_a_sort_and_what_matters_beside(columns):
     person = Person(columns=columns)
-    for event in EVENTS:
-        person.terminal.tell(event)
+    for n, event in enumerate(EVENTS, start=1):
+        person.terminal.tell({"n": n, "time": START["time"], **event})
     lines = person.shown.getvalue().splitlines()[1:]
     assert lines[0].startswith("  3 samples clipped")
     assert lines[1].startswith("   1  ball") and "80 %  → A  3.0 s  wrong: cube" in lines[1]
