@@ -34,8 +34,6 @@ EXPERIMENT_PAGES = "experiments"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
-#: Beside each model that was exported for NumPy: what runs it.
-EXPORT_PROGRAM = "ajgdata_numpy.py"
 #: What a report that is still to come waits for; see `Paths.growing`.
 GROWING_FILE = "growing.json"
 #: Tells the checks of the results which run they are of; see `Paths.run`.
