@@ -62,7 +62,6 @@ format: $(VENV)/.lint
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
-	$(BIN)/python benchmarks/loading.py
 	$(BIN)/python benchmarks/solver.py
 	$(BIN)/python benchmarks/solver.py --scheme second
 
