@@ -1,14 +1,13 @@
 # Recordings in, report out: `snakemake` runs everything that is not current.
-import sys
-import time
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
 from ajgdata.ablations import ablation, possible
-from ajgdata.experiments import experiment_modules, measure_entry, packages_of
+from ajgdata.acquire.recipe import recipe_hash
+from ajgdata.experiments import measure_files, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
 from ajgdata.paths import (
     ABLATIONS_PAGE,
@@ -20,31 +19,26 @@ from ajgdata.paths import (
     Paths,
     run_name,
 )
-from ajgdata.pipeline.effort import effort, effort_line
 from ajgdata.pipeline.experiments import (
     asked_for,
     datasets_of,
     models_of,
     tasks_by_report,
 )
-from ajgdata.pipeline.inputs import Inputs, dates_mended, errors_stop_snakemake
 from ajgdata.pipeline.opening import subject_of
-from ajgdata.pipeline.plan import plan, published, solved_by
-from ajgdata.pipeline.run_summary import lines, skipped_line, summarise
-from ajgdata.pipeline.running import note_run
+from ajgdata.pipeline.plan import errors_stop_snakemake, plan, published, solved_by
+from ajgdata.pipeline.run import end_run, modified_ns
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.studies import (
-    GALLERY,
     STUDIES,
-    ablation_code,
-    page_code,
-    study_code,
+    ablation_hash,
+    study_hash,
 )
 from ajgdata.report.navigation import FIXED, plain
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import read_yaml
-from ajgdata.store.provenance import settings_digest
+from ajgdata.store.provenance import layer_hash, settings_digest
 from ajgdata.store.report_files import report_files_digest
+from ajgdata.types import SOURCES
 
 min_version("9.10")
 
@@ -84,7 +78,6 @@ PAGES = [
     name
     for name in (
         *([ABLATIONS_PAGE] if ABLATED else []),
-        GALLERY,
         *STUDIES,
     )
     if config["pages"] is None or name in config["pages"]
@@ -117,7 +110,7 @@ EVERYTHING = [
     *dict.fromkeys(PATHS.models(one[0]) for one in models_of(SPECS, TASKS)),
     PATHS.verified,
     *([] if WITHOUT_SOLVER else [PATHS.verified_solver]),
-    *(PATHS.receipt(name) for name in PUBLISHED),
+    *(PATHS.published_sums(name) for name in PUBLISHED),
 ]
 
 
@@ -128,17 +121,11 @@ rule all:
         PATHS.complete,
 
 
-onstart:
-    begin_report()
+SUMMARY_BEFORE = modified_ns(PATHS.complete)
 
 
 onsuccess:
-    end_run(tell_run())
-
-
-onerror:
-    stop_report()
-    tell_run()
+    end_run(PATHS.complete, SUMMARY_BEFORE)
 
 
 include: "workflow/rules/acquire.smk"
@@ -150,8 +137,3 @@ include: "workflow/rules/pages.smk"
 include: "workflow/rules/publish.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/verify.smk"
-
-
-# Whatever is asked for, a run is noted before Snakemake looks at the locks of others.
-for rule_here in list(workflow.rules):
-    rule_here.set_input(noted)

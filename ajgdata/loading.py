@@ -39,7 +39,7 @@ def load_features(name: str, project: Project = None) -> xr.Dataset:
     >>> mean.sizes["edge_mm"], mean.edge_mm.values
     (4, array([12., 18., 24., 30.]))
     """
-    from ajgdata.store.open_xarray import open_store
+    from ajgdata.store.features import open_store
     from ajgdata.types import checked_name
 
     return open_store(_paths(project).features(checked_name(name)))
@@ -322,6 +322,7 @@ class Dataset:
         Raises DataError for a task that there is not, and when its folds cannot be made.
         """
         from ajgdata.evaluate.splits import grouped_folds
+        from ajgdata.types import NotPossibleError
 
         rows, classes = self._rows(task)
         known, _ = self._apart(task, rows)
@@ -330,7 +331,7 @@ class Dataset:
         kind = self.spec.targets[declared.target].kind
         try:
             pairs = grouped_folds(known.value, known.group, kind, number, seed)
-        except ValueError as error:
+        except NotPossibleError as error:
             raise self._wrong(f"task {task}: {error}", "record more, or lower folds") from None
         return [(_part(known, classes, a), _part(known, classes, b)) for a, b in pairs]
 
@@ -338,6 +339,7 @@ class Dataset:
         """Return the recordings that have the target of a task, and the target's classes."""
         from ajgdata.evaluate.task_data import frequent_classes, task_data
         from ajgdata.store.features import read_store
+        from ajgdata.types import NotPossibleError
 
         if task not in self.spec.tasks:
             known = ", ".join(self.spec.tasks) or "none"
@@ -351,17 +353,18 @@ class Dataset:
                 named = declared.target, declared.groups, classes
                 classes = tuple(frequent_classes(shard, *named, rarest)[0])
             rows = task_data(shard, declared.target, kind, declared.groups, classes)
-        except ValueError as error:
+        except NotPossibleError as error:
             raise self._wrong(f"task {task}: {error}", "see its quarantine") from None
         present = sorted(set(rows.value.tolist())) if kind == "classification" else []
         return rows, tuple(present)
 
     def _apart(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
         from ajgdata.evaluate.task_data import split_withheld
+        from ajgdata.types import NotPossibleError
 
         try:
             return split_withheld(rows, self.spec.tasks[task].withhold)
-        except ValueError as error:
+        except NotPossibleError as error:
             raise self._wrong(f"task {task}: {error}", "correct withhold") from None
 
     def _wrong(self, problem: str, fix: str) -> DataError:

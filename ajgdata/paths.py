@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,8 +34,6 @@ EXPERIMENT_PAGES = "experiments"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
-#: What a report that is still to come waits for; see `Paths.growing`.
-GROWING_FILE = "growing.json"
 #: Tells the checks of the results which run they are of; see `Paths.run`.
 RUN_VARIABLE = "AJGDATA_RUN"
 #: Of more data sets than this many letters name, a run's name holds a digest.
@@ -99,10 +97,6 @@ class Paths:
         """Return the folder that may be deleted at any time."""
         return self.root / ".ajgdata"
 
-    def planned(self, dataset: str) -> Path:
-        """Return the note of what the scenes of a data set follow from."""
-        return self.cache / "scenes" / f"{dataset}.json"
-
     @property
     def benchmarks(self) -> Path:
         """Return the folder of what Snakemake measured of each job."""
@@ -133,21 +127,21 @@ class Paths:
         """One raw session."""
         return self.sessions(dataset) / session
 
+    def session_file(self, dataset: str, session: str) -> Path:
+        """Return what describes a session: written last, so that it is whole."""
+        return self.session(dataset, session) / SESSION_FILE
+
+    def recordings_file(self, dataset: str, session: str) -> Path:
+        """Return the table of the recordings of a session."""
+        return self.session(dataset, session) / RECORDINGS_FILE
+
+    def acquired(self, dataset: str, session: str) -> Path:
+        """Return the file that says that a run recorded a session of a recipe."""
+        return self.results / "acquired" / dataset / f"{session}.done"
+
     def events(self, dataset: str, session: str) -> Path:
         """Return the log of the live run that recorded a session."""
         return self.data / dataset / "live" / session / "events.jsonl"
-
-    def scenes(self, dataset: str, session: str) -> Path:
-        """Return the file of what a virtual session shall hold: the input of its acquisition."""
-        return self.results / "manifest" / dataset / f"{session}.scenes.json"
-
-    def audio_manifest(self, dataset: str, session: str) -> Path:
-        """Files and hashes of a session: the input of its features."""
-        return self.results / "manifest" / dataset / f"{session}.audio.json"
-
-    def label_manifest(self, dataset: str, session: str) -> Path:
-        """Labels of a session: joined to its features on merging."""
-        return self.results / "manifest" / dataset / f"{session}.labels.csv"
 
     def shard(self, dataset: str, session: str) -> Path:
         """Features of one session."""
@@ -157,12 +151,12 @@ class Paths:
         """Return the file of what was found wrong or odd while making a shard."""
         return self.results / "features" / dataset / f"{session}.findings.csv"
 
-    def merged(self, dataset: str) -> Path:
-        """Features and labels of a whole data set, as the workflow makes and deletes them."""
-        return self.results / "features" / dataset / "merged" / f"{dataset}.nc"
+    def shard_labels(self, dataset: str, session: str) -> Path:
+        """Labels of a session: joined to its features on merging."""
+        return self.results / "features" / dataset / f"{session}.labels.csv"
 
     def features(self, dataset: str) -> Path:
-        """Return the same file for people: replaced when a new one is whole, never deleted."""
+        """Features and labels of a data set: labelled spectra of all sessions."""
         return self.results / "features" / f"{dataset}.nc"
 
     def quarantine(self, dataset: str) -> Path:
@@ -208,7 +202,7 @@ class Paths:
 
     def results_of(self, dataset: str) -> tuple[Path, ...]:
         """Files and folders of `results` that hold nothing but one data set."""
-        kinds = ("manifest", "features", "tasks", "models", "published")
+        kinds = ("acquired", "features", "tasks", "models", "published")
         folders = (self.results / kind / dataset for kind in kinds)
         return (self.features(dataset), self.quarantine(dataset), *folders)
 
@@ -235,11 +229,6 @@ class Paths:
     def predictions(self) -> Path:
         """Return every held-out prediction of cross-validation, one a row."""
         return self.of_run / "predictions.csv"
-
-    @property
-    def paper_tables(self) -> Path:
-        """Return the folder of tables for papers: LaTeX, and their sources."""
-        return self.of_run / TABLES
 
     @property
     def runs(self) -> Path:
@@ -295,9 +284,9 @@ class Paths:
         """A data set as others get it; see `Tree`."""
         return self.results / "published" / dataset
 
-    def receipt(self, dataset: str) -> Path:
-        """Hash of the SHA256SUMS of a published data set: written when the rest is whole."""
-        return self.results / "published" / f"{dataset}.sha256"
+    def published_sums(self, dataset: str) -> Path:
+        """Return the list of checksums of a published data set: written when the rest is whole."""
+        return self.published(dataset) / Tree.SUMS
 
     def page(self, name: str) -> Path:
         """Another page of the report, beside it."""
@@ -320,66 +309,15 @@ class Paths:
         """Folder of the figures of such a page."""
         return self.report.parent / page
 
-    def page_figure(self, page: str, name: str) -> Path:
-        """A figure of such a page without its suffix; see FIGURE_FORMATS."""
-        return self.page_figures(page) / name
-
-    def shard_cache(self, dataset: str, session: str) -> Path:
-        """Last good shard, kept where Snakemake does not delete it."""
-        return self.cache / "features" / dataset / f"{session}.nc"
-
     @property
     def responses(self) -> Path:
         """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
         return self.cache / "responses"
 
     @property
-    def kept_runs(self) -> Path:
-        """Results of the last runs, by commit, to compare with."""
-        return self.cache / "runs"
-
-    @property
     def fetched(self) -> Path:
         """Files of published data sets, kept by hash until the data set is registered."""
         return self.cache / "fetched"
-
-    @property
-    def run_lock(self) -> Path:
-        """Return the file that every living run of the workflow holds; see `pipeline.running`."""
-        return self.cache / "run.lock"
-
-    @property
-    def jobs_lock(self) -> Path:
-        """Return the file that every living job of the workflow holds; see `pipeline.running`."""
-        return self.cache / "jobs.lock"
-
-    @property
-    def snakemake_locks(self) -> Path:
-        """Return the folder in which Snakemake notes that a run is at work."""
-        return self.root / ".snakemake" / "locks"
-
-    @property
-    def figure_cache(self) -> Path:
-        """Return the folder of figures that were drawn before, by what they show."""
-        return self.cache / "figures"
-
-    @property
-    def growing(self) -> Path:
-        """Return the note of what the run's report waits for, while it is still to come."""
-        return self.cache / "growing" / self.run / GROWING_FILE
-
-    def all_growing(self) -> Iterator[Path]:
-        """Yield such notes of all runs."""
-        yield from sorted((self.cache / "growing").rglob(GROWING_FILE))
-
-    @property
-    def hash_cache(self) -> Path:
-        """Folder of known hashes by size, times and inode."""
-        return self.cache / "hashes"
-
-    def surveyed(self, dataset: str) -> Path:
-        """Return the file of which sessions were found in order, and what they looked like."""
-        return self.cache / "surveyed" / f"{dataset}.json"
 
 
 def brought(name: str) -> Path:
@@ -407,7 +345,6 @@ class Tree:
     ARCHIVE = "audio.zip"
     DECLARATION = DATASET_FILE
     SPECTRA = "figures/spectra.png"
-    LABELS = "figures/labels.png"
 
     @staticmethod
     def audio(session: str, name: str) -> str:

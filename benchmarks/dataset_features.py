@@ -15,14 +15,13 @@ def extract_sessions(
     name = spec.name
     for session in sessions:
         extract_features(
-            root=project.root,
-            manifest=project.audio_manifest(name, session),
+            folder=project.session(name, session),
             audio=spec.audio,
             features=spec.features,
             code="",
             shard=project.shard(name, session),
             findings=project.shard_findings(name, session),
-            cache=project.shard_cache(name, session),
+            labels=project.shard_labels(name, session),
             threads=threads,
         )
 
@@ -33,10 +32,9 @@ def merge_sessions(project: Paths, spec: DatasetSpec, sessions: Sequence[str]) -
     merge(
         dataset=name,
         shards=[project.shard(name, one) for one in sessions],
-        labels=[project.label_manifest(name, one) for one in sessions],
+        labels=[project.shard_labels(name, one) for one in sessions],
         findings=[project.shard_findings(name, one) for one in sessions],
         targets=spec.targets,
-        store=project.merged(name),
-        published=project.features(name),
+        store=project.features(name),
         quarantine=project.quarantine(name),
     )

@@ -24,7 +24,7 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate.cost import memory_mb
-from ajgdata.models import fit_model, limits, make_model, recordings_used
+from ajgdata.models import fit_model, limits, make_model
 from ajgdata.store.features import read_store
 
 NOISE = 0.05
@@ -47,12 +47,13 @@ def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarr
 def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict[str, float]:
     """Return s of training, s of predicting a thousand, and the largest memory in MB."""
     features, y, grasp = repeated(store, target, count)
-    free = () if limited else (*limits.MOST, limits.CHOOSING)
-    limits.MOST_HOURS = float("inf")
+    most = limits.most_recordings(model, {}) if limited else None
+    choosing = None if limited else sys.maxsize
     before = memory_mb("VmRSS")
-    with threadpool_limits(limits=1), limits.declared(dict.fromkeys(free, sys.maxsize)):
+    with threadpool_limits(limits=1):
         begun = time.process_time()
-        fitted = fit_model(make_model(model, "classification"), features, y, grasp)
+        unfitted = make_model(model, "classification", choosing=choosing)
+        fitted = fit_model(unfitted, features, y, grasp, most)
         trained = time.process_time()
         fitted.predict(features[:ASKED])
         asked = time.process_time()
@@ -60,7 +61,7 @@ def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict
         "train_s": trained - begun,
         "predict_s": asked - trained,
         "memory_mb": memory_mb("VmHWM") - before,
-        "used": recordings_used(fitted, count),
+        "used": min(count, most or count),
     }
 
 
@@ -80,8 +81,7 @@ def rows_of(
         found = apart(store, target, model, count, "limited")
         used = int(found["used"])
         expected = extrapolated(free, count)
-        tuned = model in ("knn", "svm", "linear", "ridge")
-        chosen = tuned and count > limits.CHOOSE.get(model, limits.MOST_TO_CHOOSE)
+        chosen = count > getattr(make_model(model, "classification"), "choosing", sys.maxsize)
         if used == count and not chosen:
             free[count], without = found["train_s"], ""
         elif expected is None or expected <= most_s:

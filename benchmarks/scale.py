@@ -22,7 +22,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import re
 import resource
 import shutil
 import signal
@@ -39,13 +38,13 @@ import scale_table
 import typer
 
 from ajgdata.paths import Paths
+from ajgdata.store.benchmarks import read_benchmarks
 
 NAME = "scale"
 AJGDATA = [sys.executable, "-c", "from ajgdata.cli import main; main()"]
 HERE = Paths(Path(__file__).resolve().parents[1])
-STAGES = ("import", "validate", "manifest", "features", "merge", "load")
+STAGES = ("import", "validate", "features", "merge", "load")
 MODELS = ("linear_plain", "ridge_plain", "knn", "svm", "forest", "boosting", "mlp", "cnn")
-USED = re.compile(r"^(\d+\.\d+) s of processor time$", re.MULTILINE)
 app = typer.Typer(add_completion=False)
 
 
@@ -247,18 +246,16 @@ def _quietly(*arguments: object) -> None:
 
 
 def _jobs(project: Paths) -> Iterator[dict[str, Any]]:
-    """Yield what the jobs of the run say that they took, by rule, and how large the report is."""
+    """Yield the CPU time of the run's jobs, by rule, and how large the report is."""
     own = Paths(project.root, NAME)
-    for place in (project.logs, own.of_run / "logs"):
-        for path in sorted(place.rglob("*.log")):
-            told = USED.findall(path.read_text(errors="replace"))
-            rule = path.parent.name if place == project.logs else path.stem
-            if told and rule not in ("features", "merge", "manifest"):
-                name = "" if path.stem in (NAME, rule) else f", {path.stem.split('.')[-1]}"
-                yield {"stage": f"job: {rule}{name}", "cpu_s": float(told[-1])}
+    for folder in (project.benchmarks, own.of_run / "benchmarks"):
+        for job in read_benchmarks(folder):
+            if job.rule not in ("features", "merge"):
+                name = f", {job.wildcards[-1]}" if job.wildcards[1:] else ""
+                yield {"stage": f"job: {job.rule}{name}", "cpu_s": job.cpu_s}
     sizes = {path: path.stat().st_size for path in own.report.parent.rglob("*") if path.is_file()}
     pages = {path: size for path, size in sizes.items() if path.suffix == ".html"}
-    heard = {path for path in pages if path.parent.name == NAME}  # of embeddings, with their sounds
+    heard = {path for path in pages if path.parent.name == NAME}  # scatter plots of embeddings
     yield {
         "stage": "report",
         "page_kb": max(size for path, size in pages.items() if path not in heard) / 1e3,

@@ -36,7 +36,7 @@ def kept_responses(folder: Path, count: int) -> list[Any]:
     from ajgdata import gripper
     from ajgdata.store.responses import read_response
 
-    files = sorted(folder.rglob("*.response"))
+    files = sorted(folder.rglob("*.npz"))
     found = [read_response(path) for path in files[:: max(1, len(files) // count)][:count]]
     if found := [one for one in found if one is not None]:
         return found
@@ -56,7 +56,7 @@ def make(folder: Path, responses: Sequence[Any], first: int, count: int, take_s:
     """Write `count` recordings, of the grasps from number `first` on."""
     from ajgdata import gripper
     from ajgdata.acquire.excitation import excitation_samples
-    from ajgdata.store.riff import encode_pcm24
+    from ajgdata.store.audio import pcm24_bytes
     from ajgdata.types import DEFAULT_EXCITATION
 
     sweep = excitation_samples(DEFAULT_EXCITATION, RATE_HZ)
@@ -71,13 +71,13 @@ def make(folder: Path, responses: Sequence[Any], first: int, count: int, take_s:
         stem = f"g{grasp:05d}_r{thing}_{level:.2f}dB"
         for sample in range(1, 1 + min(SAMPLES, count - (grasp - first) * SAMPLES)):
             noise = np.random.default_rng([grasp, sample]).standard_normal(frames, np.float32)
-            content = encode_pcm24(clean + NOISE * noise, RATE_HZ)
+            content = pcm24_bytes(clean + NOISE * noise, RATE_HZ)
             (session / f"{stem}_{sample:02d}.wav").write_bytes(content)
 
 
 def declared(project: Paths, models: Sequence[str], folder: Path) -> None:
     """Declare the data set."""
-    from ajgdata.pipeline.declare import common_audio
+    from ajgdata.pipeline.importing import common_audio
     from ajgdata.store.sessions import write_dataset
     from ajgdata.types import DatasetSpec
 

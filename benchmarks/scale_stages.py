@@ -27,12 +27,6 @@ def stage_validate(project: Paths, folder: Path) -> Callable[[], object]:
     return lambda: validate_dataset(project, NAME, lambda total: lambda: None)
 
 
-def stage_manifest(project: Paths, folder: Path) -> Callable[[], object]:
-    from ajgdata.store import manifest
-
-    return lambda: manifest.refresh(project, NAME)
-
-
 def stage_features(project: Paths, folder: Path) -> Callable[[], object]:
     from dataset_features import extract_sessions
 
@@ -53,7 +47,7 @@ def stage_merge(project: Paths, folder: Path) -> Callable[[], object]:
 
 def stage_load(project: Paths, folder: Path) -> Callable[[], object]:
     import ajgdata
-    import ajgdata.store.open_xarray
+    import ajgdata.store.features
 
     def load() -> None:
         with ajgdata.load_features(NAME, project.root) as features:
@@ -80,7 +74,7 @@ def stage_embedding(project: Paths, folder: Path) -> Callable[[], object]:
     from ajgdata.types import Embedding
 
     return lambda: train_embedding(
-        project.merged(NAME),
+        project.features(NAME),
         settings=Embedding.model_validate(EMBEDDING),
         seed=0,
         latents=folder.parent / "latents.nc",
@@ -99,7 +93,7 @@ def stage_model(project: Paths, folder: Path, name: str) -> Callable[[], object]
     unfitted = make_model(name, "classification")
 
     def learn() -> None:
-        data = task_data(read_store(project.merged(NAME)), "object", "classification", "grasp_id")
+        data = task_data(read_store(project.features(NAME)), "object", "classification", "grasp_id")
         with threadpool_limits(limits=1):
             fitted = fit_model(unfitted, data.feature, data.value, data.group)
             fitted.predict(data.feature[:ASKED])

@@ -23,7 +23,7 @@ def as_markdown(about: dict[str, Any]) -> str:
         "Milliseconds of a processor that each recording more costs, between two sizes, and what "
         "a stage takes before its first, s:",
         _slopes(measured),
-        "The report: its largest page, kB; the page of an embedding, sounds and all, kB; figures, "
+        "The report: its largest page, kB; the page of an embedding, kB; figures, "
         "tables and sounds beside them, MB:",
         _table([one for one in found if "page_kb" in one], _page),
         "Files opened, of the project and the recordings:",

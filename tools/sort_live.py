@@ -32,7 +32,7 @@ from ajgdata.acquire.robot import Placement
 from ajgdata.acquire.simulated_card import DEVICE, SERVER_VARIABLE, load_jack, switch
 from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.virtual import chain_of, scene_of
-from ajgdata.evaluate.looks import orders
+from ajgdata.evaluate.sorting import orders
 from ajgdata.live.decision import judge
 from ajgdata.live.events import Event, EventLog, read_events
 from ajgdata.live.kept import KeptRun
@@ -44,7 +44,7 @@ from ajgdata.loading import load_predictor
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.rendering import new_grasps_of
 from ajgdata.store.audio import read_audio
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.sessions import read_dataset
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import AudioSettings, DataError, DatasetSpec
@@ -76,7 +76,7 @@ class CardRobot:
         self._recipe, self._chain = recipe, chain_of("recipe: signal", recipe.signal)
         self._solver, self._code = (
             SerialSolver(self.paths.responses),
-            code_digest(*GRIPPER_CODE),
+            layer_hash("gripper"),
         )
 
     def approach(self, placement: Placement) -> None:
@@ -115,14 +115,13 @@ class CardRobot:
 
 
 @contextmanager
-def simulated_card(folder: Path) -> Iterator[None]:
-    """Run the simulated card, on a JACK server of its own, which waits for nobody's clock."""
+def simulated_card(folder: Path, noise: bool) -> Iterator[None]:
+    """Run the simulated card on its own JACK server, with or without the microphone's noise."""
     load_jack()
     os.environ[SERVER_VARIABLE] = f"ajgdata-sort-{os.getpid()}"
     command = [sys.executable, "-c", "from ajgdata.cli import main; main()", "device", "simulate"]
-    with subprocess.Popen(
-        [*command, "empty"], cwd=folder, stdout=subprocess.PIPE, text=True
-    ) as card:
+    command += ["empty", "--noise" if noise else "--no-noise"]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as card:
         try:
             said = ""
             while "is there;" not in said:
@@ -265,6 +264,10 @@ def options() -> argparse.Namespace:
     told.add_argument("--runs", type=int, help="default: those of the experiment")
     told.add_argument("--placements", type=int, help="in a run; default: all of them")
     told.add_argument("--looks", type=int, nargs="+", default=[1], help="at an object, at most")
+    told.add_argument(
+        "--noise", action=argparse.BooleanOptionalAction, default=True,
+        help="add the microphone's noise, which differs from the noise of the experiment",
+    )  # fmt: skip
     return told.parse_args()
 
 
@@ -290,7 +293,7 @@ def main() -> None:
     rows, stages, told = [], list[dict[str, Any]](), {}
     with (
         tempfile.TemporaryDirectory() as scratch,
-        simulated_card(given.project),
+        simulated_card(given.project, given.noise),
         open_card(card) as opened,
         freewheeling(),
     ):

@@ -82,7 +82,7 @@ class AblationData:
 
     def store(self, dataset: str) -> Shard:
         """Return the store of a data set, all of it."""
-        return read_store(self.paths.merged(dataset))
+        return read_store(self.paths.features(dataset))
 
     def known(self, dataset: str, task: str, elsewhere: str | None = None) -> TaskData:
         """Return every recording of a value that the task does not withhold from training.

@@ -34,7 +34,7 @@ from ajgdata.acquire.session_setup import (
 from ajgdata.acquire.writer import SETUP_COLUMN
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.locks import remove_abandoned
+from ajgdata.store.locks import remove_stale
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
 from ajgdata.types import DataError, ExcitationSpec, Recording
 
@@ -219,7 +219,7 @@ def live_session(
         if not folder.exists():
             create(folder, setup, excitation, played, sample_rate_hz, about)
         check_setup(folder, setup)
-        remove_abandoned(folder)  # by acquisitions that were killed
+        remove_stale(folder)  # of acquisitions that were killed
         session = LiveSession(folder, setup)
         session.about(finished=False)
         try:

@@ -45,6 +45,13 @@ def session_names(recipe: Recipe) -> list[str]:
     return list(_sessions(recipe))
 
 
+def recipe_hash(recipe: Recipe, session: str, played: ExcitationSpec) -> str:
+    """Return the hash of all settings that one session of a recipe follows from."""
+    settings = recipe.model_dump(mode="json", exclude={"sessions", "variants"})
+    settings["variant"] = recipe.variants.get(_sessions(recipe)[session].variant, {})
+    return _digest({**settings, "excitation": played.model_dump(mode="json")})
+
+
 def plan_session(
     recipe: Recipe,
     dataset: str,

@@ -183,7 +183,7 @@ def _by_recipe(
         for one in ([session] if session else recipe_sessions(paths, name, source))
     ]
     said, skipped = [], 0
-    with bar(f"recording ({source or 'recipes'})", patience_s=0) as started:
+    with bar(f"recording ({source or 'recipes'})") as started:
         for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
             for grasp, reason in done.skipped.items():
                 err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)

@@ -1,102 +1,96 @@
-"""The command that says what changed between two runs: `ajgdata compare`."""
+"""The command that compares the results of two runs: `ajgdata compare`."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.cells import cell_len, set_cell_size
 from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.paths import Paths
+from ajgdata.store.files import from_spreadsheet_cell, read_csv
+from ajgdata.types import DataError
+
 if TYPE_CHECKING:
-    from ajgdata.report.blocks import ShownTable
-    from ajgdata.report.run_tables import RunComparison
+    import pandas as pd
 
 comparing = typer.Typer()
-out = Console(emoji=False, highlight=False)
+err = Console(stderr=True, emoji=False, highlight=False)
 
-#: Exit code with --fail-on-worse; 1 is an error, 2 a wrong option.
-WORSE = 3
+#: Columns of metrics.csv that identify a row.
+KEYS = ["dataset", "task", "model", "part", "metric", "statistic"]
+#: Parts with time and memory begin with this: they differ from run to run.
+COST = "cost of "
+#: Values are equal if they differ by at most this share of the larger one.
+TOLERANCE = 1e-6
+#: Exit codes; 2 is also Typer's code for wrong options.
+DIFFERENT, NOT_READABLE = 1, 2
 
-RunArgument = Annotated[
-    str, typer.Argument(help="project or results folder, metrics.csv, or commit (hash, tag, HEAD)")
+FolderArgument = Annotated[
+    Path, typer.Argument(help="results folder, or a folder that contains `results/`")
 ]
 
 
 @comparing.command()
-def compare(
-    run_a: RunArgument,
-    run_b: RunArgument,
-    page: Annotated[
-        Path, typer.Option("--out", help="page that is written: one file, with figures")
-    ] = Path("compare.html"),
-    as_json: Annotated[
-        bool, typer.Option("--json", help="print everything as JSON, and write no page")
-    ] = False,
-    everything: Annotated[
-        bool, typer.Option("--all", help="list all that changed, not the 20 largest changes")
-    ] = False,
-    fail_on_worse: Annotated[
-        bool,
-        typer.Option(help=f"exit code {WORSE} if a number got worse by more than 2 sd (for CI)"),
-    ] = False,
-) -> None:
-    """Say what changed from run A to run B: numbers beyond their spread first.
+def compare(old: FolderArgument, new: FolderArgument) -> None:
+    """Compare metrics.csv of two runs: removed, new and changed rows.
 
-    A change is told in standard deviations of its differences fold by fold.
-    Beside it: predictions that flipped, agreement with the paper, settings
-    and versions that differ (why), and times and memory of the machines.
-
-    The last ten runs are kept by commit: after a change,
-
-        ajgdata compare HEAD results
-
-    says what it did. Of another commit make a run in a folder of its own
-    (git worktree add), and compare the folders. The exit code is 0 whatever
-    changed, unless --fail-on-worse is given.
+    Values are equal up to a relative difference of 1e-6. Rows on time and memory are not
+    compared. Exit code: 0 equal, 1 different, 2 not readable.
     """
-    from ajgdata.pipeline.compare import compare_runs, write_page
-    from ajgdata.report.run_tables import summary
-    from ajgdata.store.tables import plain
-
-    found = compare_runs(run_a, run_b)
-    if as_json:
-        typer.echo(json.dumps(plain(found.as_json()), indent=1, allow_nan=False))
-    elif found.same and not everything:
-        noted = "".join(f" ({one.told()})" for one in (found.a, found.b) if one.note)
-        out.print(escape(summary(found) + noted), soft_wrap=True)
-    else:
-        _print(found, everything)
-        write_page(found, page)
-        out.print(f"page: {escape(str(page))}", soft_wrap=True)
-    raise typer.Exit(WORSE if fail_on_worse and found.numbers.worse else 0)
+    try:
+        old_rows, new_rows = read_metrics(old), read_metrics(new)
+    except DataError as error:
+        err.print(f"[red]error[/red] {escape(str(error))}", soft_wrap=True)
+        raise typer.Exit(NOT_READABLE) from None
+    differences = compare_metrics(old_rows, new_rows)
+    counts = differences["change"].value_counts()
+    if len(differences):
+        differences.to_csv(sys.stdout, index=False)
+    summary = ", ".join(f"{counts.get(name, 0)} {name}" for name in ("removed", "new", "changed"))
+    sizes = f"{len(old_rows)} rows in {old}, {len(new_rows)} in {new}"
+    err.print(f"{sizes}: {summary}", markup=False, soft_wrap=True)
+    raise typer.Exit(DIFFERENT if len(differences) else 0)
 
 
-def _print(found: RunComparison, everything: bool) -> None:
-    from ajgdata.report.run_tables import console_tables, summary
+def read_metrics(folder: Path) -> pd.DataFrame:
+    """Return the rows of metrics.csv without costs: the columns of KEYS and `value`, as text.
 
-    out.print(f"A: {escape(found.a.told())}\nB: {escape(found.b.told())}", soft_wrap=True)
-    out.print(f"[b]{escape(summary(found))}[/b]", soft_wrap=True)
-    for shown in console_tables(found, everything):
-        for line in _lines(shown):
-            out.out(line, highlight=False)
-    for what in found.missing:
-        out.print(f"[yellow]not compared[/yellow] {escape(what)}", soft_wrap=True)
+    Raises DataError if the table is missing, or if two rows have the same keys.
+    """
+    import pandas as pd
+
+    results = Paths(folder).results
+    table = (results if results.is_dir() else folder) / Paths().metrics_table.name
+    rows = [
+        {column: from_spreadsheet_cell(row[column]) for column in (*KEYS, "value")}
+        for row in read_csv(table, required=(*KEYS, "value"))[1]
+        if not row["part"].startswith(COST)
+    ]
+    metrics = pd.DataFrame(rows, columns=[*KEYS, "value"], dtype=str)
+    if metrics.duplicated(KEYS).any():
+        doubled = " ".join(metrics.loc[metrics.duplicated(KEYS), KEYS].iloc[0])
+        raise DataError(table, f"has two rows for {doubled!r}", "compute it again: `snakemake`")
+    return metrics
 
 
-def _lines(shown: ShownTable) -> Iterator[str]:
-    """Yield a table in lines, however wide the terminal is; numbers are flush right."""
-    heads = [head.removesuffix("|") for head in shown.heads]
-    right = [head.endswith("|") for head in shown.heads]
-    widths = [max(map(cell_len, column)) for column in zip(heads, *shown.rows, strict=True)]
-    yield f"\n{shown.caption}"
-    for row in (heads, *shown.rows):
-        cells = (
-            " " * (width - cell_len(cell)) + cell if flush else set_cell_size(cell, width)
-            for cell, width, flush in zip(row, widths, right, strict=True)
-        )
-        yield "  ".join(cells).rstrip()
+def compare_metrics(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows that differ: KEYS, `change` (removed, new, changed), both values as text and
+    the relative difference."""
+    import pandas as pd
+
+    rows = old.merge(new, on=KEYS, how="outer", suffixes=("_old", "_new"), indicator="change")
+    names = {"left_only": "removed", "right_only": "new", "both": "changed"}
+    rows["change"] = rows["change"].astype(str).map(names)
+    first, second = (pd.to_numeric(rows[f"value_{run}"], errors="coerce") for run in ("old", "new"))
+    larger = pd.concat([first.abs(), second.abs()], axis=1).max(axis=1)
+    rows["relative_difference"] = (second - first).abs() / larger
+    equal = (
+        (first == second)
+        | (rows["relative_difference"] <= TOLERANCE)
+        | (rows["value_old"] == rows["value_new"])
+    )
+    return rows[~equal].sort_values(["change", *KEYS], kind="stable")

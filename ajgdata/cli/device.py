@@ -40,7 +40,6 @@ def check(
     drift_s: Annotated[
         float, typer.Option("--drift", min=0, help="seconds for the clocks; 0: leave them out")
     ] = 60.0,
-    page: Annotated[Path | None, typer.Option("--out", help="page with a picture (HTML)")] = None,
     numbers: Annotated[Path | None, typer.Option("--json", help="all figures (JSON)")] = None,
 ) -> None:
     """Play sweeps and say if what comes back is fit to record. Exit code 1 if it is not.
@@ -58,17 +57,13 @@ def check(
         loopback_channel=loopback_channel,
     )
     with out.status("opening") as status:
-        found = check_device(
-            settings, drift_s=drift_s, page=page, numbers=numbers, progress=status.update
-        )
+        found = check_device(settings, drift_s=drift_s, numbers=numbers, progress=status.update)
     for topic, said in found.facts().items():
         out.print(f"{topic:12} {escape(said)}", soft_wrap=True)
     for one in found.verdict:
         fix = f"; {one.fix}" if one.fix else ""
         colour = _COLOURS[one.level]
         out.print(f"[{colour}]{one.level:12}[/] {escape(one.said + fix)}", soft_wrap=True)
-    if page:
-        out.print(f"{'picture':12} {escape(str(page))}", soft_wrap=True)
     raise typer.Exit(found.verdict[0].level == "bad")
 
 

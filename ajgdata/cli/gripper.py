@@ -32,14 +32,11 @@ def show(
     folder: Annotated[
         Path | None, typer.Option("--out", help="where to; default: gripper-<name of the scene>")
     ] = None,
-    animation: Annotated[
-        bool, typer.Option(help="also film the pressure in the cross-section")
-    ] = True,
 ) -> None:
-    """Draw a scene: its cross-section, its response and spectrum, and the moving pressure."""
+    """Draw a scene: its cross-section, its response and its spectrum."""
     from ajgdata.pipeline.show import show_scene
 
-    for path in show_scene(scene, folder, film=animation):
+    for path in show_scene(scene, folder):
         out.print(escape(str(path)), soft_wrap=True)
 
 

@@ -91,14 +91,6 @@ def import_command(
             rich_help_panel=_AGAIN,
         ),
     ] = False,
-    rehash: Annotated[
-        bool,
-        typer.Option(
-            "--rehash",
-            help="read every file, also of those whose size, times and inode are the same",
-            rich_help_panel=_AGAIN,
-        ),
-    ] = False,
     everything: Annotated[
         bool, typer.Option("--all", help="name every file, not a few of each kind")
     ] = False,
@@ -129,7 +121,6 @@ def import_command(
             replace_labels=replace_labels,
             prune=prune,
             convert=convert,
-            rehash=rehash,
             started=started,
         )
     show_import(result, found, dataset, prune=prune, everything=everything)

@@ -97,8 +97,8 @@ def validate(
 def seal(dataset: DatasetArgument) -> None:
     """Accept recordings as they are now: write the sha256 of their present bytes."""
     from ajgdata.paths import find_project
-    from ajgdata.store.sealing import seal as seal_session
     from ajgdata.store.sessions import list_sessions, read_dataset
+    from ajgdata.store.sessions import seal as seal_session
 
     paths = find_project()
     read_dataset(paths, dataset)

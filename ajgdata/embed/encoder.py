@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-import torch._dynamo  # the first optimiser loads it (1 s): not while training is timed
 from sklearn.pipeline import Pipeline
 
 from ajgdata.embed.contrastive import contrastive_loss, draw_batches, pair_weights
@@ -51,14 +50,12 @@ def train_encoders(
     dimensions: Sequence[int],
     training: Training,
     seed: int,
-    scaling: Pipeline | None = None,
 ) -> list[Encoder]:
     """Return an encoder for each of `dimensions`, trained together on the same batches.
 
     `features` (n, n_features) as stored; `instance` and `grasp` (n,) are what the acquisition log
     says of physical things and grasps, and all that the pair rule knows. Same seed, same weights.
-    `scaling` (default: `raw_scaling()`) is fitted to the features.
-    Raises ValueError where there is nothing to learn (see `draw_batches`).
+    Raises NotPossibleError where there is nothing to learn (see `draw_batches`).
     """
     batches = draw_batches(
         instance,
@@ -68,20 +65,17 @@ def train_encoders(
         epochs=training.epochs,
         generator=np.random.default_rng(seed),
     )
-    scaling = (scaling or raw_scaling()).fit(features)
+    scaling = raw_scaling().fit(features)
     inputs = torch.from_numpy(scaling.transform(features)).float()
     with reproducible(seed):
         networks = [new_network(features.shape[1], dimension) for dimension in dimensions]
         together = StackedEncoders(networks)
-        optimiser, schedule = CnnClassifier().descent(together, len(batches))
+        descent = CnnClassifier().descent(together, len(batches))
         for rows in batches:
             pairs = pair_weights(instance[rows], grasp[rows])
             latents = together(inputs[rows])
             loss = torch.stack([contrastive_loss(z, pairs, training.margin) for z in latents]).sum()
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
-            schedule.step()
+            descent.step(loss)
         together.give_back()
     return [Encoder(scaling, network.eval()) for network in networks]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.crossval import ExtraTestSet
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_named_model
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -43,6 +43,7 @@ def cross_gripper(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
+    limits: Mapping[str, int] | None = None,
 ) -> list[CrossGripperPoint]:
     """Train on all of `own` and on `sizes` groups of each class (each value, of a regression) of
     `other`; test on the rest of `other`, fold by fold.
@@ -66,7 +67,9 @@ def cross_gripper(
                 x = np.concatenate([own.features[~tested], other.features[added]])
                 y = np.concatenate([own.target[~tested], other.target[added]])
                 group = np.concatenate([own.groups[~tested], other.groups[added]])
-                fitted = fit_model(make_model(model, kind, seed, period), x, y, group)
+                fitted = fit_named_model(
+                    model, kind, x, y, group, seed=seed, period=period, limits=limits
+                )
 
                 at_home = tested.any() and not size
                 points.append(

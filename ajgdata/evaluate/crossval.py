@@ -18,7 +18,8 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
 from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
-from ajgdata.models import chosen, fit_model, make_model, recordings_used
+from ajgdata.models import fit_model, make_model
+from ajgdata.models.limits import CHOOSING, most_recordings
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -95,8 +96,6 @@ class CrossValidation:
     predictions: Predictions
     cost: Cost
     extra_tests: dict[str, Tested]
-    #: How each fold's model was chosen (see `models.chosen`); empty for one that is not tuned.
-    choices: tuple[dict[str, Any], ...] = ()
     #: Recordings that each fold's model learned from, and had; empty where it learned from all.
     thinned: tuple[tuple[int, int], ...] = ()
 
@@ -126,6 +125,7 @@ def cross_validate(
     parts: Folds | None = None,
     inner_groups: Sequence[np.ndarray] | None = None,
     split: str = "",
+    limits: Mapping[str, int] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> CrossValidation:
     """Train on all folds but one, predict that one and the `extra_tests`; so for each fold.
@@ -137,8 +137,10 @@ def cross_validate(
     is one where y and y + period are the same, as the angle of a bar is after half a turn.
     `parts` are folds that were made before, of a split that has the name `split`, instead of
     grouped or random ones; `inner_groups` (n,) for each of them what inner folds must not divide
-    (default: `groups`). `progress(done, folds)` is called after each fold. BLAS and OpenMP get
-    one thread: results do not depend on the number of cores, and jobs side by side do not fight.
+    (default: `groups`). `limits` are the recordings that models are trained on at most, if not
+    their own (see `models.limits`). `progress(done, folds)` is called after each fold. BLAS and
+    OpenMP get one thread: results do not depend on the number of cores, and jobs side by side do
+    not fight.
 
     Raises ValueError for missing values (leave those recordings out first), for lengths that
     differ, for folds that cannot be made (see `splits`), and for extra rows without `groups`.
@@ -157,17 +159,16 @@ def cross_validate(
         parts, split = random_folds(target, kind, folds, seed), "random"
     elif parts is None:
         parts, split = grouped_folds(target, group, kind, folds, seed), "grouped"
-    estimator = make_model(model, kind, seed, period) if isinstance(model, str) else model
+    estimator, most = _unfitted(model, kind, seed, period, limits or {})
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
-    costs, choices, used, rss_mb = [], [], [], memory_mb("VmRSS")
+    costs, used, rss_mb = [], [], memory_mb("VmRSS")
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
             inner = inner_groups[fold] if inner_groups else group
-            fitted, cost = _fitted(estimator, features, target, inner, train, test)
+            fitted, cost = _fitted(estimator, features, target, inner, train, test, most)
             costs.append(cost)
-            choices.append(chosen(fitted)[1])
-            used.append((recordings_used(fitted, len(train)), len(train)))
+            used.append((min(len(train), most or len(train)), len(train)))
             own_parts.append(_predict(fitted, features, test, fold, target[train]))
             for name, tests in extra.items():
                 new = np.flatnonzero(~np.isin(tests.groups, group[train]))
@@ -183,9 +184,22 @@ def cross_validate(
         errors = _scores(tests, extra_parts[name], kind, period, seed, name)
         tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
     predictions = _predictions(own, own_parts, in_order=True)
-    tuned = tuple(choice for choice in choices if choice)
     thinned = tuple(used) if any(some < every for some, every in used) else ()
-    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested, tuned, thinned)
+    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested, thinned)
+
+
+def _unfitted(
+    model: str | BaseEstimator,
+    kind: Kind,
+    seed: int,
+    period: float | None,
+    limits: Mapping[str, int],
+) -> tuple[BaseEstimator, int | None]:
+    """Return the unfitted estimator, and on how many recordings it is trained at most."""
+    if not isinstance(model, str):
+        return model, None
+    made = make_model(model, kind, seed, period, limits.get(CHOOSING))
+    return made, most_recordings(model, limits)
 
 
 def _validated(
@@ -232,12 +246,13 @@ def _fitted(
     group: np.ndarray,
     train: Any,
     test: Any,
+    most: int | None,
 ) -> tuple[Any, FoldCost]:
     """Return a model trained on the rows `train`, and its cost, with predictions timed on
     `test`."""
     unfitted = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
-    estimator = fit_model(unfitted, features[train], target[train], group[train])
+    estimator = fit_model(unfitted, features[train], target[train], group[train], most)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     rows, single = features[test], features[test[:1]]
     estimator.predict(rows)  # once untimed: the first call may load something

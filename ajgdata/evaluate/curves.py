@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -11,7 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import fit_model, make_model, recordings_used
+from ajgdata.models import fit_named_model
+from ajgdata.models.limits import most_recordings
 from ajgdata.types import Kind, NotPossibleError
 
 
@@ -46,6 +47,7 @@ def learning_curve(
     folds: int = 5,
     seed: int = 0,
     period: float | None = None,
+    limits: Mapping[str, int] | None = None,
 ) -> Curve:
     """Train on ever more groups per class, and test always on the same: those of the first fold.
 
@@ -64,16 +66,20 @@ def learning_curve(
     fewest = min(map(len, of_class))
     short = f"a class has {fewest}; lower learning_curve.groups, or record more"
     others = {size: short for size in sizes if size > fewest}
+    most = most_recordings(model, limits or {})
 
     def point(size: int, repeat: int) -> CurvePoint:
         generator = np.random.default_rng([seed, repeat])
         orders = [generator.permutation(members) for members in of_class]
         rows = train[np.isin(group[train], np.concatenate([order[:size] for order in orders]))]
-        made = make_model(model, kind, seed + repeat, period)
-        fitted = fit_model(made, features[rows], y[rows], group[rows])
+        fitted = fit_named_model(
+            model, kind, features[rows], y[rows], group[rows],
+            seed=seed + repeat, period=period, limits=limits,
+        )  # fmt: skip
         scores = metrics.score(y[test], fitted.predict(features[test]), kind, period)
         chance = metrics.chance(y[rows], y[test], kind, period)
-        return CurvePoint(size, repeat, recordings_used(fitted, len(rows)), scores, chance)
+        used = min(len(rows), most or len(rows))
+        return CurvePoint(size, repeat, used, scores, chance)
 
     points = []
     with threadpool_limits(limits=1):

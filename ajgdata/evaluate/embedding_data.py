@@ -12,8 +12,6 @@ from ajgdata.store.features import Column, Shard
 from ajgdata.types import Embedding, Kind, NotPossibleError
 
 if TYPE_CHECKING:
-    from sklearn.pipeline import Pipeline
-
     from ajgdata.embed.encoder import Encoder
     from ajgdata.evaluate.splits import Folds
 
@@ -98,7 +96,6 @@ def train_on(
     settings: Embedding,
     dimensions: Sequence[int],
     seeds: Sequence[int],
-    scaling: Pipeline | None = None,
 ) -> list[Encoder]:
     """Return encoders of `dimensions`, trained on the rows `train`."""
     from ajgdata.embed.encoder import Training, train_encoders
@@ -116,7 +113,6 @@ def train_on(
         dimensions=dimensions,
         training=training,
         seed=int(np.random.SeedSequence(seeds).generate_state(1)[0]),
-        scaling=scaling,
     )
 
 

@@ -6,7 +6,7 @@ rather more: temperatures, intervals and alarms are rather too wide than too nar
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -14,12 +14,17 @@ import numpy as np
 from scipy.special import log_softmax
 from threadpoolctl import threadpool_limits
 
-from ajgdata.evaluate.calibration import TINIEST, temperature, with_temperature
-from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.calibration import (
+    TINIEST,
+    grasp_weights,
+    temperature,
+    weighted_quantile,
+    with_temperature,
+)
 from ajgdata.evaluate.metrics import wrapped
 from ajgdata.evaluate.novelty import alarm, detection_rate
 from ajgdata.evaluate.splits import grouped_folds
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_named_model, make_model
 from ajgdata.types import Kind, NotPossibleError
 
 #: The inner folds of the model, each of which trains it once more.
@@ -70,6 +75,7 @@ def calibration(
     period: float | None = None,
     coverage: float = COVERAGE,
     false_alarm: float = FALSE_ALARM,
+    limits: Mapping[str, int] | None = None,
 ) -> Calibration:
     """Return the calibration of `model`, trained on features (n, f) and `target` (n,).
 
@@ -92,13 +98,16 @@ def calibration(
         if kind == "classification":
             t = found(
                 "temperature",
-                lambda: _temperature(features, target, groups, model, folds, seed),
+                lambda: _temperature(features, target, groups, model, folds, seed, limits),
             )
         else:
             half = found(
                 "half_width",
-                lambda: _half_width(features, target, groups, model, folds, seed, period, coverage),
-            )
+                lambda: _half_width(
+                    features, target, groups, coverage, model=model, folds=folds, seed=seed,
+                    period=period, limits=limits,
+                ),
+            )  # fmt: skip
         far = found(
             "novelty_threshold",
             lambda: alarm(features, grasp, groups, false_alarm=false_alarm, seed=seed),
@@ -124,9 +133,17 @@ def calibration(
 
 
 def _temperature(
-    features: np.ndarray, y: np.ndarray, groups: np.ndarray, model: str, folds: int, seed: int
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    model: str,
+    folds: int,
+    seed: int,
+    limits: Mapping[str, int] | None,
 ) -> float:
-    held_out = held_out_probability(features, y, groups, model=model, folds=folds, seed=seed)
+    held_out = held_out_probability(
+        features, y, groups, model=model, folds=folds, seed=seed, limits=limits
+    )
     return temperature_in_use(held_out, np.unique(y, return_inverse=True)[1], groups)
 
 
@@ -138,6 +155,7 @@ def held_out_probability(
     model: str,
     folds: int,
     seed: int,
+    limits: Mapping[str, int] | None = None,
 ) -> np.ndarray:
     """Return probabilities (n, n_classes) of classes `y` (n,), each by a `model` that was trained
     on the other folds of `groups` (n,).
@@ -149,8 +167,10 @@ def held_out_probability(
         raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
     probability = np.empty((len(y), len(np.unique(y))))
     for train, test in grouped_folds(y, groups, "classification", folds, seed):
-        made = make_model(model, "classification", seed)
-        fitted = fit_model(made, features[train], y[train], groups[train])
+        fitted = fit_named_model(
+            model, "classification", features[train], y[train], groups[train],
+            seed=seed, limits=limits,
+        )  # fmt: skip
         probability[test] = fitted.predict_proba(features[test])
     return probability
 
@@ -186,12 +206,15 @@ def held_out_residuals(
     folds: int,
     seed: int,
     period: float | None = None,
+    limits: Mapping[str, int] | None = None,
 ) -> np.ndarray:
     """Return |y - prediction| (n,), each by a `model` that was trained on the other folds."""
     residual = np.empty(len(y))
     for train, test in grouped_folds(y, groups, "regression", folds, seed):
-        made = make_model(model, "regression", seed, period)
-        fitted = fit_model(made, features[train], y[train], groups[train])
+        fitted = fit_named_model(
+            model, "regression", features[train], y[train], groups[train],
+            seed=seed, period=period, limits=limits,
+        )  # fmt: skip
         residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
     return residual
 
@@ -200,20 +223,17 @@ def _half_width(
     features: np.ndarray,
     y: np.ndarray,
     groups: np.ndarray,
-    model: str,
-    folds: int,
-    seed: int,
-    period: float | None,
     coverage: float,
+    *,
+    period: float | None,
+    **options: Any,
 ) -> float:
     if coverage > 1 - 1 / (count := len(np.unique(groups)) + 1):
         raise NotPossibleError(
             f"{count - 1} groups cannot say where {100 * coverage:g} % of new ones lie: "
             f"record at least {int(np.ceil(coverage / (1 - coverage) - 1e-9))}"
         )
-    residual = held_out_residuals(
-        features, y, groups, model=model, folds=folds, seed=seed, period=period
-    )
+    residual = held_out_residuals(features, y, groups, period=period, **options)
     return half_width(residual, groups, coverage, period)
 
 
@@ -235,6 +255,7 @@ def calibrated(
     model: str,
     folds: int = 5,
     seed: int = 0,
+    limits: Mapping[str, int] | None = None,
 ) -> Calibrated:
     """Return out-of-fold probabilities of a classifier, plain and scaled by a temperature.
 
@@ -250,9 +271,11 @@ def calibrated(
     with threadpool_limits(limits=1):
         for train, test in grouped_folds(y, group, "classification", folds, seed):
             inner = min(FOLDS, len(np.unique(group[train])))
-            t = _temperature(features[train], y[train], group[train], model, inner, seed)
-            made = make_model(model, "classification", seed)
-            fitted = fit_model(made, features[train], y[train], group[train])
+            t = _temperature(features[train], y[train], group[train], model, inner, seed, limits)
+            fitted = fit_named_model(
+                model, "classification", features[train], y[train], group[train],
+                seed=seed, limits=limits,
+            )  # fmt: skip
             plain[test] = fitted.predict_proba(features[test])
             scaled[test] = with_temperature(plain[test], t)
             temperatures.append(t)

@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.calibration import grasp_weights, weighted_quantile
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.types import NotPossibleError
 

@@ -30,8 +30,8 @@ class ShortcutTest:
     """Dependence of predictions from silence on the truth: `value`, and `null`, its mean when the
     groups of a fold exchange their labels.
 
-    `p` = (b + 1) / (n + 1), b of n permutations depending at least as much (see
-    `permutations.PermutationTest`).
+    `p` = (b + 1) / (n + 1), b of n permutations depending at least as much (Phipson & Smyth 2010,
+    Stat. Appl. Genet. Mol. Biol. 9(1)): never 0, and at least 1 / (n + 1).
     """
 
     measure: str

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterable, Iterator
+import re
+import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +31,7 @@ from ajgdata.types import (
 )
 from ajgdata.types.registry import Registry
 
+FOLDER = Path(__file__).parent
 #: Modules of this package that experiments share.
 SHARED = ("base", "drawings", "embedding")
 
@@ -58,8 +61,6 @@ class Asked:
     @property
     def others(self) -> tuple[str, ...]:
         """Return the data sets that it needs beside its own."""
-        if isinstance(self.settings, Embedding):
-            return (self.settings.base,) if self.settings.base else ()
         return tuple(getattr(self.settings, "test_on", ()))
 
     def optional_in(self, spec: DatasetSpec) -> bool:
@@ -71,11 +72,11 @@ class Asked:
     @property
     def of_latents(self) -> bool:
         """Return whether it needs the latents of the embedding's encoders."""
-        return isinstance(self.settings, Embedding) and not self.settings.base
+        return isinstance(self.settings, Embedding)
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Return the names of its jobs: `learning_curve-cnn`, or `permutation_test`."""
+        """Return the names of its jobs: `learning_curve-cnn`, or `reflected_energy`."""
         name = self.experiment.name
         return tuple(f"{name}-{model}" if model else name for model in self.models)
 
@@ -154,7 +155,7 @@ def _asked_of_embedding(spec: DatasetSpec, embedding: str) -> list[Asked]:
     asked = [
         Asked(one, spec.name, embedding, settings, ("",))
         for one in (EXPERIMENTS[name] for name in EXPERIMENTS.names())
-        if one.of_embedding and one.of_base == bool(settings.base) and one.asks(settings)
+        if one.of_embedding and one.asks(settings)
     ]
     return sorted(asked, key=lambda one: (one.experiment.order, one.experiment.name))
 
@@ -172,12 +173,21 @@ def all_asked(spec: DatasetSpec, path: Path) -> Iterator[Asked]:
             raise DataError(where, str(error), "correct it, or remove it") from None
 
 
-def experiment_modules(asked: Iterable[Asked]) -> list[str]:
-    """Return the modules of experiments: what a report on them is drawn by."""
-    return sorted({one.experiment.measure.__module__ for one in asked})
+def measure_files(name: str) -> tuple[str, ...]:
+    """Return the sources of an experiment, and of the experiments that they import.
 
-
-def measure_entry(name: str) -> str:
-    """Return where the measuring half of an experiment is: what its results depend on."""
-    measure = EXPERIMENTS[name].measure
-    return f"{measure.__module__}:{measure.__name__}"
+    Modules that only draw are not among them: an edit of one measures nothing again.
+    """
+    module = EXPERIMENTS[name].measure.__module__
+    if not module.startswith(__name__):  # another package's
+        return (str(sys.modules[module].__file__),)
+    files: list[Path] = []
+    waiting, known = [module.split(".")[2], "base"], {"drawings"}
+    while waiting:
+        if (part := waiting.pop()) not in known:
+            known.add(part)
+            own = [*FOLDER.glob(f"{part}.py"), *FOLDER.glob(f"{part}/*.py")]
+            text = "".join(file.read_text(encoding="utf-8") for file in own)
+            waiting += re.findall(rf"from {re.escape(__name__)}\.(\w+)", text)
+            files += own
+    return tuple(str(file) for file in sorted(files))

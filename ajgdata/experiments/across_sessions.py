@@ -1,7 +1,6 @@
 """Across sessions: models on a session that they have not met, what helps there and what it needs.
 
-The remedies and their sources stand in `evaluate.session_shift`, `evaluate.reference_correction`
-and `evaluate.new_session`.
+The corrections are in `evaluate.new_session` and `evaluate.reference_correction`.
 """
 
 from __future__ import annotations
@@ -73,7 +72,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         on_new_sessions(
             data, tested=tested, train_on=settings.train_on, sizes=settings.grasps,
             draws=settings.draws, model=model, kind=inputs.kind, seed=inputs.seed,
-            period=inputs.period_deg,
+            period=inputs.period_deg, limits=inputs.most_recordings,
         )
     )  # fmt: skip
     rows = [
@@ -292,8 +291,8 @@ def caption(results: TaskResults) -> Caption:
     few = f" Of a class there are too few grasps for {', '.join(map(str, missing))} of each."
     return Caption(
         f"Models of {results.title}, {results.source}, in sessions that they have not met. "
-        "Remedies see grasps of the new session that are set aside: without labels (mean, "
-        "deviation and, for CORAL, correlations of bins), or with them; or recordings of nothing. "
+        "Remedies see grasps of the new session that are set aside: without labels (mean and "
+        "deviation of bins), or with them; or recordings of nothing. "
         "What is tested is the same for all; a remedy that some sessions do not allow is shown for "
         "the others, beside the model as it is in these. Times: correcting and training, of one "
         "processor."

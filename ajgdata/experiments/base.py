@@ -148,7 +148,7 @@ class Inputs:
     def split(self) -> dict[str, Any]:
         """Return what an evaluation of models takes, by name."""
         named = {"kind": self.kind, "folds": self.folds, "seed": self.seed}
-        return named | {"period": self.period_deg}
+        return named | {"period": self.period_deg, "limits": self.most_recordings}
 
 
 @dataclass(frozen=True)
@@ -276,11 +276,6 @@ def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
     return ()
 
 
-def no_panel(_: Sequence[TaskResults]) -> Illustration | None:
-    """Return nothing: an experiment that has no figure of error against run time."""
-    return None
-
-
 def no_tables(_: TaskResults) -> Iterable[ShownTable]:
     """Return nothing: an experiment whose figures say it all."""
     return ()
@@ -306,8 +301,7 @@ class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
-    together, `cost_panel` a small one of error against run time for the report's first screen (None
-    for nothing), `training_cost` is what training the model of a label costs. `measure(inputs,
+    together, `training_cost` is what training the model of a label costs. `measure(inputs,
     settings, model)` raises NotPossibleError for a task that lacks what it needs. `test_on` of the
     settings model, if it has one, names further data sets; its `models`, if `by_model`, are
     measured in jobs of their own. `check(settings, kind, features)` raises ValueError for settings
@@ -317,10 +311,9 @@ class Experiment:
     `highlights` are what the first screen says of it, beyond what the paper has. An experiment with
     its `own_page` does not stand on that of its task.
 
-    Those `of_embedding` are made of embeddings, whose declaration is their settings: of all, or
-    (`of_base`) of those alone that have a `base`, and then of no others; `asks(settings)` is False
-    for an embedding that does not ask for it. On data sets that stand beside the paper they stand
-    beside its figure `paper`.
+    Those `of_embedding` are made of embeddings, whose declaration is their settings;
+    `asks(settings)` is False for an embedding that does not ask for it. On data sets that stand
+    beside the paper they stand beside its figure `paper`.
     """
 
     name: str
@@ -335,7 +328,6 @@ class Experiment:
     highlights: Callable[[TaskResults], Iterable[Highlight]] = no_highlights
     summary: Callable[[TaskResults], str] = no_summary
     across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
-    cost_panel: Callable[[Sequence[TaskResults]], Illustration | None] = no_panel
     training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None
     check: Callable[[Any, Kind, FeatureSettings], None] = lambda settings, kind, features: None
     by_model: bool = False
@@ -345,7 +337,6 @@ class Experiment:
     reads_recordings: bool = False
     renders: bool = False
     of_embedding: bool = False
-    of_base: bool = False
     asks: Callable[[Any], bool] = lambda settings: True
     paper: str = ""
 

@@ -58,7 +58,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     from ajgdata.evaluate.in_use import FOLDS, half_width, held_out_residuals
     from ajgdata.evaluate.metrics import wrapped
     from ajgdata.evaluate.splits import grouped_folds
-    from ajgdata.models import fit_model, make_model
+    from ajgdata.models import fit_named_model
 
     data, period = inputs.data(), inputs.period_deg
     x, y, group = data.feature, data.value, data.group
@@ -70,10 +70,12 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             begun = time.process_time()
             residual = held_out_residuals(
                 x[train], y[train], group[train], model=model, seed=inputs.seed, period=period,
-                folds=min(FOLDS, len(np.unique(group[train]))),
+                folds=min(FOLDS, len(np.unique(group[train]))), limits=inputs.most_recordings,
             )  # fmt: skip
-            made = make_model(model, inputs.kind, inputs.seed, period)
-            fitted = fit_model(made, x[train], y[train], group[train])
+            fitted = fit_named_model(
+                model, inputs.kind, x[train], y[train], group[train],
+                seed=inputs.seed, period=period, limits=inputs.most_recordings,
+            )  # fmt: skip
             away = np.abs(wrapped(y[test] - fitted.predict(x[test]), period))
             spent += time.process_time() - begun
             for coverage in settings.coverages:

@@ -17,6 +17,7 @@ from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ajgdata.store.latents import Latents
@@ -28,14 +29,7 @@ _LOOKS = {
     "raw": (6, "s"),
     "pca": (5, "^"),
     "umap": (2, "D"),
-    "pose_latent": (0, "o"),
-    "gripper_latent": (1, "v"),
-    "standardised": (5, "^"),
-    "referenced": (2, "D"),
-    "standardised_latent": (3, "P"),
-    "referenced_latent": (4, "<"),
 }
-_OTHER = (3, "X")
 
 
 def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents]:
@@ -94,8 +88,19 @@ def look(space: str) -> dict[str, Any]:
     """Return colour and marker of a space, the same in every figure."""
     from ajgdata.report.canvas import COLOURS
 
-    colour, marker = _LOOKS.get(space, _OTHER)
+    colour, marker = _LOOKS[space]
     return {"color": COLOURS[colour], "marker": marker}
+
+
+def draw_space(axes: Axes, space: str, x: Sequence[float], scores: Sequence[Score]) -> None:
+    """Draw the means and deviations (%) of a space over `x` as a line that is named at its end."""
+    from ajgdata.report.labels import label_end
+
+    mean = [100 * score.mean for score in scores]
+    sd = [100 * np.nan_to_num(score.sd) for score in scores]
+    style = {**look(space), "ms": 4.5, "capsize": 2.5}
+    axes.errorbar(x, mean, sd, label=space_name(space), **style)
+    label_end(axes, x[-1], mean[-1], space_name(space), str(style["color"]))
 
 
 def space_name(space: str) -> str:

@@ -21,7 +21,9 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.embedding import (
     ScoreRow,
     by_run,
+    draw_space,
     illustration,
+    look,
     run_scores,
     scores_by,
     settings_table,
@@ -30,20 +32,21 @@ from ajgdata.experiments.embedding import (
 )
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
-from ajgdata.report.format import DASH, Score, mean_sd, number
+from ajgdata.report.format import DASH, Caption, Score, mean_sd, number
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    pass
-
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 NAME = "embedding_knn"
 TITLE = "Embedding: nearest neighbours"
 TRAINING = "cost of training"  #: part of the scores of what training all encoders cost
 TIMES = ("fit_s", "transform_s", "query_s")
-# A time measured as zero has no place on a log axis.
+#: A time measured as zero has no place on a log axis.
+SHORTEST = 1e-4
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -146,11 +149,11 @@ def neighbours_of(results: TaskResults, space: str = "") -> list[Neighbours]:
     return sorted((row for row in found if row.space == space), key=lambda r: r.dimension or 0)
 
 
-def at_shown(results: TaskResults, space: str) -> Neighbours | None:
+def at_shown(results: TaskResults, space: str) -> Neighbours:
     """Return k-NN in the dimension that the settings name, `shown`; in a space without dimensions
     k-NN as it is. No score selects the dimension."""
     rows = neighbours_of(results, space)
-    return next((r for r in rows if r.dimension in (None, results.settings.shown)), None)
+    return next(row for row in rows if row.dimension in (None, results.settings.shown))
 
 
 def accuracy_range(results: TaskResults, space: str) -> str:
@@ -165,10 +168,137 @@ def dimensions_of(rows: Sequence[Neighbours]) -> list[int]:
     return sorted({row.dimension for row in rows if row.dimension})
 
 
+def finding(results: TaskResults) -> str:
+    """Return the accuracy of k-NN on the latent and on raw features."""
+    latent, raw = at_shown(results, "latent"), at_shown(results, "raw")
+    chance = number(100 * results.results[0].about["chance"])
+    return (
+        f"k-NN reaches {_percent(latent)} on a latent of {latent.dimension} dimensions, "
+        f"{_percent(raw)} on raw features (chance {chance} %)"
+    )
+
+
+def _percent(row: Neighbours) -> str:
+    return mean_sd(row.score, "%", 100)
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return the accuracy of k-NN against the dimension, and against the time of one fold."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+
+    from ajgdata.report.canvas import WIDTH_IN, new_figure
+    from ajgdata.report.labels import REFERENCES, reference_line
+
+    rows = neighbours_of(results)
+    drawn = new_figure(
+        (WIDTH_IN, 3.9),
+        finding(results),
+        f"{results.title}: validation accuracy, mean ± sd over folds and initialisations; grey "
+        "line: beaten by nothing in both accuracy and time",
+        [results.source],
+    )
+    left, right = drawn.subplots(1, 2, sharey=True)
+    for space in ordered([row.space for row in rows]):
+        _against_dimension(left, neighbours_of(results, space))
+        _against_time(right, neighbours_of(results, space), results.settings.shown)
+    _front(right, rows)
+    chance = 100 * results.results[0].about["chance"]
+    reference_line(left, "chance", chance, "chance")
+    right.axhline(chance, label="chance", **REFERENCES["chance"])
+    for axes in (left, right):
+        axes.set_xscale("log")
+        axes.margins(x=0.1)
+        axes.set_ylim(bottom=0)
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    dimensions = dimensions_of(rows)
+    left.set_xticks(dimensions, map(str, dimensions))
+    left.xaxis.set_minor_locator(NullLocator())
+    left.set(xlabel="dimension", ylabel="accuracy (%)")
+    right.xaxis.set_major_formatter(FuncFormatter(lambda s, _: number(s)))
+    right.set_xlabel("s of one fold: space, points, k-NN")
+    return drawn
+
+
+def _against_dimension(axes: Axes, rows: list[Neighbours]) -> None:
+    """Draw a line with error bars, named at its end; a space without dimensions is a band."""
+    from ajgdata.report.labels import label_end
+
+    first = rows[0]
+    if first.dimension is not None:
+        scores = [row.score for row in rows]
+        draw_space(axes, first.space, [row.dimension or 0 for row in rows], scores)
+        return
+    colour, label = look(first.space)["color"], space_name(first.space)
+    mean, sd = 100 * first.score.mean, 100 * np.nan_to_num(first.score.sd)
+    axes.axhspan(mean - sd, mean + sd, color=colour, alpha=0.12, lw=0)
+    axes.axhline(mean, color=colour, lw=1.2, ls=(0, (5, 3)), label=label)
+    label_end(axes, None, mean, label, colour)
+
+
+def _against_time(axes: Axes, rows: list[Neighbours], shown: int) -> None:
+    """Draw a marker for each dimension; that of the settings, or else the last, is named."""
+    from ajgdata.report.labels import label_end
+
+    style = look(rows[0].space)
+    named = next((row for row in rows if row.dimension in (None, shown)), rows[-1])
+    for row in rows:
+        place = max(row.seconds, SHORTEST), 100 * row.score.mean
+        sd = 100 * np.nan_to_num(row.score.sd)
+        axes.errorbar(*place, sd, ms=4.5, elinewidth=0.8, capsize=0, **style)
+        if row is named:
+            name = space_name(row.space) + (f", {row.dimension}-D" if row.dimension else "")
+            label_end(axes, *place, name, style["color"])
+
+
+def _front(axes: Axes, rows: Sequence[Neighbours]) -> None:
+    """Draw a line through what nothing else beats in both accuracy and time."""
+    from ajgdata.report.canvas import GREY, pareto_front
+
+    seconds = np.array([max(row.seconds, SHORTEST) for row in rows])
+    accuracy = np.array([100 * row.score.mean for row in rows])
+    best = np.flatnonzero(pareto_front(seconds, -accuracy))
+    best = best[np.lexsort((accuracy[best], seconds[best]))]
+    axes.plot(seconds[best], accuracy[best], color=GREY, lw=1, zorder=1, label="Pareto front")
+
+
+def gain_text(results: TaskResults) -> str:
+    """Return by how much the latent is better than raw features."""
+    latent, raw = at_shown(results, "latent"), at_shown(results, "raw")
+    points = 100 * (latent.score.mean - raw.score.mean)
+    relative = points / raw.score.mean if raw.score.mean > 0 else float("nan")
+    sense = "higher" if points >= 0 else "lower"
+    return (
+        f"k-NN on the latent reaches {mean_sd(latent.score, '%', 100)} at {latent.dimension} "
+        f"dimensions, on raw features {mean_sd(raw.score, '%', 100)}: {number(abs(points))} "
+        f"percentage points, or {number(abs(relative))} %, {sense}"
+    )
+
+
+def caption(results: TaskResults) -> Caption:
+    """Return the caption of `figure`."""
+    listed = "; ".join(
+        f"{space_name(space)}: "
+        + ", ".join(
+            (f"{row.dimension}: " if row.dimension else "") + mean_sd(row.score, "%", 100)
+            for row in neighbours_of(results, space)
+        )
+        for space in ordered([row.space for row in neighbours_of(results)])
+    )
+    return Caption(
+        f"{gain_text(results)}. Settings fix this dimension beforehand; which dimension is best is "
+        f"exploratory ({accuracy_range(results, 'latent')} over all). Left: against the "
+        "dimension of the space; dashed with its band: raw features. Right: against the time of "
+        "one fold, each space named at the same dimension; grey: what nothing else beats. PCA "
+        "and UMAP "
+        "learn from training points alone, and nothing of what they are of; the latent was told "
+        "which of them are alike. The time of a latent is its share of a training of all "
+        "dimensions together. The times belong to the machine that made this page.",
+        f"{finding(results)}. Accuracy by space and dimension: {listed}.",
+    )
+
+
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the one figure of all spaces."""
-    from ajgdata.experiments.drawings.embedding_knn import caption, figure
-
     return [illustration(results, "", caption(results), partial(figure, results))]
 
 
@@ -201,14 +331,12 @@ def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
     measured = lookup(NAME, results.dataset, results.task)
     if measured is None or measured.task != results.task or not measured.results:
         return None
-    rows = neighbours_of(measured, "latent")
-    shown = [row for row in rows if row.dimension == results.settings.shown]
-    return _cost(measured, shown[0]) if shown else None
+    return _cost(measured, at_shown(measured, "latent"))
 
 
 def _cost(results: TaskResults, at: Neighbours) -> Cost:
     """Return the cost of all folds, one network each; a recording is placed with others."""
-    folds = len(raw.score.per_fold) if (raw := at_shown(results, "raw")) else 1
+    folds = len(at_shown(results, "raw").score.per_fold)
     return Cost(folds * at.fit_s, 1e3 * at.ask_s / at.recordings)
 
 
@@ -232,9 +360,7 @@ def relative_gain(latent: Score, raw: Score) -> tuple[Score, Interval]:
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
     """Yield by how much k-NN on the latent is better than on raw features, relative to these."""
     paper, latent, raw = results.paper, at_shown(results, "latent"), at_shown(results, "raw")
-    if paper is None or paper.value is None or latent is None or raw is None:
-        return
-    if not raw.score.mean > 0:
+    if paper is None or paper.value is None or not raw.score.mean > 0:
         return
     score, interval = relative_gain(latent.score, raw.score)
     points = 100 * (latent.score.mean - raw.score.mean)

@@ -1,18 +1,36 @@
-"""Embedding: every recording in two dimensions, as one network and as the raw features see it."""
+"""Embedding: every recording in two dimensions, and how well the objects are separated."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults
-from ajgdata.experiments.embedding import illustration, space_name, supervision, trained
-from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Caption, number, words
+from ajgdata.experiments.base import (
+    Experiment,
+    Inputs,
+    Lookup,
+    Outcome,
+    TaskResults,
+    score_table,
+)
+from ajgdata.experiments.embedding import (
+    ScoreRow,
+    by_run,
+    illustration,
+    run_scores,
+    scores_by,
+    space_name,
+    supervision,
+    trained,
+)
+from ajgdata.experiments.embedding_knn import encoder_cost
+from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.comparison import PaperComparison, holds, mark_of
+from ajgdata.report.format import Caption, Score, mean_sd, number, words
 from ajgdata.report.latent_plane_figure import Plane, clusters_text, plane_caption, plane_figure
 from ajgdata.report.projections import (
     METHODS,
@@ -35,6 +53,9 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
+    from ajgdata.evaluate.embedding_data import EmbeddingData
+    from ajgdata.store.latents import Latents
+
 NAME = "embedding_projections"
 TITLE = "Embedding: projections"
 #: The run that is looked at.
@@ -44,11 +65,10 @@ MAX_VECTOR_POINTS = 3000
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
-    """Return the projections of one run, of the latent and of raw features.
+    """Return the projections of one run, and the silhouettes of all runs, in the latent and raw.
 
-    A latent of two dimensions is there as it is, too. With each recording stands what is known of
-    it: the thing, its category, what is probed, session and grasp. Raises ValueError where nothing
-    could be trained.
+    A latent of two dimensions is included as it is. Each recording has its object, category,
+    targets, session and grasp. Raises NotPossibleError if nothing could be trained.
     """
     from ajgdata.embed.projections import project
     from ajgdata.models.baselines import raw_scaling
@@ -65,7 +85,8 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
     if 2 in latents.latent:
         planes = {("latent", PLANE): latents.latent[2][FOLD, INIT]} | planes
     first = settings.instance, settings.category or settings.target
-    names = dict.fromkeys((*first, *settings.probes, "session_id", settings.groups))
+    targets = [name for name in inputs.kinds if name in data.columns]
+    names = dict.fromkeys((*first, *targets, "session_id", settings.groups))
     known = {"recording": data.column("recording"), "training": training}
     known |= {name: data.column(name) for name in names}
     recordings = (dict(zip(known, row, strict=True)) for row in zip(*known.values(), strict=True))
@@ -75,12 +96,47 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         for x, y in plane
     )
     note = "The points of each space and method are in the order of the recordings."
+    silhouettes = list(_silhouettes(data, latents, settings))
+    labels = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
     tables = (
+        score_table(_silhouette_scores(silhouettes), TITLE),
+        table_of("silhouettes", "Silhouettes", by_run(silhouettes, "silhouette"), **labels),
         table_of("recordings", "Recordings", recordings, **{name: words(name) for name in known}),
         table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
     )
     about = {"fold": FOLD, "init": INIT, "dimension": settings.shown, **data.thinned}
-    return Outcome(tables, about=about)
+    return Outcome(tables, about=about | _silhouette_counts(latents))
+
+
+def _silhouettes(
+    data: EmbeddingData, latents: Latents, settings: Embedding
+) -> Iterator[dict[str, Any]]:
+    """Yield the silhouettes of validation points by space and column of labels."""
+    from ajgdata.evaluate.distances import silhouette
+    from ajgdata.evaluate.embedding_data import runs_by_space
+
+    seen = latents.latent[settings.shown], latents.validation_fold
+    for space, runs in runs_by_space(data, *seen):
+        for label in dict.fromkeys([settings.instance, settings.category or settings.target]):
+            value = data.column(label).astype(str)
+            values = [silhouette(points[test], value[test]) for points, _, test in runs]
+            yield {"space": space, "label": label, "values": values}
+
+
+def _silhouette_scores(rows: Iterable[dict[str, Any]]) -> Iterator[ScoreRow]:
+    for row in rows:
+        metric = f"silhouette of {row['label']}"
+        yield from run_scores(row["space"], "silhouette", metric, row["values"])
+
+
+def _silhouette_counts(latents: Latents) -> dict[str, int]:
+    """Return the number of points of a silhouette if it is not measured on all of a run."""
+    from ajgdata.evaluate import distances
+
+    tested = int(np.bincount(latents.validation_fold).max())
+    if tested <= distances.MOST_SILHOUETTE:
+        return {}
+    return {"silhouette_on": distances.MOST_SILHOUETTE, "silhouette_of": tested}
 
 
 def _seven_digits(value: float) -> float:
@@ -129,8 +185,6 @@ def plane_of(shown: Projections) -> Plane | None:
 
 def clusters_of(results: TaskResults) -> str:
     """Return where the validation points lie in the two-dimensional latent, or nothing."""
-    if not results.results:
-        return ""
     plane = plane_of(projections_of(results.results[0].tables))
     return clusters_text(plane) if plane else ""
 
@@ -260,13 +314,57 @@ def figures(results: TaskResults) -> Iterator[Illustration]:
         yield illustration(results, f"by-{column}", caption(shown, column), drawn)
 
 
+def tables(results: TaskResults) -> Iterator[ShownTable]:
+    """Yield the silhouettes by column of labels and space."""
+    scores = silhouettes_of(results)
+    spaces = ordered([space for space, _ in scores])
+    labels = dict.fromkeys(label for _, label in scores)
+    about = results.results[0].about
+    is_subset = "silhouette_on" in about
+    on = " ({silhouette_on:,} of {silhouette_of:,} in a run)".format(**about) if is_subset else ""
+    yield ShownTable(
+        f"Silhouettes (Rousseeuw 1987) of validation points{on}.",
+        ("silhouette of", *(f"{space_name(space)}|" for space in spaces)),
+        tuple((words(x), *(mean_sd(scores[space, x]) for space in spaces)) for x in labels),
+    )
+
+
+def silhouettes_of(results: TaskResults) -> dict[tuple[str, str], Score]:
+    """Return the silhouettes by space and column of labels."""
+    table = results.results[0].tables["silhouettes"]
+    scores = scores_by(table, ("space", "label"), "silhouette")
+    return {(space, label): score for (space, label), score in scores.items()}
+
+
+def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+    """Yield whether objects form clusters, by the silhouette of validation points of all runs."""
+    column, scores = results.settings.instance, silhouettes_of(results)
+    if results.paper is None or ("latent", column) not in scores:
+        return
+    score, raw = scores["latent", column], scores["raw", column]
+    result = (
+        f"silhouette of objects {mean_sd(score)} (raw features {mean_sd(raw)}) "
+        f"in {results.settings.shown}-D"
+    )
+    if clusters := clusters_of(results):
+        result += f"; in two dimensions, of the validation points {clusters}"
+    yield PaperComparison(
+        results.paper, results.dataset, results.task, results.source, result, "latent",
+        holds(score), encoder_cost(results, lookup),
+        marks=(mark_of("ours", "latent", score), mark_of("other", "raw", raw)),
+    )  # fmt: skip
+
+
 EXPERIMENT = Experiment(
     name=NAME,
     title=TITLE,
     settings=Embedding,
     measure=measure,
     figures=figures,
+    tables=tables,
+    paper_comparison=paper_comparison,
     summary=supervision,
     of_embedding=True,
     order=80,
+    paper="embedding",
 )

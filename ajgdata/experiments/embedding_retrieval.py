@@ -11,8 +11,8 @@ import numpy as np
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults, score_table
 from ajgdata.experiments.embedding import (
     by_run,
+    draw_space,
     illustration,
-    look,
     run_scores,
     scores_by,
     space_name,
@@ -152,11 +152,7 @@ def _panel(axes: Axes, here: list[Retrieval]) -> None:
 
     for space in ordered([row.space for row in here]):
         own = sorted((row for row in here if row.space == space), key=lambda row: row.k)
-        mean = [100 * row.score.mean for row in own]
-        sd = [100 * np.nan_to_num(row.score.sd) for row in own]
-        style = {**look(space), "ms": 4.5, "capsize": 2.5}
-        axes.errorbar([row.k for row in own], mean, sd, label=space_name(space), **style)
-        label_end(axes, own[-1].k, mean[-1], space_name(space), str(style["color"]))
+        draw_space(axes, space, [row.k for row in own], [row.score for row in own])
     chance = sorted({(row.k, 100 * row.chance) for row in here if math.isfinite(row.chance)})
     axes.plot(*np.reshape(chance, (-1, 2)).T, label="chance", **REFERENCES["chance"])
     if chance:

@@ -209,14 +209,16 @@ def _strange(
 ) -> np.ndarray:
     """Return how strange recordings `rows` (m,) are to who knows those of `fit`: (m,)."""
     from ajgdata.evaluate.novelty import Guard
-    from ajgdata.models import fit_model, make_model
+    from ajgdata.models import fit_named_model
 
     if judge == DISTANCE:
         return Guard.of(data.feature[fit], grasps[fit]).distance(data.feature[rows])
-    made: Any = make_model(judge, inputs.kind, inputs.seed)
-    if not hasattr(made, "predict_proba"):
+    fitted = fit_named_model(
+        judge, inputs.kind, data.feature[fit], data.value[fit], data.group[fit],
+        seed=inputs.seed, limits=inputs.most_recordings,
+    )  # fmt: skip
+    if not hasattr(fitted, "predict_proba"):
         raise NotPossibleError(f"model {judge!r} has no probabilities: choose another")
-    fitted = fit_model(made, data.feature[fit], data.value[fit], data.group[fit])
     return 1 - fitted.predict_proba(data.feature[rows]).max(axis=1)
 
 

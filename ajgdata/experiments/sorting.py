@@ -58,7 +58,13 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
 
     data = inputs.data()
     found = calibrated(
-        data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed
+        data.feature,
+        data.value,
+        data.group,
+        model=model,
+        folds=inputs.folds,
+        seed=inputs.seed,
+        limits=inputs.most_recordings,
     )
     label = np.searchsorted(found.classes, data.value)
     scores: list[tuple[str, str, str, str, float]] = []

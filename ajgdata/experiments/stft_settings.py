@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,18 +20,17 @@ from ajgdata.experiments.base import (
 )
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import mark_of, range_of
-from ajgdata.report.format import Caption, Score, number, with_unit
+from ajgdata.report.format import Score, number, with_unit
 from ajgdata.report.panel import Highlight
 from ajgdata.types import FeatureSettings, Kind, ModelName, NotPossibleError, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 #: Recordings held at once, and transformed with one setting after the other: the times of all
 #: settings are then of the same moments.
 BLOCK = 64
-PANEL = "cost-of-feature-settings"
 TICKS_MS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)
 
 
@@ -213,71 +211,11 @@ def figures(results: TaskResults) -> list[Illustration]:
     return [Illustration(results.named(), caption(results), lambda: figure(results))]
 
 
-def cost_panel(results: Sequence[TaskResults]) -> Illustration | None:
-    """Return a small figure of the first task's settings; None where there is none."""
-    if not results:
-        return None
-    first = results[0]
-    listed = "; ".join(_found(first, model) for model in range(len(models_of(first))))
-    text = (
-        f"{first.title}: {error_name(first)} over the time to make one feature, by window/hop in "
-        "samples; one point a setting of the STFT, filled ones and the line: Pareto front of each "
-        "model; rings: the data set's own setting."
-    )
-    alt = f"{_panel_title(first)}. {listed}."
-    return Illustration(PANEL, Caption(text, alt), lambda: panel(first))
-
-
 def error_range(results: TaskResults, model: int) -> str:
     """Return `28 to 35 %`: the errors of a model with all settings but the data set's own."""
     errors = [point.errors[model][0] for point in points_of(results)[1:]]
     low, high = (number(f(errors)) for f in (min, max))
     return with_unit(low if low == high else f"{low} to {high}", results.shown_unit)
-
-
-def _found(results: TaskResults, model: int) -> str:
-    """Return error and time of a model with the data set's own setting and with all others."""
-    own, *others = points_of(results)
-    error = with_unit("{} ± {}".format(*map(number, own.errors[model])), results.shown_unit)
-    times = [point.feature_ms for point in others]
-    low, high = (number(f(times), 2) for f in (min, max))
-    return (
-        f"{labels_of(results)[model]}: today {_name(own)}, {error} in {number(own.feature_ms, 2)} "
-        f"ms; {len(others)} other settings {error_range(results, model)} in {low} to {high} ms"
-    )
-
-
-def _panel_title(results: TaskResults) -> str:
-    """Return the range of errors of the first model."""
-    own, *others = points_of(results)
-    today = with_unit(number(own.errors[0][0]), results.shown_unit)
-    return (
-        f"Exploratory: {error_range(results, 0)} with {len(others)} other settings, {today} with "
-        f"today's {own.label}"
-    )
-
-
-def panel(results: TaskResults) -> Figure:
-    """Return error over the time to make one feature, a colour a model, in a small figure."""
-    from ajgdata.report.canvas import plain_ticks
-    from ajgdata.report.cost_panels import choice_figure
-
-    points = points_of(results)
-    errors = {
-        label: [point.errors[model][0] for point in points]
-        for model, label in enumerate(labels_of(results))
-    }
-    names, times = [_name(point) for point in points], [point.feature_ms for point in points]
-    about = "window/hop of the feature"
-    drawn = choice_figure(_panel_title(results), about, results.source, names, times, errors)
-    unit = f" ({results.shown_unit})" if results.shown_unit else ""
-    drawn.axes[0].set(xlabel="ms to make one feature", ylabel=f"{error_name(results)}{unit}")
-    plain_ticks(drawn.axes[0].xaxis, TICKS_MS)
-    return drawn
-
-
-def _name(point: Point) -> str:
-    return point.label + " kHz" * (point.band != "all")
 
 
 def tables(results: TaskResults) -> list[ShownTable]:
@@ -320,7 +258,6 @@ EXPERIMENT = Experiment(
     measure=measure,
     figures=figures,
     tables=tables,
-    cost_panel=cost_panel,
     highlights=highlights,
     check=check,
     reads_recordings=True,

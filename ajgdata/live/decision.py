@@ -8,8 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from ajgdata.evaluate.looks import combined
-from ajgdata.evaluate.sorting import decide
+from ajgdata.evaluate.sorting import combined, decide
 from ajgdata.live.prediction import Prediction, Verdict
 from ajgdata.types.plan import SortPlan
 
@@ -45,8 +44,9 @@ class Decision:
 def judge(looks: Sequence[Prediction], plan: SortPlan) -> Decision:
     """Return what becomes of an object that was sensed in `looks`, at least once, the last one now.
 
-    Looks at what is known, or was not checked, are combined (`evaluate.looks.combined`), the others
-    are not: their probabilities mean nothing. The last look says if anything is held.
+    Looks at what is known, or was not checked, are combined (`evaluate.sorting.combined`); the
+    others are not, because their probabilities mean nothing. The last look says if anything is
+    held.
     """
     last = looks[-1]
     usable = (Verdict.KNOWN, Verdict.NOT_CHECKED)

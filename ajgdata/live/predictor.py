@@ -216,7 +216,7 @@ def _audio(waveform: ArrayLike, sample_rate_hz: float, wanted: AudioSettings) ->
     frames, channels = columns.shape
     if sample_rate_hz != int(sample_rate_hz):
         raise DataError(HERE, f"sampled at {sample_rate_hz} Hz", "give a whole number of Hz")
-    info = AudioInfo("", "FLOAT", int(sample_rate_hz), channels, frames, frames)
+    info = AudioInfo("", "FLOAT", int(sample_rate_hz), channels, frames)
     check_layout(HERE, info, wanted)
     if isinstance(wanted.channel, int):
         columns = np.ascontiguousarray(columns[:, [wanted.channel]])

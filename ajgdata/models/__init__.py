@@ -16,15 +16,23 @@ if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
 
 
-def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None) -> BaseEstimator:
+def make_model(
+    name: str,
+    kind: Kind,
+    seed: int = 0,
+    period: float | None = None,
+    choosing: int | None = None,
+) -> BaseEstimator:
     """Return an unfitted scikit-learn estimator of features (n, n_features) as they are stored.
 
     Scaling is part of the estimator, so it is learned from training rows only. Of a tuned model
     scaling and settings are chosen from training rows, too, if `fit_model` tells it their groups;
-    all others have the same settings for every data set. `seed` matters to networks, trees and
-    inner folds. With a `period`, y and y + period are the same target: the model then learns
-    (sin, cos) of 2 pi y / period (see `circular`). Raises ValueError for an unknown name or kind,
-    for a model of another package that cannot be imported, and for classes with a period.
+    all others have the same settings for every data set. `choosing` is the number of recordings
+    that a tuned model uses for the choice at most (None: its own number). `seed` matters to
+    networks, trees and inner folds. With a `period`, y and y + period are the same target: the
+    model then learns (sin, cos) of 2 pi y / period (see `circular`). Raises ValueError for an
+    unknown name or kind, for a model of another package that cannot be imported, and for classes
+    with a period.
 
     >>> import numpy as np
     >>> from ajgdata.models import make_model
@@ -40,12 +48,15 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
     if period is not None and kind != "regression":
         raise ValueError("classes have no period: leave it out")
     estimator = resolve(model.make)(kind, seed)
+    from ajgdata.models.tuning import Tuned
+
+    if choosing is not None and isinstance(estimator, Tuned):
+        estimator.set_params(choosing=choosing)
     if period is None:
         return estimator
     from sklearn.multioutput import MultiOutputRegressor
 
     from ajgdata.models.circular import Circular
-    from ajgdata.models.tuning import Tuned
 
     def turning(one: BaseEstimator) -> BaseEstimator:
         return Circular(one if model.several else MultiOutputRegressor(one), period)
@@ -56,47 +67,64 @@ def make_model(name: str, kind: Kind, seed: int = 0, period: float | None = None
 
 
 def fit_model(
-    model: BaseEstimator, features: np.ndarray, target: np.ndarray, groups: np.ndarray | None
+    model: BaseEstimator,
+    features: np.ndarray,
+    target: np.ndarray,
+    groups: np.ndarray | None,
+    most: int | None = None,
 ) -> Any:
     """Return `model` trained on features (n, n_features) and `target` (n,).
 
-    `groups` (n,) are what its inner folds must not divide, if it is tuned: those of the outer
-    split. None: nothing is chosen. Of more recordings than its limit (see `models.limits`) it
-    learns from some of each group, and of each value in it.
+    Inner folds of a tuned model never split `groups` (n,); without groups it chooses nothing.
+    With more than `most` recordings, an even subset is used (see `models.limits`).
     """
+    import numpy as np
     from sklearn.utils.validation import has_fit_parameter
 
-    from ajgdata.models.limits import learned_rows
+    from ajgdata.models.limits import thinned
 
-    estimator: Any = model
-    rows = learned_rows(model, groups, target)
-    if rows is not None:
+    if most is not None and len(target) > most:
+        rows = thinned(np.arange(len(target)) if groups is None else groups, most, target)
         features, target = features[rows], target[rows]
         groups = None if groups is None else groups[rows]
+    estimator: Any = model
     if groups is not None and has_fit_parameter(estimator, "groups"):
         return estimator.fit(features, target, groups=groups)
     return estimator.fit(features, target)
 
 
-def recordings_used(fitted: BaseEstimator, given: int) -> int:
-    """Return how many of the `given` recordings a fitted model has learned from."""
-    from ajgdata.models.limits import most_recordings
+def fit_named_model(
+    name: str,
+    kind: Kind,
+    features: np.ndarray,
+    target: np.ndarray,
+    groups: np.ndarray | None,
+    *,
+    seed: int = 0,
+    period: float | None = None,
+    limits: Mapping[str, int] | None = None,
+) -> Any:
+    """Return the model `name` (see `make_model`), trained by `fit_model` with its limit.
 
-    most = most_recordings(chosen(fitted)[0])
-    return given if most is None else min(given, most)
+    `limits` are those that a task declares (`most_recordings`), by model.
+    """
+    from ajgdata.models.limits import CHOOSING, most_recordings
+
+    declared = limits or {}
+    model = make_model(name, kind, seed, period, declared.get(CHOOSING))
+    return fit_model(model, features, target, groups, most_recordings(name, declared))
 
 
 def chosen(fitted: BaseEstimator) -> tuple[BaseEstimator, dict[str, Any] | None]:
     """Return the ordinary estimator that a fitted model has become, and of a tuned one how it was
-    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`, the
-    names of those that `failed`, and on how many recordings, `chosen_on`, where not on all."""
+    chosen, as JSON can hold it: `choice`, `reason` if there was none, `inner_folds`, `scores`, and
+    on how many recordings, `chosen_on`, if not on all."""
     from ajgdata.models.tuning import Tuned
 
     if not isinstance(fitted, Tuned):
         return fitted, None
     about: dict[str, Any] = {"choice": fitted.choice_, "reason": fitted.reason_}
     about |= {"inner_folds": fitted.inner_folds_, "scores": fitted.inner_scores_}
-    about |= {"failed": list(fitted.failed_)}
     about |= {"chosen_on": fitted.chosen_on_} if fitted.chosen_on_ else {}
     return fitted.best_estimator_, about
 

@@ -51,6 +51,8 @@ DISTANCES = {
     "manhattan": ("asinh, per bin", "stored", "L2"),
 }
 NEIGHBOURS = (5, 1)
+#: Recordings that are used for the choice; fewer if the cost grows as their square.
+CHOOSING, SQUARE_CHOOSING = 5_000, 2_000
 
 Candidates = list[tuple[str, BaseEstimator]]
 
@@ -74,8 +76,9 @@ def support_vectors(kind: Kind, seed: int) -> Tuned:
     """Return a support vector machine with a Gaussian kernel, whose width follows the scaling
     (scikit-learn's gamma "scale")."""
     if kind == "regression":
-        return _penalised("C", SVM_CS, lambda c: scaled_target(SVR(C=c)), seed)
-    return _penalised("C", SVM_CS, lambda c: SVC(C=c), seed)
+        make = lambda c: scaled_target(SVR(C=c))  # noqa: E731
+        return _penalised("C", SVM_CS, make, seed, SQUARE_CHOOSING)
+    return _penalised("C", SVM_CS, lambda c: SVC(C=c), seed, SQUARE_CHOOSING)
 
 
 def nearest_neighbours(kind: Kind, seed: int) -> Tuned:
@@ -87,15 +90,19 @@ def nearest_neighbours(kind: Kind, seed: int) -> Tuned:
             steps = [AtLeast(k), *SCALINGS[scaling](), knn(n_neighbors=k, metric=metric)]
             suffix = "" if metric == "euclidean" else f", {metric.capitalize()}"
             found.append((f"{scaling}, k = {k}{suffix}", make_pipeline(*steps)))
-    return Tuned(found, random_state=seed)
+    return Tuned(found, random_state=seed, choosing=SQUARE_CHOOSING)
 
 
 def _penalised(
-    setting: str, values: Sequence[float], made: Callable[[float], BaseEstimator], seed: int
+    setting: str,
+    values: Sequence[float],
+    made: Callable[[float], BaseEstimator],
+    seed: int,
+    choosing: int = CHOOSING,
 ) -> Tuned:
     """Return the choice among all scalings of PENALISED with all values of a setting."""
     named = [
         (f"{scaling}, {setting} = {value:g}", make_pipeline(*SCALINGS[scaling](), made(value)))
         for scaling, value in product(PENALISED, values)
     ]
-    return Tuned(named, random_state=seed)
+    return Tuned(named, random_state=seed, choosing=choosing)

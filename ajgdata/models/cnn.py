@@ -9,6 +9,7 @@ The two estimators follow scikit-learn's conventions (`fit`, `predict`, `get_par
 from __future__ import annotations
 
 import math
+from itertools import islice
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
@@ -18,9 +19,10 @@ from sklearn.preprocessing import StandardScaler
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 from torch import Tensor, nn
+from torch.nn import functional
 
 from ajgdata.models.network import SpectrumCnn, in_chunks, reproducible
-from ajgdata.models.training import cross_entropy_slope, squared_error_slope, train
+from ajgdata.models.training import Descent, batches
 from ajgdata.types import Kind, NotPossibleError
 
 #: Bins are centred and divided each by its own deviation, all by one, or both side by side.
@@ -47,7 +49,6 @@ class _Cnn(BaseEstimator):
 
     module_: SpectrumCnn
     n_features_in_: int
-    limit_name = "cnn"  #: of the recordings that it learns from, see `models.limits`
 
     def __init__(
         self,
@@ -111,31 +112,18 @@ class _Cnn(BaseEstimator):
             inputs=2 if self.scaling == "both" else 1,
         )
 
-    def descent(
-        self, module: nn.Module, steps: int
-    ) -> tuple[torch.optim.Optimizer, torch.optim.lr_scheduler.LRScheduler]:
-        """Return the optimiser, and the schedule of its learning rate."""
-        optimiser = torch.optim.Adam(
-            module.parameters(), self.max_learning_rate, weight_decay=self.weight_decay, fused=True
-        )
-        schedule = torch.optim.lr_scheduler.OneCycleLR(
-            optimiser, self.max_learning_rate, total_steps=steps
-        )
-        return optimiser, schedule
+    def descent(self, module: nn.Module, steps: int) -> Descent:
+        """Return the descent of the weights of a network."""
+        weights, peak = module.parameters(), self.max_learning_rate
+        return Descent(weights, steps=steps, peak=peak, weight_decay=self.weight_decay)
 
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
+        """Train on standardised bins (n, inputs, n_features) and encoded targets (n, ...)."""
         per_epoch = math.ceil(len(inputs) / self.batch_size)
         steps = max(self.epochs * per_epoch, self.min_steps)
-        train(
-            module,
-            inputs,
-            target,
-            self._slope,
-            steps=steps,
-            batch_size=self.batch_size,
-            peak=self.max_learning_rate,
-            weight_decay=self.weight_decay,
-        )
+        descent = self.descent(module, steps)
+        for rows in islice(batches(len(inputs), self.batch_size), steps):
+            descent.step(self._loss(module.trunk(inputs[rows]), target[rows]))
 
     def _outputs(self, X: Any) -> np.ndarray:
         """Return the output of the network (n, n_outputs) for features (n, n_features)."""
@@ -158,8 +146,7 @@ class _Cnn(BaseEstimator):
         """Return the model that `state` described. Raises ValueError if it was of another class."""
         if about["estimator"] != cls.__name__:
             raise ValueError(f"state of a {about['estimator']}, not of a {cls.__name__}")
-        params = {"scaling": "per_bin"} | about["params"]  # of older states
-        model = cls(**params | {"channels": tuple(params["channels"])})
+        model = cls(**about["params"] | {"channels": tuple(about["params"]["channels"])})
         model.n_features_in_ = about["n_features"]
         model._restore(about)
         with reproducible(0):
@@ -191,7 +178,7 @@ class CnnClassifier(ClassifierMixin, _Cnn):
     def _encoded(self, module: SpectrumCnn, y: np.ndarray) -> Tensor:
         return torch.from_numpy(np.searchsorted(self.classes_, y))
 
-    _slope = staticmethod(cross_entropy_slope)
+    _loss = staticmethod(functional.cross_entropy)
 
     def predict_proba(self, X: Any) -> np.ndarray:
         """Return the probability (n, n_classes) of each of `classes_`."""
@@ -239,7 +226,7 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
         module.target_std.copy_(torch.from_numpy(std))
         return torch.from_numpy((y - mean) / std).float()  # (n, n_outputs)
 
-    _slope = staticmethod(squared_error_slope)
+    _loss = staticmethod(functional.mse_loss)
 
     def predict(self, X: Any) -> np.ndarray:
         """Return the target (n,) or (n, k), as it was given, in its own unit."""

@@ -1,147 +1,31 @@
-"""How many recordings a model learns from at most, where its cost would else run away.
+"""How many recordings a model is trained on at most, because its cost would otherwise run away.
 
 Support vectors and neighbours cost as the square of the recordings, and a choice among candidates
-is made of many such fits. Beyond its limit a model learns from fewer recordings of each group, not
-from fewer groups as long as there is one of each: recordings of a grasp are near copies. Where a
-group holds several classes or values, as a session does, each of them loses some. A task may set
-other limits (`most_recordings` in dataset.yaml); one beyond which training would take longer than
-MOST_HOURS by estimate is refused. `benchmarks/models.py` measures what training at a limit and
-beyond it costs.
+consists of many such fits. `types.registry.MODELS` gives the limit of each model; a task may set
+other limits (`most_recordings` in dataset.yaml). `benchmarks/models.py` measures the cost of
+training at a limit and beyond it.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
-from ajgdata.types import NotPossibleError
+from ajgdata.types import MODELS
 
-#: What a task sets goes first, then what a class declares itself as `most_recordings`; models that
-#: are not named here learn from all.
-MOST: dict[str, int] = {
-    "svm": 5_000,  # the kernel of all pairs
-    "knn": 20_000,  # is kept whole, and asked whole for each recording
-    "mlp": 10_000,  # epochs until its loss no longer falls
-    "cnn": 10_000,  # each takes more than one step
-    # what these learn from is held three times in float64: 25 kB a recording
-    **dict.fromkeys(("linear", "ridge", "forest", "boosting"), 30_000),
-}
-#: Recordings that a tuned model is chosen on; what is chosen then learns from its own most. There
-#: are eighteen candidates of k-NN and twelve of support vectors, which all cost as the square.
+#: Key of a task's limits for the recordings on which tuned models choose their settings.
 CHOOSING = "choosing"
-MOST_TO_CHOOSE, CHOOSE = 5_000, {"knn": 2_000, "svm": 2_000}
-#: Processor time of training on so many recordings of 1025 bins, and the exponent by which it
-#: grows; of k-NN with as many predicted. By `benchmarks/models.py`, on one core of two.
-COST: dict[str, tuple[int, float, float]] = {
-    "svm": (5_000, 4.5, 2.0),
-    "knn": (10_000, 4.1, 2.0),
-    "mlp": (10_000, 4.4, 1.0),
-    "cnn": (10_000, 28.0, 1.0),
-}
-#: Estimated training of one model, or choice among candidates, beyond which it is refused.
-MOST_HOURS = 3.0
-#: Under which names the limit of a class of scikit-learn may be set.
-NAMES: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("SVC", "SVR"), ("svm",)),
-    **dict.fromkeys(("KNeighborsClassifier", "KNeighborsRegressor"), ("knn",)),
-    **dict.fromkeys(("MLPClassifier", "MLPRegressor"), ("mlp",)),
-    "LogisticRegression": ("linear",),
-    **dict.fromkeys(("Ridge", "RidgeClassifier"), ("ridge", "linear")),
-    **dict.fromkeys(("RandomForestClassifier", "RandomForestRegressor"), ("forest",)),
-    **dict.fromkeys(
-        ("HistGradientBoostingClassifier", "HistGradientBoostingRegressor"), ("boosting",)
-    ),
-}
-#: Names under which an estimator holds the one that it wraps, unfitted.
-_WRAPPED = ("estimator", "regressor")
-_declared: dict[str, int] = {}
 
 
-@contextmanager
-def declared(most: Mapping[str, int]) -> Iterator[None]:
-    """Let models of these names learn from at most so many recordings, wherever they are trained in
-    this process meanwhile; "choosing": all tuned ones, while they choose."""
-    before = dict(_declared)
-    _declared.update(most)
-    try:
-        yield
-    finally:
-        _declared.clear()
-        _declared.update(before)
+def most_recordings(name: str, declared: Mapping[str, int]) -> int | None:
+    """Return the limit of a model of the registry; what a task has `declared` comes first.
 
-
-def names_of(model: Any) -> tuple[str, ...]:
-    """Return the names under which the limit of a model may be set, none of other packages'."""
-    for layer in _layers(model):
-        for one in type(layer).__mro__:
-            if one.__name__ in NAMES and one.__module__.startswith("sklearn."):
-                return NAMES[one.__name__]
-        if named := getattr(layer, "limit_name", ""):
-            return (named,)
-    return ()
-
-
-def _layers(model: Any) -> Iterator[Any]:
-    """Yield a model, then what it wraps, as deep as that goes: the last step of a pipeline, the
-    estimator that is fitted to another target."""
-    while model is not None:
-        yield model
-        wrapped = [getattr(model, name) for name in _WRAPPED if hasattr(model, name)]
-        steps = getattr(model, "steps", None)
-        model = steps[-1][1] if steps else next(iter(wrapped), None)
-
-
-def most_recordings(model: Any) -> int | None:
-    """Return how many recordings a model learns from at most, None for all of them."""
-    names = names_of(model)
-    for name in names:
-        if name in _declared:
-            return _declared[name]
-    own = (one.most_recordings for one in _layers(model) if hasattr(one, "most_recordings"))
-    if (most := next(own, None)) is not None:
-        return most
-    return next((MOST[name] for name in names if name in MOST), None)
-
-
-def most_to_choose(model: Any) -> int:
-    """Return how many recordings a tuned model with this candidate is chosen on at most."""
-    if CHOOSING in _declared:
-        return _declared[CHOOSING]
-    return next((CHOOSE[name] for name in names_of(model) if name in CHOOSE), MOST_TO_CHOOSE)
-
-
-def estimated_s(model: Any, recordings: int) -> float:
-    """Return the processor time in s that training a model on so many recordings takes about, 0 for
-    one that none is known of: t (n / n0)^p by COST."""
-    for name in names_of(model):
-        if name in COST:
-            known, seconds, exponent = COST[name]
-            return seconds * (recordings / known) ** exponent
-    return 0.0
-
-
-def check_cost(model: Any, recordings: int, fits: int = 1) -> None:
-    """Raise NotPossibleError for a model that would be trained for longer than MOST_HOURS."""
-    hours = fits * estimated_s(model, recordings) / 3600
-    if hours > MOST_HOURS:
-        times = f", {fits} times" if fits > 1 else ""
-        problem = f"{names_of(model)[0]} would learn from {recordings:,} recordings{times}"
-        cost = f"some {hours:,.0f} h of one core by estimate"
-        raise NotPossibleError(f"{problem}: {cost}; lower most_recordings")
-
-
-def learned_rows(model: Any, groups: np.ndarray | None, target: np.ndarray) -> np.ndarray | None:
-    """Return which recordings, of targets (n,) and groups (n,), a model learns from; None for
-    all. Raises NotPossibleError where they are too many by estimate."""
-    most, count = most_recordings(model), len(target)
-    check_cost(model, count if most is None else min(most, count))
-    if most is None or count <= most:
-        return None
-    return thinned(np.arange(count) if groups is None else np.asarray(groups), most, target)
+    Plain and other variants of a model share its limit. None: it is trained on all recordings.
+    """
+    family = name.removesuffix("_plain").removesuffix("_one_scale")
+    return declared.get(family, MODELS[name].most_recordings)
 
 
 def thinned(groups: np.ndarray, most: int, target: np.ndarray | None = None) -> np.ndarray:

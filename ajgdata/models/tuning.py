@@ -1,53 +1,60 @@
 """A model chosen among candidates by inner folds of its own training part.
 
-What is chosen is trained again on the whole part; `best_estimator_` is then an ordinary estimator,
-and the one that is kept.
+The chosen candidate is trained again on the whole part; `best_estimator_` is then an ordinary
+estimator, and the one that is stored.
 """
 
 from __future__ import annotations
 
-import contextlib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
 from sklearn.base import BaseEstimator, MetaEstimatorMixin, clone
-from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
+from sklearn.metrics import make_scorer
+from sklearn.model_selection import GridSearchCV, GroupKFold, StratifiedGroupKFold
+from sklearn.pipeline import Pipeline
 from sklearn.utils import get_tags
-from sklearn.utils.metaestimators import _BaseComposition, available_if
+from sklearn.utils.metaestimators import available_if
 from sklearn.utils.validation import check_is_fitted
 
-from ajgdata.models.limits import check_cost, learned_rows, most_to_choose, thinned
-from ajgdata.models.shared_steps import SharedPart
+from ajgdata.models.limits import thinned
+from ajgdata.models.scaling import AtLeast
 
 Folds = list[tuple[np.ndarray, np.ndarray]]
-#: Inner folds, and how many where more than LARGE recordings are trained on: candidates then differ
-#: by more than their scatter, and each costs more. Not where groups are few, as sessions are:
-#: halves of them would be too little to learn from.
+#: Inner folds; two for more than LARGE recordings, because candidates then differ by more than
+#: their scatter. Training parts with few groups keep three, because halves would be too small.
 INNER_FOLDS, LARGE, LARGE_FOLDS, FEW_GROUPS = 3, 200, 2, 20
 NO_GROUPS = "no groups were given to divide the training recordings by"
 ONE_GROUP = "the training recordings are of one group: two are needed"
 ONE_ROW = "candidates would be trained on one recording: two are needed"
-NO_SCORE = "no candidate can be trained on the inner folds"
+ONE_CLASS = "candidates would be trained on one class: two are needed"
 
 
 def _first_has(name: str) -> Callable[[Any], bool]:
     return lambda self: hasattr(self.candidates[0][1], name)
 
 
-class Tuned(MetaEstimatorMixin, _BaseComposition):
-    """The candidate that errs least on inner grouped folds; of equals the first.
+def negative_square(y_true: np.ndarray, y_pred: np.ndarray, period: float | None) -> float:
+    """Return minus the mean square error, with a `period` of the shortest way around."""
+    difference = y_pred - y_true
+    if period is not None:
+        difference = (difference + period / 2) % period - period / 2
+    return -float(np.mean(difference**2))
 
-    `candidates` are pairs of a name and an unfitted estimator, all of one kind. Classes count by
-    accuracy, numbers by their mean square error, with a `period` the shortest way round. Without
-    groups, or with one alone, nothing can be chosen without flattering, nor by training on one
-    recording: the first is taken, and `reason_` says why. Of more than `most_to_choose` recordings
-    some of each group choose. `while_choosing` are settings of all candidates on the inner folds
-    alone, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
-    `inner_folds_`, `inner_scores_` (by name, higher is better, none without a choice),
-    `chosen_on_`, how many recordings chose where not all did (else 0), and
-    `failed_`, the names of those that could not be trained on all inner folds.
+
+class Tuned(MetaEstimatorMixin, BaseEstimator):
+    """The candidate with the best mean score on inner grouped folds; of equal ones the first.
+
+    `candidates` are pairs of a name and an unfitted estimator, all of one kind. The score is the
+    accuracy, or minus the mean square error. Without groups, or with too little data for inner
+    folds, the first candidate is taken, and `reason_` says why. Candidates that need more
+    recordings than an inner fold has are left out. With more than `choosing` recordings, an even
+    subset is used for the choice. `while_choosing` are settings of all candidates on the inner
+    folds only, which make them cheaper. After `fit`: `choice_` (a name), `best_estimator_`,
+    `inner_folds_`, `inner_scores_` (by name, higher is better), and `chosen_on_`, the number of
+    recordings that were used for the choice if not all were (else 0).
     """
 
     best_estimator_: Any
@@ -56,7 +63,6 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     inner_folds_: int
     inner_scores_: dict[str, float]
     chosen_on_: int
-    failed_: tuple[str, ...]
 
     def __init__(
         self,
@@ -64,19 +70,13 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         period: float | None = None,
         random_state: int = 0,
         while_choosing: Mapping[str, Any] | None = None,
+        choosing: int = 5_000,
     ) -> None:
         self.candidates = candidates
         self.period = period
         self.while_choosing = while_choosing
         self.random_state = random_state
-
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return the settings, and with `deep` those of the candidates: `name__setting`."""
-        return self._get_params("candidates", deep=deep)
-
-    def set_params(self, **params: Any) -> Self:
-        """Set what `get_params` returns."""
-        return self._set_params("candidates", **params)
+        self.choosing = choosing
 
     def __sklearn_tags__(self) -> Any:
         return get_tags(self.candidates[0][1])
@@ -86,80 +86,56 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
     ) -> Tuned:
         """Return the same choice among wrapped candidates."""
         wrapped = [(name, wrap(estimator)) for name, estimator in self.candidates]
-        cheaper = self.while_choosing
-        if cheaper and wrapped:
-            place = _place(wrapped[0][1], self.candidates[0][1])
-            cheaper = {f"{place}{name}": value for name, value in cheaper.items()}
-        return Tuned(wrapped, period, self.random_state, cheaper)
+        place = _place(wrapped[0][1], self.candidates[0][1])
+        cheaper = {f"{place}{name}": value for name, value in (self.while_choosing or {}).items()}
+        return Tuned(wrapped, period, self.random_state, cheaper, self.choosing)
 
     def fit(self, X: Any, y: Any, groups: Any = None) -> Self:
         """Choose and train on features (n, n_features), targets (n,) and groups (n,)."""
-        self.reason_, self.inner_scores_, self.inner_folds_, self.failed_ = "", {}, 0, ()
-        self.chosen_on_ = 0
+        self.inner_scores_, self.inner_folds_, self.chosen_on_ = {}, 0, 0
         X, y = np.asarray(X), np.asarray(y)
-        best = self._chosen(X, y, groups)
-        self.choice_, estimator = self.candidates[best]
-        rows = learned_rows(estimator, groups, y)
-        self.best_estimator_ = clone(estimator)
-        if rows is None:
-            self.best_estimator_.fit(X, y)
-        else:
-            self.best_estimator_.fit(X[rows], y[rows])
+        rows = np.arange(len(y))
+        if groups is not None:
+            rows = thinned(np.asarray(groups), self.choosing, y)
+        folds, self.reason_ = self._folds(y[rows], groups if groups is None else groups[rows])
+        self.choice_, best = self.candidates[0]
+        if not self.reason_:
+            self.choice_, best = self._best(X[rows], y[rows], folds)
+            self.inner_folds_ = len(folds)
+            self.chosen_on_ = len(rows) if len(rows) < len(y) else 0
+        self.best_estimator_ = clone(best).fit(X, y)
         return self
 
-    def _chosen(self, X: np.ndarray, y: np.ndarray, groups: Any) -> int:
-        """Return the number of the best candidate."""
+    def _folds(self, y: np.ndarray, groups: np.ndarray | None) -> tuple[Folds, str]:
+        """Return the inner folds, or the reason why there are none."""
         if groups is None:
-            self.reason_ = NO_GROUPS
-            return 0
-        count = len(y)
-        most = most_to_choose(self.candidates[0][1])
-        if count > most:
-            some = thinned(np.asarray(groups), most, y)
-            X, y, groups = X[some], y[some], np.asarray(groups)[some]
+            return [], NO_GROUPS
         classes = get_tags(self).estimator_type == "classifier"
         folds = inner_folds(y, np.asarray(groups), classes, self.random_state)
         if not folds:
-            self.reason_ = ONE_GROUP
-            return 0
+            return [], ONE_GROUP
         if min(len(train) for train, _ in folds) < 2:
-            self.reason_ = ONE_ROW
-            return 0
-        fits = len(self.candidates) * len(folds)
-        check_cost(self.candidates[0][1], len(folds[0][0]), fits)
-        score = self._scored(X, y, folds)
-        names = [name for name, _ in self.candidates]
-        self.failed_ = tuple(np.array(names)[~np.isfinite(score)].tolist())
-        if not np.isfinite(score).any():
-            self.reason_ = NO_SCORE
-            return 0
-        self.inner_folds_, self.chosen_on_ = len(folds), len(y) if len(y) < count else 0
-        self.inner_scores_ = dict(zip(names, map(float, score), strict=True))
-        return int(np.nanargmax(score))
+            return [], ONE_ROW
+        if classes and min(len(np.unique(y[train])) for train, _ in folds) < 2:
+            return [], ONE_CLASS
+        return folds, ""
 
-    def _scored(self, X: np.ndarray, y: np.ndarray, folds: Folds) -> np.ndarray:
-        """Return the mean score of each candidate over folds, NaN for one that cannot be trained
-        on all of them."""
-        cheaper = self.while_choosing or {}
-        score = np.full((len(self.candidates), len(folds)), np.nan)
-        for fold, (train, test) in enumerate(folds):
-            part = SharedPart(X[train], y[train], X[test])
-            for number, (_, candidate) in enumerate(self.candidates):
-                tried = clone(candidate).set_params(**cheaper)
-                # not one to train on these rows: as of too few, or of one class
-                with contextlib.suppress(ValueError):
-                    predicted = part.predicted(tried)
-                    score[number, fold] = self._score(predicted, y[test])
-        return score.mean(axis=1)
-
-    def _score(self, predicted: np.ndarray, y: np.ndarray) -> float:
-        """Return accuracy, or minus the mean square error."""
-        if get_tags(self).estimator_type == "classifier":
-            return float(np.mean(predicted == y))
-        away = predicted - y
-        if self.period is not None:
-            away = (away + self.period / 2) % self.period - self.period / 2
-        return -float(np.mean(away**2))
+    def _best(self, X: np.ndarray, y: np.ndarray, folds: Folds) -> tuple[str, BaseEstimator]:
+        """Return name and estimator of the best candidate."""
+        fewest = min(len(train) for train, _ in folds)
+        candidates = [(name, one) for name, one in self.candidates if _needs(one) <= fewest]
+        cheaper = [clone(one).set_params(**self.while_choosing or {}) for _, one in candidates]
+        scoring: Any = "accuracy"
+        if get_tags(self).estimator_type == "regressor":
+            scoring = make_scorer(negative_square, period=self.period)
+        search = GridSearchCV(
+            Pipeline([("model", cheaper[0])]), {"model": cheaper}, scoring=scoring, cv=folds,
+            refit=False, error_score="raise",
+        ).fit(X, y)  # fmt: skip
+        scores = search.cv_results_["mean_test_score"].tolist()
+        names = [name for name, _ in candidates]
+        self.inner_scores_ = dict(zip(names, scores, strict=True))
+        return candidates[search.best_index_]
 
     @property
     def classes_(self) -> np.ndarray:
@@ -172,7 +148,7 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
         return self.best_estimator_.n_features_in_
 
     def predict(self, X: Any) -> np.ndarray:
-        """Return what the chosen estimator predicts (n,)."""
+        """Return the predictions (n,) of the chosen estimator."""
         check_is_fitted(self, "best_estimator_")
         return self.best_estimator_.predict(X)
 
@@ -184,10 +160,16 @@ class Tuned(MetaEstimatorMixin, _BaseComposition):
 
 
 def _place(outer: BaseEstimator, inner: BaseEstimator) -> str:
-    """Return what the settings of `inner` begin with among those of `outer`, which wraps it."""
+    """Return the prefix of the settings of `inner` among those of `outer`, which wraps it."""
     if outer is inner:
         return ""
     return next(f"{name}__" for name, one in outer.get_params().items() if one is inner)
+
+
+def _needs(candidate: BaseEstimator) -> int:
+    """Return how many recordings a candidate needs, by its step `AtLeast`."""
+    steps = candidate.get_params().values()
+    return max((one.rows for one in steps if isinstance(one, AtLeast)), default=1)
 
 
 def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> Folds:

@@ -1,4 +1,4 @@
-"""Recipe -> sessions recorded by the source that it names, and their manifests."""
+"""Recipe -> sessions recorded by the source that it names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from ajgdata.acquire.writer import Acquired, acquire_session
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recipes import planned_grasps, recipe_of
-from ajgdata.store import manifest
 from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
 from ajgdata.types import SOURCES, DataError
 from ajgdata.types.registry import resolve
@@ -64,7 +63,6 @@ def acquire_all(
             source = makers[recipe.source](grasps[0].setup, recipe.signal, played)
             folder = paths.session(dataset, session)
             acquired = acquire_session(folder, source, grasps, progress=advance)
-            manifest.write(paths, dataset, session)
             yield dataset, session, acquired
 
 

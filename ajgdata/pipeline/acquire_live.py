@@ -23,9 +23,8 @@ from ajgdata.acquire.robot import open_robot
 from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.fetch import folder_sums
-from ajgdata.store.audio import read_audio
+from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.files import sha256_of
-from ajgdata.store.riff import encode_pcm24
 from ajgdata.store.sessions import (
     check_one_kind,
     list_sessions,
@@ -84,7 +83,7 @@ def acquire_live(
         "protocol": protocol.model_dump(mode="json", exclude={"robot_settings"}),
         "device": settings.model_dump(mode="json", exclude={"attempts"}),
         "excitation": spec.excitation.model_dump(mode="json"),
-        "excitation_sha256": sha256_of(encode_pcm24(sound, settings.sample_rate_hz)),
+        "excitation_sha256": sha256_of(pcm24_bytes(sound, settings.sample_rate_hz)),
     }
     about = {"gripper": protocol.gripper, "medium": protocol.medium, "device": settings.device}
     given: dict[str, Any] = {}

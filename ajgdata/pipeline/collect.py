@@ -6,20 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ajgdata.evaluate.undefined import why_undefined
+from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES
 from ajgdata.paths import Paths
-from ajgdata.report.run_difference import MEASURED
-from ajgdata.store.files import (
-    csv_bytes,
-    sealed_json_bytes,
-    sha256_of,
-    spreadsheet_cell,
-    write_bytes,
-)
-from ajgdata.store.provenance import environment, project_commit, software
-from ajgdata.store.runs import keep_run
+from ajgdata.store.files import csv_bytes, json_bytes, spreadsheet_cell, write_bytes
+from ajgdata.store.provenance import environment, software
 from ajgdata.store.tables import as_json, read_tables
 from ajgdata.types.table import Table
 
@@ -48,15 +40,13 @@ def collect(
 ) -> None:
     """Write the results `documents`, each data set, task and kind, together.
 
-    `document` (JSON) holds all tables but predictions, with what is known about them, its own hash
-    and, under `sha256`, those of the other two; `table` (CSV)
-    a row for each number: a metric of a part of an experiment (`grouped`, `random`, `withheld`,
-    `overall`, `on:<data set>`, `curve:<grasps per class>`, `stft:<window>/<hop>`, ...), with the
-    statistic (`fold 0` and so on, or mean, sd, pooled, chance, measured); where it is undefined the
-    value is empty and `reason` says why. Of an embedding the task
-    is its name after `embedding:`, and the model is the space. `predictions` (CSV) has a row for
-    each recording, split and fold. Of a whole run a copy of all three is kept by commit, see
-    `store.runs`.
+    `document` (JSON) holds all tables but predictions, with what is known about them, and its own
+    hash. `table` (CSV) has a row for each number: a metric of a part of an experiment (`grouped`,
+    `random`, `withheld`, `overall`, `on:<data set>`, `curve:<grasps per class>`,
+    `stft:<window>/<hop>`, ...), with the statistic (`fold 0` and so on, or mean, sd, pooled,
+    chance, measured). If a number is undefined, the value is empty and `reason` says why. For an
+    embedding, the task is its name after `embedding:`, and the model is the space. `predictions`
+    (CSV) has a row for each recording, split and fold.
     """
     collected, numbers, predicted = [], [], []
     for dataset, task, kind in documents:
@@ -77,15 +67,7 @@ def collect(
     }
     for file, content in written.items():
         write_bytes(file, content)
-    hashes = {file.name: sha256_of(content) for file, content in written.items()}
-    told = {"software": made_by, "experiments": collected, "sha256": hashes}
-    write_bytes(document, sealed_json_bytes(told))
-    if paths.run:
-        return
-    again = (row for row in numbers if row["statistic"] != MEASURED)  # the same each time
-    scores = [{column: row[column] for column in COLUMNS} for row in again]
-    digest = sha256_of(csv_bytes(COLUMNS, scores))
-    keep_run(paths, project_commit(paths.root), digest, (document, table, predictions))
+    write_bytes(document, json_bytes({"software": made_by, "experiments": collected}))
 
 
 def _for_spreadsheets(row: Mapping[str, object]) -> dict[str, object]:

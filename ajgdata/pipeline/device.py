@@ -9,8 +9,6 @@ from pathlib import Path
 from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.card_check import DRIFT_S, CardCheck, check_card
 from ajgdata.acquire.line import list_devices, open_card
-from ajgdata.acquire.simulated_card import DEVICE
-from ajgdata.report.format import Source
 from ajgdata.store.files import write_bytes
 from ajgdata.types import DataError
 
@@ -39,19 +37,13 @@ def check_device(
     settings: CardSettings,
     *,
     drift_s: float = DRIFT_S,
-    page: Path | None = None,
     numbers: Path | None = None,
     progress: Callable[[str], object] = lambda _: None,
 ) -> CardCheck:
-    """Check a sound card; write its `page` (HTML) and `numbers` (JSON). Raises CardError."""
+    """Check a sound card and write its `numbers` (JSON). Raises CardError."""
     with open_card(settings) as card:
-        check, sounds = check_card(card, drift_s, progress)
-    kept = check.summary()
+        check, _ = check_card(card, drift_s, progress)
     if numbers:
-        write_bytes(numbers, (json.dumps(kept, indent=1, allow_nan=False) + "\n").encode())
-    if page:
-        from ajgdata.report.card_check import card_page
-
-        source: Source = "simulated" if settings.device == DEVICE else "recorded"
-        write_bytes(page, card_page(kept, sounds.take, sounds.delays, source).encode())
+        text = json.dumps(check.summary(), indent=1, allow_nan=False)
+        write_bytes(numbers, f"{text}\n".encode())
     return check

@@ -15,9 +15,8 @@ from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
 from ajgdata.features.axes import differing_axes
 from ajgdata.models import model_label
-from ajgdata.models.limits import declared
 from ajgdata.paths import Paths
-from ajgdata.pipeline.recording_reader import RecordingReader
+from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_json
 from ajgdata.store.tables import read_tables, write_tables
@@ -100,12 +99,10 @@ def run_experiment(
     others: Mapping[str, Path],
     audio: AudioSettings,
     features: FeatureSettings,
-    root: Path,
-    manifests: Sequence[Path],
+    paths: Paths,
     seed: int,
     tables: Path,
     cost: Path,
-    other_manifests: Mapping[str, Sequence[Path]] | None = None,
     encoders: Sequence[Path] = (),
     render: Render | None = None,
     new_grasps: NewGrasps | None = None,
@@ -113,20 +110,21 @@ def run_experiment(
     """Measure the experiment `kind` (name, or name and model) on a task and write its tables.
 
     `split` is what every measurement must know of the task, see `DatasetSpec.task_settings`;
-    `others` are the stores of further data sets, `other_manifests` those of their sessions where
-    recordings are read; `encoders` the latents of an embedding and the
-    cost of training, or nothing; `render` plays other sounds in the scenes of recordings, and
-    `new_grasps` makes more of them. What is the same for the same inputs is written to `tables`,
-    what is measured to `cost`. A task that lacks what the experiment needs is written as skipped,
-    with the reason: the rest of the run goes on.
+    `others` are the stores of further data sets; `paths` says where recordings are; `encoders` are
+    the latents of an embedding and the cost of training, or nothing; `render` plays other sounds
+    in the scenes of recordings, and `new_grasps` makes more of them. What is the same for the same
+    inputs is written to `tables`, what is measured to `cost`. A task that lacks what the experiment
+    needs is written as skipped, with the reason: the rest of the run goes on.
     """
+    from ajgdata.pipeline.recordings import RecordingReader  # SciPy, which Snakemake does not need
+
     name, _, model = kind.partition("-")
     one, shard = EXPERIMENTS[name], read_store(store)
     about = {"experiment": name, "dataset": dataset, "task": task, "model": model, "seed": seed}
     about |= {**split, "settings": settings, "provenance": dict(shard.attrs)}
     compared = {other: _comparable(store, shard, path) for other, path in others.items()}
-    read = dict(other_manifests or {})
-    heard = {other: _audio_of(compared[other]) for other in read}
+    others_read = compared if one.reads_recordings else {}
+    read = {dataset: audio} | {other: _audio_of(found) for other, found in others_read.items()}
     inputs = Inputs(
         dataset=dataset,
         task=task,
@@ -137,17 +135,17 @@ def run_experiment(
         audio=audio,
         features=features,
         **_encoded(*encoders),
-        recordings=RecordingReader(root, {dataset: manifests} | read, {dataset: audio} | heard),
+        recordings=RecordingReader(paths, read),
         render=render,
         new_grasps=new_grasps,
     )
     try:
         about["left_out"] = dict(inputs.classes_of_task[1])
-        with declared(inputs.most_recordings):
-            outcome = one.measure(inputs, one.settings.model_validate(settings), model)
+        outcome = one.measure(inputs, one.settings.model_validate(settings), model)
     except NotPossibleError as error:
         write_tables(cost, [])
         write_tables(tables, [], **about, skipped=str(error))
+        tell(f"skipped   {dataset}/{task}, {kind}: {error}")
         return
     write_tables(cost, outcome.cost)
     write_tables(tables, outcome.tables, **(about | dict(outcome.about)))
@@ -226,13 +224,12 @@ def _papers(
 ) -> Mapping[str, str]:
     """Return the figures of the paper that results stand beside, by part.
 
-    An embedding stands beside them where a task of its data set, or of its base, does.
+    An embedding stands beside them if a task of its data set does.
     """
     one, spec = asked.experiment, specs[asked.dataset]
     if not one.of_embedding:
         return spec.tasks[asked.task].papers
-    own = (asked.dataset, *asked.others)
-    named = [t.papers for name in own if name in specs for t in specs[name].tasks.values()]
+    named = [task.papers for task in spec.tasks.values()]
     return {one.name: one.paper} if one.paper in paper and any(named) else {}
 
 

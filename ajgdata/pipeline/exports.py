@@ -1,7 +1,9 @@
-"""Results and a report -> files for other programs: CSV beside its figures, LaTeX, BibTeX."""
+"""Results and a report -> CSV files beside its figures."""
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,31 +14,20 @@ import numpy as np
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES, STATISTICS, TaskResults
-from ajgdata.paths import SOUNDS, TABLES, Paths
+from ajgdata.paths import TABLES
 from ajgdata.pipeline.collect import IN_UNITS
 from ajgdata.report.blocks import ShownTable
 from ajgdata.report.comparison import PaperComparison
-from ajgdata.report.exports import (
-    bibtex,
-    csv_of,
-    dataset_entry,
-    latex_of,
-    paper_entry,
-    results_latex,
-    software_entry,
-)
 from ajgdata.report.format import DASH
-from ajgdata.report.page import STAGES, spectra_name
-from ajgdata.report.render import Picture, web_link
+from ajgdata.report.page import spectra_name
+from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report, Spectra
-from ajgdata.store.files import replacing_folder, write_bytes
-from ajgdata.store.provenance import commit_date
-from ajgdata.store.report_files import read_citation, read_paper
+from ajgdata.store.files import replacing_folder, spreadsheet_cell, write_bytes
 from ajgdata.types.table import Column, Table, Value, table_of
 
+NUMBERS = "|"  #: ends the head of a column of numbers
 #: Tables of a whole report: all results, and those beside the paper.
 RESULTS, BESIDE_PAPER = "results", "beside-paper"
-SOURCES = "sources.bib"
 RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
 PAPER_KEYS = (
     "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
@@ -46,19 +37,11 @@ PAPER_KEYS = (
 COSTS = ("train_s", "latency_s", "peak_rss_mb")
 
 
-def write_exports(
-    paths: Paths,
-    report: Report,
-    results: Sequence[TaskResults],
-    folder: Path,
-    *,
-    papers: Path | None = None,
-) -> tuple[str, ...]:
-    """Write every table of a report as CSV to `folder`, for papers to `papers`; returns the names
-    of the CSV files, without suffix.
+def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) -> tuple[str, ...]:
+    """Write every table of a report as CSV to `folder`, which is replaced as a whole.
 
-    Both folders are replaced as a whole. `results` are those that the report was made of. Raises
-    ValueError if two tables would share a file name.
+    `results` are those that the report shows. Returns the names of the files without suffix.
+    Raises ValueError if two tables would share a file name.
     """
     tables = [*report_tables(report, results)]
     for one in results:
@@ -69,14 +52,44 @@ def write_exports(
     with replacing_folder(folder) as new:
         for name, table in tables:
             write_csv(new / f"{name}.csv", table)
-    if papers:
-        _write_for_papers(paths, report, papers)
     return tuple(names)
 
 
 def write_csv(path: Path, table: Table | ShownTable) -> None:
     """Write one table as CSV: also those of studies and ablations, beside the figures of a page."""
     write_bytes(path, csv_of(table).encode())
+
+
+def csv_of(table: Table | ShownTable) -> str:
+    """Return a table as CSV with Unix line ends.
+
+    Columns of a `Table` are headed by their keys, with the unit in brackets unless the key has it,
+    and numbers keep every digit. Cells of a table for people are as they are shown, but that
+    nothing is empty, and numbers have `-` for minus and no thousands separators.
+    """
+    if isinstance(table, ShownTable):
+        heads = [head.removesuffix(NUMBERS) for head in table.heads]
+        rows = [list(map(_plain_cell, row, table.heads)) for row in table.rows]
+    else:
+        heads = [_keyed(column) for column in table.columns]
+        rows = [[row[column.key] for column in table.columns] for row in table.rows]
+    text = io.StringIO(newline="")
+    cells = [[spreadsheet_cell(cell) for cell in row] for row in (heads, *rows)]
+    csv.writer(text, lineterminator="\n").writerows(cells)
+    return text.getvalue()
+
+
+def _keyed(column: Column) -> str:
+    own = not column.unit or column.key.lower().endswith(f"_{column.unit.lower()}")
+    return column.key if own else f"{column.key} ({column.unit})"
+
+
+def _plain_cell(cell: str, head: str) -> str:
+    if cell == DASH:
+        return ""
+    if not head.endswith(NUMBERS):
+        return cell
+    return re.sub(r"(?<=\d),(?=\d{3})", "", cell.replace("−", "-"))  # no thousands separators
 
 
 def table_files(results: TaskResults) -> dict[str, Table | ShownTable]:
@@ -119,8 +132,6 @@ def tables_beside(figure: str, names: Iterable[str]) -> tuple[str, ...]:
 
 def with_tables(shown: Picture, names: Iterable[str]) -> Picture:
     """Return a picture that also links the tables, among file names, that belong to it."""
-    if shown.name.startswith(f"{SOUNDS}--"):  # of two recordings: no table is about them
-        return shown
     beside = tables_beside(shown.name, names)
     return shown._replace(links={**shown.links, "csv": f"{TABLES}/{beside[0]}.csv"})
 
@@ -141,17 +152,13 @@ def report_tables(
     report: Report, results: Sequence[TaskResults]
 ) -> Iterator[tuple[str, Table | ShownTable]]:
     """Yield the tables of a whole report by file name without suffix: all results, those beside
-    the paper, the spectra, and the time of stages, like the figures of these."""
+    the paper and the spectra, named like the figures of these."""
     yield RESULTS, results_table(results)
     if report.comparisons:
         yield BESIDE_PAPER, paper_table(report.comparisons)
     for one in report.datasets:
         if one.spectra is not None:
             yield spectra_name(one.name), _spectra_table(one.spectra)
-    if report.stages:
-        heads = {"stage": "Stage", "jobs": "Jobs", "wall_s": "Wall, s", "cpu_s": "Processor, s"}
-        rows = [one._asdict() for one in report.stages.table()]
-        yield STAGES, table_of(STAGES, "Stages", rows, **heads, peak_mb="Peak memory, MB")
 
 
 def _spectra_table(spectra: Spectra) -> Table:
@@ -232,56 +239,3 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
         for row in rows
     )
     return table_of(BESIDE_PAPER, "Beside the paper", told, **{key: key for key in PAPER_KEYS})
-
-
-def _write_for_papers(paths: Paths, report: Report, folder: Path) -> None:
-    """Write the results of each task, the table beside the paper, and all sources."""
-    paper = paper_entry(read_paper(paths))
-    software = software_entry(read_citation(), report.commit, commit_date())
-    made = f"ajgdata {report.version}, commit {report.commit}"
-    texts = {}
-    for section in report.sections:
-        if section.rows:
-            caption = (
-                f"{section.title}, {section.source}: mean ± standard deviation over folds, on "
-                "groups that no model has met. Bold: lowest error, and those within its deviation. "
-                "Time of training all folds and of predicting one recording alone; peak memory."
-            )
-            name = f"{section.dataset}--{section.task}"
-            texts[f"{name}.tex"] = results_latex(
-                section.rows, caption, name, cites=(paper.key,), made=made
-            )
-    if report.comparisons:
-        texts[f"{BESIDE_PAPER}.tex"] = latex_of(
-            _beside_paper(report.comparisons), BESIDE_PAPER, cites=(paper.key,), made=made
-        )
-    stated = [
-        dataset_entry(d.name, d.title, d.citation, web_link(d.url), d.licence)
-        for d in report.datasets
-        if d.citation or web_link(d.url)
-    ]
-    texts[SOURCES] = bibtex([paper, software, *stated])
-    with replacing_folder(folder) as new:
-        for file, text in texts.items():
-            write_bytes(new / file, text.encode())
-
-
-def _beside_paper(rows: Sequence[PaperComparison]) -> ShownTable:
-    """Return the table beside the paper for people."""
-    bands = tuple(dict.fromkeys(twin.band for row in rows for twin in row.twins))
-    told = [{twin.band: twin.result for twin in row.twins} for row in rows]
-    heads = ("Experiment", "Paper, real gripper", "Here")
-    cells = (
-        (_where(row), row.paper.text, row.result, *(twins.get(band, DASH) for band in bands),
-         row.source, row.model, row.agrees)
-        for row, twins in zip(rows, told, strict=True)
-    )  # fmt: skip
-    return ShownTable(
-        "Results beside those of the paper, whose 1025 bins are the whole band.",
-        (*heads, *(f"Here, {band}" for band in bands), "Source", "Model", "Verdict"),
-        tuple(cells),
-    )
-
-
-def _where(row: PaperComparison) -> str:
-    return ", ".join(filter(None, (row.paper.where, row.split)))

@@ -1,4 +1,4 @@
-"""Manifest of a session -> its shard of features; only what changed is computed."""
+"""Recordings of a session -> its shard of features; only what changed is computed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -32,10 +31,15 @@ from ajgdata.store.features import (
     text_column,
     write_store,
 )
-from ajgdata.store.files import link_or_copy
+from ajgdata.store.files import csv_bytes, write_bytes
 from ajgdata.store.findings import read_findings, write_findings
-from ajgdata.store.manifest import WHOLE_SESSION, read_manifest
 from ajgdata.store.provenance import settings_digest, software
+from ajgdata.store.session_audio import (
+    WHOLE_SESSION,
+    AudioFile,
+    check_session,
+    label_columns,
+)
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Strict
 
 SETTINGS_ATTRIBUTE = "settings_digest"
@@ -59,59 +63,56 @@ class _Reference(Strict):
 
 def extract_features(
     *,
-    root: Path,
-    manifest: Path,
+    folder: Path,
     audio: AudioSettings,
     features: FeatureSettings,
     code: str,
     shard: Path,
     findings: Path,
-    cache: Path,
+    labels: Path,
     threads: int = 1,
 ) -> tuple[int, int]:
-    """Write `shard` and `findings`; returns how many features were computed and how many reused.
+    """Write `shard`, `findings` and `labels` of the session in `folder`.
 
-    Rows of `cache`, the last shard made, are reused while recording_id, sha256, settings,
-    excitation and `code` are the same. A recording that cannot be used becomes a finding and has
-    no row; so do all of a session without the played sound, if features need it.
+    Returns how many features were computed and how many reused. Rows of the `shard` that is there
+    are reused while recording_id, sha256, settings, excitation and `code` are the same. A recording
+    that cannot be used becomes a finding and has no row; so do all of a session without the played
+    sound, if features need it.
     """
-    content, told = read_manifest(manifest)
-    entries = content["recordings"]
+    session = check_session(folder)
+    issues, entries = session.findings, session.files
     excitation, played = None, ""
     if features.needs_excitation:
-        excitation, more = read_excitation(root, content, audio)
-        told += more
-        if excitation is None:
-            told.append(_unknown_sound(content["session_id"], features))
+        excitation, more = read_excitation(session.session_id, session.played, audio)
+        issues += more
+        if excitation is None or session.played is None:
+            issues.append(_unknown_sound(session.session_id, features))
             entries = []
         else:
-            played = content["excitation"]["sha256"]
+            played = session.played.sha256
     digest = settings_digest(audio, features, _Reference(code=code, excitation=played))
-    known = _cached(cache, digest)
+    known = _known_rows(shard, findings, digest)
 
-    new = [e for e in entries if (e["recording_id"], e["sha256"]) not in known]
+    new = [e for e in entries if (e.recording_id, e.sha256) not in known]
     try:
-        results = _made(root, content["session_id"], new, audio, features, excitation, threads)
+        results = _made(session.session_id, new, audio, features, excitation, threads)
     except UnfitExcitationError as error:
-        told.append(_unfit_sound(content["session_id"], features, str(error)))
+        issues.append(_unfit_sound(session.session_id, features, str(error)))
         entries, new, results = [], [], {}
     rows: dict[str, Row] = {}
     for entry in entries:
-        row = results.get(
-            entry["recording_id"], known.get((entry["recording_id"], entry["sha256"]))
-        )
+        row = results.get(entry.recording_id, known.get((entry.recording_id, entry.sha256)))
         if isinstance(row, Row):
-            rows[entry["recording_id"]] = row
-            told += row.remarks
+            rows[entry.recording_id] = row
+            issues += row.remarks
         else:
-            told += row or []
+            issues += row or []
     if features.align:
         delays = [int(row.delay) for row in rows.values()]
-        told += late_or_early(content["session_id"], list(rows), delays, audio.sample_rate_hz)
-    _write(shard, content, rows, told, audio, features, digest)
-    write_findings(findings, told)
-    link_or_copy(shard, cache)
-    link_or_copy(findings, cache.with_suffix(".findings.csv"))
+        issues += late_or_early(session.session_id, list(rows), delays, audio.sample_rate_hz)
+    _write(shard, entries, rows, issues, audio, features, digest)
+    write_findings(findings, issues)
+    write_bytes(labels, csv_bytes(label_columns(session.labels), session.labels))
     print(f"{len(new)} recordings read, {len(entries) - len(new)} features reused")
     return len(new), len(entries) - len(new)
 
@@ -129,9 +130,8 @@ def _unfit_sound(session: str, features: FeatureSettings, problem: str) -> Findi
 
 
 def _made(
-    root: Path,
     session: str,
-    entries: Sequence[Mapping[str, str]],
+    entries: Sequence[AudioFile],
     audio: AudioSettings,
     features: FeatureSettings,
     excitation: np.ndarray | None,
@@ -143,13 +143,13 @@ def _made(
     with _one_thread_of_blas(features):
         make = feature_maker(features, audio.sample_rate_hz, excitation)
 
-        def made(entry: Mapping[str, str]) -> Row | list[Finding]:
+        def made(entry: AudioFile) -> Row | list[Finding]:
             played = excitation if features.align else None
-            found = examine(root / entry["path"], audio, features.window, played)
+            found = examine(entry.path, audio, features.window, played)
             return _row(session, entry, found, make)
 
         results = in_threads(made, entries, threads)
-        return {e["recording_id"]: r for e, r in zip(entries, results, strict=True)}
+        return {e.recording_id: r for e, r in zip(entries, results, strict=True)}
 
 
 def _one_thread_of_blas(features: FeatureSettings) -> AbstractContextManager[object]:
@@ -164,37 +164,37 @@ def _one_thread_of_blas(features: FeatureSettings) -> AbstractContextManager[obj
 
 def _row(
     session: str,
-    entry: Mapping[str, str],
+    entry: AudioFile,
     found: Examined,
     make: Callable[[np.ndarray], np.ndarray],
 ) -> Row | list[Finding]:
-    told = [finding(session, entry["recording_id"], entry["path"], r) for r in found.remarks]
+    issues = [finding(session, entry.recording_id, entry.path, r) for r in found.remarks]
     if found.samples is None:
-        return told
+        return issues
     samples = found.samples if found.delay is None else shift(found.samples, found.delay)
     try:
         feature = make(samples)
     except ValueError as error:  # for instance: not normalised, and beyond float32
         fix = "change features in dataset.yaml, or set quality to reject"
         return [
-            *told,
-            Finding(session, entry["recording_id"], "", "error", "no_feature", str(error), fix),
+            *issues,
+            Finding(session, entry.recording_id, "", "error", "no_feature", str(error), fix),
         ]
-    return Row(feature, np.nan if found.delay is None else found.delay, tuple(told))
+    return Row(feature, np.nan if found.delay is None else found.delay, tuple(issues))
 
 
 def _write(
     path: Path,
-    content: Mapping[str, Any],
+    entries: Sequence[AudioFile],
     rows: Mapping[str, Row],
-    told: list[Finding],
+    issues: list[Finding],
     audio: AudioSettings,
     features: FeatureSettings,
     digest: str,
 ) -> None:
     frequency = frequencies_hz(audio.sample_rate_hz, features)
-    hashes = {entry["recording_id"]: entry["sha256"] for entry in content["recordings"]}
-    flags = _codes(told)
+    hashes = {entry.recording_id: entry.sha256 for entry in entries}
+    flags = _codes(issues)
     columns = {
         "recording": text_column(list(rows)),
         "sha256": text_column([hashes[name] for name in rows], long_name="SHA-256 of the file"),
@@ -221,27 +221,26 @@ def _codes(findings: Iterable[Finding]) -> dict[str, str]:
     return {name: ",".join(sorted(found)) for name, found in codes.items()}
 
 
-def _cached(cache: Path, digest: str) -> dict[tuple[str, str], Row]:
+def _known_rows(path: Path, findings: Path, digest: str) -> dict[tuple[str, str], Row]:
     """Rows of the last shard by (recording_id, sha256); none when it was made otherwise."""
-    if not cache.is_file():
+    if not path.is_file():
         return {}
     try:
-        shard = read_store(cache)
-        remarks = read_findings(cache.with_suffix(".findings.csv"))
+        shard, remarks = read_store(path), read_findings(findings)
     except DataError:
-        return {}  # a cache: what cannot be read is computed again
+        return {}  # what cannot be read is computed again
     if shard.attrs.get(SETTINGS_ATTRIBUTE) != digest:
         return {}
     values = {name: column.values.tolist() for name, column in shard.columns.items()}
     names, hashes, flags = values["recording"], values["sha256"], values["flags"]
     delays = values.get("delay_samples", [np.nan] * len(names))
     codes = _codes(remarks)
-    told = defaultdict(list)
+    issues = defaultdict(list)
     for one in remarks:
         if one.code != OTHER_DELAY:  # depends on the other recordings
-            told[one.recording_id].append(one)
+            issues[one.recording_id].append(one)
     return {
-        (name, sha256): Row(shard.feature[row], delays[row], tuple(told[name]))
+        (name, sha256): Row(shard.feature[row], delays[row], tuple(issues[name]))
         for row, (name, sha256) in enumerate(zip(names, hashes, strict=True))
         if flags[row] == codes.get(name, "")  # else shard and findings are of different runs
     }

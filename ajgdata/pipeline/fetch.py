@@ -22,6 +22,7 @@ from pydantic import ValidationError
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
+    has_aliases,
     line_of,
     read_text,
     read_yaml,
@@ -42,7 +43,6 @@ from ajgdata.store.sessions import (
     write_session,
 )
 from ajgdata.store.sources import list_sources
-from ajgdata.store.yaml_loading import has_aliases
 from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe, location
 
 #: Stored with the recordings, because the licence may require it.

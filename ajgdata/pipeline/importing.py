@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from ajgdata.paths import Paths
-from ajgdata.pipeline.declare import common_audio, declare
+from ajgdata.pipeline.label_counts import CLASSES_NEEDED
 from ajgdata.pipeline.label_kinds import (
+    Verdict,
     no_numbers,
     odd_labels,
     played_as_class,
+    verdict,
     with_decimal_points,
 )
 from ajgdata.pipeline.progress import Started
+from ajgdata.store.audio import AudioInfo, inspect_audio
 from ajgdata.store.import_fields import session_name
 from ajgdata.store.importing import How, Imported, import_scan
-from ajgdata.store.locks import BRINGING, alone, remove_abandoned
+from ajgdata.store.locks import BRINGING, alone, remove_stale
 from ajgdata.store.scan import Scan, scan, target_column
 from ajgdata.store.sessions import (
     check_one_kind,
@@ -25,7 +31,17 @@ from ajgdata.store.sessions import (
     read_recordings,
     write_dataset,
 )
-from ajgdata.types import DataError, DatasetSpec, ImportSettings, checked_name
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    ImportSettings,
+    Task,
+    checked_name,
+    describe,
+)
+
+FOLDS = 5
 
 
 def import_folder(
@@ -40,15 +56,14 @@ def import_folder(
     replace_labels: bool = False,
     prune: bool = False,
     convert: bool = False,
-    rehash: bool = False,
     started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` say how file names or a table are read (what they leave open: as dataset.yaml says
     under `imports`, else by the starter kit's convention); `convert` decodes audio that is not read
-    as it is into new files, `rehash` reads every file, be it known or not. `started(total)` returns
-    what is called once a recording. The notes of the scan say how targets were understood. Nothing
+    as it is into new files. `started(total)` returns what is called once a recording. The notes of
+    the scan say how targets were understood. Nothing
     is written when the folder cannot be understood, nor while another process brings recordings
     into this data set.
     """
@@ -66,7 +81,7 @@ def import_folder(
         spec, told = declare(dataset, folder, found, chosen, targets)
     found = _understood(found, spec, told)
     labels = {"replace_labels": replace_labels, "prune": prune}
-    how = How(copy=copy, replace=replace, rehash=rehash, **labels)
+    how = How(copy=copy, replace=replace, **labels)
     advance = started(len(found.files))
     with alone(paths.recordings(dataset), BRINGING):
         if _declared(paths, dataset) != declared:
@@ -78,8 +93,7 @@ def import_folder(
             if declared is None and list_sessions(paths, dataset):
                 spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
-        for left_by_killed_ones in (paths.recordings(dataset), paths.hash_cache):
-            remove_abandoned(left_by_killed_ones)
+        remove_stale(paths.recordings(dataset))
     return spec, found, result
 
 
@@ -124,3 +138,63 @@ def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> Impor
     if given.pattern or given.table:  # another way to read the folder: nothing else holds
         return given
     return before.model_copy(update=given.model_dump(exclude_defaults=True))
+
+
+def declare(
+    name: str, folder: Path, scanned: Scan, settings: ImportSettings, targets: Sequence[str]
+) -> tuple[DatasetSpec, list[str]]:
+    """Return a first dataset.yaml for what an import found, and in words why targets are numbers or
+    classes; people are meant to complete it.
+
+    The commonest rate is declared; several channels are averaged only if no recording is mono. What
+    a column holds is judged by `label_kinds.verdict`. `targets` are the label columns to learn
+    (default: all of a pattern's; a table's must be named), `object` among them.
+    """
+    columns = sorted({column for file in scanned.files for column in file.labels})
+    named = list(dict.fromkeys(target_column(target) for target in targets))
+    wanted = named or [c for c in columns if c not in ("n", "fold", "take", "clip")]
+    if any(file.object for file in scanned.files):
+        columns.append("object")
+        wanted = wanted or ["object"]
+    if unknown := [target for target in wanted if target not in columns]:
+        raise DataError("--target", f"there is no column {unknown[0]!r}", f"there are {columns}")
+    if settings.table and not targets:
+        raise DataError("--target", "a table has many columns", f"name labels among {columns}")
+    cells = {column: [file.cell(column) for file in scanned.files] for column in wanted}
+    verdicts = {column: verdict(found) for column, found in cells.items()}
+    possible = [c for c, judged in verdicts.items() if _can_be_learnt(judged, cells[c])]
+    # If no column has two classes, every column gets a task: more recordings may follow.
+    tasks = {column: Task(target=column, folds=FOLDS) for column in possible or verdicts}
+    try:
+        spec = DatasetSpec(
+            name=name,
+            title=name,
+            description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
+            audio=common_audio(folder / file.path for file in scanned.files),
+            targets={column: judged.target for column, judged in verdicts.items()},
+            tasks=tasks,
+            imports=settings,
+        )
+    except ValidationError as error:
+        raise describe(error, f"data set {name!r}") from None
+    return spec, [f"target {column}: {judged.why}" for column, judged in verdicts.items()]
+
+
+def _can_be_learnt(judged: Verdict, cells: Sequence[str]) -> bool:
+    classes = set(cells) - {"", *judged.target.missing}
+    return judged.target.kind == "regression" or len(classes) >= CLASSES_NEEDED
+
+
+def common_audio(files: Iterable[Path]) -> AudioSettings:
+    """Return the commonest rate of the readable files; channels are averaged if no file is mono."""
+    infos: list[AudioInfo] = []
+    for file in files:
+        try:
+            infos.append(inspect_audio(file))
+        except DataError:
+            continue  # imported as it is, and named by `validate`
+    if not infos:
+        return AudioSettings()
+    rate = Counter(info.sample_rate_hz for info in infos).most_common(1)[0][0]
+    stereo = all(info.channels > 1 for info in infos)
+    return AudioSettings(sample_rate_hz=rate, channel="mean" if stereo else "mono")

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from ajgdata.paths import Paths
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.manifest import label_rows
 from ajgdata.store.plain_text import listed
+from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import list_sessions, read_recordings, read_session
 from ajgdata.types import DatasetSpec, Finding, Target
 

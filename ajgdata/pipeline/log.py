@@ -9,9 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
-from ajgdata.paths import Paths
-from ajgdata.pipeline.running import noted_job
-from ajgdata.store.benchmarks import used_line
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
@@ -33,15 +30,14 @@ def _seldom_collecting() -> Iterator[None]:
 
 @contextmanager
 def logged(log: str) -> Iterator[None]:
-    """Send output to `log`, in which a job in this project writes. A DataError ends the process
+    """Send the output of a job to `log`. A DataError ends the process
     with its line; so does what the machine lacks. A bug ends it with a traceback."""
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with Path(log).open("w", encoding="utf-8", buffering=1) as stream:
         try:
             told = redirect_stdout(stream), redirect_stderr(stream)
-            with noted_job(Paths()), told[0], told[1], _seldom_collecting():
+            with told[0], told[1], _seldom_collecting():
                 yield
-            stream.write(f"{used_line()}\n")
         except DataError as error:
             stream.write(f"{error}\n")
             sys.exit(str(error))

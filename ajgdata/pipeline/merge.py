@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,15 +14,19 @@ from ajgdata.store.features import (
     Shard,
     concatenate,
     feature_attrs,
-    read_labels,
+    labels_of,
+    open_store,
     read_spectra,
     write_blocks,
 )
-from ajgdata.store.files import link_or_copy, read_csv, sha256_of
+from ajgdata.store.files import read_csv, sha256_of
 from ajgdata.store.findings import read_findings, rejected, without_rejected, write_findings
 from ajgdata.store.labels import labelled, select, with_columns, without_copies
 from ajgdata.store.provenance import software
 from ajgdata.types import Finding, Target
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def merge(
@@ -32,7 +38,6 @@ def merge(
     targets: Mapping[str, Target],
     store: Path,
     quarantine: Path,
-    published: Path,
 ) -> None:
     """Join the shards of a data set (same order as `labels`) with their labels.
 
@@ -42,33 +47,33 @@ def merge(
     memory one shard at a time.
     """
     found = [finding for path in findings for finding in read_findings(path)]
-    parts = []
-    notes: list[Finding] = []
-    for number, (shard_path, label_path) in enumerate(zip(shards, labels, strict=True)):
-        shard = read_labels(shard_path)
-        session = shard_path.stem
-        table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
-        kept, told = select(shard, table, targets, session)
-        found += told
-        notes += rejected(session, table).values()
-        place = np.insert(kept.feature, 0, number, axis=1)  # of the shard, of the row in it
-        parts.append(dataclasses.replace(labelled(kept, table, targets, session), feature=place))
-    columns = {name for part in parts for name in part.columns}
-    merged = concatenate([with_columns(part, columns, targets) for part in parts])
-    merged, told = without_copies(merged, [*targets])
-    found = [*without_rejected(found, notes), *told]
-    blocks = _spectra(shards, merged.feature)
-    write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
+    with ExitStack() as stack:
+        opened = {path: stack.enter_context(open_store(path)) for path in shards}
+        parts = []
+        notes: list[Finding] = []
+        for (shard_path, shard), label_path in zip(opened.items(), labels, strict=True):
+            session = shard_path.stem
+            table = {row["recording_id"]: row for row in read_csv(label_path)[1]}
+            kept, told = select(labels_of(shard), table, targets, session)
+            found += told
+            notes += rejected(session, table).values()
+            parts.append(labelled(kept, table, targets, session))
+        columns = {name for part in parts for name in part.columns}
+        merged = concatenate([with_columns(part, columns, targets) for part in parts])
+        merged, told = without_copies(merged, [*targets])
+        found = [*without_rejected(found, notes), *told]
+        blocks = _spectra(opened, merged.columns["recording"].values)
+        write_blocks(store, with_attributes(merged, dataset), blocks, feature_attrs(merged.attrs))
     write_findings(quarantine, found)
-    link_or_copy(store, published)
 
 
-def _spectra(shards: Sequence[Path], places: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the spectra (m, f) of each shard that has rows among `places` (n, 2)."""
-    for number, path in enumerate(shards):
-        rows = places[places[:, 0] == number, 1]
-        if len(rows):
-            yield read_spectra(path, rows)
+def _spectra(opened: Mapping[Path, xr.Dataset], recordings: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the spectra (m, f) of each open shard that are of `recordings` (`<session>/<name>`)."""
+    chosen = set(recordings.tolist())
+    for path, dataset in opened.items():
+        names = dataset["recording"].values.tolist()
+        rows = [f"{path.stem}/{name}" in chosen for name in names]
+        yield read_spectra(path, dataset)[rows]
 
 
 def with_attributes(shard: Shard, dataset: str) -> Shard:

@@ -13,14 +13,25 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import asked_of
 from ajgdata.experiments.cross_validation.results import GROUPED, PAPER_MODEL
 from ajgdata.paths import Paths
-from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.pipeline.recipes import planned_grasps
+from ajgdata.store.files import json_bytes, write_bytes
+from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.store.tables import plain, read_tables
-from ajgdata.types import CROSS_VALIDATION, AudioSettings, DatasetSpec, FeatureSettings
+from ajgdata.types import (
+    CROSS_VALIDATION,
+    AudioSettings,
+    DataError,
+    DatasetSpec,
+    FeatureSettings,
+    NotPossibleError,
+)
 
 if TYPE_CHECKING:
+    from ajgdata.acquire.source import Grasp
     from ajgdata.gripper import Scene
     from ajgdata.gripper.pressure_slices import Film
     from ajgdata.report.opening import Decision, Opening
@@ -77,15 +88,13 @@ def build_opening(
     *,
     store: Path,
     tables: Sequence[Path],
-    scenes: Sequence[Path],
-    manifests: Sequence[Path],
     audio: AudioSettings,
     code: str,
 ) -> None:
     """Draw the opening picture of a task, and write what it shows (JSON) beside it.
 
-    `tables` are of the task's cross-validations, the first that tells probabilities counts;
-    `scenes` say what the sessions hold, `manifests` where their recordings are. The JSON holds
+    `tables` are of the task's cross-validations, the first that tells probabilities counts. The
+    JSON holds
     `alt` and `text` for people, `pictures` (file names of the `wide` and the `narrow` one), what
     is shown (`dataset`, `task`, `object`, `grasp`, `recording`, `model`, `fold`,
     `probabilities`, `moments_ms`, `grid_mm`), and what made it. Where nothing can be shown it
@@ -98,8 +107,8 @@ def build_opening(
 
     made = {**software(), "code": code}
     try:
-        shown, told = _opening(read_store(store), tables, scenes, manifests, audio, paths.root)
-    except ValueError as error:
+        shown, told = _opening(paths, read_store(store), tables, audio)
+    except NotPossibleError as error:
         write_bytes(paths.opening, json_bytes({"skipped": str(error), **made}))
         return
     stems = {"wide": paths.opening_picture(), "narrow": paths.opening_picture(narrow=True)}
@@ -112,27 +121,22 @@ def build_opening(
 
 
 def _opening(
-    shard: Shard,
-    tables: Sequence[Path],
-    scenes: Sequence[Path],
-    manifests: Sequence[Path],
-    audio: AudioSettings,
-    root: Path,
+    paths: Paths, shard: Shard, tables: Sequence[Path], audio: AudioSettings
 ) -> tuple[Opening, dict[str, Any]]:
-    """Return what is shown, and of what it is. Raises ValueError where nothing can be shown."""
+    """Return what is shown, and of what it is. Raises NotPossibleError if nothing can be shown."""
     from ajgdata.gripper import Scene
     from ajgdata.report.format import words
     from ajgdata.report.opening import Opening
 
-    grasps = {one["digest"]: one for file in scenes for one in read_json(file) if one["object"]}
+    about, predictions = _predictions(tables)
+    grasps = _planned(paths, about["dataset"])
     digests = shard.columns.get("setup_sha256")
     known = [] if digests is None else [d for d in digests.values.tolist() if d in grasps]
     if digests is None or not known:
-        raise ValueError("no recording of a simulated grasp can be used")
-    about, predictions = _predictions(tables)
-    name = _shown_object({grasps[d]["object"]: grasps[d]["setup"] for d in known})
+        raise NotPossibleError("no recording of a simulated grasp can be used")
+    name = _shown_object({grasps[d].object: grasps[d].setup for d in known})
     row = _typical(shard, name, predictions)
-    scene = Scene.model_validate(grasps[str(digests.values[row])]["setup"])
+    scene = Scene.model_validate(grasps[str(digests.values[row])].setup)
     recording, grasp, session = (
         str(shard.columns[key].values[row]) for key in ("recording", "grasp_id", "session_id")
     )
@@ -145,7 +149,7 @@ def _opening(
         scene=scene,
         film=film,
         moments_ms=moments_ms,
-        sweep=_sweep(session, manifests, audio, root),
+        sweep=_sweep(paths.session(about["dataset"], session), audio),
         sample_rate_hz=audio.sample_rate_hz,
         frequency_hz=shard.frequency_hz,
         level_db=_level_db(shard, row),
@@ -154,6 +158,14 @@ def _opening(
     of = {"dataset": about["dataset"], "task": about["task"], "object": name, "grasp": grasp}
     of |= {"recording": recording, "moments_ms": moments_ms, "grid_mm": FIELD_MM, **told}
     return shown, of
+
+
+def _planned(paths: Paths, dataset: str) -> dict[str, Grasp]:
+    """Return the grasps of objects that the recipe of a data set plans, by their digests."""
+    spec = read_dataset(paths, dataset)
+    sessions = session_names(spec.recipe) if spec.recipe else []
+    planned = planned_grasps(paths.dataset(dataset), spec, sessions) if sessions else []
+    return {one.digest: one for grasps in planned for one in grasps if one.object}
 
 
 def _predictions(tables: Sequence[Path]) -> tuple[Mapping[str, Any], Table | None]:
@@ -196,8 +208,7 @@ def _decision(
 
     from ajgdata.evaluate.splits import grouped_folds
     from ajgdata.evaluate.task_data import task_data
-    from ajgdata.models import fit_model, make_model, model_label
-    from ajgdata.models.limits import declared
+    from ajgdata.models import fit_named_model, model_label
     from ajgdata.report.opening import Decision
 
     model, seed = about["model"], about["seed"]
@@ -208,9 +219,11 @@ def _decision(
     parts = grouped_folds(data.value, data.group, about["kind"], count, seed)
     fold, (train, test) = next((n, part) for n, part in enumerate(parts) if row in part[1])
     # As in the cross-validation: the same numbers.
-    with threadpool_limits(limits=1), declared(about.get("most_recordings", {})):
-        made = make_model(model, about["kind"], seed)
-        fitted = fit_model(made, data.feature[train], data.value[train], data.group[train])
+    with threadpool_limits(limits=1):
+        fitted = fit_named_model(
+            model, about["kind"], data.feature[train], data.value[train], data.group[train],
+            seed=seed, limits=about.get("most_recordings", {}),
+        )  # fmt: skip
         chances = fitted.predict_proba(data.feature[test])[test == row][0]
     classes = map(str, fitted.classes_)
     probabilities = dict(zip(classes, map(float, chances), strict=True))
@@ -251,17 +264,18 @@ def field_of(scene: Scene) -> tuple[Film, tuple[float, ...]]:
     return kept, tuple(round(1e3 * float(t - leaves_s), 3) for t in kept.times_s)
 
 
-def _sweep(session: str, manifests: Sequence[Path], audio: AudioSettings, root: Path) -> np.ndarray:
-    """Return what the session played, (samples,). Raises ValueError if it is gone."""
+def _sweep(folder: Path, audio: AudioSettings) -> np.ndarray:
+    """Return what the session in `folder` played, (samples,), or raise NotPossibleError."""
     from ajgdata.pipeline.recordings import read_excitation
-    from ajgdata.store.manifest import read_manifest
+    from ajgdata.store.session_audio import played_sound
 
-    for content in (read_manifest(file)[0] for file in manifests):
-        if content["session_id"] == session:
-            samples, _ = read_excitation(root, content, audio)
-            if samples is not None:
-                return samples
-    raise ValueError(f"session {session} lacks the sound that it played")
+    try:
+        samples, _ = read_excitation(folder.name, played_sound(folder, read_session(folder)), audio)
+    except DataError:
+        samples = None
+    if samples is None:
+        raise NotPossibleError(f"session {folder.name} lacks the sound that it played")
+    return samples
 
 
 def _level_db(shard: Shard, row: int) -> np.ndarray:

@@ -1,44 +1,53 @@
-"""Data sets of a run of the workflow, with their sessions, tasks and models.
+"""Data sets of a run of the workflow, with their sessions, tasks and models, and what is wrong with
+their declarations that only other files can tell.
 
 Called while Snakemake parses, in every one of its processes: light imports only, and nothing is
-written. What a run brings up to date is done by `ajgdata.pipeline.inputs`.
+written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 from ajgdata.acquire.recipe import session_names, shares_scenes
 from ajgdata.experiments import all_asked
+from ajgdata.features.axes import RATE, differing_axes
 from ajgdata.paths import Paths
-from ajgdata.pipeline.declaration import check_declaration
-from ajgdata.pipeline.planned_scenes import scenes_of
+from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.report.paper import parse_paper
 from ajgdata.store.report_files import read_paper
 from ajgdata.store.sessions import (
     check_one_kind,
     dropped_sessions,
+    incomplete_sessions,
     list_datasets,
     list_sessions,
     read_dataset,
+    table_columns,
     whole_sessions,
 )
-from ajgdata.types import DataError, DatasetSpec
+from ajgdata.store.trouble import machine_trouble
+from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, DataError, DatasetSpec
+
+#: Columns that every store has.
+ALWAYS = {*RECORDING_COLUMNS, *SESSION_COLUMNS, "session_id"}
+#: What the features of a store follow from.
+AXES = {"audio", "features"}
 
 
 @dataclass(frozen=True)
 class DatasetPlan:
     """One data set of a run.
 
-    `virtual` are the sessions that its recipe makes; `scenes` says in JSON what each of them shall
-    hold (empty if the recipes were not checked).
+    `virtual` are the sessions that its recipe makes.
     """
 
     spec: DatasetSpec
     virtual: tuple[str, ...]
     sessions: tuple[str, ...]
-    scenes: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def plan(
@@ -46,10 +55,10 @@ def plan(
 ) -> dict[str, DatasetPlan]:
     """Return data sets by name: those of `only`, else every one that has sessions or a recipe.
 
-    With `check` every scene of a recipe is planned. Data sets that a task is tested on, or an
-    embedding is based on, come with it. Raises DataError for a declaration that cannot be used
-    (with `check`: also for a scene that the gripper does not know, and for what only other files
-    tell, see `declaration`) and if there is nothing to run.
+    With `check` every scene is planned of sessions that are not recorded yet. Data sets that a task
+    is tested on come with it. Raises DataError for a declaration that cannot be used (with `check`:
+    also for a scene that the gripper does not know, and for what only other files tell, see
+    `declaration_problems`) and if there is nothing to run.
     """
     names = list(only) if only is not None else list_datasets(paths)
     plans = {}
@@ -61,12 +70,14 @@ def plan(
         names += sorted(_others(spec) - set(names))
         _check_paper(paths, spec)
         list(all_asked(spec, paths.dataset(name)))
-        scenes = scenes_of(paths, spec, virtual) if check and virtual else {}
+        to_record = incomplete_sessions(paths, name, virtual)
+        if check and to_record:
+            planned_grasps(paths.dataset(name), spec, sorted(to_record))
         held = set(list_sessions(paths, name)) - dropped_sessions(paths, name, virtual)
         if check:
             check_one_kind(paths, spec, held)
         if sessions := sorted({*virtual, *held}):
-            plans[name] = DatasetPlan(spec, virtual, tuple(sessions), scenes)
+            plans[name] = DatasetPlan(spec, virtual, tuple(sessions))
         elif only is not None:
             raise DataError(paths.sessions(name), "holds no sessions", _how_to_import(name))
     for name, one in plans.items():
@@ -77,6 +88,22 @@ def plan(
         problem = "no data set here has recordings or a recipe"
         raise DataError(paths.datasets, problem, _how_to_import("NAME"))
     return plans
+
+
+@contextmanager
+def errors_stop_snakemake(where: str) -> Iterator[None]:
+    """Turn any error into a SystemExit with one line.
+
+    Snakemake ignores exceptions of an input function if the outputs exist, and then reports that
+    nothing is to be done. It does not ignore SystemExit.
+    """
+    try:
+        yield
+    except Exception as error:
+        known = error if isinstance(error, DataError) else machine_trouble(error)
+        problem = f"cannot determine what is out of date ({type(error).__name__}: {error})"
+        fix = "correct this error, then run again"
+        raise SystemExit(str(known or DataError(where, problem, fix))) from error
 
 
 def recorded_sessions(paths: Paths, spec: DatasetSpec) -> list[str]:
@@ -115,9 +142,8 @@ def published(plans: Collection[str], wanted: Sequence[str] | None) -> list[str]
 
 
 def _others(spec: DatasetSpec) -> set[str]:
-    """Return the data sets that those of `spec` are tested on, or transferred from."""
-    tested = {other for task in spec.tasks.values() for other in task.others}
-    return tested | {one.base for one in spec.embeddings.values() if one.base}
+    """Return the data sets that tasks of `spec` are tested on."""
+    return {other for task in spec.tasks.values() for other in task.others}
 
 
 def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
@@ -132,3 +158,84 @@ def _check_paper(paths: Paths, spec: DatasetSpec) -> None:
 
 def _how_to_import(name: str) -> str:
     return f"get some with `ajgdata import FOLDER --dataset {name}`"
+
+
+def check_declaration(paths: Paths, spec: DatasetSpec, virtual: Collection[str]) -> None:
+    """Raise DataError for the first of `declaration_problems`, and say how many there are."""
+    found = list(declaration_problems(paths, spec, virtual))
+    if found:
+        problem, fix = found[0]
+        more = f" (and {len(found) - 1} more)" if found[1:] else ""
+        raise DataError(paths.dataset(spec.name), problem + more, fix)
+
+
+def declaration_problems(
+    paths: Paths, spec: DatasetSpec, virtual: Collection[str]
+) -> Iterator[tuple[str, str]]:
+    """Yield problems, each with its fix: other data sets that are not there, or whose features or
+    targets do not compare; columns that no table has; a pattern that is none.
+
+    `virtual` are the sessions that the recipe makes. Tables are looked at only when all are there.
+    """
+    for where, other, target in _named_datasets(spec):
+        yield from _other_problems(paths, spec, where, other, target)
+    yield from _column_problems(paths, spec, virtual)
+    try:
+        pattern = re.compile(spec.imports.pattern)
+    except re.error as error:
+        yield f"imports.pattern: not a regular expression ({error})", "correct it"
+        return
+    if spec.imports.pattern not in ("", "starter-kit") and not pattern.groupindex:
+        yield "imports.pattern has no named group", r"name the label: (?P<label>[^/]+)"
+
+
+def _named_datasets(spec: DatasetSpec) -> Iterator[tuple[str, str, str]]:
+    """Yield what needs which other data set, and the target that it must have, too ("" for
+    none)."""
+    for name, task in spec.tasks.items():
+        yield from ((f"task {name}: tested on {one!r}", one, task.target) for one in task.others)
+
+
+def _other_problems(
+    paths: Paths, spec: DatasetSpec, where: str, other: str, target: str
+) -> Iterator[tuple[str, str]]:
+    if other == spec.name or other not in (known := list_datasets(paths)):
+        which = "which is this data set itself" if other == spec.name else "no such data set"
+        there = "" if other == spec.name else f"; declared here: {', '.join(known)}"
+        yield f"{where}, {which}", f"correct the name{there}"
+        return
+    theirs = read_dataset(paths, other)
+    if target and theirs.targets.get(target) != spec.targets[target]:
+        yield f"{where}, which has no target {target!r} like this", "declare it there, or drop it"
+    own, its = (one.model_dump(mode="json", include=AXES) for one in (spec, theirs))
+    for name, here, there in differing_axes(own, its):
+        yield (
+            f"{where}, whose {name} is {there}, not {here}: their spectra do not compare",
+            (
+                "give both the same in their dataset.yaml"
+                + (f" ({other}: other_rate: resample converts)" if name == RATE else "")
+            ),
+        )
+
+
+def _column_problems(
+    paths: Paths, spec: DatasetSpec, virtual: Collection[str]
+) -> Iterator[tuple[str, str]]:
+    sessions = whole_sessions(paths, spec.name, virtual)
+    columns = table_columns(paths, spec.name, sessions)
+    if not columns or set(virtual) - set(sessions):
+        return
+    for name, task in spec.tasks.items():
+        if not task.optional:
+            yield from _absent(f"task {name}", columns, target=task.target, groups=task.groups)
+    for name, one in spec.embeddings.items():
+        if not one.optional:
+            named = {"instance": one.instance, "groups": one.groups, "target": one.target}
+            yield from _absent(f"embedding {name}", columns, **named, category=one.category)
+
+
+def _absent(where: str, columns: set[str], **named: str) -> Iterator[tuple[str, str]]:
+    for key, column in named.items():
+        if column and column not in columns | ALWAYS:
+            fix = "add it to recordings.csv, or correct the name"
+            yield f"{where}: {key}: no session has a column {column!r}", fix

@@ -12,18 +12,16 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.recompute import spectrum_defects
 from ajgdata.store.audio import file_sha256
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.files import (
     copy,
     json_bytes,
     replacing_folder,
     sha256_of,
-    write_bytes,
     yaml_bytes,
 )
 from ajgdata.store.locks import alone
-from ajgdata.store.provenance import commit_date, settings_digest, software
+from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive, views
 from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.checks import Defect, defects
@@ -71,14 +69,13 @@ def publish(
     version: str = "",
     date: str = "",
     store: Path | None = None,
-    receipt: Path | None = None,
     each: Callable[[Sequence[Source]], Any] = iter,
 ) -> Published:
     """Write the data set `dataset` with its features into the folder `out`, all or nothing.
 
     `version` is that of dataset.yaml, `date` the day of the commit, unless given. `store` are its
     features (default: those that `ajgdata.load_features` gives); what they hold is what is
-    published. `receipt` gets the hash of its SHA256SUMS. `each` goes through the recordings, and
+    published. `each` goes through the recordings, and
     may show how far it is. Raises DataError, and leaves what was there, when the features are
     missing or not of the recordings as they are now, and while another process publishes there.
 
@@ -116,9 +113,6 @@ def publish(
         made = _describe(tree, paths, spec, content, table, sessions, unsealed, version, date)
         (tree / tree.SUMS).write_bytes(checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
-    if receipt:
-        line = f"{file_sha256(out / Tree.SUMS)}  {out.name}/{Tree.SUMS}\n"
-        write_bytes(receipt, line.encode())
     return Published(out, len(table.rows), size, *made)
 
 
@@ -154,8 +148,8 @@ def _check_options(version: str, day: str) -> None:
 
 
 def _check_target(out: Path) -> None:
-    """Raise DataError unless `out` is free or holds an older version of the same data set."""
-    if out.is_dir() and any(out.iterdir()) and not (out / Tree.SUMS).is_file():
+    """Raise DataError unless `out` is free or holds a published data set, whole or not."""
+    if out.is_dir() and any(out.iterdir()) and not (out / Tree.CROISSANT).is_file():
         raise DataError(out, "is a folder that holds something else", "name another folder")
     if out.exists() and not out.is_dir():
         raise DataError(out, "is a file", "name a folder")
@@ -259,19 +253,11 @@ def _describe(
         version=version,
         date=date or commit_date(),
         source=told.source,
-        answers=card.answers(spec, told, list(sessions.values()), unsealed),
         task_kinds=frozenset(spec.targets[task.target].kind for task in spec.tasks.values()),
         has_gripper=card.has_gripper(list(sessions.values())),
     )
-    counts = [
-        card.counts_of(name, target, store.columns[name].values)
-        for name, target in spec.targets.items()
-        if name in store.columns
-    ]
     if told.spectra:
         _write(tree, tree.SPECTRA, encode(spectra_figure(told), "png"))
-    if counts:
-        _write(tree, tree.LABELS, encode(card.labels_figure(told, counts), "png"))
     held = (tree.METADATA, tree.FEATURES, tree.ARCHIVE)
     sizes = {name: (tree / name).stat().st_size for name in held}
     hashes = {name: file_sha256(tree / name) for name in held}
@@ -282,7 +268,8 @@ def _describe(
     _write(tree, tree.LICENCE, card.licence_text(about).encode())
     front = yaml_bytes(card.front_matter(about, len(table.rows))).decode()
     facts = _provenance(spec, told, store, sessions, version)
-    text = card.render_card(about, told, table, counts, sizes, facts, front, paths)
+    groups = sorted({task.groups for task in spec.tasks.values()})
+    text = card.render_card(about, told, table, groups, unsealed, sizes, facts, front, paths)
     _write(tree, tree.README, text.encode())
     return told.n_left_out, unsealed, about.is_unlicensed
 
@@ -308,5 +295,5 @@ def _provenance(
         "digest of the recordings": told.provenance.inputs_hash,
     }
     if told.source == "simulated":
-        facts["digest of the code of the virtual gripper"] = code_digest(*GRIPPER_CODE)
+        facts["digest of the code of the virtual gripper"] = layer_hash("gripper")
     return facts

@@ -15,8 +15,8 @@ from ajgdata.acquire.recipe import plan_session, session_names, yaml_place
 from ajgdata.acquire.source import Grasp
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
 from ajgdata.store.files import line_of, write_bytes
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.sessions import list_datasets, read_dataset, read_declaration
 from ajgdata.types import SOURCES, DataError, DatasetSpec, Recipe, describe, location
 
@@ -57,7 +57,7 @@ def planned_grasps(path: Path, spec: DatasetSpec, sessions: Sequence[str]) -> li
     """
     recipe = recipe_of(path, spec)
     _check_variation(path, recipe)
-    code = SOURCES.origin(recipe.source) or code_digest(*GRIPPER_CODE)
+    code = SOURCES.origin(recipe.source) or layer_hash("gripper")
     planned = [
         plan_session(recipe, spec.name, session, code, spec.excitation) for session in sessions
     ]

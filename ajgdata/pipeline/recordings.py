@@ -1,4 +1,4 @@
-"""One recording -> samples fit for a feature, with everything that was found on the way.
+"""Recordings -> samples fit for a feature, with everything that was found on the way.
 
 The one place that decides whether a recording can be used: the workflow and `ajgdata validate`
 both come through here.
@@ -6,18 +6,28 @@ both come through here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from ajgdata.features.align import delay_outliers, delay_samples
 from ajgdata.features.checks import check_audio
-from ajgdata.store.audio import AudioError, Remark, check_layout, read_audio
-from ajgdata.types import AudioSettings, Finding
+from ajgdata.paths import Paths
+from ajgdata.store.audio import AudioError, Remark, read_audio
+from ajgdata.store.session_audio import AudioFile, checked_sha256, played_sound
+from ajgdata.store.sessions import audio_path, read_recordings, read_session
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    Finding,
+    NotPossibleError,
+    Recording,
+    Session,
+)
 
 #: A delay beyond this is not looked for: the sound would hardly overlap a one-second recording.
 MAX_DELAY_S = 0.5
@@ -54,42 +64,83 @@ def examine(
 
 
 def _further(path: Path, audio: AudioSettings, window: int, error: AudioError) -> Iterable[Remark]:
-    """Return the issues of the samples, and of rate and channels if the file is truncated.
-
-    The length of a truncated file is not checked again.
-    """
-    if error.code not in ("other_rate", "channels", "truncated"):
+    """Return the errors of the samples of a file with another rate or other channels."""
+    if error.code not in ("other_rate", "channels"):
         return ()
-    is_cut = error.code == "truncated"
-    anyhow = audio.model_copy(update={"other_rate": "resample", "channel": "mean"})
+    converted = audio.model_copy(update={"other_rate": "resample", "channel": "mean"})
     try:
-        read = read_audio(path, anyhow, partial=is_cut)
+        read = read_audio(path, converted)
     except AudioError as other:
-        return () if is_cut else other.remarks
-    remarks = [remark for remark in check_audio(read, window) if remark.level == "error"]
-    if is_cut:
-        remarks = [remark for remark in remarks if remark.code != "too_short"]
-        try:
-            check_layout(path, read.info, audio)
-        except AudioError as layout:
-            remarks += layout.remarks
-    return remarks
+        return other.remarks
+    return [remark for remark in check_audio(read, window) if remark.level == "error"]
 
 
 def read_excitation(
-    root: Path, manifest: dict[str, Any], audio: AudioSettings
+    session: str, played: AudioFile | None, audio: AudioSettings
 ) -> tuple[np.ndarray | None, list[Finding]]:
     """The played sound of a session (m,), None if there is none or it cannot be used."""
-    declared = manifest["excitation"]
-    if declared is None:
+    if played is None:
         return None, []
-    played = examine(root / declared["path"], audio, window=1)
-    if played.samples is not None:
-        return played.samples, []
-    problem = f"the played sound cannot be used: {played.remarks[0].problem}"
-    file, fix = Path(declared["path"]).name, played.remarks[0].fix
-    session = manifest["session_id"]
+    found = examine(played.path, audio, window=1)
+    if found.samples is not None:
+        return found.samples, []
+    problem = f"the played sound cannot be used: {found.remarks[0].problem}"
+    file, fix = played.path.name, found.remarks[0].fix
     return None, [Finding(session, "*", file, "warning", "bad_excitation", problem, fix)]
+
+
+class RecordingReader:
+    """Samples of recordings of several data sets, and what was played to them.
+
+    `audio` says how the recordings of each data set are read.
+    """
+
+    def __init__(self, paths: Paths, audio: Mapping[str, AudioSettings]) -> None:
+        self._paths, self._audio = paths, dict(audio)
+        self._sessions: dict[tuple[str, str], tuple[Session, dict[str, Recording]]] = {}
+        self._played: dict[tuple[str, str], np.ndarray | None] = {}
+
+    def samples(self, dataset: str, names: Sequence[str], window: int) -> Iterator[np.ndarray]:
+        """Yield the samples (n,) of recordings of a data set, fit for windows of that length.
+
+        Raises NotPossibleError for one that cannot be used, or that was edited.
+        """
+        for name in names:
+            session, _, recording_id = name.partition("/")
+            declared, rows = self._session(dataset, session)
+            row, folder = rows[recording_id], self._paths.session(dataset, session)
+            try:
+                path = audio_path(folder, declared, row)
+                checked_sha256(path, row.sha256)
+            except DataError as error:
+                raise NotPossibleError(f"recording {name!r}: {error.problem}") from None
+            found = examine(path, self._audio[dataset], window).samples
+            if found is None:
+                problem = f"recording {name!r} cannot be used with a window of {window}"
+                raise NotPossibleError(
+                    f"{problem}: see its data set's quarantine, or lower the window"
+                )
+            yield found
+
+    def played(self, dataset: str, name: str) -> np.ndarray | None:
+        """Return what was played (m,) to a recording; None where its session does not have it."""
+        session = name.partition("/")[0]
+        if (dataset, session) not in self._played:
+            folder = self._paths.session(dataset, session)
+            try:
+                sound = played_sound(folder, self._session(dataset, session)[0])
+            except DataError:  # a warning in the quarantine
+                sound = None
+            found, _ = read_excitation(session, sound, self._audio[dataset])
+            self._played[dataset, session] = found
+        return self._played[dataset, session]
+
+    def _session(self, dataset: str, session: str) -> tuple[Session, dict[str, Recording]]:
+        if (dataset, session) not in self._sessions:
+            folder = self._paths.session(dataset, session)
+            rows = {row.recording_id: row for row in read_recordings(folder)[0]}
+            self._sessions[dataset, session] = read_session(folder), rows
+        return self._sessions[dataset, session]
 
 
 def late_or_early(
@@ -110,9 +161,9 @@ def late_or_early(
     ]  # fmt: skip
 
 
-def finding(session: str, recording_id: str, path: str, remark: Remark) -> Finding:
+def finding(session: str, recording_id: str, path: Path, remark: Remark) -> Finding:
     """A remark, with the recording it is about."""
-    return Finding(session, recording_id, Path(path).name, *remark)
+    return Finding(session, recording_id, path.name, *remark)
 
 
 def in_threads(

@@ -13,7 +13,7 @@ from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.experiments.base import NewGrasps, Render
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.code_digest import GRIPPER_CODE, code_digest
+from ajgdata.store.provenance import layer_hash
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import NotPossibleError
 
@@ -64,7 +64,7 @@ def new_grasps_of(paths: Paths, dataset: str) -> NewGrasps:
     def sensed(wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
         if recipe is None or recipe.source != "virtual":
             raise NotPossibleError(f"it needs a virtual data set: {dataset} was not simulated")
-        code, source = code_digest(*GRIPPER_CODE), None
+        code, source = layer_hash("gripper"), None
         for one in wanted:
             grasp = new_grasp(recipe, dataset, *one, code)
             source = source or VirtualGripper(grasp.setup, solver, recipe.signal, spec.excitation)

@@ -18,22 +18,21 @@ from ajgdata.paths import (
     TABLES,
     Paths,
 )
-from ajgdata.pipeline import growing
 from ajgdata.pipeline.dataset_summary import summary
 from ajgdata.pipeline.experiments import asked_for, models_of, read_results, with_page_tests
 from ajgdata.pipeline.exports import with_tables, write_exports
+from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
-from ajgdata.pipeline.sounds import sounds_of
-from ajgdata.pipeline.stages import Stopwatch, stages_of
+from ajgdata.pipeline.sounds import clips_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
 from ajgdata.report.format import Source
-from ajgdata.report.kept_figures import made_of
-from ajgdata.report.navigation import FIXED, Group, experiment_link
+from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
     Checks,
+    Clip,
     DatasetSummary,
     OpeningPicture,
     Part,
@@ -63,7 +62,6 @@ def build_report(
     ablations: Sequence[str] = (),
     published: Sequence[str] = (),
     opening: Path | None = None,
-    code: str = "",
     processes: int = 1,
 ) -> None:
     """Write the report on `datasets` and on `tasks`, pairs of data set and name.
@@ -71,16 +69,11 @@ def build_report(
     `page` is its first; the others, its figures, and what it is about, are written beside it. `nav`
     leads to all of them, `pages` are those that other jobs write, `ablations` those that say why
     simulation and paper differ; `published` the data sets whose trees are there, `opening` says
-    what the first picture shows. Figures are kept by `code`, the digest of what draws them; without
-    it each is drawn anew. `processes` draw at once.
+    what the first picture shows. `processes` draw figures at once.
     """
-    from ajgdata.report.kept_figures import KeptFigures
     from ajgdata.report.page import illustrations, render_pages
     from ajgdata.report.render import draw_figures
 
-    watch = Stopwatch()
-    if page == paths.report:
-        growing.grow(paths)  # its last state stands until the pages are whole
     folder = page.parent / FIGURES
     for beside in (SOUNDS, EXPERIMENT_PAGES):  # also where they stay empty: the rule has them
         (page.parent / beside).mkdir(parents=True, exist_ok=True)
@@ -93,24 +86,12 @@ def build_report(
         report,
         skipped=skipped,
         opening=_opening(opening, page.parent) if opening else None,
-        costs=tuple(_costs(results, studies)),
         checks=tuple(_checks(studies)),
+        run_cost=tuple(run_cost(paths, datasets, everything=bool(pages or published))),
     )
-    kept = KeptFigures(paths.figure_cache, code)
-    figures = draw_figures(illustrations(report), folder, kept, processes)
-    kept.tidy()
-    whole = bool(pages or published)
-    stages = stages_of(paths, datasets=datasets, tasks=tasks, whole=whole, report=watch.so_far())
-    report = dataclasses.replace(report, stages=stages)
-    later = [one for one in illustrations(report) if one.name not in figures]
-    figures |= draw_figures(later, folder)
-    tables = write_exports(
-        paths, report, results, page.parent / TABLES,
-        papers=paths.paper_tables if page == paths.report else None,
-    )  # fmt: skip
+    figures = draw_figures(illustrations(report), folder, processes)
+    tables = write_exports(report, results, page.parent / TABLES)
     figures = {name: with_tables(one, tables) for name, one in figures.items()}
-    if page == paths.report:
-        growing.end(paths)
     for name, html in render_pages(report, figures, nav, published, project=paths).items():
         write_bytes(page.parent / name, html.encode())
     content = {"datasets": list(datasets), "runs": models_of(specs, tasks), "pages": list(pages)}
@@ -147,7 +128,7 @@ def _assembled(
 
 
 def _summary(paths: Paths, spec: DatasetSpec) -> DatasetSummary:
-    store = paths.merged(spec.name)
+    store = paths.features(spec.name)
     return summary(paths, spec, read_labels(store), spectra_blocks(store))
 
 
@@ -177,24 +158,6 @@ def _opening(path: Path, folder: Path) -> OpeningPicture | None:
     return OpeningPicture(wide, narrow, told["alt"])
 
 
-def _costs(
-    results: Sequence[TaskResults], studies: Mapping[str, Sequence[Table]]
-) -> Iterator[tuple[Illustration, str]]:
-    """Yield figures of error against run time, with the page that tells more."""
-    from ajgdata.report.cost_panels import simulation_panel
-
-    for name in dict.fromkeys(one.experiment for one in results):
-        own = [one for one in results if one.experiment == name]
-        if drawing := EXPERIMENTS[name].cost_panel(own):
-            drawing = drawing._replace(made_of=made_of(own))
-            pages = {one.page for one in own}
-            more = experiment_link(own[0].page) if len(pages) == 1 else FIXED["results"].link
-            yield drawing, more
-    for name, tables in studies.items():
-        if drawing := simulation_panel(tables):
-            yield drawing._replace(made_of=made_of(tables)), f"{name}.html"
-
-
 def _by_page(results: Sequence[TaskResults]) -> dict[str, list[TaskResults]]:
     """Return results by the page that they stand on."""
     found: dict[str, list[TaskResults]] = {}
@@ -207,10 +170,8 @@ def _across(results: Sequence[TaskResults], page: str = "") -> Iterator[Illustra
     """Yield the figures of several tasks together; those of a page are named after it."""
     for name in dict.fromkeys(one.experiment for one in results):
         own = [one for one in results if one.experiment == name]
-        digest = made_of(own)
         for drawing in EXPERIMENTS[name].across(own):
-            called = f"{drawing.name}--{page}" if page else drawing.name
-            yield drawing._replace(name=called, made_of=digest)
+            yield drawing._replace(name=f"{drawing.name}--{page}" if page else drawing.name)
 
 
 def _highlights(results: Sequence[TaskResults]) -> Iterator[tuple[Highlight, str, Source]]:
@@ -240,15 +201,15 @@ def _title(results: TaskResults) -> str:
 def _sections(
     paths: Paths, specs: Mapping[str, DatasetSpec], results: Sequence[TaskResults], page: Path
 ) -> Iterator[TaskSection]:
-    """Yield a section for each task that has a result; the first of a page has sounds."""
+    """Yield a section for each task that has a result; the first of a page has clips."""
     seen: set[str] = set()
     for dataset, task in dict.fromkeys((one.dataset, one.task) for one in results):
         own = [one for one in results if (one.dataset, one.task) == (dataset, task)]
-        sounds = None
+        clips: tuple[Clip, ...] = ()
         if task in specs[dataset].tasks and own[0].page not in seen:
             seen.add(own[0].page)
-            store, folder = read_store(paths.merged(dataset)), page.parent / SOUNDS
-            sounds = sounds_of(paths, specs[dataset], store, folder, task)
+            store, folder = read_store(paths.features(dataset)), page.parent / SOUNDS
+            clips = clips_of(paths, specs[dataset], store, folder, task)
         place = paths.explorer(dataset, task)  # an embedding's, beside the whole report alone
         beside = page == paths.report and place.is_file()
         yield TaskSection(
@@ -258,12 +219,12 @@ def _sections(
             own[0].source,
             tuple(_part(paths, one) for one in own),
             explorer=str(place.relative_to(page.parent)) if beside else "",
-            sounds=sounds,
+            clips=clips,
         )
 
 
 def _part(paths: Paths, results: TaskResults) -> Part:
-    one, digest = EXPERIMENTS[results.experiment], made_of(results)
+    one = EXPERIMENTS[results.experiment]
     return Part(
         experiment=one.name,
         name=results.named(),
@@ -272,7 +233,7 @@ def _part(paths: Paths, results: TaskResults) -> Part:
         summary=" ".join(filter(None, (one.summary(results), _left_out(results)))),
         text=read_experiment_text(paths, one.name),
         rows=tuple(one.rows(results)),
-        figures=tuple(f._replace(made_of=digest) for f in one.figures(results)),
+        figures=tuple(one.figures(results)),
         tables=tuple(one.tables(results)),
     )
 

@@ -1,4 +1,4 @@
-"""A run of the workflow on some data sets alone: the command that a person would give."""
+"""A run of the workflow: the command for some data sets alone, and the end of a run."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ REPORT = "report_"
 CONFIG = ("--config", "-C")
 #: And for looking at what a run would do.
 LOOKING = {"--dry-run", "--dryrun", "-n"}
+#: The summary of a run that skipped tasks ends with a line that begins with this.
+INCOMPLETE = "incomplete:"
 
 
 def only(names: Sequence[str]) -> list[str]:
@@ -106,13 +108,33 @@ def run(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> int:
     asked = command(paths, names, more)
     print(shlex.join(asked), flush=True)
     paths = dataclasses.replace(paths, run=run_name(datasets_asked(asked) or ()))
-    told = _written(paths)
+    before = modified_ns(paths.complete)
     line = [sys.executable, "-m", *asked]
     code = subprocess.run(line, check=False, cwd=paths.root).returncode
-    if code == 0 and told and told == _written(paths) and not LOOKING & set(more):
+    unchanged = before == modified_ns(paths.complete)
+    if code == 0 and before and unchanged and not LOOKING & set(more):
         print(paths.complete.read_text(encoding="utf-8"), end="")
     return code
 
 
-def _written(paths: Paths) -> int:
-    return paths.complete.stat().st_mtime_ns if paths.complete.is_file() else 0
+def end_run(summary: Path, before_ns: int) -> None:
+    """Print the summary of a whole run if this run wrote it; `before_ns` is its time before.
+
+    A run that skipped tasks ends with one line and exit code 1. Its summary is removed, so that the
+    next run reports the tasks again.
+    """
+    if modified_ns(summary) in (0, before_ns):
+        return
+    text = summary.read_text(encoding="utf-8")
+    *_, last = text.splitlines()
+    skipped = last.startswith(INCOMPLETE)
+    shown = text.removesuffix(f"{last}\n") if skipped else text
+    print(f"\n{shown}", file=sys.stderr, flush=True)
+    if skipped:
+        summary.unlink()
+        raise SystemExit(last)
+
+
+def modified_ns(path: Path) -> int:
+    """Return when a file was written, in ns; 0 if it does not exist."""
+    return path.stat().st_mtime_ns if path.is_file() else 0

@@ -1,4 +1,4 @@
-"""What a run did, in a few lines for the console: data, measurements, what was skipped, and why."""
+"""Summary of a whole run for the console: data, measurements, skipped tasks with reasons, cost."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from typing import NamedTuple
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import models_of
+from ajgdata.pipeline.run import INCOMPLETE
 from ajgdata.report.comparison import tally_text
-from ajgdata.store.features import reading
+from ajgdata.store.benchmarks import Job, RuleCost, cost_by_rule, read_benchmarks
+from ajgdata.store.features import open_store
 from ajgdata.store.files import read_json, write_bytes
 from ajgdata.store.findings import read_findings
 from ajgdata.store.models import ABOUT_FILE
-from ajgdata.types import DataError, DatasetSpec
+from ajgdata.store.sessions import list_datasets
+from ajgdata.types import DatasetSpec, left_out
 
 Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurement
 #: Lines of one sort that are listed; the report has all of them.
@@ -25,7 +28,7 @@ PART_OF = " of "
 
 
 class Data(NamedTuple):
-    """How many recordings of a data set are used, and how many are left out."""
+    """Numbers of used and of excluded recordings of a data set."""
 
     name: str
     used: int
@@ -43,40 +46,35 @@ class Skipped(NamedTuple):
 
 @dataclass(frozen=True)
 class RunSummary:
-    """What there is of what was asked for.
+    """Results of a whole run.
 
-    `rare` are classes that tasks leave out by `min_groups`, with their groups; `absent` are
-    measurements without a result; `agreements` counts the rows of the comparison with the paper by
-    verdict; `report` is its first page, if there is one.
+    `rare` are classes that tasks exclude by `min_groups`, with their groups; `agreements` counts
+    the rows of the comparison with the paper by verdict; `cost` is the sum over all jobs.
     """
 
     data: tuple[Data, ...]
     asked: int
     skipped: tuple[Skipped, ...] = ()
     rare: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
-    absent: tuple[str, ...] = ()
     agreements: Mapping[str, int] = field(default_factory=dict)
-    report: Path | None = None
-
-    @property
-    def wanting(self) -> list[Skipped]:
-        """Return what was skipped without being declared optional."""
-        return [one for one in self.skipped if not one.optional]
+    cost: RuleCost | None = None
 
 
-def summarise(
-    paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key], *, report: bool
-) -> RunSummary:
-    """Return what there is of the measurements `keys`, and of the models of their tasks.
+def complete(
+    paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key], out: Path
+) -> None:
+    """Write the summary of a whole run to `out`; if a task was skipped that is not optional, its
+    last line begins with INCOMPLETE."""
+    run = summarise(paths, specs, keys)
+    told = [*lines(paths, run), *skipped_line(run)]
+    write_bytes(out, "".join(f"{line}\n" for line in told).encode())
 
-    `report`: the report is part of the run.
-    """
+
+def summarise(paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key]) -> RunSummary:
+    """Return the results of the measurements `keys`, and of the models of their tasks."""
     reasons: dict[tuple[str, str, str], list[str]] = {}
-    absent, rare = [], {}
+    rare = {}
     for name, task, kind, path in _results(paths, specs, keys):
-        if not path.is_file():
-            absent.append(f"{name}/{task}: {kind}")
-            continue
         about = read_json(path)
         if reason := about.get("skipped", ""):
             reasons.setdefault((name, task, str(reason)), []).append(kind)
@@ -88,15 +86,14 @@ def summarise(
         Skipped(f"{name}/{task}", tuple(kinds), reason, _is_optional(specs[name], task))
         for (name, task, reason), kinds in reasons.items()
     )
-    runs = read_json(paths.runs) if report and paths.runs.is_file() else {}
+    costs = run_cost(paths, list(specs), everything=not paths.run)
     return RunSummary(
-        data=tuple(filter(None, (_data(paths, name) for name in specs))),
+        data=tuple(_data(paths, name) for name in specs),
         asked=len(keys),
         skipped=tuple(skipped),
         rare=rare,
-        absent=tuple(absent),
-        agreements=runs.get("agreements", {}),
-        report=paths.report if runs else None,
+        agreements=read_json(paths.runs).get("agreements", {}),
+        cost=costs[-1] if costs else None,
     )
 
 
@@ -117,25 +114,28 @@ def _is_optional(spec: DatasetSpec, task: str) -> bool:
     return embeddings[task].optional if task in embeddings else spec.tasks[task].optional
 
 
-def _data(paths: Paths, name: str) -> Data | None:
-    """Return what became of recordings; None without a store that can be read, of which jobs tell:
-    a run that has ended well does not fail for its summary."""
-    try:
-        with reading(paths.merged(name)) as store:
-            used = int(store["feature"].shape[0])
-    except DataError:
-        return None
-    found = read_findings(paths.quarantine(name)) if paths.quarantine(name).is_file() else []
-    recordings = {(one.session_id, one.recording_id) for one in found if one.leaves_out}
-    return Data(name, used, len(recordings))
+def _data(paths: Paths, name: str) -> Data:
+    with open_store(paths.features(name)) as store:
+        used = store.sizes["recording"]
+    return Data(name, used, len(left_out(read_findings(paths.quarantine(name)))))
 
 
-def lines(paths: Paths, run: RunSummary, failed: Sequence[str] = ()) -> list[str]:
-    """Return the summary for a console; `failed` names the jobs that ended in an error."""
-    used, left_out = (sum(getattr(one, key) for one in run.data) for key in ("used", "left_out"))
-    told = [
-        f"{many(len(run.data), 'data set')}: {many(used, 'recording')} used, {left_out} left out"
-    ]
+def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
+    """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that do not
+    belong to a data set, such as studies."""
+    others = set(list_datasets(paths)) - set(datasets)
+
+    def is_included(job: Job) -> bool:
+        name = job.wildcards[0] if job.wildcards else ""
+        return name in datasets or (everything and name not in others)
+
+    return cost_by_rule([job for job in read_benchmarks(paths.benchmarks) if is_included(job)])
+
+
+def lines(paths: Paths, run: RunSummary) -> list[str]:
+    """Return the summary for a console."""
+    used, out = (sum(getattr(one, key) for one in run.data) for key in ("used", "left_out"))
+    told = [f"{many(len(run.data), 'data set')}: {many(used, 'recording')} used, {out} left out"]
     for one in run.data:
         if one.left_out:
             why = f"{paths.quarantine(one.name)} says why"
@@ -145,25 +145,23 @@ def lines(paths: Paths, run: RunSummary, failed: Sequence[str] = ()) -> list[str
         told.append(f"left out  of {task}, classes of fewer groups than min_groups: {named}")
     whole = [k for one in run.skipped for k in one.kinds if PART_OF not in k]
     skipped = sum(not kind.startswith(TRAINING) for kind in whole)
-    gone = sum(f": {TRAINING}" not in one for one in run.absent)
-    told.append(
-        f"{many(run.asked, 'measurement')}: {run.asked - skipped - gone} made, {skipped} skipped, "
-        f"{gone} not made"
-    )
-    for some, word in ((run.wanting, "skipped "), (_optional(run), "optional")):
+    told.append(f"{many(run.asked, 'measurement')}: {run.asked - skipped} made, {skipped} skipped")
+    for word, optional in (("skipped ", False), ("optional", True)):
+        some = [one for one in run.skipped if one.optional is optional]
         told += _listed([f"{word}  {s.task}, {_kinds(s.kinds)}: {s.reason}" for s in some])
-    told += _listed([f"failed    {one}" for one in failed])
-    if not failed:
-        told += _listed([f"not made  {one}" for one in run.absent])
     if run.agreements:
         told.append(f"comparison with the paper: {tally_text(run.agreements)}")
-    if run.report:
-        told.append(f"report: {run.report}")
+    if run.cost:
+        told.append(_cost_line(run.cost))
+    told.append(f"report: {paths.report}")
     return told
 
 
-def _optional(run: RunSummary) -> list[Skipped]:
-    return [one for one in run.skipped if one.optional]
+def _cost_line(cost: RuleCost) -> str:
+    return (
+        f"cost: {many(cost.jobs, 'job')}, {cost.wall_s / 60:.1f} min of run time, "
+        f"{cost.cpu_s / 60:.1f} min of CPU time, up to {cost.peak_mb:,.0f} MB per job"
+    )
 
 
 def many(count: int, noun: str) -> str:
@@ -172,7 +170,7 @@ def many(count: int, noun: str) -> str:
 
 
 def _kinds(kinds: Sequence[str]) -> str:
-    """Return `cross_validation (knn, cnn), permutation_test` of the names of jobs."""
+    """Return `cross_validation (knn, cnn), reflected_energy` of the names of jobs."""
     grouped: dict[str, list[str]] = {}
     for kind in kinds:
         name, _, model = kind.partition("-")
@@ -186,22 +184,14 @@ def _listed(told: list[str]) -> list[str]:
     return told[:LISTED] + more
 
 
-def complete(
-    paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key], out: Path
-) -> None:
-    """Write the summary of a whole run to `out`."""
-    run = summarise(paths, specs, keys, report=True)
-    write_bytes(out, "".join(f"{line}\n" for line in lines(paths, run)).encode())
-
-
-def skipped_line(run: RunSummary) -> str:
-    """Return the last line of a run that skipped tasks which are not optional; else ""."""
-    tasks = dict.fromkeys(one.task for one in run.wanting)
+def skipped_line(run: RunSummary) -> list[str]:
+    """Return the last line of a run that skipped tasks which are not optional, if there are any."""
+    tasks = dict.fromkeys(one.task for one in run.skipped if not one.optional)
     if not tasks:
-        return ""
+        return []
     first, *others = tasks
     more = f" and {len(others)} more" if others else ""
-    return (
-        f"incomplete: {first}{more} skipped (reasons above), everything else is done; correct the "
+    return [
+        f"{INCOMPLETE} {first}{more} skipped (reasons above), everything else is done; correct the "
         "data, or declare `optional: true` for the task in dataset.yaml"
-    )
+    ]

@@ -13,17 +13,12 @@ from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Material
 from ajgdata.gripper.omissions import Part
-from ajgdata.gripper.pressure_slices import Film, slices
 from ajgdata.report.format import number
-from ajgdata.store.files import write_bytes
 from ajgdata.store.responses import read_scene
 from ajgdata.types import DataError
 
-#: Frames of an animation, and the simulated time from one to the next.
-FRAMES, FRAME_S = 100, 1.5e-5
 #: What a gripper is shown with.
 HELD = "cube_20p7"
-FILM_FILE = "pressure.gif"
 
 
 def open_scene(name: str) -> tuple[str, Scene]:
@@ -79,32 +74,22 @@ def planned(name: str, scene: Scene) -> Plan:
         raise DataError(name, problem, fix or "change the scene") from None
 
 
-def show_scene(name: str, out: Path | None = None, *, film: bool = True) -> list[Path]:
-    """Draw the scene `name` into the folder `out`; return the files that people open.
+def show_scene(name: str, out: Path | None = None) -> list[Path]:
+    """Draw the cross-section of the scene `name`, and its response with the spectrum.
 
-    The cross-section, the response with its spectrum, and, with `film`, the moving pressure.
+    Returns the SVG files in the folder `out`.
     """
-    from ajgdata.report.animation import animate
     from ajgdata.report.canvas import save_figure
     from ajgdata.report.scenes import cross_section_figure, response_figure
 
     title, scene = open_scene(name)
     plan = planned(name, scene)
     folder = out or Path(f"gripper-{title}")
-    drawn = {
+    figures = {
         "cross-section": cross_section_figure(scene, title, plan.left_out),
         "response": response_figure(simulate(plan), title, scene.numerics),
     }
-    files = [save_figure(figure, folder / stem)[0] for stem, figure in drawn.items()]
-    if film:
-        files.append(folder / FILM_FILE)
-        write_bytes(files[-1], animate(scene, filmed(plan)))
-    return files
-
-
-def filmed(plan: Plan) -> Film:
-    """Return 1.5 ms of the pressure in the plane of the cross-section, whatever the grid."""
-    return slices(plan, "xz", every=max(1, round(FRAME_S / plan.system.dt)), frames=FRAMES)
+    return [save_figure(figure, folder / stem)[0] for stem, figure in figures.items()]
 
 
 def plan_facts(name: str) -> tuple[dict[str, str], Sequence[Part]]:

@@ -106,7 +106,7 @@ def navigation_of(
         Link(experiment_link(one.name), one.title, one.about)
         for one in pages_of(paths, specs, tasks)
     ]
-    heard = [
+    plots = [
         Link(
             paths.explorer(dataset, name).relative_to(paths.report.parent).as_posix(),
             specs[dataset].title or dataset,
@@ -114,4 +114,4 @@ def navigation_of(
         )
         for dataset, name in explorers
     ]
-    return navigation(links, pages, heard)
+    return navigation(links, pages, plots)

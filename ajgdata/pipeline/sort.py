@@ -24,10 +24,9 @@ from ajgdata.live.sort import Outcome, Sorter, arrivals
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.acquire_live import excitation_of, known_of
 from ajgdata.pipeline.live_source import VIRTUAL, open_hands
-from ajgdata.store.audio import read_audio
+from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.features import read_store
 from ajgdata.store.files import line_of, read_yaml, sha256_of
-from ajgdata.store.riff import encode_pcm24
 from ajgdata.store.sessions import list_sessions, read_dataset, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, describe, location
 from ajgdata.types.plan import NOTHING, SortPlan
@@ -195,7 +194,7 @@ def _session(
         "sort": {**told, "target": spec.tasks[plan.task].target},
         "device": card.settings.model_dump(mode="json", exclude={"attempts"}),
         "excitation": spec.excitation.model_dump(mode="json"),
-        "excitation_sha256": sha256_of(encode_pcm24(sound, rate)),
+        "excitation_sha256": sha256_of(pcm24_bytes(sound, rate)),
     }
     return live_session(
         folder, setup=setup, excitation=sound, played=spec.excitation, sample_rate_hz=rate,

@@ -5,10 +5,9 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from ajgdata.ablations import ABLATIONS, ablation
-from ajgdata.paths import ABLATIONS_PAGE, Paths
-from ajgdata.store.code_digest import OMISSIONS_TABLE, code_digest
-from ajgdata.store.provenance import software
+from ajgdata.ablations import ablation
+from ajgdata.paths import Paths
+from ajgdata.store.provenance import layer_hash, software
 from ajgdata.store.tables import write_tables
 from ajgdata.types import NotPossibleError
 from ajgdata.types.table import table_of
@@ -23,28 +22,16 @@ STUDIES: tuple[str, ...] = (
     "materials",
     "effects",
 )
-GALLERY = "gallery"
 
 
-def study_code(name: str) -> tuple[str, ...]:
-    """Return what the tables of the study `name` follow from, for `code_digest`."""
-    return (
-        "ajgdata.pipeline.studies:run_study",
-        f"ajgdata.studies.{name}:tables",
-        OMISSIONS_TABLE,
-    )
+def study_hash() -> str:
+    """Return the hash of the code of all studies."""
+    return layer_hash("studies", "pipeline/studies.py")
 
 
-def ablation_code(name: str) -> tuple[str, ...]:
-    """Return what the tables of the ablation `name` follow from, for `code_digest`."""
-    entries = ("ajgdata.pipeline.studies:run_ablation", f"ajgdata.ablations.{name}:measure")
-    return (*entries, OMISSIONS_TABLE)
-
-
-def page_code(name: str) -> tuple[str, ...]:
-    """Return what the page `name`, and its figures, follow from, for `code_digest`."""
-    modules = [f"ajgdata.ablations.{one}" for one in ABLATIONS] if name == ABLATIONS_PAGE else []
-    return ("ajgdata.pipeline.pages:build_page", *modules)
+def ablation_hash() -> str:
+    """Return the hash of the code of all ablations."""
+    return layer_hash("ablations", "pipeline/studies.py")
 
 
 def run_study(name: str, out: Path, *, quick: bool = False) -> None:
@@ -54,8 +41,8 @@ def run_study(name: str, out: Path, *, quick: bool = False) -> None:
     its columns.
     """
     tables = importlib.import_module(f"ajgdata.studies.{name}").tables(quick)
-    code = code_digest(*study_code(name))
-    write_tables(out, tables, study=name, quick=quick, code=code, **software())
+    about = {**software(), "code": study_hash()}
+    write_tables(out, tables, study=name, quick=quick, **about)
 
 
 def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool = False) -> None:
@@ -71,5 +58,5 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     except NotPossibleError as error:  # too few grasps, say: a result, and the run goes on
         reason = {"reason": str(error)}
         tables = [table_of(name, f"Not made: {name}", [reason], reason="Reason")]
-    code = code_digest(*ablation_code(name))
-    write_tables(out, tables, study=name, quick=quick, code=code, **software())
+    about = {**software(), "code": ablation_hash()}
+    write_tables(out, tables, study=name, quick=quick, **about)

@@ -27,19 +27,25 @@ def train_models(
 ) -> None:
     """Fit every model of every task, see `DatasetSpec.trainings`, and write each into
     `folder`/task/model."""
-    wanted = [(task, model) for task, one in tasks.items() for model in one["models"]]
-    done = progress(len(wanted))
-    for task, model in wanted:
+    shard = read_store(store)
+    pairs = [(task, model) for task, declared in tasks.items() for model in declared["models"]]
+    advance = progress(len(pairs))
+    for task, model in pairs:
         print(f"{task}: {model}")
-        place = folder / task / model
-        train_model(
-            store, **tasks[task]["settings"], task=task, model=model, seed=seed, folder=place
+        settings = tasks[task]["settings"]
+        train_from_shard(
+            shard, **settings, task=task, model=model, seed=seed, folder=folder / task / model
         )
-        done()
+        advance()
 
 
-def train_model(
-    store: Path,
+def train_model(store: Path, **settings: Any) -> None:
+    """Fit one model; `settings` are those of `train_from_shard`."""
+    train_from_shard(read_store(store), **settings)
+
+
+def train_from_shard(
+    shard: Shard,
     *,
     target: str,
     kind: Kind,
@@ -54,7 +60,7 @@ def train_model(
     most_recordings: Mapping[str, int] | None = None,
     task: str = "",
 ) -> None:
-    """Fit `model` on all recordings of `store` that have `target` and write it into `folder`, with
+    """Fit `model` on all recordings of `shard` that have `target` and write it into `folder`, with
     its calibration and what a predictor needs beside.
 
     How well it will do on new recordings is what the evaluation says, not its fit to these. A model
@@ -64,14 +70,13 @@ def train_model(
     from threadpoolctl import threadpool_limits
 
     from ajgdata.evaluate.in_use import calibration
-    from ajgdata.models import chosen, fit_model, make_model, network_state, recordings_used
-    from ajgdata.models.limits import declared
+    from ajgdata.models import chosen, fit_named_model, make_model, network_state
+    from ajgdata.models.limits import most_recordings as limit_of
 
-    shard = read_store(store)
     about: dict[str, Any] = {"target": target, "kind": kind, "unit": unit, "model": model}
     about |= {"period": period_deg, "seed": seed, "task": task, "provenance": dict(shard.attrs)}
     try:
-        unfitted = make_model(model, kind, seed, period_deg)
+        make_model(model, kind, seed, period_deg)
     except ValueError as error:  # of another package's model, which cannot be imported
         write_about(folder, {**about, "skipped": str(error)})
         return
@@ -79,14 +84,18 @@ def train_model(
         if min_groups:
             classes, _ = frequent_classes(shard, target, groups, classes, min_groups)
         data = task_data(shard, target, kind, groups, classes)
-        with threadpool_limits(limits=1), declared(most_recordings or {}):
-            fitted = fit_model(unfitted, data.feature, data.value, data.group)
+        most = limit_of(model, limits := most_recordings or {})
+        used = len(data.name) if most is None else min(most, len(data.name))
+        with threadpool_limits(limits=1):
+            fitted = fit_named_model(
+                model, kind, data.feature, data.value, data.group,
+                seed=seed, period=period_deg, limits=limits,
+            )  # fmt: skip
             estimator, choice = chosen(fitted)
-            used = recordings_used(estimator, len(data.name))
             found = calibration(
                 data.feature, data.value, data.group, grasp := _grasps(shard, data),
                 model=model, kind=kind, objects=_column(shard, data, "object"), seed=seed,
-                period=period_deg,
+                period=period_deg, limits=limits,
             )  # fmt: skip
     except NotPossibleError as error:
         write_about(folder, {**about, "skipped": str(error)})

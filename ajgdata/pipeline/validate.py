@@ -6,15 +6,14 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
-from ajgdata.pipeline.declaration import declaration_problems
-from ajgdata.pipeline.declare import common_audio
+from ajgdata.pipeline.importing import common_audio
 from ajgdata.pipeline.label_counts import label_issues
 from ajgdata.pipeline.label_kinds import label_findings
+from ajgdata.pipeline.plan import declaration_problems
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
     examine,
@@ -25,10 +24,9 @@ from ajgdata.pipeline.recordings import (
 )
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
-from ajgdata.store.hashes import HashCache
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.manifest import WHOLE_SESSION, survey
 from ajgdata.store.scan import Search, audio_files, search
+from ajgdata.store.session_audio import WHOLE_SESSION, AudioFile, SessionAudio, check_session
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
 
@@ -52,17 +50,17 @@ def validate_datasets(
     """
     folders = [Path(n) for n in names if _is_folder(n) and not _is_dataset(project, n)]
     count = 0
-    told: list[Finding] = []
+    issues: list[Finding] = []
     for folder in folders:
         checked, found = validate_folder(folder, started)
-        count, told = count + checked, told + found
+        count, issues = count + checked, issues + found
     chosen = [n for n in names if Path(n) not in folders]
     if chosen or not names:
         paths = project()
         for name in chosen or list_datasets(paths):
             checked, found = validate_dataset(paths, name, started)
-            count, told = count + checked, told + found
-    return count, told
+            count, issues = count + checked, issues + found
+    return count, issues
 
 
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
@@ -73,31 +71,29 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
     """
     spec = read_dataset(paths, dataset)
     list(all_asked(spec, paths.dataset(dataset)))  # raises DataError for what cannot be made
-    cache = HashCache(paths.hash_cache, forget=True)  # every byte is read here
     sessions = list_sessions(paths, dataset)
-    surveys = [survey(paths, dataset, name, cache) for name in sessions]
-    advance = started(sum(len(manifest["recordings"]) for manifest, _ in surveys))
-    told = [*_check_declaration(paths, spec), *_mixed(paths, spec, sessions)]
+    checked = [check_session(paths.session(dataset, name)) for name in sessions]
+    advance = started(sum(len(one.files) for one in checked))
+    issues = [*_check_declaration(paths, spec), *_mixed(paths, spec, sessions)]
     rows: list[tuple[str, str, tuple[str, ...]]] = []
-    for manifest, labels in surveys:
-        table = {row["recording_id"]: row for row in labels}
-        session = manifest["session_id"]
-        found = [Finding(**known) for known in manifest["findings"]]
-        found += _check_session(paths.root, manifest, spec.audio, spec.features.window, advance)
+    for one in checked:
+        table = {row["recording_id"]: row for row in one.labels}
+        session = one.session_id
+        found = [*one.findings, *_check_samples(one, spec.audio, spec.features.window, advance)]
         for name, row in table.items():
             found += bad_labels(session, name, row, spec.targets)
         found = without_rejected(found, list(rejected(session, table).values()))
-        told += [*found, *_without_row(paths.root, paths.session(dataset, session), manifest)]
+        issues += [*found, *_without_row(paths.session(dataset, session), one)]
         unusable = {f.recording_id for f in found if f.level == "error" or f.code == "rejected"}
-        for entry in manifest["recordings"]:
-            if (name := entry["recording_id"]) not in unusable:
+        for entry in one.files:
+            if (name := entry.recording_id) not in unusable:
                 label = tuple(table[name].get(target, "") for target in spec.targets)
-                rows.append((f"{session}/{name}", entry["sha256"], label))
-    told += label_findings([labels for _, labels in surveys], spec.targets)
-    told += label_issues({one["session_id"]: labels for one, labels in surveys}, spec)
+                rows.append((f"{session}/{name}", entry.sha256, label))
+    issues += label_findings([one.labels for one in checked], spec.targets)
+    issues += label_issues({one.session_id: one.labels for one in checked}, spec)
     if rows:
-        told += copies(*zip(*rows, strict=True)).values()
-    return sum(len(labels) for _, labels in surveys), sorted(told)
+        issues += copies(*zip(*rows, strict=True)).values()
+    return sum(len(one.labels) for one in checked), sorted(issues)
 
 
 def _check_declaration(paths: Paths, spec: DatasetSpec) -> list[Finding]:
@@ -117,17 +113,15 @@ def _mixed(paths: Paths, spec: DatasetSpec, sessions: Sequence[str]) -> list[Fin
     return []
 
 
-def _without_row(root: Path, folder: Path, manifest: dict[str, Any]) -> list[Finding]:
+def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
     """Return a note for each audio file of a session that stands in no row of its table.
 
     Of a session whose table cannot be read nothing is known.
     """
-    if any(
-        (f["recording_id"], f["level"]) == (WHOLE_SESSION, "error") for f in manifest["findings"]
-    ):
+    if any((f.recording_id, f.level) == (WHOLE_SESSION, "error") for f in session.findings):
         return []
-    known = {(root / entry["path"]).absolute() for entry in manifest["recordings"]}
-    known |= {(folder / told["file"]).absolute() for told in manifest["findings"]}
+    known = {entry.path.absolute() for entry in session.files}
+    known |= {(folder / found.file).absolute() for found in session.findings}
     fix = "import its folder again, or remove the file"
     return [
         Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
@@ -144,20 +138,17 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     found = search(folder)
     files = [folder.absolute() / path for path in found.audio]
     name = folder.absolute().name
-    entries = [
-        {"recording_id": str(p.relative_to(folder.absolute())), "path": str(p)} for p in files
-    ]
-    manifest = {"session_id": name, "excitation": None, "recordings": entries}
+    entries = [AudioFile(str(p.relative_to(folder.absolute())), p, "") for p in files]
     audio, window = common_audio(files), FeatureSettings().window
-    told = _check_session(Path(), manifest, audio, window, started(len(files)))
-    told += _not_searched(name, found)
-    unusable = {one.recording_id for one in told if one.level == "error"}
-    usable = [entry for entry in entries if entry["recording_id"] not in unusable]
-    digests = [file_sha256(Path(entry["path"])) for entry in usable]
-    labels = [(str(Path(entry["path"]).parent),) for entry in usable]
-    names = [f"{name}/{entry['recording_id']}" for entry in usable]
-    told += copies(names, digests, labels).values()
-    return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in told)
+    issues = _check_samples(SessionAudio(name, entries), audio, window, started(len(files)))
+    issues += _not_searched(name, found)
+    unusable = {one.recording_id for one in issues if one.level == "error"}
+    usable = [entry for entry in entries if entry.recording_id not in unusable]
+    digests = [file_sha256(entry.path) for entry in usable]
+    labels = [(str(entry.path.parent),) for entry in usable]
+    names = [f"{name}/{entry.recording_id}" for entry in usable]
+    issues += copies(names, digests, labels).values()
+    return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in issues)
 
 
 def _not_searched(name: str, found: Search) -> list[Finding]:
@@ -170,29 +161,27 @@ def _not_searched(name: str, found: Search) -> list[Finding]:
     ]
 
 
-def _check_session(
-    root: Path,
-    manifest: dict[str, Any],
+def _check_samples(
+    session: SessionAudio,
     audio: AudioSettings,
     window: int,
     advance: Callable[[], object],
 ) -> list[Finding]:
-    excitation, told = read_excitation(root, manifest, audio)
-    session, entries = manifest["session_id"], manifest["recordings"]
+    name = session.session_id
+    excitation, issues = read_excitation(name, session.played, audio)
     delays: dict[str, int] = {}
 
-    def checked(entry: dict[str, str]) -> tuple[tuple[Remark, ...], int | None]:
-        found = examine(root / entry["path"], audio, window, excitation)
+    def checked(entry: AudioFile) -> tuple[tuple[Remark, ...], int | None]:
+        found = examine(entry.path, audio, window, excitation)
         return found.remarks, found.delay  # the samples would wait in memory
 
-    results = in_threads(checked, entries, os.cpu_count() or 1)
-    for entry, (remarks, delay) in zip(entries, results, strict=True):
-        name = entry["recording_id"]
-        told += [finding(session, name, entry["path"], remark) for remark in remarks]
+    results = in_threads(checked, session.files, os.cpu_count() or 1)
+    for entry, (remarks, delay) in zip(session.files, results, strict=True):
+        issues += [finding(name, entry.recording_id, entry.path, remark) for remark in remarks]
         if delay is not None:
-            delays[name] = delay
+            delays[entry.recording_id] = delay
         advance()
-    return told + late_or_early(session, list(delays), list(delays.values()), audio.sample_rate_hz)
+    return issues + late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
 
 
 def _is_folder(name: str) -> bool:

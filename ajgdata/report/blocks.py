@@ -19,15 +19,13 @@ if TYPE_CHECKING:
 class Illustration(NamedTuple):
     """A figure that is not drawn yet: file name without suffix, words, and how to draw it.
 
-    `folded` names it where it is shown only on request. `made_of` is a digest of all that it shows,
-    if that is known: the same again need not be drawn anew.
+    `folded` names it where it is shown only on request.
     """
 
     name: str
     caption: Caption
     draw: Callable[[], Figure]
     folded: str = ""
-    made_of: str = ""
 
 
 class TableFigure(NamedTuple):

@@ -7,8 +7,7 @@ an earlier figure can change them.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -23,7 +22,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 from ajgdata.paths import FIGURE_FORMATS
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Source, sentence, value
-from ajgdata.report.labels import REFERENCES, balanced, settle, width_in, wrapped
+from ajgdata.report.labels import REFERENCES, wrapped
 from ajgdata.store.files import write_bytes
 
 P = ParamSpec("P")
@@ -88,7 +87,6 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
             figure = draw(*args, **kwargs)
             _lay_out(figure)
             figure.set_layout_engine(None)  # not "none", with which each save would draw twice
-            settle(figure)
         return figure
 
     return wrapper
@@ -116,10 +114,8 @@ def new_figure(
     """
     width, badges = size_in[0], sorted(set(sources))
     left = 0.08 + BADGE_IN * len(badges)
-    size_pt = _largest_pt(title, width - 0.2, TITLE_PT, "bold")
-    lines = balanced(sentence(title), width - 0.2, size_pt, "bold")
-    small_pt = _largest_pt(subtitle, width - left - 0.12, SUBTITLE_PT)
-    below = wrapped(subtitle, width - left - 0.12, small_pt)
+    lines = wrapped(sentence(title), width - 0.2, TITLE_PT, "bold")
+    below = wrapped(subtitle, width - left - 0.12, SUBTITLE_PT)
     more = TITLE_LINE_IN * (len(lines) - 1) + SUBTITLE_LINE_IN * (len(below) - 1)
     height = size_in[1] + more
     layout = ConstrainedLayoutEngine(rect=(0, 0, 1, 1 - (HEAD_IN + more) / height))
@@ -130,21 +126,15 @@ def new_figure(
 
     for i, line in enumerate(lines):
         top = 0.07 + TITLE_LINE_IN * i
-        write(0.08, top, line, fontsize=size_pt, fontweight="bold")
+        write(0.08, top, line, fontsize=TITLE_PT, fontweight="bold")
     top = 0.14 + TITLE_LINE_IN * len(lines)
     for i, source in enumerate(badges):
         box = {"boxstyle": "round,pad=0.25", "color": SOURCE_COLOURS[source]}
         style = {"fontsize": 8, "fontweight": "bold", "color": "white"}
         write(0.12 + BADGE_IN * i, top, source, bbox=box, **style)
     for i, line in enumerate(below):
-        write(left, top - 0.005 + SUBTITLE_LINE_IN * i, line, fontsize=small_pt)
+        write(left, top - 0.005 + SUBTITLE_LINE_IN * i, line, fontsize=SUBTITLE_PT)
     return figure
-
-
-def _largest_pt(text: str, width: float, size_pt: float, weight: str = "normal") -> float:
-    """Return `size_pt`, or less where a single word would be wider than `width` (in)."""
-    longest = max((width_in(word, size_pt, weight) for word in text.split()), default=0.0)
-    return size_pt * min(1.0, width / longest) if longest else size_pt
 
 
 def model_style(index: int) -> dict[str, Any]:
@@ -193,40 +183,15 @@ def pareto_front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
 def encode(figure: Figure, suffix: str) -> bytes:
     """Return the figure as a `svg`, `png` or `pdf` file: the same bytes each time."""
     buffer = io.BytesIO()
-    with matplotlib.style.context(["default", STYLE]), _lean_fonts():
+    with matplotlib.style.context(["default", STYLE]):
         dpi = SVG_DPI if suffix == "svg" else STYLE["savefig.dpi"]
         figure.savefig(buffer, format=suffix, dpi=dpi, metadata=_METADATA[suffix])
     return buffer.getvalue()
 
 
-@contextmanager
-def _lean_fonts() -> Iterator[None]:
-    """Leave how letters join out of the fonts that a PDF embeds: its letters have their places, and
-    reading these tables is most of the time of a save. Matplotlib has no setting for it.
-    """
-    from fontTools.subset import Options
-
-    kept = Options._drop_tables_default
-    Options._drop_tables_default = [*kept, "GDEF", "GPOS", "GSUB"]
-    try:
-        yield
-    finally:
-        Options._drop_tables_default = kept
-
-
-def encoded(figure: Figure) -> dict[str, bytes]:
-    """Return the figure as a file of each format, by suffix."""
-    return {suffix: encode(figure, suffix) for suffix in FIGURE_FORMATS}
-
-
 def save_figure(figure: Figure, stem: Path) -> list[Path]:
     """Write `stem`.svg, .png and .pdf, each in one step; return them in this order."""
-    return write_figure(encoded(figure), stem)
-
-
-def write_figure(files: Mapping[str, bytes], stem: Path) -> list[Path]:
-    """Write files of a figure, by suffix, beside `stem`; return them."""
-    targets = {suffix: stem.with_name(f"{stem.name}.{suffix}") for suffix in files}
-    for suffix, target in targets.items():
-        write_bytes(target, files[suffix])
-    return list(targets.values())
+    files = [stem.with_name(f"{stem.name}.{suffix}") for suffix in FIGURE_FORMATS]
+    for suffix, file in zip(FIGURE_FORMATS, files, strict=True):
+        write_bytes(file, encode(figure, suffix))
+    return files

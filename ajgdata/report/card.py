@@ -1,138 +1,26 @@
-"""A data set -> what people read before they use it: card, citation, licence, two figures."""
+"""Texts of a published data set: dataset card, citation and licence."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from ajgdata.paths import Paths, Tree
-from ajgdata.report.canvas import COLOURS, WIDTH_IN, new_figure, styled
-from ajgdata.report.format import number, value, words
 from ajgdata.report.render import environment
 from ajgdata.report.report_data import DatasetSummary
 from ajgdata.store.files import read_text
-from ajgdata.store.publishing.about import CC0_FILE, TOPICS, About
+from ajgdata.store.publishing.about import CC0_FILE, About
 from ajgdata.store.publishing.examples import examples
 from ajgdata.store.publishing.table import Table
-from ajgdata.types import DatasetSpec, Finding, Session, Target
+from ajgdata.types import Finding, Session
 
-#: More values than this are counted in this many bins.
-MAX_BARS = 24
 #: Findings that the card lists one by one.
 MAX_FINDINGS = 20
 #: Upper ends of Hugging Face's size categories.
 _SIZES = ((1e3, "n<1K"), (1e4, "1K<n<10K"), (1e5, "10K<n<100K"), (float("inf"), "100K<n<1M"))
-
-
-@dataclass(frozen=True, eq=False)
-class Counts:
-    """Recordings for each value, or range of values, of a target."""
-
-    target: str
-    unit: str
-    values: tuple[str, ...]
-    recordings: tuple[int, ...]
-    missing: int
-
-
-def counts_of(name: str, target: Target, values: np.ndarray) -> Counts:
-    """Return how often each value of a target was recorded. `values` (n,): NaN or "" is missing."""
-    present = values[values != ""] if values.dtype.kind == "U" else values[np.isfinite(values)]
-    distinct, counts = np.unique(present, return_counts=True)
-    if len(distinct) > MAX_BARS and values.dtype.kind != "U":
-        counts, edges = np.histogram(present, MAX_BARS)
-        labels = [f"{number(a)}–{number(b)}" for a, b in pairwise(edges)]
-    else:
-        labels = [value(one) for one in distinct.tolist()]
-    missing = len(values) - len(present)
-    return Counts(name, target.unit, tuple(labels), tuple(counts.tolist()), missing)
-
-
-def labels_finding(counts: Sequence[Counts]) -> str:
-    """Return how often values of the first target were recorded."""
-    first = counts[0]
-    ends = dict.fromkeys(f"{f(first.recordings):,}" for f in (min, max)) if first.recordings else ()
-    each = " to ".join(ends) or "no"
-    more = f"; {first.missing:,} recordings without" if first.missing else ""
-    return f"{len(first.values)} values of {words(first.target)}, {each} recordings each{more}"
-
-
-@styled
-def labels_figure(summary: DatasetSummary, counts: Sequence[Counts]) -> Figure:
-    """Return a figure of recordings per value, one panel for each target."""
-    bars = [min(max(len(one.values), 2), 40) for one in counts]
-    figure = new_figure(
-        (WIDTH_IN, 0.9 + 0.22 * sum(bars) + 0.5 * len(bars)),
-        labels_finding(counts),
-        f"{summary.title}: {summary.n_recordings:,} recordings",
-        [summary.source],
-    )
-    panels = figure.subplots(len(counts), 1, squeeze=False, height_ratios=bars)[:, 0]
-    for axes, one in zip(panels, counts, strict=True):
-        axes.barh(range(len(one.values)), one.recordings, color=COLOURS[0], height=0.7)
-        axes.set_yticks(range(len(one.values)), one.values)
-        axes.invert_yaxis()
-        axes.grid(False, axis="y")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        unit = f" ({one.unit})" if one.unit else ""
-        missing = f"; {one.missing} without" if one.missing else ""
-        axes.set(ylabel=f"{words(one.target)}{unit}", xlabel=f"recordings{missing}")
-    return figure
-
-
-def answers(
-    spec: DatasetSpec, summary: DatasetSummary, sessions: Sequence[Session], unsealed: int
-) -> dict[str, str]:
-    """Return the answers of the datasheet, by topic, as far as declaration and sessions tell.
-
-    What nobody said is said to be unknown.
-    """
-    made = "computed by a virtual gripper" if summary.source == "simulated" else "recorded"
-    tasks = "; ".join(
-        f"{words(name)} ({spec.targets[task.target].kind} of {task.target}, split by {task.groups})"
-        for name, task in spec.tasks.items()
-    )
-    labels = "; ".join(
-        f"{name}: {target.description or words(name)}{f' ({target.unit})' if target.unit else ''}"
-        for name, target in spec.targets.items()
-    )
-    return {
-        "motivation": "To tell from the sound inside a jamming gripper what it holds."
-        if has_gripper(sessions)
-        else "For what its description says.",
-        "tasks": f"As declared: {tasks}." if tasks else "None is declared.",
-        "composition": f"{summary.n_recordings} recordings in {summary.n_sessions} session(s) at "
-        f"{summary.sample_rate_hz} Hz, {made}; a spectrum of each; labels.",
-        "labels": f"{labels or 'No targets are declared'}. "
-        + ("They are the settings of the simulation." if summary.source == "simulated" else
-           "They were given by whoever recorded, and are not checked."),
-        "missing": f"{summary.n_left_out} recordings were left out, {summary.n_flagged} are in "
-        "and flagged"
-        f"{f', {unsealed} had no hash from the day they were recorded' if unsealed else ''}. "
-        "A label that was not measured is an empty cell.",
-        "collection": _collection(summary, sessions),
-        "collection_type": "Simulation" if summary.source == "simulated" else "Experiment",
-        "preprocessing": "The recordings are as they were made, byte for byte. The spectra: short-"
-        "time Fourier transform, summed over time, normalised; settings in attribute `settings` of "
-        f"{Tree.FEATURES}.",
-        "uses": f"Training and comparing models of acoustic sensing. {_groups(spec)}",
-        "limitations": _limitations(summary, sessions),
-        "biases": _biases(sessions),
-        "personal": "No: nothing was recorded, it is a simulation."
-        if summary.source == "simulated"
-        else "Not known: recordings may hold voices from the room. Listen before you pass them on.",
-        "impact": "No harm is known that is particular to it.",
-        "maintenance": f"{', '.join(spec.authors) or 'Nobody is named'}. Versions are separate "
-        "folders; SHA256SUMS tells them apart.",
-    }  # fmt: skip
 
 
 def has_gripper(sessions: Sequence[Session]) -> bool:
@@ -140,67 +28,32 @@ def has_gripper(sessions: Sequence[Session]) -> bool:
     return any(session.gripper != "unknown" for session in sessions)
 
 
-def _biases(sessions: Sequence[Session]) -> str:
-    grippers = sorted({session.gripper for session in sessions} - {"unknown"})
-    if not grippers:
-        return "Not known: nobody said with what it was recorded."
-    media = sorted({session.medium for session in sessions})
-    return (
-        f"It knows these grippers only: {', '.join(grippers)}; filled with {', '.join(media)}. "
-        "Others sound otherwise, and models need not carry over."
-    )
-
-
-def _collection(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
-    told = {
-        key: ", ".join(sorted({str(getattr(s, key)) for s in sessions} - {"unknown", ""}))
-        for key in ("gripper", "medium", "device", "software")
-    }
-    facts = "; ".join(f"{key}: {text}" for key, text in told.items() if text)
-    sounds = sorted({s.excitation.description for s in sessions if s.excitation} - {""})
-    how = "Simulated" if summary.source == "simulated" else "Recorded"
-    played = f" Played sound: {', '.join(sounds)}." if sounds else ""
-    return f"{how}. {facts[:1].upper()}{facts[1:]}.{played}" if facts else f"{how}.{played}"
-
-
-def _groups(spec: DatasetSpec) -> str:
-    groups = sorted({task.groups for task in spec.tasks.values()}) or ["grasp_id"]
-    return (
-        f"Split by {' or '.join(groups)}, never at random: recordings of one grasp are near copies."
-    )
-
-
-def _limitations(summary: DatasetSummary, sessions: Sequence[Session]) -> str:
-    if summary.source == "recorded":
-        return "Other objects, rooms and set-ups than these."
-    grippers = len({session.gripper for session in sessions})
-    return (
-        f"It is simulated: rigid objects, {grippers} gripper{'s' * (grippers > 1)}, no noise but "
-        "its floor unless it says so; a grid of 4.2 mm is right up to about 6 kHz, a coarser one "
-        "less far. Accuracies on it are not those of a real gripper."
-    )
-
-
 def render_card(
     about: About,
     summary: DatasetSummary,
     table: Table,
-    counts: Sequence[Counts],
+    groups: Sequence[str],
+    unsealed: int,
     sizes: Mapping[str, int],
     provenance: Mapping[str, str],
     front: str,
     project: Paths | None = None,
 ) -> str:
-    """Return README.md. `front` is the YAML that Hugging Face reads; `sizes` are bytes of files."""
+    """Return README.md.
+
+    `groups` are the columns that folds must not share, `unsealed` counts recordings without a hash
+    from the day of the recording, `sizes` are bytes of files, `front` is the YAML that Hugging Face
+    reads.
+    """
     return _environment(project).get_template("card.md.j2").render(
         about=about,
         summary=summary,
         table=table,
-        counts=counts,
+        groups=groups,
+        unsealed=unsealed,
         sizes=sizes,
         provenance=provenance,
         front=front,
-        topics={topic: question for topic, (question, _) in TOPICS.items()},
         examples=examples(table),
         left_out=[f for f in summary.findings if f.leaves_out],
         flagged=_by_code([f for f in summary.findings if not f.leaves_out]),

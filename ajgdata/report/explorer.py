@@ -1,16 +1,16 @@
-"""All projections of a space in one HTML file: hover tells the recording, a click plays it.
+"""Interactive scatter plot of the projections of an embedding, in one file without network access.
 
-The file needs no network. Its script is named by hash in the content policy: nothing that a data
-set says can run.
+The content policy names the scripts by hash, so text of a data set cannot run.
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
-import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+import html
+import re
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -22,26 +22,25 @@ from ajgdata.report.navigation import Group
 from ajgdata.report.projections import (
     METHODS,
     MISSING,
-    NUMBERS,
     SPACES,
     Projection,
     Projections,
     shown_columns,
     text_colours,
 )
-from ajgdata.report.render import environment, render
+from ajgdata.report.render import render
 
-SCRIPT = "explorer.js"
-#: Drawing area in units of the picture, and the room left around the points.
-WIDTH, HEIGHT, MARGIN = 1000, 700, 30
-#: Shades of a number.
-STEPS = 32
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+HEIGHT_PX, MARKER_PX = 640, 7
 
 
 class Explored(NamedTuple):
-    """One embedding of a data set: what the page says of it, and `shown` or why there is nothing.
+    """One embedding of a data set; `shown` is None if there are no projections, see `skipped`.
 
-    `more` is a link to the report's section on it.
+    `more` is a link to the report's section on the embedding, `note` says which recordings are
+    shown.
     """
 
     title: str
@@ -49,29 +48,25 @@ class Explored(NamedTuple):
     supervision: str
     more: str
     shown: Projections | None
+    note: str = ""
     skipped: str = ""
 
 
 def render_explorer(
-    one: Explored,
-    clips: Mapping[str, bytes],
-    sound: str,
-    *,
-    here: str = "",
-    nav: Sequence[Group] = (),
-    project: Paths | None = None,
+    one: Explored, *, here: str = "", nav: Sequence[Group] = (), project: Paths | None = None
 ) -> str:
     """Return the page as HTML text: the same content gives the same text.
 
-    `clips` are MP3s by recording, perhaps not of all; `sound` says what was done to them. Of an
-    embedding without projections it says why there are none. `here` is its place relative to the
-    report's folder, `nav` the navigation of the report.
+    `here` is its place relative to the report's folder, `nav` the navigation of the report.
     """
-    pages = environment(project)
-    source = pages.loader.get_source(pages, SCRIPT)[0] if pages.loader else ""
-    # Jinja's include would strip the last line's end: the hash is of what stands in the page.
-    script = source.strip()
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    plot = ""
+    if one.shown is not None:
+        plot = scatter(one.shown).to_html(
+            full_html=False, include_plotlyjs=True, div_id="plot",
+            config={"displayModeBar": False, "responsive": True},
+        )  # fmt: skip
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", plot, flags=re.DOTALL)
+    digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
     return render(
         "explorer.html.j2",
         {},
@@ -79,34 +74,51 @@ def render_explorer(
         project=project,
         nav=nav,
         one=one,
-        content=content(one.shown, clips) if one.shown else None,
-        script=Markup(script),  # ours, and free of "</"
-        script_hash=f"sha256-{digest}",
-        sound=sound,
-        heard=len(clips),
-        width=WIDTH,
-        height=HEIGHT,
+        plot=Markup(plot),  # plotly escapes "<" in what it is given
+        policy=" ".join(f"'sha256-{base64.b64encode(one).decode()}'" for one in digests),
     )
 
 
-def content(shown: Projections, clips: Mapping[str, bytes]) -> dict[str, Any]:
-    """Return what the script is given, as JSON has it: lists are in the order of the recordings."""
-    names = shown.recording.tolist()
-    return {
-        "recordings": names,
-        "training": shown.training.astype(int).tolist(),
-        "facts": [
-            {"label": words(name), "values": [_fact(v) for v in values.tolist()]}
-            for name, values in shown.columns.items()
-        ],
-        "colours": [
-            {"label": words(name), **_colours(shown.columns[name])} for name in shown_columns(shown)
-        ],
-        "spaces": [
-            {"label": space_label(one), "points": placed(one.points)} for one in shown.projections
-        ],
-        "clips": [base64.b64encode(clips.get(name, b"")).decode() for name in names],
-    }
+def scatter(shown: Projections) -> Figure:
+    """Return a scatter plot with menus for the space and for the column that gives the colours.
+
+    Filled markers: the encoder was trained on the recording; open markers: it was not.
+    """
+    from plotly.graph_objects import Figure, Scatter
+
+    texts = np.array(_texts(shown))
+    symbols = np.where(shown.training, "circle", "circle-open")
+    columns = shown_columns(shown) or list(shown.columns)[:1]
+    traces, column_of, rows_of = [], list[str](), list[NDArray[np.intp]]()
+    for column in columns:
+        for rows, name, colour in _levels(words(column), shown.columns[column]):
+            marker = {**colour, "symbol": symbols[rows].tolist(), "size": MARKER_PX}
+            traces.append(
+                Scatter(
+                    mode="markers", name=html.escape(name), marker=marker, hoverinfo="text",
+                    text=texts[rows].tolist(), visible=column == columns[0], showlegend=True,
+                    **_places(shown.projections[0], rows),
+                )
+            )  # fmt: skip
+            column_of.append(column)
+            rows_of.append(rows)
+    spaces = []
+    for projection in shown.projections:
+        places = [_places(projection, rows) for rows in rows_of]
+        args = {axis: [place[axis] for place in places] for axis in ("x", "y")}
+        spaces.append({"label": space_label(projection), "method": "restyle", "args": [args]})
+    colours = []
+    for column in columns:
+        visible = {"visible": [other == column for other in column_of]}
+        colours.append({"label": words(column), "method": "restyle", "args": [visible]})
+    menu: dict[str, Any] = {"y": 1.02, "xanchor": "left", "yanchor": "bottom"}
+    figure = Figure(traces)
+    figure.update_layout(
+        updatemenus=[{**menu, "x": 0, "buttons": spaces}, {**menu, "x": 0.4, "buttons": colours}],
+        height=HEIGHT_PX, template="plotly_white", hovermode="closest", yaxis={"scaleanchor": "x"},
+        margin={"l": 40, "r": 10, "t": 60, "b": 40},
+    )  # fmt: skip
+    return figure
 
 
 def space_label(one: Projection) -> str:
@@ -115,51 +127,40 @@ def space_label(one: Projection) -> str:
     return f"{name} · {METHODS[one.method]}" if one.method in METHODS else f"{name} · 2-D"
 
 
-def placed(points: NDArray[np.floating]) -> list[list[float]]:
-    """Return points (n, 2) on the drawing area, up being up, one scale for both axes.
-
-    Identical points stand in the middle.
-    """
-    given = np.asarray(points, float)
-    low, high = given.min(axis=0, initial=np.inf), given.max(axis=0, initial=-np.inf)
-    if not len(given):
-        return []
-    room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
-    size = high / 2 - low / 2  # halves: the whole may overflow
-    with np.errstate(divide="ignore", over="ignore"):
-        scale = float(np.min(room / 2 / np.where(size > 0, size, 0)))
-    if not math.isfinite(scale):
-        scale = 0.0
-    moved = (given - (low / 2 + high / 2)) * scale
-    return np.round(np.array([WIDTH / 2, HEIGHT / 2]) + moved * [1, -1], 1).tolist()
-
-
-def _fact(given: Any) -> str:
-    if isinstance(given, float) and not math.isfinite(given):
-        return value(None)
-    return value(given) if given != "" else value(None)
-
-
-def _colours(values: NDArray) -> dict[str, Any]:
-    """Return `palette`, the entry of it (n,) of each recording, and the legend."""
-    if values.dtype.kind == "U":
-        named = text_colours(values)
-        place = {name: i for i, name in enumerate(named)}
-        return {
-            "palette": [*named.values(), MISSING],
-            "entries": [place.get(name, len(named)) for name in values.tolist()],
-            "legend": [words(name) for name in named],
-        }
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    known = np.isfinite(values)
-    low, high = float(values[known].min()), float(values[known].max())
-    share = (np.where(known, values, low) - low) / (high - low)
-    entries = np.where(known, np.round(share * (STEPS - 1)), STEPS).astype(int)
-    shades = [to_hex(c) for c in colormaps[NUMBERS](np.linspace(0, 1, STEPS))]
+def _places(projection: Projection, rows: NDArray[np.intp]) -> dict[str, list[float]]:
+    """Return `x` and `y` of some recordings, to five digits."""
+    across, up = np.asarray(projection.points, float)[rows].T
     return {
-        "palette": [*shades, MISSING],
-        "entries": entries.tolist(),
-        "range": [value(low), value(high)],
+        axis: [float(f"{number:.5g}") for number in numbers]
+        for axis, numbers in (("x", across), ("y", up))
     }
+
+
+def _texts(shown: Projections) -> list[str]:
+    """Return what is known of each recording, as text for plotly: lines with `<br>`."""
+    labels = {words(name): values.tolist() for name, values in shown.columns.items()}
+    listed = []
+    for row, recording in enumerate(shown.recording.tolist()):
+        facts = [f"{name}: {_shown(values[row])}" for name, values in labels.items()]
+        listed.append("<br>".join(html.escape(line) for line in (recording, *facts)))
+    return listed
+
+
+def _shown(label: Any) -> str:
+    missing = label == "" or (isinstance(label, float) and not np.isfinite(label))
+    return value(None if missing else label)
+
+
+def _levels(title: str, values: NDArray) -> Iterator[tuple[NDArray[np.intp], str, dict[str, Any]]]:
+    """Yield row numbers, name and plotly's colour settings of each text, or of all numbers."""
+    if values.dtype.kind == "U":
+        for name, colour in text_colours(values).items():
+            yield np.flatnonzero(values == name), words(name), {"color": colour}
+        known = values != ""
+    else:
+        known = np.isfinite(values)
+        colours = {"color": values[known].tolist(), "colorscale": "Viridis", "showscale": True}
+        bar = {"title": {"text": html.escape(title)}, "x": 1, "y": 0, "yanchor": "bottom"}
+        yield np.flatnonzero(known), title, {**colours, "colorbar": {**bar, "len": 0.8}}
+    if not known.all():
+        yield np.flatnonzero(~known), "not known", {"color": MISSING}

@@ -1,31 +1,23 @@
-"""Words at what they name, instead of a legend: at the end of a line, or beside a point.
-
-Labels are put in their final place when the layout of a figure stands: `settle` keeps them clear of
-one another. Each has the colour of what it names, dark enough to be read.
-"""
+"""Names in figures: legends beside the axes, words at points, and reference lines."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+import textwrap
 from functools import lru_cache
-from itertools import product
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backend_bases import RendererBase
-from matplotlib.colors import to_hex, to_rgb
-from matplotlib.figure import Figure
+from matplotlib.colors import same_color, to_hex, to_rgb
 from matplotlib.font_manager import FontProperties
-from matplotlib.text import Annotation, Text
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 from matplotlib.textpath import text_to_path
-from matplotlib.transforms import Bbox
 
 GREY = "#6b6b6b"
 LABEL_PT = 8
-#: Pixels make letters wider than their outlines, by no more than this.
-HINTING = 1.04
 #: Contrast with white that text of this size needs (WCAG 2.2, 1.4.3).
 CONTRAST = 4.5
 #: Lines that are no measurement: their colour and dashes.
@@ -34,8 +26,8 @@ REFERENCES: dict[str, dict[str, Any]] = {
     "paper": {"color": "black", "ls": (0, (7, 2, 1, 2)), "lw": 1.2},
     "ideal": {"color": GREY, "ls": (0, (5, 3)), "lw": 1.1},
 }
-#: Where no line ends: in `5 ± 2 mm`; and what stands there while lines are made.
-_UNBROKEN, _KEPT = re.compile(r" (?=±|%)|(?<=±) |(?<=\d) (?=[^\W\d]{1,2}\b)"), "\N{NO-BREAK SPACE}"
+#: Spaces at which no line ends: before and after "±", and before "%" and short units.
+_UNBROKEN = re.compile(r" (?=±|%)|(?<=±) |(?<=\d) (?=[^\W\d]{1,2}\b)")
 Reference = Literal["chance", "paper", "ideal"]
 
 
@@ -55,185 +47,65 @@ def _luminance(rgb: np.ndarray) -> float:
 
 @lru_cache(maxsize=4096)
 def width_in(text: str, size_pt: float, weight: str = "normal") -> float:
-    """Return how wide a line of text is in the figures' font, in inches; as pixels at most."""
+    """Return the width of a line of text in the font of the figures, in inches."""
     font = FontProperties(family="DejaVu Sans", weight=weight, size=size_pt)
-    outline = text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]
-    return HINTING * float(outline) / 72
+    return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]) / 72
 
 
 def wrapped(text: str, width: float, size_pt: float, weight: str = "normal") -> list[str]:
-    """Return the lines that `text` takes, none wider than `width` (in) unless a single word is."""
-    lines, space = [""], width_in(" ", size_pt, weight)
-    used = 0.0
-    for word in _UNBROKEN.sub(_KEPT, text).split(" "):
-        long = width_in(word, size_pt, weight)
-        if lines[-1] and used + space + long > width:
-            lines.append(word)
-            used = long
-        else:
-            used += long + (space if lines[-1] else 0.0)
-            lines[-1] = f"{lines[-1]} {word}".strip(" ")
-    return [line.replace(_KEPT, " ") for line in lines]
+    """Return the lines of `text`, each about `width` (in) wide at most; `5 ± 2 mm` stays whole."""
+    full = width_in(text, size_pt, weight)
+    count = int(0.95 * width * len(text) / full) if full > width else len(text)
+    text = _UNBROKEN.sub("\N{NO-BREAK SPACE}", text)
+    lines = textwrap.wrap(text, max(1, count), break_long_words=False, break_on_hyphens=False)
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines] or [""]
 
 
-def balanced(text: str, width: float, size_pt: float, weight: str = "normal") -> list[str]:
-    """Return the lines of `wrapped`, as many, but of lengths that are as even as can be."""
-    lines = wrapped(text, width, size_pt, weight)
-    narrower = lines
-    while len(narrower) == len(lines) > 1:
-        lines, width = narrower, 0.97 * width
-        narrower = wrapped(text, width, size_pt, weight)
-    return lines
+def label_end(axes: Axes, x: float | None, y: float, text: str, colour: str) -> None:
+    """Name the line or marker of `colour` whose last point is (x, y), in data, in a legend.
 
-
-def spread_out(wanted: np.ndarray, heights: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return middles (n,) of labels of `heights` (n,), none over another, as near as can be (least
-    squares) to those `wanted` (n,), and between `low` and `high` if there is room."""
-    from scipy.optimize import isotonic_regression
-
-    if not len(wanted):
-        return np.asarray(wanted, float)
-    order = np.argsort(wanted, kind="stable")
-    tall = heights[order]
-    # Measured from the lowest place that those below leave, places may be equal but not fall.
-    stacked = np.cumsum(tall) - tall / 2
-    places = isotonic_regression(np.asarray(wanted, float)[order] - stacked).x
-    places = np.clip(places, low, max(low, high - tall.sum())) + stacked
-    found = np.empty(len(wanted))
-    found[order] = places
-    return found
-
-
-class EndLabel(Annotation):
-    """The name of a line, right of the axes at the height of the line's end."""
-
-
-class PointLabel(Annotation):
-    """The name of a point, on whichever side of it there is room; its bar reaches up and down."""
-
-    reach: float = 0.0
-
-
-def label_end(axes: Axes, x: float | None, y: float, text: str, colour: str) -> EndLabel:
-    """Write `text` right of the axes, with a thin line from the point (x, y) in data.
-
-    Without `x` the line begins at the axes' edge.
+    The legend is right of the axes, in the order of the calls. Without `x` only `y` counts.
     """
-    start: Any = ("axes fraction", "data") if x is None else "data"
-    label = EndLabel(
-        text, (1.0 if x is None else x, y), xytext=(1.02, y), xycoords=start,
-        textcoords=("axes fraction", "data"), ha="left", va="center", fontsize=LABEL_PT,
-        color=ink(colour), annotation_clip=False, clip_on=False,
-        arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6, "alpha": 0.7, "shrinkA": 0,
-                    "shrinkB": 0, "relpos": (0, 0.5)},
-    )  # fmt: skip
-    axes.add_artist(label)
-    return label
+
+    def distance(line: Line2D) -> float:
+        points = np.asarray(line.get_xydata(), float)
+        if not len(points):
+            return np.inf
+        away = abs(points[-1] - (points[-1, 0] if x is None else x, y)).sum()
+        return float(away) if np.isfinite(away) else np.inf
+
+    lines = [line for line in axes.lines if same_color(line.get_color(), colour)]
+    nearest = min(reversed(lines), key=distance, default=Line2D([], [], color=colour))
+    add_to_legend(axes, nearest, text)
+
+
+def add_to_legend(axes: Axes, handle: Artist, text: str) -> None:
+    """Add an entry to the legend right of the axes."""
+    old = axes.get_legend()
+    handles = [*filter(None, old.legend_handles), handle] if old else [handle]
+    texts = [*(one.get_text() for one in old.get_texts()), text] if old else [text]
+    axes.legend(handles, texts, loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.3)
 
 
 def label_point(
     axes: Axes, x: float, y: float, text: str, colour: str, reach: float = 0.0, **style: Any
-) -> PointLabel:
-    """Write `text` beside the point (x, y) in data, whose error bar has a length of 2 `reach`."""
-    style = {"fontsize": LABEL_PT, "color": ink(colour), **style}
-    label = PointLabel(text, (x, y), xytext=(6, 0), textcoords="offset points", va="center",
-                       ha="left", annotation_clip=False, clip_on=False, **style)  # fmt: skip
-    label.set_in_layout(False)
-    label.reach = reach
-    axes.add_artist(label)
-    return label
+) -> Annotation:
+    """Write `text` at the upper right of the point (x, y), in data; above its error bar `reach`."""
+    style = {"fontsize": LABEL_PT, "color": ink(colour), "clip_on": False, **style}
+    return axes.annotate(text, (x, y + reach), (4, 3), textcoords="offset points", **style)
 
 
 def reference_line(axes: Axes, kind: Reference, at: float, text: str, axis: str = "y") -> None:
-    """Draw what a result is seen against (chance, the paper's value) and name it at its end.
+    """Draw a reference for the results (chance, the published value) and name it in the legend.
 
     On the `axis` x the line is upright, and named above.
     """
     style = REFERENCES[kind]
     if axis == "y":
-        axes.axhline(at, label=kind, zorder=1.5, **style)
-        label_end(axes, None, at, text, style["color"])
+        add_to_legend(axes, axes.axhline(at, label=kind, zorder=1.5, **style), text)
         return
     axes.axvline(at, label=kind, zorder=1.5, **style)
     axes.annotate(
         text, (at, 1), (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points",
-        ha="center", va="bottom", fontsize=LABEL_PT, color=ink(style["color"]),
+        ha="center", va="bottom", fontsize=LABEL_PT, color=style["color"],
     )  # fmt: skip
-
-
-def settle(figure: Figure) -> None:
-    """Put the labels of a figure, whose layout stands, where they do not cover one another."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    for axes in figure.axes:
-        ends = [child for child in axes.get_children() if isinstance(child, EndLabel)]
-        _settle_ends(axes, ends, renderer)
-        points = [child for child in axes.get_children() if isinstance(child, PointLabel)]
-        _settle_points(axes, points, renderer)
-
-
-def _settle_ends(axes: Axes, labels: Sequence[EndLabel], renderer: RendererBase) -> None:
-    """Move labels up and down, and no further than the axes reach if they have room there."""
-    if not labels:
-        return
-    heights = np.array([1.06 * _text_box(label, renderer).height for label in labels])
-    wanted = np.array([axes.transData.transform((1.0, label.xyann[1]))[1] for label in labels])
-    box, reach = axes.bbox, heights.max() / 2
-    places = spread_out(wanted, heights, box.y0 - reach, box.y1 + reach)
-    back = axes.transData.inverted()
-    for label, place in zip(labels, places, strict=True):
-        label.xyann = (label.xyann[0], float(back.transform((box.x1, place))[1]))
-
-
-def _text_box(label: Annotation, renderer: RendererBase) -> Bbox:
-    """Return the box of the text alone, in pixels, without its line."""
-    label.update_positions(renderer)
-    return Text.get_window_extent(label, renderer)
-
-
-#: Where a label may stand, best first: offset in points, and how it is aligned.
-_SIDES = [
-    ((6, 0), "left", "center"), ((-6, 0), "right", "center"),
-    ((0, 6), "center", "bottom"), ((0, -6), "center", "top"),
-    *(((5 * far * x, 5 * far * y), "left" if x > 0 else "right", "bottom" if y > 0 else "top")
-      for far, x, y in product((1, 2.4), (1, -1), (1, -1))),
-]  # fmt: skip
-
-
-def _settle_points(axes: Axes, labels: Sequence[PointLabel], renderer: RendererBase) -> None:
-    """Choose for one label after the other the side on which it covers least."""
-    taken = [_point_box(axes, label) for label in labels]
-    for label in labels:
-        cost, boxes = [], []
-        for offset, ha, va in _SIDES:
-            label.set(ha=ha, va=va)
-            label.xyann = offset
-            boxes.append(_text_box(label, renderer))
-            cost.append(_covered(boxes[-1], taken) + _outside(boxes[-1], axes))
-        best = int(np.argmin(cost))
-        offset, ha, va = _SIDES[best]
-        label.set(ha=ha, va=va)
-        label.xyann = offset
-        taken.append(boxes[best])
-
-
-def _point_box(axes: Axes, label: PointLabel) -> Bbox:
-    """Return the box of a marker and its error bar, in pixels."""
-    x, y = label.xy
-    ends = axes.transData.transform([(x, y - label.reach), (x, y), (x, y + label.reach)])
-    low, high = np.nanmin(ends, axis=0) - 6, np.nanmax(ends, axis=0) + 6
-    return Bbox([low, high])
-
-
-def _covered(box: Bbox, taken: Sequence[Bbox]) -> float:
-    """Return how much of other boxes a box covers, in square pixels."""
-    both = (Bbox.intersection(box, other) for other in taken)
-    return sum(one.width * one.height for one in both if one is not None)
-
-
-def _outside(box: Bbox, axes: Axes) -> float:
-    """Return how much of a box lies outside the axes, and counts the more: it may be cut off."""
-    inside = Bbox.intersection(box, axes.bbox)
-    area = inside.width * inside.height if inside is not None else 0.0
-    return 3.0 * max(box.width * box.height - area, 0.0)

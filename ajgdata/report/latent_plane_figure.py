@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.report.ellipses import Ellipse, points_ellipse
 from ajgdata.report.format import Caption, Source, number, words
 from ajgdata.report.projections import category_colours
 
@@ -48,25 +47,27 @@ class Plane:
         order = list(category_colours(self.category))
         return dict(sorted(pairs, key=lambda pair: order.index(pair[1])))
 
-    def ellipses(self, rows: NDArray[np.bool_]) -> dict[str, Ellipse]:
-        """Return the ellipse of each object that has points among `rows` (n,)."""
-        found = {}
-        for name in self.objects():
-            own = self.points[rows & (self.object == name)]
-            if len(own):
-                found[name] = points_ellipse(own, SIGMAS)
-        return found
-
     def within(self) -> float:
-        """Return the share of validation points in the training ellipse of their object, or NaN."""
+        """Return the share of validation points within SIGMAS of their object's training points.
+
+        The distance is Mahalanobis's. NaN without validation points.
+        """
         held_out = ~self.training
         if not held_out.any():
             return math.nan
-        ellipses = self.ellipses(self.training)
         inside = np.zeros(len(self.points), bool)
-        for name, ellipse in ellipses.items():
-            own = held_out & (self.object == name)
-            inside[own] = ellipse.inside(self.points[own])
+        for name in self.objects():
+            trained, own = (self.points[part & (self.object == name)] for part in (
+                self.training, held_out,
+            ))  # fmt: skip
+            if not (len(trained) and len(own)):
+                continue
+            mean, covariance = moments(trained)
+            ridge = 1e-9 * np.trace(covariance) + np.finfo(float).tiny  # of points on a line
+            with np.errstate(over="ignore"):
+                scaled = np.linalg.solve(covariance + ridge * np.eye(2), (own - mean).T)
+                distance = np.sum((own - mean) * scaled.T, axis=1)
+            inside[held_out & (self.object == name)] = distance <= SIGMAS**2
         return float(inside[held_out].mean())
 
     def nearest(self) -> float:
@@ -91,14 +92,13 @@ def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
     figure = new_figure(SIZE_IN, plane_finding(plane), subtitle, [source])
     panels = figure.subplots(1, 2, sharex=True, sharey=True)
     colours = category_colours(plane.category)
-    exponent = _exponent(plane.points)
     for axes, rows, part in zip(
         panels, (plane.training, ~plane.training), ("training", "validation"), strict=True
     ):
-        _panel(axes, plane, rows, colours, exponent)
+        _panel(axes, plane, rows, colours)
         axes.set_title(f"{part} points ({np.count_nonzero(rows)})")
-        axes.set_xlabel(_axis_label(1, exponent))
-    panels[0].set_ylabel(_axis_label(2, exponent))
+        axes.set_xlabel("latent 1")
+    panels[0].set_ylabel("latent 2")
     handles = [
         Line2D([], [], ls="", marker="o", color=colour, label=words(name) or "no category")
         for name, colour in colours.items()
@@ -108,51 +108,38 @@ def plane_figure(plane: Plane, title: str, source: Source) -> Figure:
     return figure
 
 
-def _panel(
-    axes: Axes, plane: Plane, rows: NDArray[np.bool_], colours: Mapping[str, str], exponent: int
-) -> None:
+def _panel(axes: Axes, plane: Plane, rows: NDArray[np.bool_], colours: Mapping[str, str]) -> None:
     """Draw points, ellipses and names of the objects that have points among `rows`."""
     from ajgdata.report.labels import label_point
 
-    categories, ellipses = plane.objects(), plane.ellipses(rows)
-    for name, ellipse in ellipses.items():
-        colour = colours[categories[name]]
-        points = _shifted(plane.points[rows & (plane.object == name)], exponent)
-        axes.plot(*points.T, "o", color=colour, ms=2.4, mew=0, alpha=0.6)
-        axes.add_patch(_patch(ellipse, colour, exponent))
-    for name, ellipse in ellipses.items():  # above all points
-        x, y = _shifted(np.asarray(ellipse.centre), exponent).tolist()
+    for name, category in plane.objects().items():
+        points = plane.points[rows & (plane.object == name)]
+        if not len(points):
+            continue
+        axes.plot(*points.T, "o", color=colours[category], ms=2.4, mew=0, alpha=0.6)
+        axes.add_patch(_ellipse(points, colours[category]))
         back = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.6}
-        label_point(axes, x, y, words(name), colours[categories[name]], bbox=back)
+        x, y = points.mean(axis=0).tolist()
+        label_point(axes, x, y, words(name), colours[category], bbox=back, zorder=4)
     axes.set_aspect("equal", adjustable="box")
     axes.autoscale_view()
 
 
-def _patch(ellipse: Ellipse, colour: str, exponent: int) -> EllipsePatch:
-    """Return a line where the short axis is 0, nothing where both are: the points are there."""
+def moments(points: NDArray[np.floating]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """Return mean (2,) and covariance (2, 2) of points (n, 2); one point has a covariance of 0."""
+    covariance = np.cov(points.T) if len(points) > 1 else np.zeros((2, 2))
+    return points.mean(axis=0), covariance
+
+
+def _ellipse(points: NDArray[np.floating], colour: str) -> EllipsePatch:
+    """Return the curve at SIGMAS standard deviations from the mean of points (n, 2)."""
     from matplotlib.patches import Ellipse as EllipsePatch
 
-    long, short = _shifted(np.asarray(ellipse.half_axes), exponent)
-    centre = _shifted(np.asarray(ellipse.centre), exponent)
-    style: dict[str, Any] = {"fill": False, "ec": colour, "lw": 1.1}
-    return EllipsePatch(tuple(centre), 2 * long, 2 * short, angle=ellipse.angle_deg, **style)
-
-
-def _exponent(points: NDArray[np.floating]) -> int:
-    """Return the power of ten that the axes leave out: any scale of a latent can be drawn."""
-    largest = float(np.abs(points).max(initial=0.0))
-    power = math.floor(math.log10(largest)) if largest > 0 else 0
-    return power if not -3 <= power <= 3 else 0
-
-
-def _shifted(values: NDArray[np.floating], exponent: int) -> NDArray[np.floating]:
-    """Return `values` / 10^exponent in two steps: 10^-320 has no float64 inverse."""
-    half = exponent // 2
-    return values / 10.0**half / 10.0 ** (exponent - half)
-
-
-def _axis_label(axis: int, exponent: int) -> str:
-    return f"latent {axis}" + (f" (× 1e{exponent})" if exponent else "")
+    (x, y), covariance = moments(points)
+    variances, directions = np.linalg.eigh(covariance)
+    short, long = 2 * SIGMAS * np.sqrt(np.maximum(variances, 0))
+    angle = math.degrees(math.atan2(directions[1, 1], directions[0, 1]))
+    return EllipsePatch((x, y), long, short, angle=angle, fill=False, ec=colour, lw=1.1)
 
 
 def plane_finding(plane: Plane) -> str:

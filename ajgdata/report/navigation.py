@@ -32,11 +32,6 @@ LEADS = {
         " within the simulation; that it holds for the real gripper, too, is a guess.",
         "Results",
     ),
-    "gallery": Lead(
-        "Gallery",
-        "What the solver is given: the cavity of one grasp of each object and each gripper, cut "
-        "through its axis, and the sound moving through one of them.",
-    ),
     "verification": Lead(
         "Verification",
         "Does the solver solve the equations it claims to solve? Identities that hold at "
@@ -88,7 +83,7 @@ FIXED = {
     "datasets": Link("datasets.html", "Data sets", "This run"),
     "run": Link("run.html", "How it was made", "This run"),
 }
-EXPLORERS = "Listen"
+EXPLORERS = "Projections"
 
 
 def experiment_link(page: str) -> str:
@@ -111,7 +106,7 @@ def navigation(
     """Return the navigation of a report, in the order in which it is shown.
 
     `experiments` are its pages on experiments, `pages` names those on ablations and on the virtual
-    gripper, `explorers` those on which recordings are heard.
+    gripper, `explorers` those with scatter plots of recordings.
     """
     overview = Link(INDEX, "Overview", "Results")
     first = [overview, FIXED["paper"], *page_links(pages, ("Results",)), FIXED["results"]]

@@ -19,8 +19,7 @@ from ajgdata.gripper.pressure_slices import Film
 from ajgdata.gripper.scene import Scene
 from ajgdata.report.canvas import COLOURS, GREY, SOURCE_COLOURS, styled
 from ajgdata.report.format import Caption, number, words
-from ajgdata.report.scenes import section
-from ajgdata.report.small_sections import draw_named_section, draw_pressure
+from ajgdata.report.scenes import draw_pressure, draw_section, section
 
 Real = NDArray[np.floating]
 BAR, TRUE_BAR = "#b9c1c9", COLOURS[0]
@@ -133,7 +132,7 @@ def opening_figure(opening: Opening, layout: Layout = WIDE) -> Figure:
     pt, cut = layout.font_pt, section(opening.scene)
     _draw_sweep(axes(layout.sweep), opening, pt)
     gripper = axes(layout.gripper)
-    draw_named_section(gripper, opening.scene, cut, opening.object, pt)
+    draw_section(gripper, opening.scene, cut, opening.object, pt)
     _bare(gripper, "", "", pt)
     for index, place in enumerate(map(axes, layout.fields)):
         draw_pressure(place, opening.scene, cut, opening.film, index)

@@ -12,38 +12,27 @@ from ajgdata.paths import INDEX, Paths
 from ajgdata.report.blocks import Illustration, ResultRow
 from ajgdata.report.comparison import evidence
 from ajgdata.report.format import DASH
-from ajgdata.report.kept_figures import made_of
-from ajgdata.report.navigation import EXPLORERS, FIXED, Group, Link, experiment_link
+from ajgdata.report.navigation import FIXED, Group, experiment_link
 from ajgdata.report.panel import SIGNS, Panel, highlight_panel, panels
 from ajgdata.report.render import Picture, all_shown, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Report
 
 #: A page is to open quickly: further findings are in the file that it points to.
 MAX_FINDINGS = 2000
-STAGES = "time-of-stages"
 
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
-    from ajgdata.report.job_times import stages_caption, stages_figure
     from ajgdata.report.spectra import spectra_caption, spectra_figure
 
-    yield from (drawing for drawing, _ in report.costs)
     for drawings in report.across.values():
         yield from drawings
     for d in report.datasets:
         if d.spectra is not None:
-            draw = partial(spectra_figure, d)
-            yield Illustration(spectra_name(d.name), spectra_caption(d), draw, made_of=made_of(d))
+            yield Illustration(spectra_name(d.name), spectra_caption(d), partial(spectra_figure, d))
     for section in report.sections:
         for part in section.parts:
             yield from part.figures
-    pairs = [pair for s in report.sections if s.sounds for pair in s.sounds.pairs]
-    yield from {pair.name: pair.figure for pair in pairs}.values()
-    if report.stages:
-        sources = tuple(d.source for d in report.datasets)
-        stages = partial(stages_figure, report.stages, sources)
-        yield Illustration(STAGES, stages_caption(report.stages), stages)
 
 
 def spectra_name(dataset: str) -> str:
@@ -65,14 +54,12 @@ def render_pages(
     linked. Raises jinja2.UndefinedError if a figure is missing, ValueError if one is on no page.
     """
     places = project or Paths()
-    heard = [link for group in nav if group.title == EXPLORERS for link in group.links]
     shared = {
         "report": report,
         "nav": nav,
         "published": published,
         "max_findings": MAX_FINDINGS,
         "DASH": DASH,
-        "STAGES": STAGES,
         "SIGNS": SIGNS,
         "evidence": evidence,
         "paper_cells": paper_cells,
@@ -81,8 +68,6 @@ def render_pages(
         "spectra_name": spectra_name,
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
-        "costs": [(figures[one.name], link) for one, link in report.costs],
-        "heard": heard or _with_sounds(report),
     }
     beside, beyond = overview(report)
     shown = [*beside, *beyond]
@@ -90,10 +75,7 @@ def render_pages(
         INDEX: ("index.html.j2", {"beside": beside, "beyond": beyond}),
         **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
         **{
-            experiment_link(page.name): (
-                "experiment.html.j2",
-                _on(page, report, shown, heard),
-            )
+            experiment_link(page.name): ("experiment.html.j2", _on(page, report, shown))
             for page in report.pages
         },
     }
@@ -105,15 +87,6 @@ def render_pages(
     return pages
 
 
-def _with_sounds(report: Report) -> list[Link]:
-    """Return the first sounds to compare, where no page has all recordings."""
-    heard = [s for s in report.sections if s.sounds and s.sounds.pairs]
-    return [
-        Link(f"{experiment_link(one.parts[0].page)}#sounds", one.title, EXPLORERS)
-        for one in heard[:1]
-    ]
-
-
 def overview(report: Report) -> tuple[list[Panel], list[Panel]]:
     """Return the panels of the first screen: beside the paper, the tall ones first, so that no room
     is lost, and beyond it."""
@@ -122,9 +95,7 @@ def overview(report: Report) -> tuple[list[Panel], list[Panel]]:
     return sorted(beside, key=lambda panel: not panel.tall), beyond
 
 
-def _on(
-    page: ExperimentPage, report: Report, shown: Sequence[Panel], heard: Sequence[Link]
-) -> dict[str, Any]:
+def _on(page: ExperimentPage, report: Report, shown: Sequence[Panel]) -> dict[str, Any]:
     """Return what the template of a page on an experiment is given."""
     link = experiment_link(page.name)
     sections = report.on(page.name)
@@ -140,7 +111,7 @@ def _on(
         "sources": sorted({section.source for section in sections}),
         "texts": [one for one in dict.fromkeys(told) if one[1]],
         "datasets": [d for d in report.datasets if d.name in names],
-        "heard": [link for link in heard if any(f"/{name}/" in link.link for name in names)],
+        "clips": [clip for section in sections for clip in section.clips],
     }
 
 

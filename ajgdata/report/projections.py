@@ -16,12 +16,6 @@ SPACES = {
     "raw": "raw features",
     "pca": "PCA",
     "umap": "UMAP",
-    "pose_latent": "pose latent",
-    "gripper_latent": "latent across grippers",
-    "standardised": "standardised per gripper",
-    "referenced": "referenced to empty gripper",
-    "standardised_latent": "latent across grippers, standardised",
-    "referenced_latent": "latent across grippers, referenced",
 }
 #: Names of projections, in the order of panels.
 METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}

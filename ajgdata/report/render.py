@@ -6,7 +6,6 @@ folder, where the pages find them.
 
 from __future__ import annotations
 
-import base64
 import multiprocessing
 import sys
 from collections import Counter
@@ -23,7 +22,6 @@ from markupsafe import Markup
 from ajgdata.paths import FIGURE_FORMATS, Paths
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import DASH, Caption, mean_sd, number, value, words
-from ajgdata.report.kept_figures import KeptFigures
 from ajgdata.store.report_files import template_folders
 
 
@@ -51,14 +49,12 @@ def picture(illustration: Illustration, folder: str) -> Picture:
 def draw_figures(
     illustrations: Iterable[Illustration],
     folder: Path,
-    kept: KeptFigures | None = None,
     processes: int = 1,
 ) -> dict[str, Picture]:
     """Draw figures, save them to `folder`, one of the report's, and return them by name.
 
-    What is in `kept` is not drawn again, and what is drawn goes there. Where a process can be
-    copied (Linux), `processes` draw at once. Raises ValueError, before anything is drawn, if two
-    would share a file name.
+    Where a process can be copied (Linux), `processes` draw at once. Raises ValueError, before
+    anything is drawn, if two would share a file name.
     """
     from ajgdata.report import canvas  # noqa: F401  loaded once, before the process is copied
 
@@ -69,7 +65,7 @@ def draw_figures(
             f"two figures would share a file name, {twice[0]}: rename a data set, task or embedding"
         )
     folder.mkdir(parents=True, exist_ok=True)  # also if it holds none
-    task = partial(_draw_one, listed, folder, kept)
+    task = partial(_draw_one, listed, folder)
     if processes > 1 and len(listed) > 1 and sys.platform == "linux":
         _each_in_a_copy(task, len(listed), processes)
     else:
@@ -78,18 +74,11 @@ def draw_figures(
     return {one.name: picture(one, folder.name) for one in listed}
 
 
-def _draw_one(
-    listed: Sequence[Illustration], folder: Path, kept: KeptFigures | None, number: int
-) -> None:
-    from ajgdata.report.canvas import draw, encoded, write_figure
+def _draw_one(listed: Sequence[Illustration], folder: Path, number: int) -> None:
+    from ajgdata.report.canvas import draw, save_figure
 
-    one = listed[number]
-    files = kept.read(one) if kept else {}
-    if not files:
-        files = encoded(draw(one))
-        if kept:
-            kept.keep(one, files)
-    write_figure(files, folder / one.name)
+    illustration = listed[number]
+    save_figure(draw(illustration), folder / illustration.name)
 
 
 _TASK: list[Callable[[int], None]] = []
@@ -172,11 +161,6 @@ def render_markdown(text: str, top: int = 1) -> Markup:
         if token.type in ("heading_open", "heading_close"):
             token.tag = f"h{min(int(token.tag[1:]) + top - 1, 6)}"
     return Markup(parser.renderer.render(tokens, parser.options, {}))
-
-
-def data_uri(content: bytes, kind: str = "image/svg+xml") -> str:
-    """Return a picture as the address of an image that needs no file: for pages of one file."""
-    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def web_link(url: str) -> str:

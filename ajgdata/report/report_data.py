@@ -14,10 +14,9 @@ import numpy as np
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
-from ajgdata.report.job_times import Stages
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
-from ajgdata.report.sounds import SoundPairs
+from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
 
 
@@ -96,12 +95,20 @@ class Part:
     tables: tuple[ShownTable, ...]
 
 
+class Clip(NamedTuple):
+    """A recording that a page plays; `file` is relative to the report's folder."""
+
+    recording: str
+    label: str
+    file: str
+
+
 @dataclass(frozen=True)
 class TaskSection:
     """A task (or an embedding) of a data set with its experiments, in the order of the report.
 
-    `explorer` is a link to the page on which its recordings are seen and heard, if there is one,
-    `sounds` are a few of them to compare.
+    `explorer` is a link to the scatter plot of its recordings, if there is one; `clips` are a few
+    recordings to listen to.
     """
 
     dataset: str
@@ -110,7 +117,7 @@ class TaskSection:
     source: Source
     parts: tuple[Part, ...]
     explorer: str = ""
-    sounds: SoundPairs | None = None
+    clips: tuple[Clip, ...] = ()
 
     @property
     def anchor(self) -> str:
@@ -178,12 +185,10 @@ class Report:
     highlights: tuple[tuple[Highlight, str, Source], ...] = ()  #: with page and source
     #: figures of several tasks together, by the page that they stand on ("": of all)
     across: Mapping[str, Sequence[Illustration]] = field(default_factory=dict)
-    #: error against run time, for the first screen, with the page that tells more
-    costs: tuple[tuple[Illustration, str], ...] = ()
     opening: OpeningPicture | None = None
     checks: tuple[Checks, ...] = ()
     skipped: tuple[Skipped, ...] = ()
-    stages: Stages | None = None
+    run_cost: tuple[RuleCost, ...] = ()
     paper: tuple[PaperFigure, ...] = ()  #: all that the paper reports, whether it is here or not
 
     def __post_init__(self) -> None:

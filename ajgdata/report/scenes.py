@@ -1,4 +1,4 @@
-"""A scene -> pictures: the cross-section of the cavity, and the response with its spectrum."""
+"""Drawings of a scene: its cross-section, the pressure inside, its response and spectrum."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing
+from scipy.ndimage import binary_closing, zoom
 
 from ajgdata.gripper.geometry import cavity
+from ajgdata.gripper.pressure_slices import Film
 from ajgdata.gripper.relief import RASTER_M, relief
 from ajgdata.gripper.scene import SAMPLE_RATE_HZ, Numerics, Scene
 from ajgdata.gripper.simulation import ImpulseResponse
@@ -29,6 +32,13 @@ MEMBRANE, TOUCHING = "#D55E00", "#7a2f00"
 UPSIDE_DOWN = ("rod", "sphere", "ellipsoid")
 #: How far below the membrane a drawing goes.
 DEEPEST_MM = 40.0
+WALL, SPEAKER, MICROPHONE = "#333333", COLOURS[0], COLOURS[2]
+ABOVE, BELOW = "#b2182b", "#2166ac"
+TEXT_PT = 10.0
+#: Pixels of a field between two cells of the grid, so that no viewer shows its squares.
+FINER = 3
+#: Room around the gripper, mm: beside the rim, below the table, above the roof, and for names.
+BESIDE_MM, BELOW_MM, ABOVE_MM, NAMES_MM = 7.0, 4.0, 4.0, 11.0
 #: By scheme: the grid (mm) on which the features of a 20 mm cube and an 80 mm sphere were compared
 #: with those of the wide scheme at 1.6 mm, the frequencies (Hz) below which each 1 kHz of them
 #: erred by less than 10 % (trusted) and 20 % (with care; relative L2), and by what power of the
@@ -78,97 +88,133 @@ def section(scene: Scene) -> Section:
 
 @styled
 def cross_section_figure(scene: Scene, title: str, left_out: Sequence[str] = ()) -> Figure:
-    """Return a drawing of the plane y = 0: housing, bed, membrane, transducers, port and object.
+    """Return a drawing of the plane y = 0: housing, grains, membrane, transducers and object.
 
     `left_out` are the parts that the plan does not solve; they are listed below the drawing.
     """
     lines = textwrap.wrap("Left out: " + "; ".join(left_out), 110) if left_out else []
     size = WIDTH_IN, 4.9 + 0.16 * len(lines)
     figure = new_figure(size, title, _grasp_line(scene), ["simulated"])
-    draw_cross_section(figure.subplots(), scene)
+    axes = figure.subplots()
+    name = scene.object.kind if scene.object is not None else ""
+    draw_section(axes, scene, section(scene), name, TEXT_PT)
+    axes.set(xlabel="x (mm), cut at y = 0", ylabel="height over the rim (mm)")
+    axes.grid(False)
     if lines:
         figure.supxlabel("\n".join(lines), x=0.02, ha="left", fontsize=8, color=GREY)
     return figure
 
 
-@styled
-def exhibit_figure(scene: Scene, title: str) -> Figure:
-    """Return the drawing without names and numbers, small enough to stand beside others."""
-    figure = new_figure((3.5, 3.4), title, "", ["simulated"])
-    axes = figure.subplots()
-    draw_cross_section(axes, scene, named=False)
-    axes.set(xlabel="", ylabel="")
-    return figure
+def draw_section(axes: Axes, scene: Scene, cut: Section, held: str, pt: float) -> None:
+    """Draw the cut through gripper and object with the names of the parts; `held` is the object."""
+    gripper, (low, high) = scene.gripper, _heights(scene, cut)
+    _draw_parts(axes, scene, cut, lw=1.2)
+    _fit(axes, scene, low, high + NAMES_MM)
+    name: dict[str, Any] = {"fontsize": 0.85 * pt, "ha": "center", "va": "center"}
+    above = gripper.height_mm + NAMES_MM
+    axes.text(gripper.speaker_mm[0] + 6, above, "speaker", color=SPEAKER, **name)
+    axes.text(gripper.microphone_mm[0] - 6, above, "microphone", color=MICROPHONE, **name)
+    left = int(np.argmin(np.abs(cut.x + 0.45 * gripper.rim_radius_mm)))
+    if scene.medium.kind != "air" and cut.surface[left] - cut.floor[left] > 8:
+        middle = (cut.surface[left] + cut.floor[left]) / 2
+        axes.text(cut.x[left], middle + 2, "grains", color="#6a5426", **name)
+    if cut.table is None or not np.any(cut.inside):
+        return
+    for side in (1, -1):  # where nothing lies under the membrane
+        beside = side * cut.x > 0.42 * gripper.rim_radius_mm
+        if not np.any(cut.inside & beside):
+            middle = (float(np.max(cut.floor[beside])) + 3 * cut.table) / 4
+            place = 0.79 * side * gripper.rim_radius_mm, middle
+            axes.text(*place, "membrane", color=MEMBRANE, **name)
+            break
+    at, top = float(np.mean(cut.x[cut.inside])), float(np.max(cut.top[cut.inside]))
+    middle = (max(low, float(np.min(cut.below[cut.inside]))) + top) / 2
+    bold: dict[str, Any] = {"color": "white", "fontweight": "bold", "linespacing": 0.95}
+    axes.text(at, middle, held.replace(" ", "\n"), **bold, **name)
 
 
-def draw_cross_section(axes: Axes, scene: Scene, named: bool = True) -> None:
-    """Draw the cut in mm; with `named` its parts are labelled."""
-    cut, gripper = section(scene), scene.gripper
-    rim, roof, height = gripper.rim_radius_mm, gripper.roof_radius_mm, gripper.height_mm
-    open_ = cut.roof > cut.floor
-    x, floor, surface = cut.x[open_], cut.floor[open_], cut.surface[open_]
-    axes.fill_between(x, floor, cut.roof[open_], color=AIR, lw=0)
-    axes.fill_between(x, floor, surface, where=(surface > floor).tolist(), color=GRAINS, lw=0)
-    low = lowest = float(np.min(cut.floor))
-    if cut.table is not None:
-        # The rest of a tall object tells nothing: the table may lie below the drawing.
-        low = max(min(lowest, cut.table), lowest - DEEPEST_MM)
-        axes.fill_between(cut.x, cut.below, cut.top, where=cut.inside.tolist(), color=OBJECT, lw=0)
-        axes.axhline(cut.table, color=GREY, lw=1.2)
-    wall = [-rim, -roof, roof, rim], [0, height, height, 0]
-    axes.plot(*wall, color="#333333", lw=2.6, solid_capstyle="round")
-    axes.plot(x, np.where(cut.contact[open_] < 0.5, floor, np.nan), color=MEMBRANE, lw=1.8)
-    axes.plot(x, np.where(cut.contact[open_] >= 0.5, floor, np.nan), color=TOUCHING, lw=2.8)
-    _transducers(axes, scene, named)
-    if named:
-        _names(axes, scene, cut)
-    axes.set(xlim=(-1.32 * rim, 1.32 * rim), ylim=(low - 7, height + 13), aspect="equal")
-    axes.set(xlabel="x (mm), cut at y = 0", ylabel="height over the rim (mm)")
-    axes.grid(False)
+def draw_pressure(axes: Axes, scene: Scene, cut: Section, film: Film, index: int) -> None:
+    """Draw the pressure of a frame of `film` (plane xz) over the cut: clear where nothing moves."""
+    _draw_parts(axes, scene, cut, lw=1.0)
+    half = 500 * (film.up_m[1] - film.up_m[0])
+    left, right = 1e3 * film.across_m[0] - half, 1e3 * film.across_m[-1] + half
+    low, high = 1e3 * film.up_m[0] - half, 1e3 * film.up_m[-1] + half
+    shown = axes.imshow(
+        colours_of(film.frames)[index], origin="lower", extent=(left, right, low, high),
+        interpolation="none", zorder=1.5,
+    )  # fmt: skip
+    x, floor, *_ = _membrane(scene, cut)
+    roof, height = scene.gripper.roof_radius_mm, scene.gripper.height_mm
+    inside = [*zip(x, floor, strict=True), (roof, height), (-roof, height)]
+    shown.set_clip_path(Polygon(inside, transform=axes.transData))
+    _fit(axes, scene, *_heights(scene, cut))
 
 
-def _transducers(axes: Axes, scene: Scene, named: bool) -> None:
+def colours_of(frames: Real) -> NDArray[np.uint8]:
+    """Return frames (n, up, across) as RGBA (n, FINER up, FINER across, 4), on one scale.
+
+    Red above rest, blue below, the clearer the weaker: asinh, so that echoes are seen beside the
+    pulse.
+    """
+    fine = (1, FINER, FINER)
+    smooth = zoom(np.asarray(frames, float), fine, order=3, grid_mode=True, mode="nearest")
+    strength = np.arcsinh(12 * smooth / (np.abs(smooth).max() or 1)) / np.arcsinh(12)
+    colours = np.empty((*strength.shape, 4))
+    colours[..., :3] = np.where(strength[..., None] > 0, to_rgb(ABOVE), to_rgb(BELOW))
+    colours[..., 3] = np.minimum(1.5 * np.abs(strength), 1)
+    return np.round(255 * colours).astype(np.uint8)
+
+
+def _draw_parts(axes: Axes, scene: Scene, cut: Section, lw: float) -> None:
+    """Draw gripper, filling, membrane and object in mm, cut at y = 0, and the two transducers."""
     gripper = scene.gripper
-    marks = (
-        ("speaker", gripper.speaker_mm, "v", COLOURS[0]),
-        ("microphone", gripper.microphone_mm, "o", COLOURS[2]),
-        ("port", gripper.port_mm, "s", GREY),
-    )
-    for name, (x, y), marker, colour in marks:
-        top = gripper.height_mm
-        axes.plot([x], [top], marker, color=colour, ms=7, mec="white", mew=0.8, zorder=5)
-        if named:
-            text = f"{name}\ny = {number(y)}".replace("-", "−")
-            axes.text(x, top + 2.5, text, ha="center", va="bottom", fontsize=7, color=colour)
-
-
-def _names(axes: Axes, scene: Scene, cut: Section) -> None:
-    """Write names beside the parts, so that no legend has to be learnt."""
-    rim = scene.gripper.rim_radius_mm
-    style: dict[str, Any] = {"fontsize": 8, "va": "center"}
-    side = int(np.argmin(np.abs(cut.x - 0.72 * rim)))
-    axes.annotate(
-        "membrane",
-        (cut.x[side], cut.floor[side]),
-        (0.98 * rim, float(np.min(cut.floor)) * 0.55),
-        color=MEMBRANE,
-        arrowprops={"arrowstyle": "-", "color": MEMBRANE, "lw": 0.8},
-        **style,
-    )
-    middle = int(np.argmin(np.abs(cut.x + 0.45 * rim)))
-    if scene.medium.kind != "air" and cut.surface[middle] - cut.floor[middle] > 6:
-        depth = (cut.surface[middle] + cut.floor[middle]) / 2
-        axes.text(cut.x[middle], depth, f"{scene.medium.kind} grains", ha="center", **style)
-    axes.text(0, (cut.surface.max() + scene.gripper.height_mm) / 2, "air", ha="center", **style)
+    rim, roof, height = gripper.rim_radius_mm, gripper.roof_radius_mm, gripper.height_mm
+    x, floor, surface, touching = _membrane(scene, cut)
+    axes.fill([-rim, -roof, roof, rim, *x[::-1]], [0, height, height, 0, *floor[::-1]], color=AIR)
+    bed = [*floor, *np.maximum(surface, floor)[::-1]]
+    axes.fill([*x, *x[::-1]], bed, color=GRAINS, lw=0)
     if cut.table is not None:
-        low = float(np.min(cut.floor)) - DEEPEST_MM
-        said = "table" if cut.table >= low else f"table at\n−{number(-cut.table)} mm"
-        axes.text(-1.3 * rim, max(cut.table, low) - 2.2, said, color=GREY, **style)
-        if scene.object is not None and np.any(cut.inside):
-            x, top = cut.x[cut.inside], cut.top[cut.inside]
-            place = float(np.mean(x)), (max(cut.table, low) + float(np.max(top))) / 2
-            room = np.ptp(x) > 18 and np.ptp((cut.table, float(np.max(top)))) > 5
-            axes.text(*place, scene.object.kind if room else "", ha="center", **style)
+        below = np.maximum(cut.below, float(np.min(floor)) - DEEPEST_MM)
+        held = cut.inside.tolist()
+        axes.fill_between(cut.x, below, cut.top, where=held, color=OBJECT, lw=0)
+        axes.axhline(cut.table, color=GREY, lw=lw)
+    axes.plot([-rim, -roof, roof, rim], [0, height, height, 0], color=WALL, lw=2.2 * lw)
+    axes.plot(x, floor, color=MEMBRANE, lw=1.5 * lw)
+    axes.plot(x, np.where(touching >= 0.5, floor, np.nan), color=TOUCHING, lw=2.2 * lw)
+    for (across, _), marker, colour in (
+        (gripper.speaker_mm, "v", SPEAKER), (gripper.microphone_mm, "o", MICROPHONE),
+    ):  # fmt: skip
+        axes.plot(across, height, marker, color=colour, ms=7 * lw, mec="white", zorder=5)
+
+
+def _membrane(scene: Scene, cut: Section) -> tuple[Real, Real, Real, Real]:
+    """Return x, height of the membrane and of the grains, and contact, from rim to rim (n,) mm.
+
+    Every second place of the raster is enough for a small picture.
+    """
+    open_ = np.flatnonzero(cut.roof > cut.floor)[::2]
+    rim = scene.gripper.rim_radius_mm
+    ends = ([-rim], [rim]), ([0], [0]), ([0], [0]), ([0], [0])
+    of = (cut.x, cut.floor, cut.surface, cut.contact)
+    x, floor, surface, touching = (
+        np.concatenate([one[0], values[open_], one[1]])
+        for one, values in zip(ends, of, strict=True)
+    )
+    return x, floor, surface, touching
+
+
+def _heights(scene: Scene, cut: Section) -> tuple[float, float]:
+    """Return lowest and highest of what is drawn, in mm: a tall object's foot is cut off."""
+    low = float(np.min(cut.floor))
+    foot = low if cut.table is None else max(min(low, cut.table), low - DEEPEST_MM)
+    return foot - BELOW_MM, scene.gripper.height_mm + ABOVE_MM
+
+
+def _fit(axes: Axes, scene: Scene, low: float, high: float) -> None:
+    """Show all from `low` to `high` and the whole rim, in one scale, from the top."""
+    beside = scene.gripper.rim_radius_mm + BESIDE_MM
+    axes.set(xlim=(-beside, beside), ylim=(low, high))
+    axes.set_aspect("equal", adjustable="box", anchor="N")
 
 
 def _grasp_line(scene: Scene) -> str:

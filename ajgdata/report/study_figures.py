@@ -10,17 +10,17 @@ from ajgdata.report.accuracy_figures import ACCURACY
 from ajgdata.report.acoustics_figures import ACOUSTICS
 from ajgdata.report.blocks import TableFigure
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
-from ajgdata.report.effects_figure import EFFECTS
 from ajgdata.report.format import Caption, number, value, words
 from ajgdata.report.labels import (
     LABEL_PT,
     ink,
     label_end,
-    label_point,
     reference_line,
 )
 from ajgdata.types.table import Table
 
+#: Changes of the feature by an effect below this (relative L2) are drawn at it.
+LEAST_CHANGE = 1e-4
 #: Grid spacings (mm) that are ticks.
 GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
@@ -240,18 +240,18 @@ def distances_figure(table: Table) -> Figure:
 
 
 def _distances_panel(axes: Axes, rows: Table, steps: list[str], materials: list[str]) -> None:
-    """Draw the materials, each named above its first mark, and how far another grasp lies."""
+    """Draw the distances of the materials, and how far another grasp lies."""
     place = np.array([steps.index(str(step)) for step in rows.column("step")])
     for index, material in enumerate(materials):
         style = {**line_style(index), "ls": "none", "label": material}
         distance = rows.numbers(material)
         axes.plot(distance, place, **style)
-        label_point(axes, distance[0], float(place[0]) - 0.35, material, str(style["color"]))
+        label_end(axes, distance[-1], float(place[-1]), material, str(style["color"]))
     scatter = rows.numbers("scatter")
     far = ~np.isnan(scatter)
     axes.plot(scatter[far], place[far], "|", color=GREY, ms=10, mew=2, label="another grasp")
     if far.any():
-        label_point(axes, scatter[far][-1], float(place[far][-1]), "another\ngrasp", GREY)
+        label_end(axes, scatter[far][-1], float(place[far][-1]), "another grasp", GREY)
 
 
 def distances_caption(table: Table) -> Caption:
@@ -262,6 +262,61 @@ def distances_caption(table: Table) -> Caption:
         "the steel object lies; materials to the left of it cannot be told by this distance.",
         f"{distances_finding(table)}. Distances between materials by simulated effect, one panel a "
         "shape, logarithmic.",
+    )
+
+
+def effects_finding(table: Table) -> str:
+    """Return how many changes exceed the tolerance, and which is the largest."""
+    change, tolerance = table.numbers("change"), float(table.numbers("tolerance")[0])
+    above = int(np.sum(change > tolerance))
+    largest = table.rows[int(np.argmax(change))]
+    return (
+        f"{above} of {len(change)} changes of the contact move the feature by more than "
+        f"{number(tolerance)}; most: {largest['effect']} ({largest['object']})"
+    )
+
+
+def effects_figure(table: Table) -> Figure:
+    """Return the change of the feature by each effect, whole band and low, and two grasps' own."""
+    effects = table.parted("effect")
+    lines = sum(len(rows.rows) + 1 for rows in effects.values())
+    figure = new_figure(
+        (WIDTH_IN, 1.2 + 0.2 * lines),
+        effects_finding(table),
+        "filled: whole band, hollow: below 1.2 kHz, grey bar: two grasps",
+        ["simulated"],
+    )
+    axes = figure.subplots()
+    place, names = 0.0, []
+    for index, (effect, rows) in enumerate(effects.items()):
+        names.append((place, f"{effect}:"))
+        places = place + 1 + np.arange(len(rows.rows))
+        names += [(at, str(thing)) for at, thing in zip(places, rows.column("object"), strict=True)]
+        _effect_marks(axes, rows, places, index)
+        place = float(places[-1]) + 1
+    tolerance = float(table.numbers("tolerance")[0])
+    reference_line(axes, "ideal", tolerance, "tolerance", axis="x")
+    axes.set(xscale="log", xlabel="relative L2 change of the feature", ylim=(place, -0.7))
+    axes.set_yticks(*zip(*names, strict=True))
+    axes.tick_params(axis="y", length=0)
+    plain_ticks(axes.xaxis)
+    return figure
+
+
+def _effect_marks(axes: Axes, rows: Table, places: np.ndarray, index: int) -> None:
+    style = {**line_style(index), "ls": "none", "clip_on": False}
+    axes.plot(np.maximum(rows.numbers("change_low"), LEAST_CHANGE), places, mfc="none", **style)
+    axes.plot(np.maximum(rows.numbers("change"), LEAST_CHANGE), places, **style)
+    axes.plot(rows.numbers("scatter"), places, "|", color=GREY, ms=8, mew=2)
+
+
+def effects_caption(table: Table) -> Caption:
+    """Return the caption of `effects_figure`."""
+    return Caption(
+        "What one change of the scene does to the feature, object by object: in the whole band "
+        "(filled), below 1.2 kHz (hollow). Grey bars: how far two grasps of the changed scene "
+        "lie apart. Dashed: the tolerance below which a plan leaves an effect out.",
+        f"{effects_finding(table)}. Change of the feature by effect and object, logarithmic.",
     )
 
 
@@ -277,5 +332,5 @@ FIGURES: dict[str, tuple[TableFigure, ...]] = {
     "materials": (
         TableFigure("material_distances", "distances", distances_caption, distances_figure),
     ),
-    "effects": EFFECTS,
+    "effects": (TableFigure("effects", "effects", effects_caption, effects_figure),),
 }

@@ -1,14 +1,15 @@
-"""The only opener of audio files: WAV, FLAC and Ogg in, 24-bit WAV out.
+"""The only opener of audio files: WAV, FLAC and Ogg in, 24-bit WAV out, by libsndfile.
 
 Nothing is altered silently. libsndfile reads a truncated WAV without complaint, so the size that
 the header declares is compared with the bytes that are there; formats whose truncation cannot be
-told are refused. Plain WAVs are decoded by `riff`, all others by libsndfile.
+detected are refused.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +18,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.store.containers import DataChunk, data_chunk, is_wave, ogg_is_whole
 from ajgdata.store.conversion import resample
 from ajgdata.store.files import why_no_file, write_bytes
-from ajgdata.store.riff import Wave, decode, encode_pcm24, is_wave, parse_wave
 from ajgdata.types import AudioSettings, DataError
 from ajgdata.types.settings import HIGHEST_RATE_HZ, LOWEST_RATE_HZ
 
@@ -38,6 +39,8 @@ UNREADABLE_SUFFIXES = (
 #: Beyond these a header is taken for damaged: reading would ask for memory that nobody has.
 MAX_CHANNELS, MAX_DURATION_S = 256, 3600
 _AGAIN = "record it again, or fetch a whole copy"
+#: Bytes in which the header of most WAV files ends.
+_HEAD_BYTES = 4096
 
 
 class Remark(NamedTuple):
@@ -69,17 +72,14 @@ class AudioError(DataError):
 @dataclass(frozen=True)
 class AudioInfo:
     """Container, encoding, rate, channels and length of an audio file. `format` and `subtype` are
-    libsndfile's names.
-
-    `declared_frames` is what the header says, None when it leaves the length open (a stream).
-    """
+    libsndfile's names; `is_open` if the header does not state the length (a stream)."""
 
     format: str
     subtype: str
     sample_rate_hz: int
     channels: int
     frames: int
-    declared_frames: int | None
+    is_open: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,16 +98,32 @@ class Audio:
 
 
 def inspect_audio(path: Path) -> AudioInfo:
-    """Say what an audio file is. Raises AudioError (a DataError), as `read_audio` does."""
-    content = _content(path)
-    return _layout(path, content)[0]
+    """Return the header of an audio file. Raises AudioError (a DataError) as `read_audio` does."""
+    return _layout(path, _content(path))[0]
 
 
-def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Audio:
+def inspect_header(path: Path) -> AudioInfo:
+    """Return what `inspect_audio` does; of a complete WAV, only the header is read."""
+    import soundfile
+
+    try:
+        with path.open("rb") as stream:
+            head, size = stream.read(_HEAD_BYTES), os.fstat(stream.fileno()).st_size
+        chunk = data_chunk(head, size)
+        if chunk is None or chunk.declared is None or chunk.is_cut or chunk.is_followed:
+            return inspect_audio(path)
+        with soundfile.SoundFile(path) as file:
+            info = _info(file)
+    except (OSError, soundfile.LibsndfileError):
+        return inspect_audio(path)  # which names the problem
+    _check_plausible(path, info)
+    return info
+
+
+def read_audio(path: Path, audio: AudioSettings) -> Audio:
     """Read a recording, converting channel and rate only as far as `audio` allows.
 
-    With `partial`, read the samples that a truncated file still contains. Raises AudioError; its
-    `code` is a slug such as `truncated`.
+    Raises AudioError; its `code` is a slug such as `truncated`.
 
     >>> from pathlib import Path
     >>> import numpy as np
@@ -118,9 +134,9 @@ def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Au
     array([ 0.  ,  0.5 , -0.25], dtype=float32)
     """
     content = _content(path)
-    info, wave = _layout(path, content, partial=partial)
+    info, chunk = _layout(path, content)
     remarks = []
-    if info.declared_frames is None:
+    if info.is_open:
         remarks.append(
             Remark(
                 "note",
@@ -130,9 +146,8 @@ def read_audio(path: Path, audio: AudioSettings, *, partial: bool = False) -> Au
             )
         )
     check_layout(path, info, audio)
-    taken, remark = _take_channel(
-        _decode(path, content, info, wave, partial=partial), audio.channel
-    )
+    samples = _decode(path, content, info, chunk)
+    taken, remark = _take_channel(samples, audio.channel)
     remarks += [remark] if remark else []
     with np.errstate(invalid="ignore", over="ignore"):  # NaN and infinity are for the checks
         samples = taken[:, 0] if taken.shape[1] == 1 else taken.mean(axis=1)
@@ -167,31 +182,31 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _layout(path: Path, content: bytes, *, partial: bool = False) -> tuple[AudioInfo, Wave | None]:
+def _info(file: soundfile.SoundFile, *, is_open: bool = False) -> AudioInfo:
+    numbers = file.samplerate, file.channels, file.frames
+    return AudioInfo(file.format, file.subtype, *numbers, is_open)
+
+
+def _layout(path: Path, content: bytes) -> tuple[AudioInfo, DataChunk | None]:
     """Return the header of a file, checked against what the file holds."""
-    wave = parse_wave(content) if is_wave(content) else None
-    if wave and wave.subtype:
-        name, subtype, frames = "WAV", wave.subtype, wave.frames
-        rate, channels = wave.sample_rate_hz, wave.channels
-    else:
-        with _open(path, content, wave) as file:
-            name, subtype, frames = file.format, file.subtype, file.frames
-            rate, channels = file.samplerate, file.channels
-    is_open = wave is not None and wave.declared is None
-    if wave and wave.data_chunks > 1:
-        problem = f"has {wave.data_chunks} `data` chunks: which of them is the recording is unknown"
-        raise AudioError(path, "several_data_chunks", problem, "save each as a file of its own")
-    if wave and wave.is_cut and not partial:
-        lost = f"holds {wave.held} of the {wave.declared} bytes of samples that its header declares"
+    chunk = data_chunk(content, len(content))
+    with _open(path, content, chunk) as file:
+        info = _info(file, is_open=chunk is not None and chunk.declared is None)
+    if chunk and chunk.count > 1:
+        problem = f"has {chunk.count} `data` chunks: which of them is the recording is unknown"
+        raise AudioError(path, "severaldata_chunks", problem, "save each as a file of its own")
+    if chunk and chunk.is_cut:
+        lost = (
+            f"holds {chunk.held} of the {chunk.declared} bytes of samples that its header declares"
+        )
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
-    if name == "OGG" and not partial and not _ogg_is_whole(content):
+    if info.format == "OGG" and not ogg_is_whole(content):
         problem = "the file is cut short: its last Ogg page is missing"
         raise AudioError(path, "truncated", problem, _AGAIN)
-    if frames == 0:
+    if info.frames == 0:
         raise AudioError(path, "no_samples", "holds a header but no samples", _AGAIN)
-    info = AudioInfo(name, subtype, rate, channels, frames, None if is_open else frames)
     _check_plausible(path, info)
-    return info, wave
+    return info, chunk
 
 
 def _check_plausible(path: Path, info: AudioInfo) -> None:
@@ -210,22 +225,13 @@ def _check_plausible(path: Path, info: AudioInfo) -> None:
     raise AudioError(path, "implausible", problem, again)
 
 
-def _ogg_is_whole(content: bytes) -> bool:
-    """Return True if the last page is complete and marked as the end of the stream (RFC 3533)."""
-    at = content.rfind(b"OggS")
-    if at + 27 > len(content):
-        return False
-    segments = content[at + 27 : at + 27 + content[at + 26]]
-    return bool(content[at + 5] & 4) and at + 27 + len(segments) + sum(segments) <= len(content)
-
-
-def _open(path: Path, content: bytes, wave: Wave | None) -> soundfile.SoundFile:
+def _open(path: Path, content: bytes, chunk: DataChunk | None) -> soundfile.SoundFile:
     """Hand the bytes to libsndfile."""
     import soundfile
 
-    if wave and wave.declared is None:  # libsndfile takes a length of 0 at its word
-        size = struct.pack(f"{wave.order}I", wave.held & 0xFFFF_FFFF)
-        content = content[: wave.start - 4] + size + content[wave.start :]
+    if chunk and chunk.declared is None:  # libsndfile takes a length of 0 at its word
+        size = struct.pack(f"{chunk.order}I", chunk.held & 0xFFFF_FFFF)
+        content = content[: chunk.start - 4] + size + content[chunk.start :]
     suffix = path.suffix.lower()
     try:
         file = soundfile.SoundFile(io.BytesIO(content))
@@ -238,7 +244,7 @@ def _open(path: Path, content: bytes, wave: Wave | None) -> soundfile.SoundFile:
         raise AudioError(
             path, "not_audio", "not an audio file", "replace it by the recording or remove its row"
         ) from None
-    unchecked = file.format in ("WAV", "WAVEX", "RF64") and wave is None
+    unchecked = file.format in ("WAV", "WAVEX", "RF64") and chunk is None
     if file.format not in _ACCEPTED or file.subtype.startswith("MPEG") or unchecked:
         file.close()
         what = "MP3" if file.subtype.startswith("MPEG") else file.format
@@ -256,21 +262,17 @@ def unsupported(path: Path, what: str = "") -> AudioError:
     return AudioError(path, "unsupported_format", f"{name} audio is not read as it is", fix)
 
 
-def _decode(
-    path: Path, content: bytes, info: AudioInfo, wave: Wave | None, *, partial: bool = False
-) -> Float32:
+def _decode(path: Path, content: bytes, info: AudioInfo, chunk: DataChunk | None) -> Float32:
     """Return samples (frames, channels), full scale ±1."""
-    if wave and wave.subtype:
-        return decode(content, wave)
     import soundfile
 
     try:
-        with _open(path, content, wave) as file:
+        with _open(path, content, chunk) as file:
             samples: Float32 = file.read(dtype="float32", always_2d=True)
     except soundfile.LibsndfileError as error:
         problem = f"cannot be decoded ({error.error_string.rstrip('.')})"
         raise AudioError(path, "damaged", problem, _AGAIN) from None
-    if len(samples) < info.frames and not partial:
+    if len(samples) < info.frames:
         lost = f"holds {len(samples)} of the {info.frames} frames that its header declares"
         raise AudioError(path, "truncated", f"the file is cut short: {lost}", _AGAIN)
     return samples
@@ -322,7 +324,18 @@ def write_pcm24(path: Path, samples: NDArray[Any], sample_rate_hz: int) -> None:
     peak = float(np.abs(samples).max())
     if not peak <= 1:
         raise ValueError(f"{path}: peak {peak:g} exceeds full scale 1; scale the samples down")
-    write_bytes(path, encode_pcm24(samples, sample_rate_hz))
+    write_bytes(path, pcm24_bytes(samples, sample_rate_hz))
+
+
+def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
+    """Return a mono 24-bit WAV of samples (n,) within ±1, rounded to the nearest code."""
+    import soundfile
+
+    codes = np.rint(samples.astype(np.float64) * 2**23).clip(-(2**23), 2**23 - 1)
+    stream = io.BytesIO()
+    # libsndfile takes the upper 24 of 32 bits
+    soundfile.write(stream, codes.astype(np.int32) << 8, sample_rate_hz, "PCM_24", format="WAV")
+    return stream.getvalue()
 
 
 def file_sha256(path: Path) -> str:

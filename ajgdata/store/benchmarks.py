@@ -1,76 +1,88 @@
-"""Benchmark files of Snakemake: time and memory of each job.
-
-Snakemake looks at a job every half a second, later every half a minute, and tells the processor
-time that it saw last. So a job itself says in the last line of its log what it took.
-"""
+"""Benchmark files of Snakemake: run time, CPU time and memory of each job."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
-import os
-import re
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from ajgdata.store.files import read_text
 from ajgdata.types import DataError
 
 MIB = 2**20 / 1e6  #: Snakemake's unit of memory, in 1e6 bytes
-_USED = re.compile(r"^(\d+\.\d+) s of processor time$", re.MULTILINE)
+ALL = "all"  #: name of the row for all rules
 
 
 @dataclass(frozen=True)
 class Job:
-    """One job: its rule, its wildcards, s of wall and processor time, MB (1e6 bytes), and when it
-    ended (s since 1970). What a short job did not live to tell is NaN."""
+    """The last execution of one job. Values that Snakemake did not measure are NaN.
+
+    `wall_s` and `cpu_s` are in s, `peak_mb` in 1e6 bytes.
+    """
 
     rule: str
-    parts: tuple[str, ...]
+    wildcards: tuple[str, ...]
     wall_s: float
     cpu_s: float
     peak_mb: float
-    ended_s: float
 
 
-def used_s() -> float:
-    """Return the processor time (s) of this process and of those that it waited for."""
-    took = os.times()
-    return took.user + took.system + took.children_user + took.children_system
+class RuleCost(NamedTuple):
+    """Cost of all jobs of a rule; the memory is that of the largest job."""
+
+    rule: str
+    jobs: int
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
 
 
-def used_line() -> str:
-    """Return the last line of a job's log."""
-    return f"{used_s():.2f} s of processor time"
+def read_benchmarks(folder: Path) -> list[Job]:
+    """Return the jobs of the files `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv` in `folder`.
 
-
-def read_benchmarks(folder: Path, logs: Path) -> list[Job]:
-    """Return jobs by the file names `<rule>/<wildcards with dots>.tsv` and `<rule>.tsv`, in their
-    order. What a log of the same name in `logs` says of the job's processor time is believed.
-
-    Raises DataError for a file that is none of Snakemake's.
+    Raises DataError for a file that Snakemake did not write.
     """
     jobs = []
     for path in sorted(folder.rglob("*.tsv")):
-        alone = path.parent == folder
-        rule, parts = (path.stem, "") if alone else (path.parent.name, path.stem)
+        has_wildcards = path.parent != folder
+        rule = path.parent.name if has_wildcards else path.stem
+        wildcards = tuple(path.stem.split(".")) if has_wildcards else ()
         for row in csv.DictReader(io.StringIO(read_text(path)), delimiter="\t"):
             try:
-                wall, cpu, resident, shared = (
-                    _number(row[k]) for k in ("s", "cpu_time", "max_rss", "max_pss")
-                )
+                columns = ("s", "cpu_time", "max_rss", "max_pss")
+                wall, cpu, resident, shared = (_number(row[column]) for column in columns)
             except (KeyError, ValueError, TypeError):
-                problem = "is no benchmark file of Snakemake's"
+                problem = "is not a benchmark file of Snakemake"
                 raise DataError(path, problem, "delete it and run again") from None
-            wildcards, ended = tuple(filter(None, parts.split("."))), path.stat().st_mtime
-            log = logs / path.relative_to(folder).with_suffix(".log")
-            told = _USED.findall(read_text(log)) if log.is_file() else []
-            cpu = float(told[-1]) if told else cpu
-            # What processes of a job share counts once, where the system tells.
+            # The proportional set size counts memory that processes share once.
             memory = resident if math.isnan(shared) else shared
-            jobs.append(Job(rule, wildcards, wall, cpu, memory * MIB, ended))
+            jobs.append(Job(rule, wildcards, wall, cpu, memory * MIB))
     return jobs
+
+
+def cost_by_rule(jobs: Sequence[Job]) -> list[RuleCost]:
+    """Return a row per rule, the longest first, and the row ALL; no rows without jobs."""
+    if not jobs:
+        return []
+    grouped: dict[str, list[Job]] = defaultdict(list)
+    for job in jobs:
+        grouped[job.rule].append(job)
+    rows = [_cost(rule, some) for rule, some in grouped.items()]
+    return [*sorted(rows, key=lambda row: -row.wall_s), _cost(ALL, jobs)]
+
+
+def _cost(rule: str, jobs: Sequence[Job]) -> RuleCost:
+    wall, cpu = (
+        math.fsum(value for value in values if not math.isnan(value))
+        for values in ((job.wall_s for job in jobs), (job.cpu_s for job in jobs))
+    )
+    peak = max((job.peak_mb for job in jobs if not math.isnan(job.peak_mb)), default=math.nan)
+    return RuleCost(rule, len(jobs), wall, cpu, peak)
 
 
 def _number(text: str) -> float:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import io
 import shutil
 import subprocess
 from pathlib import Path
@@ -13,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.store.audio import MAX_DURATION_S, AudioError
-from ajgdata.store.riff import decode, encode_float32, parse_wave
 
 _TIMEOUT_S = 300
 
@@ -24,6 +24,7 @@ def decoded(path: Path) -> tuple[bytes, str]:
     Raises AudioError for a file that neither libsndfile nor ffmpeg can read.
     """
     import soundfile
+    from scipy.io import wavfile
 
     try:
         with soundfile.SoundFile(path) as file:
@@ -37,10 +38,14 @@ def decoded(path: Path) -> tuple[bytes, str]:
         samples, rate, made_by = _by_ffmpeg(path)
     if not len(samples):
         raise AudioError(path, "no_samples", "holds no samples", "record it again")
-    return encode_float32(samples, rate), made_by
+    stream = io.BytesIO()
+    wavfile.write(stream, rate, samples)  # libsndfile would write the time of day into the file
+    return stream.getvalue(), made_by
 
 
 def _by_ffmpeg(path: Path) -> tuple[NDArray[np.float32], int, str]:
+    import soundfile
+
     program = shutil.which("ffmpeg")
     if program is None:
         problem = f"libsndfile cannot read {path.suffix.removeprefix('.').upper()} audio"
@@ -53,12 +58,12 @@ def _by_ffmpeg(path: Path) -> tuple[NDArray[np.float32], int, str]:
     except subprocess.TimeoutExpired:
         problem = f"ffmpeg did not decode it in {_TIMEOUT_S} s"
         raise AudioError(path, "unsupported_format", problem, "convert it yourself") from None
-    wave = parse_wave(done.stdout)
-    if done.returncode or wave is None or wave.subtype != "FLOAT":
+    if done.returncode or not done.stdout:
         said = done.stderr.decode(errors="replace").strip().splitlines()[-1:] or ["no reason given"]
         problem = f"ffmpeg cannot decode it ({' '.join(said[0].split())})"
         raise AudioError(path, "damaged", problem, "fetch a whole copy, or leave it out")
-    return decode(done.stdout, wave), wave.sample_rate_hz, _version(program)
+    samples, rate = soundfile.read(io.BytesIO(done.stdout), dtype="float32", always_2d=True)
+    return samples, rate, _version(program)
 
 
 def _version(program: str) -> str:

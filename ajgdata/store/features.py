@@ -1,38 +1,40 @@
-"""Feature stores: netCDF-4 files of spectra with labels, written whole or not at all.
+"""Feature files: netCDF-4 files of spectra and labels, read and written by xarray.
 
-A shard holds one session; the store of a data set is its shards joined with the labels. Text is
-stored as fixed-length characters, which compress and which every netCDF reader understands.
+A shard is the file of one session; the file of a data set joins its shards with the labels. Text is
+stored as fixed-length characters, which compress well and which every netCDF reader understands.
 """
 
 from __future__ import annotations
 
+import errno
 import json
+import math
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5netcdf
-import h5py
 import numpy as np
 
-from ajgdata.store.hdf5 import check_texts, writing
+from ajgdata.store.files import replacing
 from ajgdata.types import DataError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 CHUNK_ROWS = 128
-#: Spectra that are read at once where a store need not be in memory: 17 MB of 1025 bins.
+#: Spectra that are read at once where a file need not be in memory: 17 MB of 1025 bins.
 BLOCK_ROWS = 4096
-#: Keeps h5netcdf from choosing chunks larger than an array without rows.
-_NO_CHUNKS = {"chunking_heuristic": "h5py"}
 CONVENTIONS = "CF-1.11"
-#: A store may claim so many times the bytes of its file, plus `SMALL_BYTES`. Spectra are not
-#: compressed and are most of a store, so that real ones claim about what they have.
+#: Arrays may claim so many times the bytes of their file, plus `SMALL_BYTES`: files may come from
+#: anywhere.
 MAX_GROWTH, SMALL_BYTES = 100, 2**26
-#: What h5py raises for files that are damaged, or that are not ours.
+#: What h5netcdf and xarray raise for files that are damaged or of another kind.
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
-
-
+_FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
+_COMPRESSED = {"zlib": True, "complevel": 4, "shuffle": True}
 _LONG_NAMES = {
     "stft": "spectrum",
     "sweep_tracking": "spectrum where the sweep is",
@@ -42,7 +44,7 @@ _LONG_NAMES = {
 
 @dataclass(frozen=True)
 class Column:
-    """One labelled column of a store: text, int or float values and their attributes."""
+    """One labelled column: text, int or float values and their attributes."""
 
     values: np.ndarray
     attrs: Mapping[str, str] = field(default_factory=dict)
@@ -50,7 +52,10 @@ class Column:
 
 @dataclass(frozen=True)
 class Shard:
-    """Rows of a store: `feature` (n, f) float32, `frequency_hz` (f,), columns of length n."""
+    """Rows of a feature file: `feature` (n, f) float32, `frequency_hz` (f,), columns (n,).
+
+    Where only the labels were read, `feature` is (n, 0).
+    """
 
     feature: np.ndarray
     frequency_hz: np.ndarray
@@ -67,15 +72,20 @@ def text_column(values: Sequence[str], **attrs: str) -> Column:
 
 
 def feature_attrs(attrs: Mapping[str, Any]) -> dict[str, str]:
-    """Return the attributes of `feature` in a store whose attributes hold the settings."""
+    """Return the attributes of `feature` in a file whose attributes hold the settings."""
     kind = json.loads(str(attrs["settings"]))["features"].get("kind", "stft")
     return {"long_name": _LONG_NAMES[kind], "units": "1"}
 
 
-def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> None:
-    """Write `shard` atomically. Raises ValueError for anything that is not finite or not aligned.
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Return the settings as one JSON attribute."""
+    return json.dumps(settings, sort_keys=True)
 
-    The same content gives the same bytes: HDF5 keeps no times, and no clock is asked.
+
+def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> None:
+    """Write `shard` atomically; the same content gives the same bytes.
+
+    Raises ValueError for a spectrum that is not finite and for columns of another length.
     """
     write_blocks(path, shard, [shard.feature], feature_attrs)
 
@@ -83,99 +93,145 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
 def write_blocks(
     path: Path, labels: Shard, blocks: Iterable[np.ndarray], feature_attrs: Mapping[str, str]
 ) -> None:
-    """Write what `write_store` does, with the spectra of `blocks`, each (m, f), one after another,
-    in place of those of `labels`: one block is held at a time."""
+    """Write what `write_store` does, with the spectra of `blocks`, each (m, f), in place of those
+    of `labels`: one block is held at a time."""
+    import xarray as xr
+
     rows, bins = len(labels.feature), len(labels.frequency_hz)
-    with writing(path) as store:
-        store.attrs.update({"Conventions": CONVENTIONS, **labels.attrs})
-        store.dimensions = {"recording": rows, "frequency": bins}
-        axis = store.create_variable(
-            "frequency", ("frequency",), data=labels.frequency_hz, chunks=(bins,), fletcher32=True
-        )
-        axis.attrs.update(
-            {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
-        )
-        for name, column in sorted(labels.columns.items()):
-            if len(column.values) != rows:
-                raise ValueError(f"{path}: column {name} has {len(column.values)} of {rows} rows")
-            write_column(store, name, column)
-        feature = store.create_variable(
-            "feature",
-            ("recording", "frequency"),
-            "f4",
-            **_checked_chunks(min(CHUNK_ROWS, rows), bins),
-        )
-        coordinates = " ".join(sorted(c for c in labels.columns if c != "recording"))
-        feature.attrs.update({**feature_attrs, "coordinates": coordinates})
-        done = 0
-        for spectra in _by_chunks(path, blocks, bins):
-            if done + len(spectra) <= rows:  # else it is told below
-                feature[done : done + len(spectra)] = spectra
-            done += len(spectra)
-        if done != rows:
-            raise ValueError(f"{path}: {done} spectra for {rows} rows")
+    for name, column in labels.columns.items():
+        if len(column.values) != rows:
+            raise ValueError(f"{path}: column {name} has {len(column.values)} of {rows} rows")
+    axis = {"frequency": ("frequency", labels.frequency_hz, _FREQUENCY)}
+    dataset = xr.Dataset(
+        coords=axis | as_coordinates(labels.columns),
+        attrs={"Conventions": CONVENTIONS, **labels.attrs},
+    )
+    with replacing(path) as temporary:
+        check_room(path, rows * bins * 4)
+        write_netcdf(temporary, dataset)
+        with h5netcdf.File(temporary, "a") as file:
+            feature = _create_feature(file, rows, bins)
+            names = " ".join(sorted(set(labels.columns) - {"recording"}))
+            feature.attrs.update({**feature_attrs, "coordinates": names})
+            start = 0
+            for spectra in blocks:
+                _check_spectra(path, spectra, bins, rows - start)
+                feature[start : start + len(spectra)] = spectra.astype(np.float32, copy=False)
+                start += len(spectra)
+        if start != rows:
+            raise ValueError(f"{path}: {start} spectra for {rows} rows")
 
 
-def _by_chunks(path: Path, blocks: Iterable[np.ndarray], bins: int) -> Iterator[np.ndarray]:
-    """Yield the rows of `blocks` in pieces that end where the chunks of a store do, so that each
-    chunk is written once. Raises ValueError for spectra that are not finite or of another width."""
-    left = np.empty((0, bins), np.float32)
-    for block in blocks:
-        if block.shape[1:] != (bins,):
-            raise ValueError(f"{path}: {block.shape[1]} bins but ({bins},) frequencies")
-        if not np.isfinite(block).all():
-            raise ValueError(f"{path}: a feature is NaN or infinite; no store is written")
-        whole = block.astype(np.float32, copy=False)
-        whole = np.concatenate([left, whole]) if len(left) else whole
-        end = len(whole) - len(whole) % CHUNK_ROWS
-        if end:
-            yield whole[:end]
-        left = whole[end:]
-    if len(left):
-        yield left
+def _create_feature(file: h5netcdf.File, rows: int, bins: int) -> h5netcdf.Variable:
+    """Return a new variable for spectra, whose chunks have checksums. Spectra are not compressed:
+    gzip saves a quarter of the file, and reading takes five times as long."""
+    file.attrs.pop("coordinates", None)  # xarray's, which belongs to `feature`
+    stored = {"chunks": (min(CHUNK_ROWS, rows), bins), "fletcher32": True} if rows else {}
+    return file.create_variable("feature", ("recording", "frequency"), "f4", **stored)
 
 
-def _checked_chunks(rows: int, width: int) -> dict[str, Any]:
-    """Return chunks with a checksum; HDF5 takes neither for an array without rows.
-
-    Spectra are not compressed: gzip saves a quarter of the file, and reading it takes five times
-    as long.
-    """
-    return {"chunks": (rows, width), "fletcher32": True} if rows else _NO_CHUNKS
-
-
-def _compressed(rows: int, width: int) -> dict[str, Any]:
-    """Return chunks and compression, which has a checksum of its own."""
-    if not rows:
-        return _NO_CHUNKS
-    packed = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
-    return {"chunks": (rows, width), **packed}
+def _check_spectra(path: Path, spectra: np.ndarray, bins: int, rows_left: int) -> None:
+    """Raise ValueError for spectra that are not finite, or too many, or of another width."""
+    if spectra.shape[1:] != (bins,):
+        raise ValueError(f"{path}: {spectra.shape[1]} bins but ({bins},) frequencies")
+    if len(spectra) > rows_left:
+        raise ValueError(f"{path}: more spectra than rows")
+    if not np.isfinite(spectra).all():
+        raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
 
 
-def write_column(store: h5netcdf.File, name: str, column: Column) -> None:
-    """Write a column along `recording`, a dimension of `store` that is there already."""
-    values = column.values
-    if values.dtype.kind != "U":
-        chunks = {"chunks": values.shape, "fletcher32": True} if len(values) else _NO_CHUNKS
-        variable = store.create_variable(name, ("recording",), data=values, **chunks)
-    else:
-        encoded = np.char.encode(values, "utf-8") if len(values) else np.empty(0, "S1")
-        width = max(1, encoded.dtype.itemsize)
-        dimension = f"string{width}"
-        if dimension not in store.dimensions:
-            store.dimensions[dimension] = width
-        characters = encoded.astype(f"S{width}").view("S1").reshape(len(values), width)
-        variable = store.create_variable(
-            name, ("recording", dimension), "S1", **_compressed(len(values), width)
-        )
-        if len(values):
-            variable[...] = characters
-        variable.attrs["_Encoding"] = "utf-8"
-    variable.attrs.update(column.attrs)
+def as_coordinates(columns: Mapping[str, Column]) -> dict[str, xr.Variable]:
+    """Return columns (n,) as coordinates along `recording`, in the order of their names."""
+    import xarray as xr
+
+    return {
+        name: xr.Variable("recording", column.values, dict(column.attrs))
+        for name, column in sorted(columns.items())
+    }
+
+
+def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
+    """Write a file whose chunks have checksums: text compressed, numbers as they are."""
+    encoding: dict[str, dict[str, Any]] = {}
+    for name, variable in dataset.variables.items():
+        if not variable.size:
+            continue  # HDF5 stores neither characters nor checksums of nothing
+        is_text = variable.dtype.kind == "U"
+        stored = {"dtype": "S1", **_COMPRESSED} if is_text else {"_FillValue": None}
+        encoding[str(name)] = {**stored, "fletcher32": True}
+    dataset.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+
+
+def check_room(path: Path, size: int) -> None:
+    """Raise OSError if the disk has less than `size` bytes left: HDF5 crashes on a full disk."""
+    if shutil.disk_usage(path.parent).free < size:
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+
+def open_store(path: Path) -> xr.Dataset:
+    """Return a feature file: `feature` (recording, frequency), which is read when it is used, and
+    the labels as coordinates. Close it after use. Raises DataError for any other file."""
+    if not path.is_file():
+        raise DataError(path, "this feature store has not been made", "run `snakemake` first")
+    try:
+        dataset = open_netcdf(path)
+        if dataset["feature"].dims != ("recording", "frequency"):
+            raise ValueError("the dimensions are not those of spectra")
+    except DAMAGE:
+        raise _damaged(path) from None
+    return dataset
+
+
+def open_netcdf(path: Path) -> xr.Dataset:
+    """Return a netCDF file with its coordinates in memory and its arrays not read yet. Raises one
+    of `DAMAGE`."""
+    import xarray as xr
+
+    how: dict[str, Any] = {"mask_and_scale": False, "decode_times": False, "phony_dims": "access"}
+    file = xr.open_dataset(path, engine="h5netcdf", **how)
+    try:
+        _check_claims(path, file)
+        texts = {
+            name: (array.dims, np.asarray(array.values, np.str_), array.attrs)
+            for name, array in file.coords.items()
+            if array.dtype.kind == "O"
+        }
+        dataset = file.assign_coords(texts)
+        for array in dataset.coords.values():
+            array.load()
+    except DAMAGE:
+        file.close()
+        raise
+    dataset.set_close(file.close)
+    return dataset
+
+
+def _check_claims(path: Path, file: xr.Dataset) -> None:
+    """Raise ValueError for arrays that are much larger than their file."""
+    shapes = [v.encoding.get("original_shape", v.shape) for v in file.variables.values()]
+    if sum(map(math.prod, shapes)) > MAX_GROWTH * path.stat().st_size + SMALL_BYTES:
+        raise ValueError("claims to be larger than it can be")
+
+
+def columns_of(dataset: xr.Dataset) -> dict[str, Column]:
+    """Return the coordinates (n,) along `recording`, in the order of their names."""
+    return {
+        str(name): Column(array.values, {key: str(one) for key, one in array.attrs.items()})
+        for name, array in sorted(dataset.coords.items(), key=lambda item: str(item[0]))
+        if array.dims == ("recording",)
+    }
+
+
+def attributes_of(dataset: xr.Dataset) -> dict[str, str | float | int]:
+    """Return the attributes of a file as texts and numbers."""
+    return {
+        name: value.item() if isinstance(value, np.generic) else value
+        for name, value in dataset.attrs.items()
+    }
 
 
 def read_store(path: Path) -> Shard:
-    """Return a whole store in memory. Raises DataError for a file that is none.
+    """Return a whole feature file in memory. Raises DataError for any other file.
 
     >>> from ajgdata.paths import find_project
     >>> from ajgdata.store.features import read_store
@@ -185,129 +241,42 @@ def read_store(path: Path) -> Shard:
     >>> shard.columns["edge_mm"].attrs["units"]
     'mm'
     """
-    with reading(path) as store:
-        spectra, frequency, columns, attrs = contents(store)
-        feature = spectra[...]
-    return Shard(feature, frequency.values, columns, attrs)
+    with open_store(path) as dataset:
+        return replace(labels_of(dataset), feature=read_spectra(path, dataset))
 
 
 def read_labels(path: Path) -> Shard:
-    """Return a store as `read_store` does, but for the spectra: in their place, `feature` (n, 1)
-    holds the number of each row. Raises DataError for a file that is none."""
-    with reading(path) as store:
-        spectra, frequency, columns, attrs = contents(store)
-        rows = np.arange(len(spectra))[:, np.newaxis]
-    return Shard(rows, frequency.values, columns, attrs)
-
-
-def read_spectra(path: Path, rows: np.ndarray) -> np.ndarray:
-    """Return the spectra (m, f) of the rows of that number, rising, of a store."""
-    with reading(path) as store:
-        spectra = _variables(store)["feature"][...]
-    return spectra if len(rows) == len(spectra) else spectra[rows]
+    """Return a feature file without its spectra: `feature` is (n, 0). Raises DataError for any
+    other file."""
+    with open_store(path) as dataset:
+        return labels_of(dataset)
 
 
 def spectra_blocks(path: Path) -> Iterator[np.ndarray]:
-    """Yield the spectra of a store in their order, BLOCK_ROWS (m, f) at a time. Raises DataError
-    for a file that is none."""
-    with reading(path) as store:
-        spectra = _variables(store)["feature"]
-        for start in range(0, len(spectra), BLOCK_ROWS):
-            yield spectra[start : start + BLOCK_ROWS]
+    """Yield the spectra of a feature file in their order, BLOCK_ROWS (m, f) at a time. Raises
+    DataError for any other file."""
+    with open_store(path) as dataset:
+        for start in range(0, dataset.sizes["recording"], BLOCK_ROWS):
+            yield read_spectra(path, dataset, slice(start, start + BLOCK_ROWS))
 
 
-@contextmanager
-def reading(path: Path) -> Iterator[h5py.File]:
-    """Yield a store, which is closed at the end. Raises DataError for what is none."""
-    _check_made(path)
+def labels_of(dataset: xr.Dataset) -> Shard:
+    """Return an open feature file without its spectra: `feature` is (n, 0)."""
+    nothing = np.empty((dataset.sizes["recording"], 0), np.float32)
+    frequency_hz = dataset["frequency"].values
+    return Shard(nothing, frequency_hz, columns_of(dataset), attributes_of(dataset))
+
+
+def read_spectra(path: Path, dataset: xr.Dataset, rows: slice = slice(None)) -> np.ndarray:
+    """Return rows (m, f) of the open feature file `path`. Raises DataError for damaged ones."""
     try:
-        with h5py.File(path, "r") as store:
-            check_texts(store)
-            yield store
-    except DAMAGE:
-        raise DataError(path, "not a readable feature store", "delete it and run again") from None
+        return dataset["feature"][rows].values
+    except OSError:
+        raise _damaged(path) from None
 
 
-def contents(
-    store: h5py.File,
-) -> tuple[h5py.Dataset, Column, dict[str, Column], dict[str, str | float | int]]:
-    """Return the spectra, which are not read yet, and what else a store holds: frequencies (with
-    their attributes), columns, attributes. Raises one of `DAMAGE`."""
-    variables = _variables(store)
-    attrs = {k: plain(v) for k, v in store.attrs.items() if not k.startswith("_")}
-    spectra = variables.pop("feature")
-    columns = {
-        name: read_column(variable)
-        for name, variable in variables.items()
-        if name == "recording"
-        or (variable.shape[:1] == spectra.shape[:1] and "DIMENSION_LIST" in variable.attrs)
-    }
-    return spectra, read_column(variables["frequency"]), columns, attrs
-
-
-def _variables(store: h5py.File) -> dict[str, h5py.Dataset]:
-    """Return the arrays of a store, which may come from anywhere: raises ValueError for what lies
-    in another file, and for sizes that are only claimed."""
-    variables = {}
-    for name in store:
-        variable = store[name] if isinstance(store.get(name, getlink=True), h5py.HardLink) else None
-        if not isinstance(variable, h5py.Dataset) or variable.is_virtual or variable.external:
-            raise ValueError(f"{name} lies elsewhere")
-        if variable.dtype.kind not in "Sif":
-            raise ValueError(f"{name} holds neither text nor numbers")
-        variables[name] = variable
-    claimed = sum(array.size * array.dtype.itemsize for array in variables.values())
-    if claimed > MAX_GROWTH * store.id.get_filesize() + SMALL_BYTES:
-        raise ValueError("claims to be larger than it can be")
-    return variables
-
-
-def _check_made(path: Path) -> None:
-    if not path.is_file():
-        raise DataError(path, "this feature store has not been made", "run `snakemake` first")
-
-
-def axes_of(variable: h5py.Dataset) -> list[str]:
-    """Return names of a variable's dimensions; none for a variable that is itself a dimension."""
-    if "DIMENSION_LIST" not in variable.attrs:
-        return []
-    owner = variable.file
-    return [owner[refs[0]].name.rsplit("/", 1)[-1] for refs in variable.attrs["DIMENSION_LIST"]]
-
-
-def read_column(variable: h5py.Dataset) -> Column:
-    """Return a column that `write_column` wrote."""
-    values = variable[...]
-    if values.dtype.kind == "S":
-        values = _texts(values)
-    return Column(values, attrs_of(variable))
-
-
-def attrs_of(variable: h5py.Dataset) -> dict[str, str]:
-    """Return attributes of an array, without those that only HDF5 and netCDF need."""
-    internal = ("_", "DIMENSION", "REFERENCE", "CLASS", "NAME", "coordinates")
-    named = [name for name in variable.attrs if not name.startswith(internal)]
-    return {name: str(plain(variable.attrs[name])) for name in named}
-
-
-def _texts(characters: np.ndarray) -> np.ndarray:
-    """Return texts (n,) of UTF-8 characters (n, width)."""
-    rows, width = characters.shape
-    if not rows:
-        return np.empty(0, "U1")
-    codes = np.ascontiguousarray(characters).view(np.uint8)
-    if codes.max() < 128:  # ASCII is its own code points: far faster than decoding row by row
-        return codes.astype(np.uint32).view(f"U{width}")[:, 0]
-    return np.char.decode(codes.view(f"S{width}")[:, 0], "utf-8")
-
-
-def plain(value: Any) -> str | float | int:
-    """Return an attribute as HDF5 gives it, as text or a number."""
-    if isinstance(value, bytes):
-        return value.decode()
-    if isinstance(value, np.ndarray):
-        value = value.ravel()[0]
-    return value.item() if isinstance(value, np.generic) else value
+def _damaged(path: Path) -> DataError:
+    return DataError(path, "not a readable feature store", "delete it and run again")
 
 
 def concatenate(shards: Sequence[Shard]) -> Shard:
@@ -331,11 +300,5 @@ def concatenate(shards: Sequence[Shard]) -> Shard:
     names, counts = np.unique(columns["recording"].values, return_counts=True)
     if (counts > 1).any():
         raise ValueError(f"recording {str(names[counts > 1][0])!r} stands in two shards")
-    return Shard(
-        np.concatenate([s.feature for s in shards]), first.frequency_hz, columns, first.attrs
-    )
-
-
-def settings_text(settings: Mapping[str, Any]) -> str:
-    """Return the settings as one JSON attribute."""
-    return json.dumps(settings, sort_keys=True)
+    feature = np.concatenate([shard.feature for shard in shards])
+    return Shard(feature, first.frequency_hz, columns, first.attrs)

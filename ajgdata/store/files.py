@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import itertools
 import json
 import os
 import re
 import shutil
-import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,22 +18,21 @@ from typing import Any
 import yaml
 
 from ajgdata.store.locks import own_folder
-from ajgdata.store.yaml_loading import yaml_node, yaml_value
 from ajgdata.types import DataError
 
 #: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
 #: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
 _FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/()×·−⁻-]*$))")
-#: Key of the hash of all else in a JSON document.
-SEAL = "content_sha256"
+#: Deepest nesting of brackets in YAML: libyaml crashes when its stack is full.
+_MAX_DEPTH = 200
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary file near `path`; on success it is synced and takes the place of `path`.
+    """Yield a temporary file that takes the place of `path` if the block succeeds.
 
     Whenever the process dies, `path` is the old file or the new one, never something between. What
-    a killed process left goes when the same file is next written, or by `remove_abandoned`.
+    a killed process left is removed after an hour, if the same file is written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     with own_folder(path) as folder:
@@ -45,46 +44,16 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def raising_ignored() -> Iterator[None]:
-    """Raise at the end what Python could only report: h5py closes objects while they are collected,
-    where an error of writing (a full disk) cannot be raised, and the file would count as whole."""
-    ignored: list[BaseException] = []
-    before = sys.unraisablehook
-
-    def keep(told: sys.UnraisableHookArgs) -> None:
-        ignored.extend([told.exc_value] if told.exc_value else [])
-
-    sys.unraisablehook = keep
-    try:
-        yield
-    finally:
-        sys.unraisablehook = before
-    if ignored:
-        raise ignored[0]
-
-
-@contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty folder beside `path`, which takes the place of `path` on success.
-
-    What was at `path` is moved aside first, then removed: a reader finds the old folder, the new
-    one or, for an instant, none, but never a mixture.
-    """
+    """Yield an empty folder that takes the place of the folder `path` if the block succeeds."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    new, old = (path.with_name(f".{path.name[:40]}.{what}") for what in ("new", "old"))
-    if old.exists() and not path.exists():  # killed between the two renames below
-        old.rename(path)
-    for left_by_a_killed_process in (new, old):
-        shutil.rmtree(left_by_a_killed_process, ignore_errors=True)
-    new.mkdir()
-    try:
+    with own_folder(path) as temporary:
+        new, old = temporary / "new", temporary / "old"
+        new.mkdir()
         yield new
         if path.exists():
             path.rename(old)
         new.rename(path)
-    finally:
-        shutil.rmtree(new, ignore_errors=True)
-        shutil.rmtree(old, ignore_errors=True)
 
 
 def remove_empty_folders(path: Path) -> None:
@@ -96,15 +65,6 @@ def remove_empty_folders(path: Path) -> None:
             continue
         except OSError:  # something is in it
             return
-
-
-def link_or_copy(source: Path, target: Path) -> None:
-    """Make `target` the content of `source`, atomically; it outlives the removal of `source`."""
-    with replacing(target) as temporary:
-        try:
-            os.link(source, temporary)
-        except OSError:  # another file system, or one without hard links
-            shutil.copyfile(source, temporary)
 
 
 def copy(source: Path, target: Path) -> None:
@@ -175,11 +135,32 @@ def read_text(path: Path) -> str:
     return text
 
 
+class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """The safe loader, in C if PyYAML has it. It rejects a key that occurs twice and brackets that
+    are nested too deeply."""
+
+    def __init__(self, text: str) -> None:
+        steps = (1 if mark in "[{" else -1 for mark in re.findall(r"[][{}]", text))
+        if max(itertools.accumulate(steps), default=0) > _MAX_DEPTH:
+            raise yaml.YAMLError("nested too deeply")
+        super().__init__(text)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode):
+                if key.value in keys:
+                    problem = f"key {key.value!r} stands twice"
+                    raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
+                keys.add(key.value)
+        return super().construct_mapping(node, deep=deep)
+
+
 def read_yaml(path: Path) -> dict[str, Any]:
-    """Return a YAML mapping (safe loader)."""
+    """Return a YAML mapping."""
     try:
-        content = yaml_value(read_text(path))
-    # ValueError: a date such as 2024-13-45; RecursionError: a thousand brackets
+        content = yaml.load(read_text(path), _Loader)  # noqa: S506 (a safe loader)
+    # ValueError: a date such as 2024-13-45; RecursionError: a thousand nested lists
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         reason = " ".join(str(getattr(error, "problem", None) or error).split())
@@ -198,7 +179,7 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
     Where it leads to what is not there (a key that is missing, the name of an alternative), the
     line is that of the last thing that is.
     """
-    node, line = yaml_node(read_text(path)), 1
+    node, line = yaml.compose(read_text(path), _Loader), 1
     for step in place:
         if isinstance(node, yaml.MappingNode):
             pairs = [pair for pair in node.value if pair[0].value == str(step)]
@@ -210,6 +191,16 @@ def line_of(path: Path, place: Iterable[int | str]) -> int:
             (mark, node), *_ = pairs
             line = mark.start_mark.line + 1
     return line
+
+
+def has_aliases(text: str) -> bool:
+    """Return True if YAML repeats parts of itself (`*name`): a few lines can then become
+    gigabytes. False for text that is not YAML."""
+    try:
+        events = yaml.parse(text, Loader=_Loader)
+        return any(isinstance(event, yaml.AliasEvent) for event in events)
+    except yaml.YAMLError:
+        return False
 
 
 def yaml_bytes(content: Mapping[str, Any]) -> bytes:
@@ -230,28 +221,6 @@ def read_json(path: Path) -> Any:
 def json_bytes(content: Any) -> bytes:
     """Return JSON with sorted keys; NaN is refused, since JSON has none."""
     return (json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
-
-
-def sealed_json_bytes(content: Mapping[str, Any]) -> bytes:
-    """Return JSON that holds its own hash, which `read_sealed_json` checks."""
-    return json_bytes({**content, SEAL: _seal(content)})
-
-
-def read_sealed_json(path: Path) -> dict[str, Any]:
-    """Return what `sealed_json_bytes` was given; raises DataError for anything that differs. What
-    has no seal is read as it is."""
-    content = read_json(path)
-    if not isinstance(content, dict):
-        raise DataError(path, "holds no keys", "delete it and run again")
-    seal = content.pop(SEAL, None)
-    if seal is not None and seal != _seal(content):
-        problem = "is not what was written (sha256 differs)"
-        raise DataError(path, problem, "delete it and run again")
-    return content
-
-
-def _seal(content: Mapping[str, Any]) -> str:
-    return sha256_of(json.dumps(content, sort_keys=True, allow_nan=False).encode())
 
 
 def read_csv(path: Path, required: Iterable[str] = ()) -> tuple[list[str], list[dict[str, str]]]:

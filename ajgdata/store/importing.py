@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import AUDIO_FOLDER, Paths
-from ajgdata.store.audio import inspect_audio
+from ajgdata.store.audio import file_sha256, inspect_audio
 from ajgdata.store.decoding import decoded
 from ajgdata.store.files import remove_empty_folders, sha256_of, write_bytes
-from ajgdata.store.hashes import HashCache
 from ajgdata.store.import_record import Origin, cells_of, merged, with_cells
 from ajgdata.store.import_rows import check_space, ids_of, recording_of
 from ajgdata.store.imported_session import ImportedSession, open_sessions
@@ -61,7 +60,6 @@ class How:
     replace: bool
     replace_labels: bool = False
     prune: bool = False
-    rehash: bool = False
 
 
 def import_scan(
@@ -78,13 +76,12 @@ def import_scan(
     Running it again adds what is new and takes over labels that changed in the folder. It keeps
     labels that were changed here since (unless `replace_labels`), further columns, recordings that
     are no longer in the folder (unless `prune`, and all others could be read), and what was
-    completed in session.yaml. A file of which size, times and inode are what they were is not read
-    again (unless `rehash`). One that was moved in the folder keeps its recording, under its new
-    name. A recording, or a played sound, whose bytes differ from those held is left alone and
-    listed in `conflicts`, unless `replace`. A file that
-    cannot be read is listed in `failed`, and nothing of it is written. Whatever ends it, each file
-    that was written stands in its session's table. Raises DataError, before anything is written,
-    for a session that cannot be added to.
+    completed in session.yaml. A file that was moved in the folder keeps its recording, under its
+    new name. A recording, or a played sound, whose bytes differ from those held is left alone and
+    listed in `conflicts`, unless `replace`. A file that cannot be read is listed in `failed`,
+    and nothing of it is written. Whatever ends it, each file that was written stands in its
+    session's table. Raises DataError, before anything is written, for a session that cannot be
+    added to.
     """
     names = {entry.session for entry in scanned.files}
     sessions = open_sessions(paths, dataset, folder, names, copy=how.copy)
@@ -93,8 +90,7 @@ def import_scan(
     members_of = defaultdict(list)
     for entry in scanned.files:
         members_of[entry.session].append(entry)
-    hashes = HashCache(paths.hash_cache, forget=how.rehash)
-    one = _Import(folder, how, sessions, Imported(sessions=len(names)), hashes)
+    one = _Import(folder, how, sessions, Imported(sessions=len(names)))
     try:
         for name in sorted(names):
             members = members_of[name]
@@ -108,7 +104,6 @@ def import_scan(
         one.look_for_gone(prune=how.prune and not (scanned.missing or one.result.failed))
     finally:
         one.write()
-        hashes.save()
     return one.result
 
 
@@ -121,10 +116,8 @@ class _Import:
         how: How,
         sessions: Mapping[str, ImportedSession],
         result: Imported,
-        hashes: HashCache,
     ) -> None:
         self.folder, self.how, self.sessions, self.result = folder, how, sessions, result
-        self.hashes = hashes
         self.root = str(folder.absolute())
         self.temporary: dict[Path, Path] = {}
         self.stack = ExitStack()
@@ -161,7 +154,7 @@ class _Import:
 
     def _take(self, entry: ScannedFile, recording_id: str) -> None:
         session = self.sessions[entry.session]
-        digest = self.hashes.sha256(self.folder / entry.path)
+        digest = file_sha256(self.folder / entry.path)
         self._compare_identity(entry, recording_id, digest)
         recording = recording_of(self.folder, entry, recording_id, copy=self.how.copy)
         old, before = session.held.get(recording_id), session.before(recording_id)
@@ -267,7 +260,7 @@ class _Import:
         return recording.model_copy(update={"sha256": sha256_of(content), "labels": labels})
 
     def _holds(self, path: Path, digest: str) -> bool:
-        return path.is_file() and self.hashes.sha256(path) == digest
+        return path.is_file() and file_sha256(path) == digest
 
     def _forget(self, session: ImportedSession, recording_id: str) -> None:
         """Take a recording out of its session; its copy goes once the tables are written."""
@@ -310,7 +303,7 @@ class _Import:
         rates = set()
         for name in names:
             origin, file = session.origins.get(name), base / session.held[name].file
-            rate = origin.sample_rate_hz if origin and not self.how.rehash else 0
+            rate = origin.sample_rate_hz if origin else 0
             try:
                 rate = rate or inspect_audio(file).sample_rate_hz
             except DataError as error:

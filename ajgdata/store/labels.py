@@ -13,7 +13,7 @@ from ajgdata.store.features import Column, Shard, text_column
 from ajgdata.store.findings import is_rejected
 from ajgdata.types import Finding, Target
 
-#: Columns of the label manifest that identify rows; all others become coordinates as they are.
+#: Columns of the table of labels that identify rows; all others become coordinates as they are.
 IDENTITY = ("recording_id", "grasp_id", "sample")
 #: What the columns that every store has mean, for whoever opens one without this library.
 MEANINGS = {

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ajgdata.store.audio import file_sha256
-from ajgdata.store.files import read_sealed_json, replacing, sealed_json_bytes, write_bytes
+from ajgdata.store.files import json_bytes, read_json, replacing, write_bytes
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
@@ -19,7 +18,6 @@ ABOUT_FILE = "model.json"
 NETWORK_FILE = "model.safetensors"
 ESTIMATOR_FILE = "model.skops"
 GUARD_FILE = "guard.safetensors"
-FILES = (NETWORK_FILE, ESTIMATOR_FILE, GUARD_FILE)
 #: All models of a data set are made by one job, which its folder tells to be done.
 _ANEW = "delete the folder of all models of its data set (results/models/NAME) and run again"
 
@@ -81,21 +79,15 @@ def read_estimator(folder: Path, trusted: Sequence[str]) -> BaseEstimator:
 
 
 def write_about(folder: Path, about: Mapping[str, Any]) -> None:
-    """Write what is known of a trained model, with the hashes of its files: last, since a folder
-    without it holds no model."""
-    held = [name for name in FILES if (folder / name).is_file()]
-    hashes = {name: file_sha256(folder / name) for name in held}
-    write_bytes(folder / ABOUT_FILE, sealed_json_bytes({**about, "files": hashes}))
+    """Write the description of a trained model; last, since a folder without it has no model."""
+    write_bytes(folder / ABOUT_FILE, json_bytes(about))
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """Return what is known of a trained model. Raises DataError when it could not be trained, and
-    when a file of it is not what was written."""
-    about = read_sealed_json(folder / ABOUT_FILE)
-    for name, digest in about.get("files", {}).items():
-        if name not in FILES or file_sha256(folder / name) != digest:
-            problem = "is not what was written (sha256 differs)"
-            raise DataError(folder / name, problem, _ANEW)
+    """Return the description of a trained model. Raises DataError if it could not be trained."""
+    about = read_json(folder / ABOUT_FILE)
+    if not isinstance(about, dict) or not {"model", "kind"} <= set(about):
+        raise DataError(folder / ABOUT_FILE, "is not the description of a model", _ANEW)
     if "skipped" in about:
         raise DataError(folder, f"was not trained: {about['skipped']}", "mend the task first")
     return about

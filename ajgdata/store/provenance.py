@@ -6,6 +6,7 @@ import contextlib
 import functools
 import hashlib
 import json
+import os
 import platform
 import re
 import subprocess
@@ -16,6 +17,51 @@ from typing import Any
 from pydantic import BaseModel
 
 PACKAGE = Path(__file__).resolve().parents[1]
+
+_FEATURES = ("types/*.py", "store/*.py", "features/*.py")
+_GRIPPER = ("gripper/**/*.py", "gripper/*.yaml")
+_MODELS = (*_FEATURES, "models/*.py", "embed/*.py")
+_EVALUATE = (*_MODELS, "evaluate/*.py")
+_ACQUIRE = (*_FEATURES, *_GRIPPER, "acquire/*.py")
+#: Files of each layer and of the layers that it uses, relative to the package.
+LAYERS = {
+    "gripper": _GRIPPER,
+    "features": _FEATURES,
+    "models": _MODELS,
+    "evaluate": _EVALUATE,
+    "acquire": _ACQUIRE,
+    "studies": (*_FEATURES, *_GRIPPER, "studies/**/*.py"),
+    "ablations": (*_EVALUATE, *_GRIPPER, "acquire/*.py", "ablations/*.py"),
+    "report": ("**/*.py", "**/*.yaml"),
+}
+#: Libraries whose version can change results: of all layers, and of those with models.
+NUMERICAL = ("numba", "numpy", "scipy")
+LEARNING = ("scikit-learn", "torch")
+
+
+@functools.cache
+def layer_hash(layer: str, *more: str) -> str:
+    """Return the hash of the files of a layer and of the layers below, and of library versions.
+
+    A rule has it as a parameter, so that its results are computed again if it changes. `more` are
+    files or patterns relative to the package, or absolute files, that the results need, too.
+    """
+    patterns = [*LAYERS[layer], *(one for one in more if not Path(one).is_absolute())]
+    files = {file for pattern in patterns for file in PACKAGE.glob(pattern)}
+    files |= {Path(one) for one in more if Path(one).is_absolute()}
+    names = {os.path.relpath(file, PACKAGE): file for file in files}
+    libraries = NUMERICAL if layer in ("gripper", "features") else (*NUMERICAL, *LEARNING)
+    content = {
+        "files": {name: file_hash(file) for name, file in names.items()},
+        "libraries": {name: version(name) for name in libraries},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+@functools.cache
+def file_hash(path: Path) -> str:
+    """Return the sha256 of a source file, as 64 hexadecimal digits."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @functools.cache
@@ -53,32 +99,6 @@ def commit_date() -> str:
         return _git("show", "--no-patch", "--format=%cs", "HEAD")
     except (OSError, subprocess.SubprocessError):
         return ""
-
-
-def project_commit(folder: Path) -> str:
-    """Return the commit of the project in `folder`, with `+` if its files had changes; that of this
-    package, if the project is in no repository."""
-    try:
-        # Never by a tag: a commit is asked for by its hash.
-        return _git_in(folder, "describe", "--always", "--abbrev=40", "--dirty=+", "--exclude=*")
-    except (OSError, subprocess.SubprocessError):
-        return software()["git_commit"]
-
-
-def commit_named(name: str, folder: Path) -> str:
-    """Return the commit that a name (`HEAD~1`, a tag, the beginning of a hash) has in the
-    repository of `folder`; empty: none."""
-    try:
-        wanted = "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}"
-        return _git_in(folder, "rev-parse", *wanted)
-    except (OSError, subprocess.SubprocessError):
-        return ""
-
-
-def _git_in(folder: Path, *arguments: str) -> str:
-    command = ["git", "-C", str(folder), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
-    return done.stdout.strip()
 
 
 def _git(*arguments: str) -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from importlib.metadata import metadata
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,6 @@ _IN_WHEEL = PACKAGE / "reports"
 PACKAGED = _IN_WHEEL if _IN_WHEEL.is_dir() else PACKAGE.parent / "reports"
 #: Figures of the paper, beside which ours stand.
 PAPER = "paper.yaml"
-CITATION = "CITATION.cff"
 TEMPLATES, EXPERIMENTS, PAGES = "templates", "experiments", "pages"
 _SUFFIXES = {TEMPLATES: ("j2", "css", "js"), EXPERIMENTS: ("md",), PAGES: ("md",)}
 _KINDS = [f"{folder}/*.{suffix}" for folder, some in _SUFFIXES.items() for suffix in some]
@@ -42,16 +40,6 @@ def template_folders(project: Paths) -> list[Path]:
 def read_paper(project: Paths) -> dict[str, Any]:
     """Return the content of `paper.yaml`. Raises DataError if it is no YAML mapping."""
     return read_yaml(report_file(project, PAPER))
-
-
-def read_citation() -> dict[str, Any]:
-    """Return how this software asks to be cited, with the keys of its CITATION.cff: a wheel, which
-    does not have the file, has its title and version."""
-    path = PACKAGE.parent / CITATION
-    if path.is_file():
-        return read_yaml(path)
-    about = metadata(PACKAGE.name)
-    return {"title": f"{about['Name']}: {about['Summary']}", "version": about["Version"]}
 
 
 def read_experiment_text(project: Paths, kind: str) -> str:

@@ -6,6 +6,7 @@ import csv
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -299,6 +300,16 @@ def audio_path(folder: Path, session: Session, recording: Recording) -> Path:
     return inside(base, recording.file)
 
 
+def recording_paths(folder: Path) -> dict[str, Path]:
+    """Return the file of each recording of a session, by recording_id, without those whose file
+    would lie elsewhere. Raises DataError if its tables cannot be read."""
+    session, found = read_session(folder), {}
+    for recording in read_recordings(folder)[0]:
+        with suppress(DataError):
+            found[recording.recording_id] = audio_path(folder, session, recording)
+    return found
+
+
 def inside(base: Path, file: str) -> Path:
     """Return `base / file`; DataError when that lies elsewhere, be it by `..` or by a symbolic
     link."""
@@ -311,3 +322,27 @@ def inside(base: Path, file: str) -> Path:
     if leaves:
         raise DataError(file, f"leaves its folder {base}", "put the file inside and correct `file`")
     return base / file
+
+
+def seal(paths: Paths, dataset: str, session: str) -> int:
+    """Accept the bytes that are there: write the present sha256 of every recording and of the
+    played sound.
+
+    Returns how many recordings changed. Missing files keep their row.
+    """
+    from ajgdata.store.audio import file_sha256
+
+    folder = paths.session(dataset, session)
+    declared = read_session(folder)
+    recordings, findings = read_recordings(folder)
+    if findings:
+        raise DataError(folder / RECORDINGS_FILE, findings[0].problem, findings[0].fix)
+    sealed = []
+    for recording in recordings:
+        path = audio_path(folder, declared, recording)
+        digest = file_sha256(path) if path.is_file() else recording.sha256
+        sealed.append(recording.model_copy(update={"sha256": digest}))
+    if (played := declared.excitation) and (path := inside(folder, played.file)).is_file():
+        played = played.model_copy(update={"sha256": file_sha256(path)})
+    write_session(folder, declared.model_copy(update={"excitation": played}), sealed)
+    return sum(new != old for new, old in zip(sealed, recordings, strict=True))

@@ -9,24 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.store.files import read_sealed_json, sealed_json_bytes, write_bytes
+from ajgdata.store.files import json_bytes, read_json, write_bytes
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
 
 
 def write_tables(path: Path, tables: Sequence[Table], **about: Any) -> None:
     """Write `tables`, and what is to be known `about` them, to `path` (JSON) in one step."""
-    write_bytes(path, sealed_json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
+    write_bytes(path, json_bytes(plain({**about, "tables": [as_json(t) for t in tables]})))
 
 
 def read_tables(path: Path) -> tuple[dict[str, Any], list[Table]]:
     """Return what `write_tables` was told about the tables, and the tables.
 
-    Raises DataError for a file that it did not write, or that changed since.
+    Raises DataError for any other file.
     """
-    content = read_sealed_json(path)
+    content = read_json(path)
     try:
-        tables = [_from_json(given) for given in content.pop("tables")]
+        tables = [_from_json(table) for table in content.pop("tables")]
     except (AttributeError, KeyError, TypeError, ValueError):
         raise DataError(path, "is not a file of tables", "delete it and run again") from None
     return content, tables

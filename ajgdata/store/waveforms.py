@@ -15,21 +15,16 @@ from xarray.core import indexing
 
 from ajgdata.store.audio import (
     AudioError,
-    AudioInfo,
     check_layout,
     file_sha256,
-    inspect_audio,
+    inspect_header,
     read_audio,
 )
 from ajgdata.store.features import Column, Shard, concatenate, text_column
 from ajgdata.store.labels import labelled, select, with_columns
-from ajgdata.store.manifest import label_rows
-from ajgdata.store.riff import is_wave, parse_wave
+from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
-
-HEAD_BYTES = 4096  # in which the header of a plain WAV ends
-_CHUNK_HEADER = 8  # bytes
 
 
 @dataclass(frozen=True)
@@ -46,25 +41,9 @@ def look(path: Path, sha256: str, audio: AudioSettings) -> Take:
 
     Raises AudioError, as `read_audio` does, as far as the header tells.
     """
-    info = _header(path)
+    info = inspect_header(path)
     check_layout(path, info, audio)
     return Take(path, sha256, math.ceil(info.frames * audio.sample_rate_hz / info.sample_rate_hz))
-
-
-def _header(path: Path) -> AudioInfo:
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(HEAD_BYTES)
-        size = path.stat().st_size
-    except OSError:
-        return inspect_audio(path)  # which says what is wrong
-    wave = parse_wave(head, size) if is_wave(head) else None
-    if wave is None or not wave.subtype or wave.is_cut or not wave.frames:
-        return inspect_audio(path)
-    if size - wave.stop >= _CHUNK_HEADER:  # more chunks
-        return inspect_audio(path)
-    rate, frames = wave.sample_rate_hz, wave.frames
-    return AudioInfo("WAV", wave.subtype, rate, wave.channels, frames, frames)
 
 
 class Waveforms(BackendArray):

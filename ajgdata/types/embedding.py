@@ -6,22 +6,9 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Strict
 
 Dimension = Annotated[int, Field(ge=1, le=256)]
-
-
-class Probed(Strict):
-    """The way in which a property is read from a space."""
-
-    within: str = Field(
-        "",
-        description="column; each of its values is probed by itself, as an angle means something"
-        " else for each object",
-    )
-    period_deg: float | None = Field(
-        None, gt=0, description="the property repeats after this: its sine and cosine are read"
-    )
 
 
 class Embedding(Strict):
@@ -56,27 +43,14 @@ class Embedding(Strict):
     batch_recordings: int = Field(4, ge=2, description="recordings of each of them in a batch")
     target: str = Field(description="target that k-NN is scored on")
     category: str = Field("", description="classes of the distance matrix; default: `target`")
-    probes: dict[str, Probed] = Field(
-        {}, description="columns that probes read from the latent and from raw features"
-    )
     retrieval_folds: int = Field(
         0,
         ge=0,
-        description="folds of leave-objects-out, for retrieval and probes of unseen things;"
+        description="folds of leave-objects-out, for retrieval;"
         " 0: none, unless `groups` is `instance`, where each fold leaves things out",
     )
     optional: bool = Field(
         False, description="what the data lack for it is told, and the run succeeds all the same"
-    )
-    base: Name | None = Field(
-        None,
-        description="data set of the same things on one gripper, trained on as well; where the"
-        " classifier comes from whose transfer to other grippers is measured",
-    )
-    held_out: tuple[str, ...] = Field(
-        (),
-        description="sessions with grippers that are never trained on; the pair rule ignores the"
-        " gripper",
     )
 
     @property
@@ -90,6 +64,4 @@ class Embedding(Strict):
             raise ValueError(f"shown {self.shown} is not among the dimensions")
         if len(set(self.dimensions)) != len(self.dimensions):
             raise ValueError("dimensions lists one twice")
-        if bool(self.base) != bool(self.held_out):
-            raise ValueError("transfer needs both base and held_out")
         return self

@@ -30,6 +30,7 @@ class Model:
     regressor fits targets (n, k), too. `trusted` are the types in its file that belong neither to
     scikit-learn nor to NumPy (`module.Class`): without being named they are not loaded. `plain`
     names the model that it is beside when nothing is chosen for it; "" for one that is not tuned.
+    With more than `most_recordings`, it is trained on an even subset (None: on all).
     """
 
     make: str
@@ -38,6 +39,7 @@ class Model:
     several: bool = True
     trusted: tuple[str, ...] = ()
     plain: str = ""
+    most_recordings: int | None = None
 
     def label(self, kind: Kind) -> str:
         """Return its name in the report."""
@@ -160,16 +162,23 @@ _METRICS = (
 )
 
 
+#: Recordings that models are trained on at most: the kernel of support vectors and the neighbours
+#: of k-NN cost as their square, networks take more than one step for each, and others hold the
+#: features three times in float64 (25 kB each).
+_SVM, _NETWORK, _KNN, _OTHER = 5_000, 10_000, 20_000, 30_000
+
+
 def _baseline(
     function: str,
     classification: str,
     regression: str,
+    most: int = _OTHER,
     *,
     several: bool = True,
     trusted: tuple[str, ...] = _SCALED,
 ) -> Model:
     make = f"ajgdata.models.baselines:{function}"
-    return Model(make, classification, regression, several, trusted)
+    return Model(make, classification, regression, several, trusted, most_recordings=most)
 
 
 def _tuned(
@@ -177,12 +186,17 @@ def _tuned(
     classification: str,
     regression: str,
     plain: str,
+    most: int = _OTHER,
     *,
     several: bool = True,
     trusted: tuple[str, ...] = _SCALED,
 ) -> Model:
     make = f"ajgdata.models.candidates:{function}"
-    return Model(make, classification, regression, several, trusted, plain)
+    return Model(make, classification, regression, several, trusted, plain, most)
+
+
+def _cnn(function: str, label: str) -> Model:
+    return Model(f"ajgdata.models.cnn:{function}", label, label, most_recordings=_NETWORK)
 
 
 MODELS = Registry(
@@ -190,25 +204,23 @@ MODELS = Registry(
     "ajgdata.models",
     Model,
     {
-        "cnn": Model("ajgdata.models.cnn:cnn", "CNN", "CNN"),
+        "cnn": _cnn("cnn", "CNN"),
         "linear": _tuned("linear", "logistic regression", "ridge", "linear_plain"),
         "ridge": _tuned("ridge", "ridge classifier", "ridge", "ridge_plain"),
-        "knn": _tuned("nearest_neighbours", "k-NN", "k-NN", "knn_plain", trusted=_METRICS),
-        "svm": _tuned("support_vectors", "SVM", "SVM", "svm_plain", several=False),
+        "knn": _tuned("nearest_neighbours", "k-NN", "k-NN", "knn_plain", _KNN, trusted=_METRICS),
+        "svm": _tuned("support_vectors", "SVM", "SVM", "svm_plain", _SVM, several=False),
         "boosting": _baseline(
             "boosting", "gradient boosting", "gradient boosting", several=False, trusted=_BOOSTED
         ),
         "forest": _baseline("forest", "random forest", "random forest", trusted=_TREES),
-        "mlp": _baseline("perceptron", "MLP", "MLP", trusted=_ADAM),
+        "mlp": _baseline("perceptron", "MLP", "MLP", _NETWORK, trusted=_ADAM),
         "linear_plain": _baseline("logistic", "logistic regression, plain", "ridge, plain"),
         "ridge_plain": _baseline("ridge", "ridge classifier, plain", "ridge, plain"),
         "knn_plain": _baseline(
-            "nearest_neighbours", "k-NN, plain", "k-NN, plain", trusted=_METRICS
+            "nearest_neighbours", "k-NN, plain", "k-NN, plain", _KNN, trusted=_METRICS
         ),
-        "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", several=False),
-        "cnn_one_scale": Model(
-            "ajgdata.models.cnn:cnn_one_scale", "CNN, one scale", "CNN, one scale"
-        ),
+        "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", _SVM, several=False),
+        "cnn_one_scale": _cnn("cnn_one_scale", "CNN, one scale"),
     },
 )
 SOURCES = Registry(

@@ -40,8 +40,7 @@ class Task(Strict):
         {},
         description="recordings that a model learns from at most, e.g. {svm: 2000, cnn: 50000}, "
         "evenly of all groups and classes; choosing: those that tuned models are chosen on. What "
-        "is not here keeps its own limit (docs/models.md); an SVM, k-NN, MLP or CNN that "
-        "would train for hours is refused, with an estimate",
+        "is not here keeps its own limit (docs/models.md)",
     )
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"

@@ -19,10 +19,8 @@ from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigati
 from ajgdata.report.page import illustrations, render_pages
 from ajgdata.report.panel import Highlight
 from ajgdata.report.render import draw_figures
-from ajgdata.report.report_data import Report
-from ajgdata.report.sounds import Sound, SoundPair, SoundPairs
+from ajgdata.report.report_data import Clip, Report
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.conversion import mp3_clip
 from ajgdata.store.files import write_bytes
 
 RATE_HZ = 8_000
@@ -85,14 +83,13 @@ def sample_site(folder: Path) -> Site:
     """A small report with hostile names, all kinds of pages, as the workflow leaves it."""
     index = folder / "report/index.html"
     report = full_report(index.parent / SOUNDS)
-    heard = Link("latents/size/poses.html", SCRIPT, EXPLORERS)
+    plot = Link("latents/size/poses.html", SCRIPT, EXPLORERS)
     listed = [Link(experiment_link(page.name), page.title, page.about) for page in report.pages]
-    nav = navigation(listed, [], [heard])
+    nav = navigation(listed, [], [plot])
     figures = draw_figures(illustrations(report), index.parent / FIGURES)
     pages = render_pages(report, figures, nav)
     one = Explored(SCRIPT, "simulated", "Told.", f"../../{INDEX}", projections())
-    clips = {one.shown.recording[0]: mp3_clip(TONE, RATE_HZ)}
-    pages[heard.link] = render_explorer(one, clips, "Packed.", here=heard.link, nav=nav)
+    pages[plot.link] = render_explorer(one, here=plot.link, nav=nav)
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
     for section in report.sections:
@@ -108,7 +105,7 @@ def sample_site(folder: Path) -> Site:
 
 
 def full_report(sounds: Path) -> Report:
-    """The report that unit tests draw, with a panel of each kind and sounds to compare."""
+    """The report that unit tests draw, with a panel of each kind and a recording to play."""
     report = sample_report()
     marks = (
         mark_of("ours", "CNN", Score(0.7, 0.1)),
@@ -123,16 +120,8 @@ def full_report(sounds: Path) -> Report:
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
     beyond = Highlight("Sure", "held by intervals", "%", marks[:2]), page, "simulated"
     write_pcm24(sounds / "tone.wav", TONE, RATE_HZ)
-    spectra = np.abs(np.random.default_rng(1).normal(size=(2, 33)))
-    heard = [
-        Sound(f"s1/{i}", SCRIPT, "tone.wav", (("angle deg", f"{i}"),), s)
-        for i, s in enumerate(spectra)
-    ]
-    pair = SoundPair(
-        "sounds--size", True, "edge", *heard, "simulated", np.arange(33) * 600.0, 3.0, False
-    )
     first, *others = report.sections
-    first = dataclasses.replace(first, sounds=SoundPairs("By a rule.", (pair,)))
+    first = dataclasses.replace(first, clips=(Clip("s1/0", SCRIPT, f"{SOUNDS}/tone.wav"),))
     return dataclasses.replace(
         report, sections=(first, *others), comparisons=(found,), paper=(PAPER, absent),
         highlights=(beyond,),

@@ -79,33 +79,12 @@ def _drawn_for(name):
 
 
 @pytest.mark.parametrize(("name", "embedding"), EMBEDDINGS)
-def test_an_embedding_knows_its_columns_and_its_grippers(name, embedding):
-    """What is probed is a label, what is held out is a session, and no grasp that is tested on was
-    drawn for the gripper that is trained on."""
+def test_an_embedding_knows_its_columns(name, embedding):
+    """The columns of the pair rule, the folds and the labels are in the acquisition log."""
     spec, settings = SPECS[name], SPECS[name].embeddings[embedding]
     drawn = set(spec.recipe.vary) if spec.recipe else set()
     columns = {*spec.targets, *drawn, "object", "grasp_id", "session_id", *SESSION_COLUMNS}
-    assert {settings.instance, settings.groups, *settings.probes} <= columns
-    assert {how.within for how in settings.probes.values()} <= {"", *columns}
-    assert set(settings.held_out) <= set(session_names(spec.recipe))
-    if settings.base:
-        base = SPECS[settings.base]
-        assert base.features == spec.features
-        assert {o.name: o.shape for o in base.recipe.objects} == {
-            o.name: o.shape for o in spec.recipe.objects
-        }
-        assert {o.name: o.targets[settings.category] for o in base.recipe.objects} == {
-            o.name: o.targets[settings.category] for o in spec.recipe.objects
-        }
-        seeds = [
-            {g.setup["grasp"]["seed"] for one in planned_grasps(PATHS, of, sessions) for g in one}
-            for of, sessions in (
-                (spec, settings.held_out),
-                (spec, set(session_names(spec.recipe)) - set(settings.held_out)),
-                (base, session_names(base.recipe)),
-            )
-        ]
-        assert not seeds[0] & (seeds[1] | seeds[2])
+    assert {settings.instance, settings.groups, settings.target} <= columns
 
 
 @pytest.mark.parametrize("name", MIRRORED)

@@ -82,8 +82,8 @@ def test_nobody_knows_snakemake_or_unpickles():
 def test_what_snakemake_parses_is_light(run_python):
     """Every process of the workflow imports this; a dry run must not pay for torch."""
     code = (
-        "import sys, ajgdata.pipeline.inputs, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
-        "import ajgdata.store.code_digest, ajgdata.store.report_files;"
+        "import sys, ajgdata.pipeline.plan, ajgdata.pipeline.studies, ajgdata.paths, ajgdata;"
+        "import ajgdata.store.provenance, ajgdata.store.report_files;"
         "import ajgdata.pipeline.experiments;"
         "from ajgdata.ablations import possible; possible([]);"
         "print(*{name.split('.')[0] for name in sys.modules})"

@@ -23,7 +23,6 @@ from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.report import build_report
 from ajgdata.pipeline.site import navigation_of
 from ajgdata.pipeline.train import train_model
-from ajgdata.store import manifest
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.files import read_csv, read_json
 from ajgdata.store.sessions import read_dataset, write_session
@@ -48,7 +47,6 @@ CASES: dict[str, list[Row]] = {
 HOPELESS = ("no recording", "one recording")
 SETTINGS: dict[str, dict] = {
     "learning_curve": {"groups": [1, 2], "repeats": 2, "models": ["ridge"]},
-    "permutation_test": {"permutations": 3},
     "sorting": {"models": ["linear_plain"]},
     "novelty": {"models": ["linear_plain"], "inner_folds": 2},
     "cross_gripper": {"test_on": ["whole"], "grasps": [0, 1], "models": ["knn"]},
@@ -61,14 +59,13 @@ SETTINGS: dict[str, dict] = {
     "excitation": {"lengths_s": [0.05, 0.1], "kinds": ["log_sweep"], "models": ["linear_plain"],
                    "slow": [], "responses": 2},
     "live_sorting": {"placements": 2, "grasps": [2], "runs": 2, "models": ["linear_plain"]},
-    "tuning": {"models": ["linear", "knn"]},
     "across_sessions": {"models": ["knn_plain"], "draws": 1},
     "conformal_intervals": {"models": ["linear_plain"]},
     "drift": {"day_1": ["s1", "s2"], "models": ["linear_plain"],
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
-EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2, "probes": {"label": {}}}
+EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2}
 
 
 def declaration(name: str) -> dict:
@@ -86,16 +83,13 @@ def declaration(name: str) -> dict:
         }
         for kind, target in (("classification", "label"), ("regression", "size"))
     }
-    own = {"tasks": tasks, "embeddings": {"alone": EMBEDDED, "based": BASED}}
+    own = {"tasks": tasks, "embeddings": {"alone": EMBEDDED}}
     return {
         "name": name,
         "audio": {"sample_rate_hz": RATE_HZ},
         "features": {"window": 256, "hop": 128, "quantity": "power", "normalisation": "none"},
         "targets": {"label": {"kind": "classification"}, "size": {"kind": "regression"}},
     } | (own if name == "little" else {})
-
-
-BASED = EMBEDDED | {"base": "whole", "held_out": ["s1"]}
 
 
 def made(paths: Paths, name: str, rows: list[Row]) -> None:
@@ -117,17 +111,16 @@ def made(paths: Paths, name: str, rows: list[Row]) -> None:
         about = {"grasp_id": grasp, "object": held, "quality": "ok" if rows else "reject"}
         recordings.append(Recording(recording_id=str(number), file=file, labels=labels, **about))
     write_session(folder, Session(session_id="s1", source="import"), recordings)
-    manifest.refresh(paths, name)
     spec, findings = read_dataset(paths, name), paths.shard_findings(name, "s1")
     extract_features(
-        root=paths.root, manifest=paths.audio_manifest(name, "s1"), audio=spec.audio,
+        folder=paths.session(name, "s1"), audio=spec.audio,
         features=spec.features, code="", shard=paths.shard(name, "s1"), findings=findings,
-        cache=paths.shard_cache(name, "s1"), threads=1,
+        labels=paths.shard_labels(name, "s1"), threads=1,
     )  # fmt: skip
     merge(
-        dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.label_manifest(name, "s1")],
-        findings=[findings], targets=spec.targets, store=paths.merged(name),
-        published=paths.features(name), quarantine=paths.quarantine(name),
+        dataset=name, shards=[paths.shard(name, "s1")], labels=[paths.shard_labels(name, "s1")],
+        findings=[findings], targets=spec.targets, store=paths.features(name),
+        quarantine=paths.quarantine(name),
     )  # fmt: skip
 
 
@@ -149,11 +142,10 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
     kind."""
     spec = read_dataset(paths, "little")
     for name, settings in spec.embeddings.items():
-        if not settings.base:
-            train_embedding(
-                paths.merged("little"), settings=settings, seed=0,
-                latents=paths.latents("little", name), cost=paths.training_cost("little", name),
-            )  # fmt: skip
+        train_embedding(
+            paths.features("little"), settings=settings, seed=0,
+            latents=paths.latents("little", name), cost=paths.training_cost("little", name),
+        )  # fmt: skip
     told = {}
     for one in asked_for(
         {"little": spec}, [("little", t) for t in (*spec.tasks, *spec.embeddings)]
@@ -162,13 +154,11 @@ def measure_all(paths: Paths) -> dict[tuple[str, str], str]:
         for kind in one.kinds:
             tables = paths.experiment("little", one.task, kind)
             run_experiment(
-                paths.merged("little"), kind=kind, dataset="little", task=one.task,
+                paths.features("little"), kind=kind, dataset="little", task=one.task,
                 settings=one.job_settings(kind), split=spec.task_settings(one.task),
-                others={other: paths.merged(other) for other in one.others},
+                others={other: paths.features(other) for other in one.others},
                 audio=AudioSettings(sample_rate_hz=RATE_HZ), features=spec.features,
-                root=paths.root, manifests=[paths.audio_manifest("little", "s1")],
-                other_manifests={o: [paths.audio_manifest(o, "s1")] for o in one.others},
-                encoders=encoders if one.of_latents else [], seed=0, tables=tables,
+                paths=paths, encoders=encoders if one.of_latents else [], seed=0, tables=tables,
                 render=played if one.experiment.renders else None, new_grasps=grasped,
                 cost=paths.experiment_cost("little", one.task, kind),
             )  # fmt: skip
@@ -183,7 +173,7 @@ def report(paths: Paths, kinds: list[tuple[str, str]]) -> dict[str, str]:
     nav = navigation_of(paths, specs, tasks, [])
     build_explorer(
         paths.experiment("little", "alone", PROJECTIONS), dataset="little", embedding="alone",
-        paths=paths, manifests=[paths.audio_manifest("little", "s1")], nav=nav,
+        paths=paths, nav=nav,
         page=paths.explorer("little", "alone"),
     )  # fmt: skip
     collect(
@@ -227,7 +217,7 @@ def test_a_model_that_cannot_be_trained_says_why(tmp_path, case):
         for model in (n for n in MODELS.own if n != "boosting" or case in HOPELESS):
             folder = paths.model("little", task, model)
             train_model(
-                paths.merged("little"), **spec.training(task), model=model, seed=0, folder=folder
+                paths.features("little"), **spec.training(task), model=model, seed=0, folder=folder
             )
             (about,) = (json.loads(path.read_text()) for path in folder.glob("*.json"))
             if case in HOPELESS:

@@ -13,7 +13,6 @@ from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.recipes import recipe_sessions
 from ajgdata.pipeline.train import train_model
-from ajgdata.store import manifest
 from ajgdata.store.sessions import list_sessions, read_dataset
 
 EDGES_MM = (12.0, 18.0, 24.0, 30.0)
@@ -53,23 +52,21 @@ def features_of(paths: Paths, name: str) -> None:
     spec, sessions = read_dataset(paths, name), list_sessions(paths, name)
     for session in sessions:
         extract_features(
-            root=paths.root,
-            manifest=paths.audio_manifest(name, session),
+            folder=paths.session(name, session),
             audio=spec.audio,
             features=spec.features,
             code="",
             shard=paths.shard(name, session),
             findings=paths.shard_findings(name, session),
-            cache=paths.shard_cache(name, session),
+            labels=paths.shard_labels(name, session),
         )
     merge(
         dataset=name,
         shards=[paths.shard(name, s) for s in sessions],
-        labels=[paths.label_manifest(name, s) for s in sessions],
+        labels=[paths.shard_labels(name, s) for s in sessions],
         findings=[paths.shard_findings(name, s) for s in sessions],
         targets=spec.targets,
-        store=paths.merged(name),
-        published=paths.features(name),
+        store=paths.features(name),
         quarantine=paths.quarantine(name),
     )
 
@@ -119,7 +116,6 @@ def make_of_tones(paths: Paths) -> None:
         for n in range(4)
     ]
     acquire_session(paths.session("size", "bench-01"), Tones(), grasps)
-    manifest.write(paths, "size", "bench-01")
     features_of(paths, "size")
     train_model(
         paths.features("size"),

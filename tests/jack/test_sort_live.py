@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata.evaluate.looks import orders
+from ajgdata.evaluate.sorting import orders
 from ajgdata.experiments import asked_of
 from ajgdata.features.spectrum import spectrum
 from ajgdata.paths import Paths
@@ -39,6 +39,7 @@ DECLARATION = {
     },
     "recipe": {
         "grasps_per_object": 1,
+        "signal": {"noise_db_spl": None},
         "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
         "vary": {"angle_deg": [-10, 10]},
         "objects": [
@@ -75,9 +76,9 @@ def project(tmp_path) -> Paths:
     (asked,) = (one for one in asked_of(spec, "sorting") if one.experiment.name == "live_sorting")
     kind = "live_sorting-linear"
     run_experiment(
-        paths.features("d"), kind=kind, dataset="d", task="sorting", others={}, manifests=[],
+        paths.features("d"), kind=kind, dataset="d", task="sorting", others={}, paths=paths,
         settings=asked.job_settings(kind), split=spec.task_settings("sorting"), audio=spec.audio,
-        features=settings, root=paths.root, seed=0, new_grasps=sensed,
+        features=settings, seed=0, new_grasps=sensed,
         tables=paths.experiment("d", "sorting", kind),
         cost=paths.experiment_cost("d", "sorting", kind),
     )  # fmt: skip
@@ -87,7 +88,11 @@ def project(tmp_path) -> Paths:
 def test_two_runs_through_the_card_are_those_of_the_experiment(project):
     command = [sys.executable, PROGRAM, "--project", project.root, "--dataset", "d"]
     done = subprocess.run(
-        [*command, "--model", "linear"], check=False, capture_output=True, text=True, timeout=900
+        [*command, "--model", "linear", "--no-noise"],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=900,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     about, tables = read_tables(project.sort_live)
@@ -97,8 +102,8 @@ def test_two_runs_through_the_card_are_those_of_the_experiment(project):
     looks = sum(min(sorts + 1, count) for sorts in runs.column("sorts"))
     assert (compared["looks"], compared["decisions"]) == (looks, looks)
     assert compared["other_decisions"] == 0
-    # Noise is another, at -88 dB; what it does to probabilities of cubes so far apart is little.
-    assert 0 < compared["largest"] < 0.05
+    # Without noise, both recordings differ by rounding to 24 bits only, which quiet bins show.
+    assert compared["largest"] < 0.01
     experiment = {t.name: t for t in read_tables(project.experiment(
         "d", "sorting", "live_sorting-linear"))[1]}  # fmt: skip
     scaled = experiment["runs"].where(part="scaled", policy="as needed", looks=1)

@@ -83,6 +83,7 @@ def test_a_card_that_goes_away_ends_in_the_robot_s_halt(paths, rig):
             line = process.stdout.readline()
             assert line, process.communicate()
             placed += " → " in line
+        clock.close()  # a client that is closed after its server crashes this process
         os.kill(started.jackd, signal.SIGKILL)
         _, err = process.communicate(timeout=900)
     finally:

@@ -4,7 +4,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 
 import pytest
 import world
@@ -83,19 +82,3 @@ def test_data_elsewhere(deeds, place, tally, workflow, tmp_path, where):
     finally:
         if is_mounted:
             subprocess.run(["umount", "-l", str(other)], check=True)
-
-
-def test_a_clock_that_was_set_back(deeds, place, tally, workflow):
-    """Everything is of next year when a label changes: the change counts all the same."""
-    root = place(workflow[0].end)
-    for path in world.files_of(root).values():
-        os.utime(path, (time.time() + YEAR_S,) * 2)
-    for table in (root / "data/knock/sessions").glob("*/recordings.csv"):
-        table.write_text(table.read_text().replace(",Wood", ",Metal"))
-        os.utime(table, (time.time() - YEAR_S,) * 2)
-    said = made(root)
-    wrong = [said] if said else []
-    if not said and "Metal" not in (root / "results/metrics.json").read_text():
-        wrong.append("the label that changed is not in the results")
-    tally.add(PROMISE, "clock set back by a year, then a label changed", wrong)
-    assert not wrong

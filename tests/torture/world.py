@@ -34,10 +34,8 @@ from ajgdata.pipeline.experiments import run_experiment
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
 from ajgdata.pipeline.train import train_model
-from ajgdata.store import manifest
 from ajgdata.store.audio import read_audio, write_pcm24
-from ajgdata.store.files import SEAL
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import list_sessions, read_dataset
 from ajgdata.types import AudioSettings
 
 RATE_HZ = 44_100
@@ -61,10 +59,7 @@ DECLARATION = {
     },
 }
 #: Not compared: what is measured, told, or kept to be quick.
-ASIDE = (
-    *("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),
-    *(".ajgdata/hashes/", ".ajgdata/surveyed/", ".ajgdata/growing"),
-)
+ASIDE = (*("results/logs/", "results/benchmarks/", "results/report/", ".snakemake/", ".cache/"),)
 ASIDE_NAMES = ("metrics.json", "settings.yaml")
 TEMPORARY = (".tmp", ".new", ".old", ".empty", ".part")
 
@@ -157,26 +152,24 @@ def jobs(root: Path) -> None:
 
 def _jobs(paths: Paths) -> None:
     spec = read_dataset(paths, "knock")
-    sessions = manifest.refresh(paths, "knock")
+    sessions = list_sessions(paths, "knock")
     for session in sessions:
         extract_features(
-            root=paths.root,
-            manifest=paths.audio_manifest("knock", session),
+            folder=paths.session("knock", session),
             audio=spec.audio,
             features=spec.features,
             code="",
             shard=paths.shard("knock", session),
             findings=paths.shard_findings("knock", session),
-            cache=paths.shard_cache("knock", session),
+            labels=paths.shard_labels("knock", session),
         )
     merge(
         dataset="knock",
         shards=[paths.shard("knock", s) for s in sessions],
-        labels=[paths.label_manifest("knock", s) for s in sessions],
+        labels=[paths.shard_labels("knock", s) for s in sessions],
         findings=[paths.shard_findings("knock", s) for s in sessions],
         targets=spec.targets,
-        store=paths.merged("knock"),
-        published=paths.features("knock"),
+        store=paths.features("knock"),
         quarantine=paths.quarantine("knock"),
     )
     train_model(
@@ -189,7 +182,7 @@ def _jobs(paths: Paths) -> None:
     asked = next(a for a in asked_of(spec, "material") if a.experiment.name == "cross_validation")
     kind = asked.kinds[0]
     run_experiment(
-        paths.merged("knock"),
+        paths.features("knock"),
         kind=kind,
         dataset="knock",
         task="material",
@@ -198,8 +191,7 @@ def _jobs(paths: Paths) -> None:
         others={},
         audio=spec.audio,
         features=spec.features,
-        root=paths.root,
-        manifests=[],
+        paths=paths,
         seed=0,
         tables=paths.experiment("knock", "material", kind),
         cost=paths.experiment_cost("knock", "material", kind),
@@ -258,6 +250,8 @@ def state_of(root: Path) -> dict[str, str]:
         own = path.name
         if name.startswith(ASIDE) or own in ASIDE_NAMES or own.endswith((".cost.json", ".lock")):
             continue
+        if path.parent.name.endswith(".tmp"):  # of a killed process
+            continue
         found[name] = digest_of(path)
     return found
 
@@ -268,9 +262,6 @@ def digest_of(path: Path) -> str:
     content = path.read_bytes()
     if path.name == "metrics.csv":
         content = b"".join(r for r in content.splitlines(True) if b",measured," not in r)
-    elif path.name == "model.json":
-        told = json.loads(content)
-        content = repr({**told, "files": sorted(told["files"]), SEAL: ""}).encode()
     elif path.suffix == ".skops":
         content = _estimator(path)
     return hashlib.sha256(content).hexdigest()

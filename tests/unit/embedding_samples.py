@@ -8,7 +8,6 @@ import numpy as np
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.embedding import by_run
-from ajgdata.experiments.embedding_probes import probe_table
 from ajgdata.report.projections import Projection, Projections
 from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import Embedding
@@ -18,13 +17,11 @@ SCRIPT = "<script>alert(1)</script>"
 #: Of the things, two are spherical; one has a hostile name.
 THINGS = {"apple": "spherical", "orange": "spherical", "pen": "cylindrical", SCRIPT: "other"}
 CATEGORIES = ["cylindrical", "other", "spherical"]
-GRIPPERS = ["tall", SCRIPT]
 DIMENSIONS = (2, 4)
 SETTINGS = {
     "supervision": f"Which things are the same, and {SCRIPT}.",
     "target": "object",
     "category": "category",
-    "probes": {"object": {}, "angle_deg": {"within": "object", "period_deg": 180}},
     "dimensions": DIMENSIONS,
     "shown": 4,
     "folds": 2,
@@ -99,33 +96,6 @@ def distances(within: dict[str, float] | None = None, narrower: float = 0.0) -> 
     return [listed("categories", rows), listed("objects", objects), listed("members", members)]
 
 
-def probe_rows(splits=("grouped", "unseen")) -> list[dict]:
-    rows = []
-    for space, better in (("latent", 0.2), ("raw", 0.0)):
-        for kind in ("linear", "knn"):
-            about = {"space": space, "probe": kind}
-            rows.append({
-                **about, "split": "grouped", "target": "object", "metric": "accuracy",
-                "chance": 0.25, "values": runs(0.5 + better),
-            })  # fmt: skip
-            for split in splits:
-                angle = {**about, "split": split, "target": "angle_deg", "chance": 0.0}
-                rows.append({**angle, "metric": "r2", "values": runs(-2.0 + better)})
-                nothing = [float("nan")] * 2  # angles have no rank
-                rows.append({**angle, "metric": "rank_correlation", "values": nothing})
-    return rows
-
-
-def probes() -> list[Table]:
-    rows = [
-        {"space": space, "label": "object", "values": runs(mean)}
-        for space, mean in (("latent", 0.3), ("raw", -0.1))
-    ]
-    columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
-    found = table_of("silhouettes", "Silhouettes", by_run(rows, "silhouette"), **columns)
-    return [probe_table(probe_rows()), found]
-
-
 def retrieval() -> list[Table]:
     rows = [
         {"space": space, "gallery": gallery, "k": k, "chance": 0.25, "run": run, "precision": value}
@@ -135,19 +105,6 @@ def retrieval() -> list[Table]:
         for run, value in enumerate(runs(mean / k))
     ]
     return [listed("retrieval", rows)]
-
-
-def transfer(grippers=GRIPPERS, pose: float | None = None) -> list[Table]:
-    """On every gripper 0.5 with 4 own grasps alone; `pose` is what the pose latent brings."""
-    levels = {"raw": 0.1, "gripper_latent": 0.4} | ({} if pose is None else {"pose_latent": pose})
-    rows = [
-        {"space": space, "gripper": gripper, "calibration": n, "run": run, "accuracy": value}
-        for gripper in grippers
-        for space, mean in levels.items()
-        for n, off in ((0, 0.05), (4, 0.05), (None, 0.1))
-        for run, value in enumerate(runs(0.5 if n is None else mean + 0.1 * n, off))
-    ]
-    return [listed("transfer", rows), probe_table(probe_rows(splits=("grouped",)))]
 
 
 def pictures(n: int = 32, seed: int = 0) -> Projections:
@@ -181,19 +138,22 @@ def projections() -> list[Table]:
         for one in shown.projections
         for x, y in one.points
     ]
-    return [listed("recordings", recordings), listed("points", points)]
+    rows = [
+        {"space": space, "label": "object", "values": runs(mean)}
+        for space, mean in (("latent", 0.3), ("raw", -0.1))
+    ]
+    columns = {"space": "Space", "label": "Labels", "run": "Run", "silhouette": "Silhouette"}
+    silhouettes = table_of("silhouettes", "Silhouettes", by_run(rows, "silhouette"), **columns)
+    return [listed("recordings", recordings), listed("points", points), silhouettes]
 
 
 ABOUT = {
     "embedding_knn": {"chance": 0.25},
-    "embedding_transfer": {"chance": 0.25, "held_out_grippers": GRIPPERS},
 }
 TABLES = {
     "embedding_knn": knn,
     "embedding_distances": distances,
-    "embedding_probes": probes,
     "embedding_retrieval": retrieval,
-    "embedding_transfer": transfer,
     "embedding_projections": projections,
 }
 
@@ -205,9 +165,6 @@ def results(
     tables = TABLES[experiment]() if tables is None else tables
     if experiment == "embedding_knn":
         tables, cost = tables
-    if experiment == "embedding_transfer":
-        changes = {"base": "other", "held_out": GRIPPERS} | changes
-        cost = [score_table([("", "cost of transfer", "cpu_s", "measured", 30.0)], "Cost")]
     with TemporaryDirectory() as folder:
         stored = []
         for name, some in (("tables", tables), ("cost", cost)):

@@ -84,10 +84,10 @@ def test_changed_grasps_are_the_recipe_s_but_for_the_change(data):
     moved = data.changed("made", "size", grasps, {"grasp": {"offset_x_mm": 0.0}})
     assert np.array_equal(centred.feature, moved.feature)
     assert not np.array_equal(centred.feature, same.feature)
-    kept = len(list(data.paths.responses.rglob("*.response")))
+    kept = len(list(data.paths.responses.rglob("*.npz")))
     again = data.changed("made", "size", grasps, {})
     assert np.array_equal(again.feature, same.feature)
-    assert len(list(data.paths.responses.rglob("*.response"))) == kept == 4
+    assert len(list(data.paths.responses.rglob("*.npz"))) == kept == 4
 
 
 def test_ablations_are_made_where_all_their_data_sets_are_simulated():
@@ -286,7 +286,8 @@ def test_the_noise_figure_has_a_line_for_each_model_and_training_set():
     assert [line.get_xydata().tolist() for line in axes.lines] == [
         [[45, 1], [80, 9]], [[45, 1], [80, 2]],
     ]  # fmt: skip
-    assert [text.get_text() for text in axes.texts] == ["ridge, at 45", "ridge, at all"]
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert names == ["ridge, at 45", "ridge, at all"]
 
 
 def test_the_variance_figure_stacks_what_is_known_to_the_whole():

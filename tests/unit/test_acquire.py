@@ -379,7 +379,6 @@ def test_the_virtual_gripper_is_such_a_source(project):
     session = read_session(folder)
     assert (session.source, session.gripper) == ("virtual", "virtual-default")
     assert session.scene["numerics"]["dx_mm"] == 6
-    assert project.paths.audio_manifest("d", "virtual-01").is_file()
     (folder / second.file).unlink()
     assert acquire_virtual(project.paths, "d", "virtual-01") == (1, 1, {}, 0)
     assert content(folder) == before

@@ -52,10 +52,10 @@ def acquire(project, cores=1, dataset="d"):
 
 
 def recordings(project, dataset="d") -> dict[str, bytes]:
+    """The files of all sessions, without temporary ones of killed processes."""
     folder = project.paths.sessions(dataset)
-    return {
-        str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
-    }
+    files = (p for p in sorted(folder.rglob("*")) if p.is_file() and p.parent.suffix != ".tmp")
+    return {str(p.relative_to(folder)): p.read_bytes() for p in files}
 
 
 def test_a_second_acquisition_only_records(project, solved):

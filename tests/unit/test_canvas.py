@@ -1,11 +1,12 @@
 """Figures as files: drawn once for each, and with fonts that publishers take."""
 
-from fontTools.subset import Options
+import pytest
 from matplotlib.figure import Figure
 
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import draw, encode, new_figure
 from ajgdata.report.format import Caption
+from ajgdata.report.render import draw_figures
 
 
 def illustration():
@@ -33,16 +34,26 @@ def test_a_file_takes_one_drawing_of_its_figure(monkeypatch):
 def test_axes_stand_clear_of_the_head_before_anything_is_saved():
     figure = draw(illustration())
     (axes,) = figure.axes
-    renderer = figure.canvas.get_renderer()
-    head = min(text.get_window_extent(renderer).y0 for text in figure.texts)
-    box = axes.get_tightbbox(renderer)
+    head = min(text.get_window_extent().y0 for text in figure.texts)
+    box = axes.get_tightbbox()
     assert box.y1 < head
     assert 0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
-def test_a_pdf_embeds_truetype_and_leaves_font_tools_as_they_were():
-    before = Options().drop_tables
+def test_a_pdf_embeds_truetype():
     pdf = encode(draw(illustration()), "pdf")
     assert b"/CIDFontType2" in pdf  # Type 3 is what publishers refuse
     assert b"/Type3" not in pdf
-    assert Options().drop_tables == before
+
+
+def test_several_processes_draw_the_same_and_pass_on_errors(tmp_path):
+    listed = [illustration()._replace(name=name) for name in ("a", "b", "c")]
+    assert list(draw_figures(listed, tmp_path / "alone")) == ["a", "b", "c"]
+    draw_figures(listed, tmp_path / "together", processes=2)
+    files = sorted((tmp_path / "alone").iterdir())
+    assert len(files) == 9
+    for file in files:
+        assert file.read_bytes() == (tmp_path / "together" / file.name).read_bytes()
+    wrong = [*listed, listed[0]._replace(name="x", draw=lambda: 1 / 0)]
+    with pytest.raises(ZeroDivisionError):
+        draw_figures(wrong, tmp_path / "wrong", processes=2)

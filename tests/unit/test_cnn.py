@@ -171,15 +171,6 @@ def test_scalings_differ_in_what_they_make_of_quiet_bins():
         CnnClassifier(scaling="none").fit(x, y)
 
 
-def test_a_state_from_before_there_was_a_choice_is_scaled_per_bin():
-    x, place = peaks(30)
-    model = CnnRegressor(**QUICK, scaling="per_bin").fit(x, place)
-    arrays, about = model.state()
-    older = about | {"params": {k: v for k, v in about["params"].items() if k != "scaling"}}
-    again = CnnRegressor.from_state(arrays, json.loads(json.dumps(older)))
-    assert np.array_equal(again.predict(x), model.predict(x))
-
-
 @pytest.mark.parametrize("scaling", ["global", "both"])
 def test_state_holds_every_scaling(scaling):
     x, place = peaks(30)

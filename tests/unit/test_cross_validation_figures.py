@@ -160,8 +160,7 @@ def test_names_of_sixty_classes_stand_apart_and_cells_without_room_hold_no_numbe
     figure = prediction_of(kinds(kind_result(classes=classes, predictions={"grouped": (y, y)})))
     assert fits(figure)
     axes = figure.axes[0]
-    renderer = figure.canvas.get_renderer()
-    boxes = [label.get_window_extent(renderer) for label in axes.get_yticklabels()]
+    boxes = [label.get_window_extent() for label in axes.get_yticklabels()]
     assert all(above.y0 >= below.y1 - 1 for above, below in itertools.pairwise(boxes))
     assert not [text for text in axes.texts if text.get_text() == "1"]
     assert sum(text.get_text() == "100 %" for text in axes.texts) == 60

@@ -5,8 +5,7 @@ import pytest
 
 from ajgdata.evaluate import curves
 from ajgdata.evaluate.curves import learning_curve
-from ajgdata.evaluate.permutations import permutation_test
-from ajgdata.models import fit_model
+from ajgdata.models import fit_named_model
 from ajgdata.types import NotPossibleError
 
 
@@ -62,13 +61,13 @@ def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monk
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 3}
     fits = []
 
-    def fit(made, features, target, groups):
+    def fit(model, kind, features, target, groups, **named):
         fits.append(len(target))
         if fits.count(12) == 2 and len(target) == 12:
             raise NotPossibleError("the second draw of two")
-        return fit_model(made, features, target, groups)
+        return fit_named_model(model, kind, features, target, groups, **named)
 
-    monkeypatch.setattr(curves, "fit_model", fit)
+    monkeypatch.setattr(curves, "fit_named_model", fit)
     found = learning_curve(x, y, group, sizes=(1, 2, 8), **ask)
     assert found.others == {2: "the second draw of two"}
     assert [(p.groups, p.repeat) for p in found.points] == [
@@ -80,52 +79,9 @@ def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monk
 def test_a_bug_of_a_model_is_not_a_size_that_failed(monkeypatch):
     x, y, group = grasps()
 
-    def fit(*_):
+    def fit(*_, **__):
         raise ValueError("a bug")
 
-    monkeypatch.setattr(curves, "fit_model", fit)
+    monkeypatch.setattr(curves, "fit_named_model", fit)
     with pytest.raises(ValueError, match="a bug"):
         learning_curve(x, y, group, sizes=(1, 2), kind="classification", model="knn", repeats=1)
-
-
-def test_labels_that_are_told_differ_from_chance():
-    x, y, group = grasps(told=2.0)
-    found = permutation_test(
-        x, y, group, kind="classification", model="ridge_plain", permutations=49
-    )
-    assert (found.metric, found.value) == ("accuracy", 1.0)
-    assert found.p == 1 / 50
-    # chance is 1/3; the mean of 49 draws, each of 30 independent grasps: three deviations
-    assert abs(np.mean(found.null) - 1 / 3) < 3 * np.sqrt(2 / 9 / 30)
-
-
-def test_errors_count_as_good_when_they_are_small():
-    x, _, group = grasps(classes=1, groups=20)
-    y = np.log(x[:, 0].astype(float)) * 10
-    y = np.repeat(y[::2], 2)
-    found = permutation_test(
-        x[:, :4], y, group, kind="regression", model="linear_plain", permutations=19
-    )
-    assert found.metric == "rmse"
-    assert found.value < min(found.null)
-    assert found.p == 1 / 20
-
-
-def test_without_information_the_p_value_is_uniform():
-    """Ten data sets of noise: P(all p > 0.05) is 0.6, P(three or more of ten <= 0.1) is 0.07;
-    P(five or more <= 0.1) is 0.0016."""
-    ps = []
-    for seed in range(10):
-        x, y, group = grasps(classes=2, groups=8, told=0.0, seed=seed)
-        ask = {"kind": "classification", "model": "knn_plain", "permutations": 19}
-        ps.append(permutation_test(x, y, group, folds=4, **ask).p)
-    assert sum(p <= 0.1 for p in ps) < 5
-    assert len(set(ps)) > 3
-
-
-def test_exchanging_single_recordings_is_refused():
-    x, y, _ = grasps()
-    with pytest.raises(ValueError, match="a group holds several labels"):
-        permutation_test(
-            x, y, np.arange(len(y)) // 7, kind="classification", model="knn_plain", permutations=3
-        )

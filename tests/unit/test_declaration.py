@@ -9,9 +9,8 @@ from experiment_samples import small_store
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.paths import Paths
-from ajgdata.pipeline.declaration import declaration_problems
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.plan import plan
+from ajgdata.pipeline.plan import declaration_problems, plan
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import Shard, write_store
 from ajgdata.store.sessions import read_dataset, write_session
@@ -58,18 +57,13 @@ def task(**keys) -> dict:
         ),
     ],
 )
-@pytest.mark.parametrize("asked", ["test_on", "cross_gripper", "embedding"])
+@pytest.mark.parametrize("asked", ["test_on", "cross_gripper"])
 def test_spectra_that_do_not_compare_are_refused_before_the_work(tmp_path, theirs, said, asked):
     """A model of 44.1 kHz once scored 72 instead of 97 % on 48 kHz, without a word."""
     declare(Paths(tmp_path), "b", "s1", **theirs)
     declared = {
         "test_on": {"tasks": task(test_on=["b"])},
         "cross_gripper": {"tasks": task(experiments={"cross_gripper": {"test_on": ["b"]}})},
-        "embedding": {
-            "embeddings": {
-                "e": {"supervision": "x", "target": "label", "base": "b", "held_out": ["s1"]}
-            }
-        },
     }[asked]
     paths = declare(Paths(tmp_path), "a", "s1", **declared)
     (found,) = problems(paths, "a")
@@ -158,7 +152,7 @@ def test_stores_that_do_not_compare_are_refused_when_they_are_read(tmp_path, cha
             settings=asked.model_dump(mode="json"), others={"b": tmp_path / "b"},
             split={"target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
                    "folds": 3},
-            audio=AudioSettings(), features=FeatureSettings(), root=tmp_path, manifests=[], seed=0,
+            audio=AudioSettings(), features=FeatureSettings(), paths=Paths(tmp_path), seed=0,
             tables=tmp_path / "t.json", cost=tmp_path / "c.json",
         )  # fmt: skip
     assert str(tmp_path / "b") in caught.value.where

@@ -18,13 +18,11 @@ from ajgdata.pipeline.embed import train_embedding
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 from ajgdata.store.latents import read_latents
 from ajgdata.types import DataError, Embedding
-from ajgdata.types.embedding import Probed
 
 BINS, THINGS, GRASPS = 48, 6, 6
 SETTINGS = Embedding(
     supervision="by hand", target="kind", dimensions=(2, 3), shown=3, folds=3, inits=2, epochs=3,
     retrieval_folds=2,
-    probes={"object": {}, "kind": {}, "pose": {"within": "object"}, "session_id": {}},
 )  # fmt: skip
 KINDS = {"kind": "classification", "pose": "regression"}
 
@@ -81,9 +79,8 @@ def measured(folder: Path, name: str, settings: Embedding = SETTINGS, **changes)
         "dataset": "toy", "task": "e", "target": "kind", "kind": "classification", "unit": "",
         "groups": settings.groups, "folds": settings.folds, "seed": 0, "kinds": KINDS,
     }  # fmt: skip
-    if not settings.base:
-        given |= {"store": read_store(folder / "store.nc"), "training_cost": read(folder, "cost")}
-        given["latents"] = read_latents(folder / "latents.nc")
+    given |= {"store": read_store(folder / "store.nc"), "training_cost": read(folder, "cost")}
+    given["latents"] = read_latents(folder / "latents.nc")
     return EXPERIMENTS[name].measure(Inputs(**(given | changes)), settings, "")
 
 
@@ -201,22 +198,9 @@ def test_distances_are_of_the_things_that_there_are(made):
     assert ("latent", "distances, objects", "t0 to t1", "run 0") not in told
 
 
-def test_probes_read_what_is_there_to_be_read(made):
-    found = measured(made, "embedding_probes")
-    keys = ("space", "split", "probe", "target", "metric")
-    rows = scores_by(table(found, "probes"), keys, "value")
-    assert rows["raw", "grouped", "linear", "object", "accuracy"].mean > 0.95
-    assert rows["raw", "unseen", "linear", "pose", "r2"].mean > 0.5
-    kind = table(found, "probes").where(space="latent", split="grouped", probe="knn", target="kind")
-    assert kind.column("chance") == [0.5] * 6
-    splits = {(split, target) for _, split, _, target, _ in rows}
-    assert ("unseen", "object") not in splits  # no probe can name what it never met
-    assert ("unseen", "pose") in splits and ("grouped", "pose") not in splits
+def test_silhouettes_are_of_objects_and_categories(made):
+    found = measured(made, "embedding_projections")
     told = of_scores(found)
-    for (space, split, probe, target, metric), score in rows.items():
-        named = (space, f"probe:{split}:{probe}", f"{metric} of {target}")
-        assert told[*named, "mean"] == pytest.approx(score.mean, nan_ok=True)
-    assert told["latent", "probe:grouped:knn", "accuracy of kind", "chance"] == 0.5
     silhouettes = scores_by(table(found, "silhouettes"), ("space", "label"), "silhouette")
     assert list(silhouettes) == [(s, x) for s in ("latent", "raw") for x in ("object", "kind")]
     score = silhouettes["latent", "object"]
@@ -226,7 +210,7 @@ def test_probes_read_what_is_there_to_be_read(made):
 
 def test_a_silhouette_of_some_says_on_how_many_of_how_many(made, monkeypatch):
     monkeypatch.setattr(distances, "MOST_SILHOUETTE", 13)
-    about = measured(made, "embedding_probes").about
+    about = measured(made, "embedding_projections").about
     assert about["silhouette_on"] == 13
     assert about["silhouette_of"] == 2 * THINGS * GRASPS * 2 // SETTINGS.folds  # two sessions
 
@@ -346,8 +330,6 @@ def test_unseen_things_are_an_extra(tmp_path):
     assert (found.unseen_fold == -1).all()
     with pytest.raises(ValueError, match="retrieval_folds is 0"):
         measured(tmp_path, "embedding_retrieval", settings)
-    probes = table(measured(tmp_path, "embedding_probes", settings), "probes")
-    assert set(probes.column("split")) == {"grouped"}
 
 
 def test_what_cannot_be_trained_is_said(tmp_path):
@@ -357,7 +339,7 @@ def test_what_cannot_be_trained_is_said(tmp_path):
     alone = dataclasses.replace(one, feature=one.feature[rows], columns=columns)
     found = train(tmp_path, alone)
     assert "one thing" in found.attrs["skipped"]
-    for name in ("knn", "distances", "probes", "retrieval", "projections"):
+    for name in ("knn", "distances", "retrieval", "projections"):
         with pytest.raises(ValueError, match="one thing"):
             measured(tmp_path, f"embedding_{name}")
 
@@ -367,71 +349,6 @@ def test_damaged_latents_are_named(tmp_path):
     path.write_bytes(b"no file of ours")
     with pytest.raises(DataError, match="not a readable file of latents"):
         read_latents(path)
-
-
-@pytest.fixture(scope="module")
-def transferred() -> Outcome:
-    """Grippers that tilt every spectrum, the fourth more than any that was trained on."""
-    settings = SETTINGS.model_copy(
-        update={"base": "toy", "held_out": ("s3",), "epochs": 10, "probes": {"object": Probed()}}
-    )
-    grippers = shard(("s0", "s1", "s2", "s3"), tilt=2.0, references=2)
-    base = shard(("s0",), seed=1)
-    return measured(Path(), "embedding_transfer", settings, store=grippers, others={"toy": base})
-
-
-def accuracies(outcome: Outcome) -> dict:
-    return scores_by(table(outcome, "transfer"), ("space", "calibration"), "accuracy")
-
-
-def test_transfer_of_every_space_with_each_number_of_grasps(transferred):
-    assert transferred.about["training_grippers"] == ["s0", "s1", "s2"]
-    assert transferred.about["held_out_grippers"] == ["s3"]
-    assert transferred.about["chance"] == pytest.approx(1 / THINGS)
-    rows = accuracies(transferred)
-    assert {n for _, n in rows} == {0, 1, 2, 4, None}
-    assert len(rows["raw", 0].per_fold) == 3  # draws
-    assert len(rows["gripper_latent", 0].per_fold) == 3 * 2  # draws and initialisations
-    told = of_scores(transferred)
-    named = ("raw", "transfer:s3:4", "accuracy")
-    assert told[*named, "mean"] == rows["raw", 4].mean
-    assert told[*named, "chance"] == pytest.approx(1 / THINGS)
-    assert told["raw", "transfer:s3:within", "accuracy", "sd"] == rows["raw", None].sd
-    assert ("raw", "transfer:s3:within", "accuracy", "chance") not in told
-    assert told["raw", "probe:grouped:linear", "accuracy of object", "mean"] > 0.9
-    (cost,) = (r["value"] for r in transferred.cost[0].rows if r["metric"] == "cpu_s")
-    assert cost > 0
-
-
-def test_a_reference_undoes_what_the_gripper_does(transferred):
-    """Here a gripper multiplies each bin, and the recording of nothing holds just that factor."""
-    rows = {key: score.mean for key, score in accuracies(transferred).items()}
-    assert rows["referenced", 0] > 0.95
-    assert rows["raw", 0] < rows["referenced", 0]
-    assert rows["raw", 4] > rows["raw", 0]
-
-
-@pytest.mark.parametrize(
-    ("sessions", "held_out", "said"),
-    [
-        (("s0", "s1"), "s1", "has no recording of nothing"),
-        (("s1", "s2"), "s2", "no session has the gripper of base"),
-    ],
-)
-def test_what_transfer_lacks_is_asked_for(sessions, held_out, said):
-    settings = SETTINGS.model_copy(update={"base": "toy", "held_out": (held_out,)})
-    with pytest.raises(ValueError, match=said):
-        measured(
-            Path(), "embedding_transfer", settings,
-            store=shard(sessions), others={"toy": shard(("s0",))},
-        )  # fmt: skip
-
-
-def test_a_gripper_that_there_is_not_cannot_be_held_out():
-    settings = SETTINGS.model_copy(update={"base": "toy", "held_out": ("s9",)})
-    grippers, base = shard(("s0", "s1"), references=2), shard(("s0",))
-    with pytest.raises(ValueError, match="there is no session 's9'"):
-        measured(Path(), "embedding_transfer", settings, store=grippers, others={"toy": base})
 
 
 # What UMAP serves: in one module, hence one process, since it compiles for half a minute

@@ -71,15 +71,16 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
     together = StackedEncoders(networks)
     for alone, beside in zip(networks, together(z), strict=True):
         torch.testing.assert_close(beside, alone.trunk(z), rtol=1e-5, atol=1e-5)
-    optimiser, _ = CnnClassifier().descent(together, 1)
-    torch.stack([contrastive_loss(x, pairs, 1.0) for x in together(z)]).sum().backward()
+    descent = CnnClassifier().descent(together, 1)
+    loss = torch.stack([contrastive_loss(x, pairs, 1.0) for x in together(z)]).sum()
+    loss.backward(retain_graph=True)
     together_after = [p.grad for p in together.convolutions.parameters()]
     for number, network in enumerate(networks):
         contrastive_loss(network.trunk(z), pairs, 1.0).backward()
         for joined, own in zip(together_after, network.convolutions.parameters(), strict=True):
             part = joined.chunk(len(networks))[number].reshape(own.shape)
             torch.testing.assert_close(part, own.grad, rtol=1e-3, atol=1e-5)
-    optimiser.step()
+    descent.step(loss)
     expected = [x.detach() for x in together.eval()(z)]  # by what it saw of means and variances
     together.give_back()
     for network, latent in zip(networks, expected, strict=True):

@@ -9,7 +9,7 @@ from experiment_samples import measured, numbers, small_inputs, task_results
 from matplotlib.text import Text
 
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
-from ajgdata.evaluate.conformal import grasp_weights, weighted_quantile
+from ajgdata.evaluate.calibration import grasp_weights, weighted_quantile
 from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
@@ -108,47 +108,6 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
     results = curve_results(value, reached)
     (row,) = EXPERIMENTS["learning_curve"].paper_comparison(results, nothing)
     assert (row.result, row.agrees, row.model) == (says, agrees, "k-NN")
-
-
-# Test against chance
-
-
-def test_a_test_against_chance_is_of_whole_grasps():
-    outcome = measured("permutation_test", small_inputs(), permutations=19)
-    assert numbers(outcome.tables, metric="p") == [1 / 20]
-    assert len(outcome.tables[1].rows) == 19
-    assert outcome.about["model"] == "ridge_plain"
-    number = small_inputs("regression", withhold=[10.0])
-    outcome = measured("permutation_test", number, permutations=19)
-    assert len(numbers(outcome.tables, metric="rmse")) == 1
-
-
-def chance_results(p=0.005, kind="classification", value=0.41, scale=1.0):
-    metric = "accuracy" if kind == "classification" else "rmse"
-    rows = [("knn", "permutations", metric, "pooled", value)]
-    rows.append(("knn", "permutations", "p", "of 199", p))
-    null = [
-        {"permutation": n, "value": v} for n, v in enumerate(scale * np.linspace(0.2, 0.3, 199))
-    ]
-    table = table_of("null", "n", null, permutation="n", value="v")
-    outcome = Outcome((score_table(rows, "t"), table), about={"model": "knn"})
-    return task_results(
-        "permutation_test", {"knn": outcome}, kind=kind, settings={"permutations": 199}
-    )
-
-
-def test_a_test_against_chance_shows_where_the_model_stands_among_the_permutations():
-    figure, caption = shown(chance_results())
-    (axes,) = figure.axes
-    assert sum(patch.get_height() for patch in axes.patches) == 199
-    mean, value = (line.get_xdata()[0] for line in axes.lines)
-    np.testing.assert_allclose([mean, value], [25, 41])
-    assert any("differs from chance" in text for text in texts(figure))
-    assert "is 41 %; with labels exchanged between groups it is 25 %" in caption.text
-    assert "p = 0.005: it differs from chance" in caption.text
-    assert "not distinguishable from chance" in shown(chance_results(0.2))[1].text
-    number = shown(chance_results(kind="regression", value=2.0, scale=20))[1].text
-    assert "RMSE of k-NN, all held-out predictions together, is 2 mm" in number
 
 
 # Sorting
@@ -523,7 +482,6 @@ def test_a_task_asks_for_experiments_by_name_and_model():
         ),
         ({"learning_curve": {}}, r"experiments.learning_curve: groups is missing"),
         ({"learning_curve": {"groups": [1, 2], "n": 1}}, "unknown key n"),
-        ({"permutation_test": {"permutation": 20}}, "permutation_test: unknown key permutation"),
         ({"learning_curve": {"groups": [1, 1]}}, "learning_curve.groups lists one twice"),
         ({"embedding_knn": {}}, "is for embeddings: declare it there"),
         ({"conformal_intervals": {}}, "conformal_intervals is for regression, not classification"),

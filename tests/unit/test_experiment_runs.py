@@ -17,7 +17,7 @@ from ajgdata.experiments.stft_settings import features_of
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
-from ajgdata.pipeline.recording_reader import RecordingReader
+from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
@@ -35,7 +35,6 @@ SPEC = DatasetSpec.model_validate(
                 "target": "object",
                 "models": ["linear_plain"],
                 "experiments": {
-                    "permutation_test": {"permutations": 9},
                     "learning_curve": {"groups": [1, 99], "models": ["knn"]},
                 },
             }
@@ -49,17 +48,17 @@ def run(paths: Paths, asked: Asked, **changes) -> None:
         ask = {
             "kind": kind, "dataset": "d", "task": "t", "split": SPLIT,
             "settings": asked.settings.model_dump(mode="json"), "others": {}, "audio": SPEC.audio,
-            "features": SPEC.features, "root": paths.root, "manifests": [], "seed": 3,
+            "features": SPEC.features, "paths": paths, "seed": 3,
             "tables": paths.experiment("d", "t", kind),
             "cost": paths.experiment_cost("d", "t", kind),
         } | changes  # fmt: skip
-        run_experiment(paths.merged("d"), **ask)
+        run_experiment(paths.features("d"), **ask)
 
 
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):
     made = Paths(tmp_path_factory.mktemp("project"))
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     for asked in asked_for({"d": SPEC}, [("d", "t")]):
         run(made, asked)
     return made
@@ -67,7 +66,7 @@ def paths(tmp_path_factory):
 
 def test_a_task_says_how_many_recordings_a_model_learns_from(tmp_path):
     made = Paths(tmp_path)
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     asked = next(one for one in asked_for({"d": SPEC}, [("d", "t")]) if "-" in one.kinds[0])
     kind, table = asked.kinds[0], made.experiment("d", "t", asked.kinds[0])
     run(made, asked, split=SPLIT | {"most_recordings": {"linear": 10}})
@@ -90,14 +89,10 @@ def collected(paths: Paths) -> tuple[dict, list[dict[str, str]], list[dict[str, 
 
 
 def test_files_say_what_was_measured_how_and_of_what(paths):
-    about, tables = read_tables(paths.experiment("d", "t", "permutation_test"))
-    assert about["settings"] == {"permutations": 9}
-    assert (about["seed"], about["model"], about["provenance"]["data_set"]) == (
-        3,
-        "ridge_plain",
-        "d",
-    )
-    assert [table.name for table in tables] == ["scores", "null"]
+    about, tables = read_tables(paths.experiment("d", "t", "cross_validation-linear_plain"))
+    assert about["settings"]["models"] == ["linear_plain"]
+    assert (about["seed"], about["provenance"]["data_set"]) == (3, "d")
+    assert tables[0].name == "scores"
 
 
 def test_a_task_that_lacks_what_an_experiment_needs_is_skipped_with_the_reason(paths):
@@ -129,7 +124,6 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     assert values["mean"] == pytest.approx(np.mean(folds), abs=1e-15)
     assert values["sd"] == pytest.approx(np.std(folds, ddof=1), abs=1e-15)
     assert {(r["source"], r["seed"]) for r in rows} == {("simulated", "3")}
-    assert {r["metric"] for r in rows if r["part"] == "permutations"} == {"accuracy", "p"}
     assert any(r["part"] == "cost of grouped" and r["statistic"] == "measured" for r in rows)
     keys = [tuple(v for k, v in row.items() if k != "value") for row in rows]
     assert len(set(keys)) == len(keys)
@@ -138,7 +132,7 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     right = np.mean([p["y_true"] == p["y_pred"] for p in once])
     assert right == pytest.approx(values["pooled"])
     kinds = {one["experiment"] for one in document["experiments"]}
-    assert kinds == {"cross_validation", "permutation_test", "learning_curve"}
+    assert kinds == {"cross_validation", "learning_curve"}
 
 
 # Settings of the STFT need the recordings themselves
@@ -168,8 +162,8 @@ def stft(project, changes=CHANGES, features=FEATURES):
     run_experiment(
         project.paths.features("d"), kind="stft_settings", dataset="d", task="edge",
         settings={"settings": changes, "models": ["ridge", "linear"]}, split=EDGES, others={},
-        audio=AUDIO, features=features, root=project.root,
-        manifests=[project.paths.audio_manifest("d", "s1")], seed=0, tables=tables, cost=cost,
+        audio=AUDIO, features=features, paths=project.paths, seed=0,
+        tables=tables, cost=cost,
     )  # fmt: skip
     about, found = read_tables(tables)
     return about, {t.name: t for t in found}, {t.name: t for t in read_tables(cost)[1]}
@@ -183,8 +177,7 @@ def test_the_own_settings_make_the_features_of_the_store(store):
             seen["window"] = window
             return super().samples(dataset, names, window)
 
-    recordings = Reader(store.root, {"d": [store.paths.audio_manifest("d", "s1")]}, {"d": AUDIO})
-
+    recordings = Reader(store.paths, {"d": AUDIO})
     stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
     inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, recordings=recordings)
     made = features_of(inputs, stored, SETTINGS)

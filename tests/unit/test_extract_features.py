@@ -58,8 +58,10 @@ def test_the_same_bytes_whether_computed_or_reused(project):
     project.shard()
     path = project.paths.shard("d", "s1")
     before = path.read_bytes()
-    path.unlink()  # as Snakemake does before a job
     assert project.shard() == (0, 3)
+    assert path.read_bytes() == before
+    path.unlink()
+    assert project.shard() == (3, 0)
     assert path.read_bytes() == before
 
 
@@ -87,17 +89,15 @@ def test_other_settings_or_code_compute_all(project):
 
 
 @pytest.mark.parametrize("content", [b"", b"rubbish" * 1000, None])
-def test_a_spoilt_cache_is_computed_again(project, content):
+def test_a_spoilt_shard_is_computed_again(project, content):
     project.session()
     project.shard()
-    before = project.paths.shard("d", "s1").read_bytes()
-    cache = project.paths.shard_cache("d", "s1")
-    whole = cache.read_bytes()
-    cache.unlink()  # a hard link: writing into it would alter the shard
-    cache.write_bytes(whole[: len(whole) // 2] if content is None else content)
+    shard = project.paths.shard("d", "s1")
+    whole = shard.read_bytes()
+    shard.write_bytes(whole[: len(whole) // 2] if content is None else content)
     assert project.shard() == (3, 0)
-    assert project.paths.shard("d", "s1").read_bytes() == before
-    project.paths.shard_cache("d", "s1").with_suffix(".findings.csv").unlink()
+    assert shard.read_bytes() == whole
+    project.paths.shard_findings("d", "s1").unlink()
     assert project.shard() == (3, 0)
 
 
@@ -114,9 +114,8 @@ def test_warnings_survive_reuse(project):
     assert project.shard() == (0, 3)
     assert project.shard_findings() == found
     # Findings of another run than the shard's, as after a kill between the two files:
-    kept = project.paths.shard_cache("d", "s1").with_suffix(".findings.csv")
+    kept = project.paths.shard_findings("d", "s1")
     content = kept.read_text().splitlines()
-    kept.unlink()
     kept.write_text(content[0] + "\n")
     assert project.shard() == (1, 2)
     assert project.shard_findings() == found
@@ -286,7 +285,7 @@ def test_without_the_played_sound_a_session_is_left_out_and_the_run_goes_on(proj
 
 def test_same_bytes_for_any_number_of_threads_and_any_row_order(project):
     project.session("s1", {f"r{n:02d}": 300.0 + 17 * n for n in range(20)})
-    path, cache = project.paths.shard("d", "s1"), project.paths.shard_cache("d", "s1")
+    path = project.paths.shard("d", "s1")
     seen = set()
     for threads in (1, 4):
         table = project.folder() / "recordings.csv"
@@ -295,22 +294,22 @@ def test_same_bytes_for_any_number_of_threads_and_any_row_order(project):
         table.write_text("\n".join([header, *lines]) + "\n")
         assert project.shard(threads=threads) == (20, 0)
         seen.add(path.read_bytes())
-        cache.unlink()
+        path.unlink()
     assert len(seen) == 1
 
 
 WRITER = """
-import sys
+import os, sys
 from pathlib import Path
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.types import AudioSettings, FeatureSettings
-root, manifest, shard, findings, cache = map(Path, sys.argv[1:])
+folder, shard, findings, labels = map(Path, sys.argv[1:])
 for code in range(10**6):
     if code == 1:
         print("ready", flush=True)
-    extract_features(root=root, manifest=manifest, audio=AudioSettings(sample_rate_hz=8000),
-               features=FeatureSettings(window=256, hop=128), code=f"killed {code}", shard=shard,
-               findings=findings, cache=cache)
+    extract_features(folder=folder, audio=AudioSettings(sample_rate_hz=8000),
+               features=FeatureSettings(window=256, hop=128),
+               code=f"{os.getpid()} {code}", shard=shard, findings=findings, labels=labels)
 """
 
 
@@ -318,9 +317,9 @@ def test_killed_at_any_moment_the_shard_is_whole(project):
     project.session()
     project.shard()
     paths = project.paths
-    shard, cache = paths.shard("d", "s1"), paths.shard_cache("d", "s1")
-    arguments = [project.root, paths.audio_manifest("d", "s1"), shard,
-                 paths.shard_findings("d", "s1"), cache]  # fmt: skip
+    shard = paths.shard("d", "s1")
+    findings, labels = paths.shard_findings("d", "s1"), paths.shard_labels("d", "s1")
+    arguments = [project.folder(), shard, findings, labels]
     wanted = read_store(shard).feature
     generator = random.Random(0)
     for _ in range(3):
@@ -328,24 +327,13 @@ def test_killed_at_any_moment_the_shard_is_whole(project):
             [sys.executable, "-c", WRITER, *map(str, arguments)],
             stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
-        assert process.stdout.readline() == "3 recordings read, 0 features reused\n"
+        assert process.stdout.readline().endswith("features reused\n")
         time.sleep(generator.uniform(0, 0.15))
         process.send_signal(signal.SIGKILL)
         process.wait()
         process.stdout.close()
-        for path in (shard, cache):
-            np.testing.assert_array_equal(read_store(path).feature, wanted)
+        np.testing.assert_array_equal(read_store(shard).feature, wanted)
     assert project.shard() == (3, 0)
-
-
-def test_a_hard_link_is_not_needed(project, monkeypatch):
-    def refused(*_):
-        raise OSError("no hard links here")
-
-    monkeypatch.setattr("ajgdata.store.files.os.link", refused)
-    project.session()
-    project.shard()
-    assert project.shard() == (0, 3)
 
 
 def test_finding_what_is_known_takes_no_quadratic_time(project, monkeypatch):

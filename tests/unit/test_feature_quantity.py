@@ -1,5 +1,7 @@
 """Quantities of the feature on recordings with and without noise: errors, distances, words."""
 
+import shutil
+
 import numpy as np
 import pytest
 from drawn_figures import fits
@@ -15,7 +17,7 @@ from ajgdata.experiments.feature_quantity.shown import lines_of, tables
 from ajgdata.features.maker import feature_maker
 from ajgdata.models import model_label
 from ajgdata.paths import Paths
-from ajgdata.pipeline.recording_reader import RecordingReader
+from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.report.canvas import draw
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import Column, Shard, text_column
@@ -55,7 +57,6 @@ def recorded(root, name: str, noise: float, declared=SWEEP) -> Shard:
     rows = [row.model_copy(update={"sha256": ""}) for row in rows]
     project.write(rows, excitation=project.excitation("s1", played))
     project.declare()
-    project.refresh()
     grasp = np.arange(24) // 2
     columns = {
         "recording": text_column(NAMES),
@@ -71,14 +72,9 @@ def world(tmp_path_factory):
     """Inputs of a quiet data set `d` and a loud one, each a project of its own."""
     root = tmp_path_factory.mktemp("quantities")
     quiet, loud = recorded(root / "q", "d", 0), recorded(root / "l", "loud", 0.05)
-    manifests = {
-        name: [root / folder / Paths().audio_manifest("d", "s1")]
-        for name, folder in (("d", "q"), ("loud", "l"))
-    }
-    for name, folder in (("d", "q"), ("loud", "l")):
-        text = manifests[name][0].read_text().replace('"data/', f'"{folder}/data/')
-        manifests[name][0].write_text(text)
-    recordings = RecordingReader(root, manifests, dict.fromkeys(manifests, AUDIO))
+    for name, project in (("d", "q"), ("loud", "l")):
+        shutil.copytree(Paths(root / project).sessions("d"), Paths(root).sessions(name))
+    recordings = RecordingReader(Paths(root), {"d": AUDIO, "loud": AUDIO})
     return Inputs(
         "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, quiet, {"loud": loud},
         audio=AUDIO, features=FEATURES, recordings=recordings,
@@ -173,10 +169,9 @@ def test_what_is_shown_has_a_line_a_feature_in_rising_order_of_level(outcome):
 def test_a_sound_that_is_no_sweep_is_told_and_nothing_is_measured(tmp_path):
     sequence = MaximumLengthSequence(length_s=0.5, amplitude=0.4)
     store = recorded(tmp_path, "d", 0, sequence)
-    manifests = {"d": [tmp_path / Paths().audio_manifest("d", "s1")]}
     inputs = Inputs(
         "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, store, audio=AUDIO,
-        features=FEATURES, recordings=RecordingReader(tmp_path, manifests, {"d": AUDIO}),
+        features=FEATURES, recordings=RecordingReader(Paths(tmp_path), {"d": AUDIO}),
     )  # fmt: skip
     with pytest.raises(NotPossibleError, match=r"session s1: .* no sweep that can be tracked"):
         measure(inputs, Settings(features=CHANGES[1:2]), "")

@@ -428,7 +428,8 @@ ATTACKS = {
         "dataset.yaml: repeats itself by YAML aliases",
     ),
     "declaration: a pit": (
-        edit_text("dataset.yaml", "title:", f"a: {'[' * 1000}\nb:"), "not valid YAML .*recursion",
+        edit_text("dataset.yaml", "title:", f"a: {'[' * 1000}\nb:"),
+        "not valid YAML .*nested too deeply",
     ),
     "a pipe": (pipe, "session.yaml: is missing, or no plain file"),
     "a link": (link_session, "session.yaml: is a link"),

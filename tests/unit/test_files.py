@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -17,23 +16,21 @@ from hypothesis import strategies as st
 from ajgdata.store.files import (
     bytes_below,
     csv_bytes,
+    has_aliases,
     json_bytes,
     line_of,
     numbered_rows,
-    raising_ignored,
     read_csv,
     read_json,
-    read_sealed_json,
     read_text,
     read_yaml,
     replacing,
     replacing_folder,
-    sealed_json_bytes,
     write_bytes,
     write_if_changed,
     yaml_bytes,
 )
-from ajgdata.store.locks import alone, remove_abandoned
+from ajgdata.store.locks import STALE_S, alone, remove_stale
 from ajgdata.types import DataError
 
 WRITER = """
@@ -83,18 +80,28 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
     assert target.read_bytes() == b"old"
 
 
-def test_what_a_killed_process_left_goes_when_the_file_is_next_written(tmp_path):
-    target, stale = tmp_path / "target", tmp_path / ".target.tmp" / "target"
-    stale.parent.mkdir()
-    stale.write_bytes(b"stale")
-    (stale.parent / ".lock").write_bytes(b"")  # nobody holds it
+def test_what_a_killed_process_left_is_removed_after_an_hour(tmp_path):
+    target, folder = tmp_path / "target", tmp_path / ".target.tmp"
     source = tmp_path / "source"
     source.write_bytes(b"linked")
-    with replacing(target) as temporary:
-        assert temporary == stale
-        os.link(source, temporary)
-    assert target.read_bytes() == b"linked"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["source", "target"]
+    for age_s, remaining in ((60, [".target.tmp"]), (2 * STALE_S, [])):
+        folder.mkdir(exist_ok=True)
+        (folder / "target").write_bytes(b"half")
+        os.utime(folder, (time.time() - age_s,) * 2)
+        with replacing(target) as temporary:
+            os.link(source, temporary)
+        assert target.read_bytes() == b"linked"
+        names = sorted(path.name for path in tmp_path.iterdir())
+        assert names == sorted([*remaining, "source", "target"])
+
+
+def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
+    stale, fresh = tmp_path / "audio" / ".a.tmp", tmp_path / "audio" / ".b.tmp"
+    for folder in (stale, fresh):
+        folder.mkdir(parents=True)
+    os.utime(stale, (0, 0))
+    remove_stale(tmp_path)
+    assert list((tmp_path / "audio").iterdir()) == [fresh]
 
 
 def test_two_writers_of_one_file_do_not_share_a_temporary(tmp_path):
@@ -104,37 +111,6 @@ def test_two_writers_of_one_file_do_not_share_a_temporary(tmp_path):
         other.write_bytes(b"other")
     assert target.read_bytes() == b"one"  # which ended last
     assert list(tmp_path.iterdir()) == [target]
-
-
-HOLDER = """
-import sys
-from pathlib import Path
-from ajgdata.store.files import replacing
-with replacing(Path(sys.argv[1])) as temporary:
-    temporary.write_bytes(b"whole")
-    print(temporary, flush=True)
-    sys.stdin.readline()
-"""
-
-
-def test_only_temporaries_of_dead_processes_are_removed(tmp_path):
-    """Another process is in the midst of writing while this one cleans up, then is killed."""
-    folder = tmp_path / "audio"
-    for killed in (False, True):
-        process = subprocess.Popen(
-            [sys.executable, "-c", HOLDER, folder / "take.wav"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        )  # fmt: skip
-        temporary = Path(process.stdout.readline().decode().strip())
-        remove_abandoned(tmp_path)
-        assert temporary.is_file()
-        if killed:
-            process.kill()
-        process.communicate(b"go on\n" if not killed else None)
-    assert (folder / "take.wav").read_bytes() == b"whole"
-    assert temporary.is_file()
-    remove_abandoned(tmp_path)
-    assert [path.name for path in folder.iterdir()] == ["take.wav"]
 
 
 def test_a_name_as_long_as_the_file_system_allows(tmp_path):
@@ -178,6 +154,21 @@ def test_yaml_that_cannot_be_read(tmp_path, content, said):
         read_yaml(path)
     assert one_line(caught).startswith(str(path))
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 3000, "a: " + "[" * 900 + "]" * 900])
+def test_deep_nesting_is_an_error_and_no_crash(tmp_path, text):
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    with pytest.raises(DataError, match="not valid YAML"):
+        read_yaml(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "has_some"), [("a: &x [1]\nb: *x\n", True), ("a: '*x'\n", False), ("a: [", False)]
+)
+def test_aliases_are_found(text, has_some):
+    assert has_aliases(text) == has_some
 
 
 def test_yaml_with_mark_and_windows_line_ends(tmp_path):
@@ -283,21 +274,17 @@ def test_the_line_of_a_place(tmp_path, place, line):
     assert line_of(path, place) == line
 
 
-def test_the_line_in_a_text_of_old_yaml(tmp_path):
-    path = tmp_path / "x.yaml"
-    path.write_text("%YAML 1.0\n---\nname: x\nnmae: y\n")
-    assert line_of(path, ["nmae"]) == 4
-
-
-def test_a_folder_survives_a_kill_between_its_two_renames(tmp_path):
-    target = tmp_path / "tree"
-    target.mkdir()
-    (target / "a").write_text("old")
-    target.rename(tmp_path / ".tree.old")
-    with pytest.raises(ValueError, match="disk full"), replacing_folder(target):
+def test_folders_whose_names_begin_alike_are_replaced_independently(tmp_path):
+    one, other = (tmp_path / ("n" * 60 + end) for end in "ab")
+    with replacing_folder(one) as new, replacing_folder(other) as also_new:
+        (new / "name").write_text("one")
+        (also_new / "name").write_text("other")
+    with pytest.raises(ValueError, match="disk full"), replacing_folder(one):
         raise ValueError("disk full")
-    assert (target / "a").read_text() == "old"
-    assert [path.name for path in tmp_path.iterdir()] == ["tree"]
+    assert {path: (path / "name").read_text() for path in tmp_path.iterdir()} == {
+        one: "one",
+        other: "other",
+    }
 
 
 def test_the_size_of_files_and_folders(tmp_path):
@@ -327,81 +314,10 @@ def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_pat
 
 
 @pytest.mark.parametrize("number", [errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP])
-def test_where_there_are_no_locks_writes_go_on_each_in_a_folder_of_its_own(
-    tmp_path, monkeypatch, number
-):
+def test_where_there_are_no_locks_writes_go_on(tmp_path, monkeypatch, number):
     def none(*_):
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(fcntl, "flock", none)
-    target = tmp_path / "a"
-    with replacing(target) as first, replacing(target) as second:
-        assert first.parent != second.parent
-        first.write_bytes(b"1")
-        remove_abandoned(tmp_path)  # nobody knows who is dead
-        second.write_bytes(b"2")
     with alone(tmp_path / "cake", "eating"), alone(tmp_path / "cake", "eating"):
         pass
-    assert target.read_bytes() == b"1"
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".cake.lock", "a"]
-
-
-def test_a_folder_of_another_user_is_left_to_them(tmp_path, monkeypatch):
-    """Root may do everything: that the lock is refused is said in the system's place."""
-    theirs = tmp_path / ".a.tmp"
-    theirs.mkdir()
-    (theirs / "half").write_bytes(b"x")
-    opened = os.open
-
-    def refused(path, *arguments, **options):
-        if Path(os.fspath(path)).parent == theirs:
-            raise PermissionError(errno.EACCES, "Permission denied", path)
-        return opened(path, *arguments, **options)
-
-    monkeypatch.setattr(os, "open", refused)
-    write_bytes(tmp_path / "a", b"mine")
-    remove_abandoned(tmp_path)
-    assert (tmp_path / "a").read_bytes() == b"mine"
-    assert (theirs / "half").read_bytes() == b"x"
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".a.tmp", "a"]
-
-
-class Failing:
-    """As an object of h5py on a full disk: it fails when it is collected."""
-
-    def __del__(self):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-
-def test_what_fails_while_objects_are_collected_takes_no_place(tmp_path):
-    """Such an error cannot be raised where it happens, and is only printed."""
-    (tmp_path / "a").write_bytes(b"old")
-    hook = sys.unraisablehook
-    with (
-        pytest.raises(OSError, match="No space left"),
-        replacing(tmp_path / "a") as file,
-        raising_ignored(),
-    ):
-        file.write_bytes(b"ne")
-        Failing()
-    assert (tmp_path / "a").read_bytes() == b"old"
-    assert sys.unraisablehook is hook
-    with raising_ignored():
-        pass
-
-
-def test_every_changed_value_of_a_sealed_document_is_found(tmp_path):
-    path, content = tmp_path / "x.json", {"rmse": [1.25, 3], "name": "ä", "none": None}
-    whole = sealed_json_bytes(content)
-    path.write_bytes(whole)
-    assert read_sealed_json(path) == content
-    named = 0
-    for at in range(len(whole)):
-        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-        try:
-            held = read_sealed_json(path)
-        except DataError as error:
-            named += str(path) in str(error)
-        else:  # white space, or the name of the seal itself
-            assert {key: held[key] for key in content} == content
-    assert named > len(whole) / 2

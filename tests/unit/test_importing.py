@@ -12,14 +12,14 @@ from worlds import write_tone
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.store.manifest import read_manifest, refresh
 from ajgdata.store.scan import scan
-from ajgdata.store.sealing import seal
+from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import (
     list_sessions,
     read_dataset,
     read_recordings,
     read_session,
+    seal,
     write_dataset,
     write_session,
 )
@@ -210,14 +210,12 @@ def test_reference_leaves_the_audio_where_it_is(paths, kit):
     folder = paths.session("d", KIT)
     assert not (folder / "audio").exists()
     assert read_session(folder).audio_root == str(kit)
-    refresh(paths, "d")
-    content, found = read_manifest(paths.audio_manifest("d", KIT))
-    assert found == []
-    assert {r["path"] for r in content["recordings"]} == {str(p) for p in kit.glob("[1-9]*.wav")}
+    session = check_session(folder)
+    assert session.findings == []
+    assert {file.path for file in session.files} == set(kit.glob("[1-9]*.wav"))
     assert counts(run(paths, kit, copy=False)) == (0, 0, 3, [])
     write_tone(kit / "1_no object.wav", 777)
-    refresh(paths, "d")
-    assert [f.code for f in read_manifest(paths.audio_manifest("d", KIT))[1]] == ["changed"]
+    assert [f.code for f in check_session(folder).findings] == ["changed"]
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from experiment_samples import measured, small_inputs
 from scipy.spatial.distance import cdist
-from sklearn.pipeline import make_pipeline
-from sklearn.svm import SVC
 
 from ajgdata.evaluate import distances
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.curves import learning_curve
 from ajgdata.models import chosen, fit_model, limits, make_model
-from ajgdata.types import MODELS, NotPossibleError
+from ajgdata.types import MODELS
 from ajgdata.types.tasks import Limited
 
 
@@ -74,96 +72,49 @@ def test_no_class_goes_with_grasps_that_are_left_out():
     assert np.bincount(y[rows]).tolist() == [4] * 5
 
 
-def test_a_class_of_another_package_says_its_own_limit():
-    class Own(SVC):
-        most_recordings = 7
-
-    class Made(SVC):
-        pass
-
-    assert limits.most_recordings(Own()) == 7
-    assert limits.most_recordings(make_pipeline(Made())) == limits.MOST["svm"]
-
-
-@pytest.mark.parametrize("kind, period", [("classification", None), ("regression", 3.0)])
-def test_limits_reach_through_scalings_and_targets_that_repeat(kind, period):
-    for name in ("knn", "svm", "ridge"):
-        model = make_model(f"{name}_plain", kind, period=period)
-        assert limits.most_recordings(model) == limits.MOST[name]
-        with limits.declared({name: 7}):
-            assert limits.most_recordings(model) == 7
-        assert limits.most_recordings(model) == limits.MOST[name]
+def test_what_a_task_declares_comes_first_for_all_variants_of_a_model():
+    for name in ("svm", "svm_plain"):
+        assert limits.most_recordings(name, {}) == MODELS[name].most_recordings
+        assert limits.most_recordings(name, {"svm": 7}) == 7
+    assert limits.most_recordings("cnn_one_scale", {"cnn": 7}) == 7
 
 
 def test_every_model_has_a_limit():
-    tuned = {name for name in MODELS.names() if MODELS[name].plain}
-    for name in set(MODELS.names()) - tuned:
-        assert limits.most_recordings(make_model(name, "classification")), name
+    assert all(MODELS[name].most_recordings for name in MODELS.names())
 
 
-def test_beyond_its_limit_a_model_learns_from_some_of_each_group(monkeypatch):
+def test_beyond_its_limit_a_model_learns_from_some_of_each_group():
     x, y, group = spectra()
     everything = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
     assert everything.thinned == ()
-    monkeypatch.setitem(limits.MOST, "knn", 16)
-    fitted = fit_model(make_model("knn_plain", "classification"), x, y, group)
+    fitted = fit_model(make_model("knn_plain", "classification"), x, y, group, 16)
     np.testing.assert_array_equal(fitted[-1]._fit_X, x[limits.thinned(group, 16, y)])
-    found = cross_validate(x, y, group, kind="classification", model="knn_plain", folds=5)
+    found = cross_validate(
+        x, y, group, kind="classification", model="knn_plain", folds=5, limits={"knn": 16}
+    )
     assert found.thinned == ((16, 48),) * 5
     assert found.scores.recordings == 60  # all are predicted
 
 
-def test_a_tuned_model_is_chosen_on_some_and_learns_from_all(monkeypatch):
+def test_a_tuned_model_is_chosen_on_some_and_learns_from_all():
     x, y, group = spectra()
-    monkeypatch.setitem(limits.CHOOSE, "knn", 20)
     some = limits.thinned(group, 20, y)
-    fitted = fit_model(make_model("knn", "classification"), x, y, group)
+    fitted = fit_model(make_model("knn", "classification", choosing=20), x, y, group)
     alone = fit_model(make_model("knn", "classification"), x[some], y[some], group[some])
     assert fitted.inner_scores_ == alone.inner_scores_
     assert fitted.best_estimator_[-1].n_samples_fit_ == 60
     assert (chosen(fitted)[1]["chosen_on"], "chosen_on" in chosen(alone)[1]) == (20, False)
 
 
-def test_what_would_take_hours_is_refused_with_the_estimate(monkeypatch):
+def test_a_learning_curve_says_how_many_were_learned_from():
     x, y, group = spectra()
-    model = make_model("svm_plain", "classification")
-    monkeypatch.setitem(limits.COST, "svm", (10, 100.0, 2.0))
-    assert limits.estimated_s(model, 60) == 3_600
-    assert limits.estimated_s(make_model("forest", "classification"), 60) == 0
-    fit_model(model, x, y, group)  # an hour by estimate
-    monkeypatch.setitem(limits.COST, "svm", (10, 1_000.0, 2.0))
-    with pytest.raises(NotPossibleError, match="svm would learn from 60 recordings: some 10 h"):
-        fit_model(model, x, y, group)
-    with limits.declared({"svm": 20}):  # 4000 s
-        fit_model(model, x, y, group)
-    # a choice is among all candidates on all inner folds
-    monkeypatch.setitem(limits.COST, "svm", (10, 400.0, 2.0))
-    with pytest.raises(NotPossibleError, match="39 recordings, 36 times: some 61 h"):
-        fit_model(make_model("svm", "classification"), x, y, group)
-    with limits.declared({"choosing": 10, "svm": 40}):
-        assert fit_model(make_model("svm", "classification"), x, y, group).chosen_on_ == 10
-
-
-def test_a_limit_that_is_declared_ends_with_its_block():
-    model = make_model("linear_plain", "regression")  # ridge, which a task calls linear
-    with limits.declared({"linear": 30, "svm": 9}):
-        with limits.declared({"linear": 20}):
-            assert limits.most_recordings(model) == 20
-        assert limits.most_recordings(model) == 30
-    assert limits.most_recordings(model) == limits.MOST["ridge"]
-
-
-def test_a_learning_curve_says_how_many_were_learned_from(monkeypatch):
-    x, y, group = spectra()
-    monkeypatch.setitem(limits.MOST, "knn", 16)
-    ask = {"kind": "classification", "model": "knn_plain", "repeats": 1}
+    ask = {"kind": "classification", "model": "knn_plain", "repeats": 1, "limits": {"knn": 16}}
     points = learning_curve(x, y, group, sizes=(2, 8), **ask).points
     assert [point.recordings for point in points] == [12, 16]
 
 
-def test_metrics_say_on_how_many_of_how_many(monkeypatch):
-    inputs = small_inputs()
-    monkeypatch.setitem(limits.MOST, "knn", 6)
+def test_metrics_say_on_how_many_of_how_many():
+    inputs = small_inputs(most_recordings={"knn": 6})
     scores = measured("cross_validation", inputs, model="knn_plain").tables[0]
     told = {r["metric"]: r["value"] for r in scores.where(part="training of grouped").rows}
     assert told["trained_on"] == 6 < told["available"]
@@ -186,4 +137,5 @@ def test_blocks_of_distances_are_all_distances(monkeypatch):
 
 
 def test_a_task_can_limit_each_model_that_has_a_limit():
-    assert set(get_args(Limited)) == {*limits.MOST, limits.CHOOSING}
+    families = {n.removesuffix("_plain").removesuffix("_one_scale") for n in MODELS.own}
+    assert set(get_args(Limited)) == {*families, limits.CHOOSING}

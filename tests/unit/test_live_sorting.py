@@ -6,7 +6,7 @@ from drawn_figures import fits, texts
 from experiment_samples import measured, small_inputs, task_results
 
 from ajgdata.acquire.recipe import new_grasp, plan_session
-from ajgdata.evaluate.looks import orders
+from ajgdata.evaluate.sorting import orders
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
 from ajgdata.experiments.live_sorting.shown import PARTS

@@ -139,7 +139,7 @@ def test_status_asks_snakemake(project, monkeypatch, capsys):
         main()
     lines = capsys.readouterr().out.splitlines()
     assert not stopped.value.code
-    wanted = "features would run (missing): results/features/d/s1.nc and 1 more"
+    wanted = "features would run (missing): results/features/d/s1.nc and 2 more"
     assert wanted in lines
     mend = "`snakemake`, or `ajgdata run NAME`"
     assert re.fullmatch(rf"0 results are current, \d+ are not; {mend}", lines[-1])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.looks import (
+from ajgdata.evaluate.sorting import (
     Looked,
     combined,
     expected_lengths,

@@ -20,7 +20,6 @@ def relabel(project, session, **labels):
         for r in read_recordings(project.folder(session))[0]
     ]
     project.write(rows, session)
-    project.refresh()
 
 
 @pytest.fixture
@@ -60,7 +59,6 @@ def test_rows_and_chunks_that_do_not_end_together(project):
     for session, count in names.items():
         base = 300 + 1000 * "rstu".index(session)
         project.session(session, {f"x{n:03d}": base + float(n) for n in range(count)})
-    project.refresh()
     for session in names:
         project.shard(session)
     relabel(project, "s", x005={"quality": "reject"})
@@ -79,14 +77,11 @@ def test_rows_and_chunks_that_do_not_end_together(project):
 
 def test_one_more_recording_gives_the_store_that_is_made_from_nothing(two):
     two.session("s1", {"a": 500.0, "b": 750.0, "c": 1000.0, "d": 1250.0})
-    two.refresh()
     assert two.shard("s1") == (1, 3)
     two.merge("s1", "s2")
     path = two.paths.features("d")
     grown = path.read_bytes()
-    for folder in (two.paths.results, two.paths.cache):
-        shutil.rmtree(folder)
-    two.refresh()
+    shutil.rmtree(two.paths.results)
     assert [two.shard("s1"), two.shard("s2")] == [(4, 0), (2, 0)]
     two.merge("s1", "s2")
     assert path.read_bytes() == grown
@@ -167,7 +162,6 @@ def test_a_column_that_one_session_lacks(two):
         for r in read_recordings(two.folder("s2"))[0]
     ]
     two.write(rows, "s2")
-    two.refresh()
     targets = {"edge_mm": EDGE, "hardness": Target(kind="regression")}
     store, found = two.merge("s1", "s2", targets=targets)
     assert found == []
@@ -179,7 +173,6 @@ def test_a_column_that_one_session_lacks(two):
 def test_what_the_session_is_can_be_a_target(two):
     rows = read_recordings(two.folder("s2"))[0]
     two.write(rows, "s2", medium="coffee")
-    two.refresh()
     store, _ = two.merge("s1", "s2", targets={"medium": Target(kind="classification")})
     assert store.columns["medium"].values.tolist() == ["unknown"] * 3 + ["coffee"] * 2
     assert store.columns["medium"].attrs == {"role": "target"}

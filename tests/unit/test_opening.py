@@ -9,6 +9,7 @@ import pytest
 from drawn_figures import texts
 from experiment_samples import OBJECTS, small_store
 
+from ajgdata.acquire.source import Grasp
 from ajgdata.gripper import Scene
 from ajgdata.gripper.pressure_slices import Film
 from ajgdata.paths import Paths
@@ -24,13 +25,12 @@ from ajgdata.report.opening import (
     opening_figure,
     scalogram_db,
 )
-from ajgdata.report.small_sections import FINER, colours_of
+from ajgdata.report.scenes import FINER, colours_of
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import text_column, write_store
-from ajgdata.store.files import json_bytes, write_bytes
-from ajgdata.store.sessions import list_datasets, read_dataset
+from ajgdata.store.sessions import list_datasets, read_dataset, write_session
 from ajgdata.store.tables import read_tables
-from ajgdata.types import AudioSettings
+from ajgdata.types import AudioSettings, Excitation, Session
 
 PROJECT = Paths(Path(__file__).resolve().parents[2])
 SPECS = {name: read_dataset(PROJECT, name) for name in list_datasets(PROJECT)}
@@ -154,10 +154,11 @@ def project(tmp_path, monkeypatch):
     paths, shard = Paths(tmp_path), small_store()
     objects = shard.columns["object"].values
     grasps = shard.columns["grasp_id"].values
-    scenes = [
-        {"object": str(o), "digest": f"of {g}", "setup": {"object": SHAPES[o]}}
+    planned = {
+        f"of {g}": Grasp(g, str(o), 1, {}, {"object": SHAPES[o]}, f"of {g}")
         for g, o in dict(zip(grasps.tolist(), objects.tolist(), strict=True)).items()
-    ]
+    }
+    monkeypatch.setattr(adapter, "_planned", lambda paths, dataset: planned)
     columns = {
         **shard.columns, "session_id": text_column(["s"] * 60),
         "setup_sha256": text_column([f"of {g}" for g in grasps]),
@@ -167,20 +168,19 @@ def project(tmp_path, monkeypatch):
         shard, columns=columns, frequency_hz=np.linspace(0, 22_050, 60),
         attrs={**shard.attrs, **settings},
     )  # fmt: skip
-    write_store(paths.merged("d"), shard, {})
-    write_bytes(paths.scenes("d", "s"), json_bytes(scenes))
-    write_pcm24(tmp_path / "played.wav", 0.5 * sweep(), AUDIO.sample_rate_hz)
-    played = {"path": "played.wav", "sha256": ""}
-    manifest = {"session_id": "s", "excitation": played, "recordings": [], "findings": []}
-    write_bytes(paths.audio_manifest("d", "s"), json_bytes(manifest))
+    write_store(paths.features("d"), shard, {})
+    folder = paths.session("d", "s")
+    write_pcm24(folder / "played.wav", 0.5 * sweep(), AUDIO.sample_rate_hz)
+    played = Excitation(file="played.wav", sha256="")
+    write_session(folder, Session(session_id="s", source="virtual", excitation=played), [])
     split = {
         "target": "object", "kind": "classification", "unit": "", "groups": "grasp_id",
         "classes": [], "folds": 5, "withhold": [], "period_deg": None,
     }  # fmt: skip
     run_experiment(
-        paths.merged("d"), kind="cross_validation-linear", dataset="d", task="t", settings={},
-        split=split, others={}, audio=AUDIO, features=SPECS["ycb"].features, root=tmp_path,
-        manifests=[], seed=3, tables=paths.experiment("d", "t", "cross_validation-linear"),
+        paths.features("d"), kind="cross_validation-linear", dataset="d", task="t", settings={},
+        split=split, others={}, audio=AUDIO, features=SPECS["ycb"].features, paths=paths,
+        seed=3, tables=paths.experiment("d", "t", "cross_validation-linear"),
         cost=tmp_path / "cost.json",
     )  # fmt: skip
     return paths
@@ -188,9 +188,8 @@ def project(tmp_path, monkeypatch):
 
 def build(paths):
     build_opening(
-        paths, store=paths.merged("d"),
+        paths, store=paths.features("d"),
         tables=[paths.experiment("d", "t", "cross_validation-linear")],
-        scenes=[paths.scenes("d", "s")], manifests=[paths.audio_manifest("d", "s")],
         audio=AUDIO, code="c",
     )  # fmt: skip
     return json.loads(paths.opening.read_text())
@@ -215,8 +214,8 @@ def test_a_typical_held_out_decision_on_the_smallest_sphere_is_shown(project):
         assert len(content) < 250_000 and b"<svg" in content
 
 
-def test_where_nothing_can_be_shown_the_reason_is_written_and_no_picture(project):
-    write_bytes(project.scenes("d", "s"), b"[]")
+def test_where_nothing_can_be_shown_the_reason_is_written_and_no_picture(project, monkeypatch):
+    monkeypatch.setattr(adapter, "_planned", lambda paths, dataset: {})
     told = build(project)
     assert told["skipped"] == "no recording of a simulated grasp can be used"
     assert [path.name for path in project.opening.parent.iterdir()] == ["opening.json"]

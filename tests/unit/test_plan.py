@@ -3,12 +3,11 @@
 import pytest
 import yaml
 
+from ajgdata.acquire.recipe import recipe_hash, session_names
 from ajgdata.paths import Paths
-from ajgdata.pipeline import planned_scenes
-from ajgdata.pipeline.inputs import update
 from ajgdata.pipeline.plan import plan, published
 from ajgdata.pipeline.recipes import planned_grasps
-from ajgdata.store.sessions import write_session
+from ajgdata.store.sessions import read_dataset, write_session
 from ajgdata.types import DataError, Recording, Session
 
 RECIPE = {
@@ -30,10 +29,6 @@ def hold(paths, name, session, source="import"):
     write_session(folder, Session(session_id=session, source=source), [recording])
 
 
-def times(paths):
-    return {p: p.stat().st_mtime_ns for p in paths.results.rglob("*") if p.is_file()}
-
-
 def test_only_what_has_sessions_or_a_recipe_is_run(tmp_path):
     paths = Paths(tmp_path)
     declare(paths, "waiting")
@@ -49,38 +44,25 @@ def test_only_what_has_sessions_or_a_recipe_is_run(tmp_path):
     assert not paths.results.exists()  # nothing is written unless it is asked for
 
 
-def updated(paths):
-    """Plans, with the manifests brought up to date."""
-    plans = plan(paths, check=True)
-    for name, one in plans.items():
-        update(paths, name, one)
-    return plans
-
-
-def test_updating_twice_writes_once(tmp_path):
-    paths = Paths(tmp_path)
-    declare(paths, "made", recipe=RECIPE)
-    updated(paths)
-    assert paths.scenes("made", "virtual-01").is_file()
-    assert not paths.audio_manifest("made", "virtual-01").exists()  # not acquired yet
-    before = times(paths)
-    updated(paths)
-    assert times(paths) == before
+def scenes(paths, session):
+    """The grasps that the recipe plans for a session."""
+    (grasps,) = planned_grasps(paths.dataset("made"), read_dataset(paths, "made"), [session])
+    return grasps
 
 
 def test_variants_are_sessions_of_the_same_grasps(tmp_path):
     paths = Paths(tmp_path)
     variants = {"air": {"medium": {"kind": "air"}}, "thick": {"gripper": "thick-membrane"}}
     declare(paths, "made", recipe={**RECIPE, "vary": {"angle_deg": [0, 9]}, "variants": variants})
-    sessions = updated(paths)["made"].sessions
+    sessions = plan(paths, check=True)["made"].sessions
     assert sessions == tuple(f"virtual-{v}-0{n}" for v in variants for n in (1, 2))
-    grasps = [yaml.safe_load(paths.scenes("made", name).read_text())[0] for name in sessions]
-    setups = [grasp["setup"] for grasp in grasps]
+    grasps = [scenes(paths, name)[0] for name in sessions]
+    setups = [grasp.setup for grasp in grasps]
     assert [setup["grasp"] for setup in setups[:2]] == [setup["grasp"] for setup in setups[2:]]
     assert setups[0]["grasp"] != setups[1]["grasp"]
     assert [setup.get("medium") for setup in setups] == [{"kind": "air"}] * 2 + [None] * 2
     assert [setup.get("gripper") for setup in setups] == [None] * 2 + ["thick-membrane"] * 2
-    assert len({grasp["grasp_id"] for grasp in grasps}) == 4
+    assert len({grasp.grasp_id for grasp in grasps}) == 4
 
 
 def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk(tmp_path):
@@ -88,8 +70,7 @@ def test_simulated_sessions_that_the_recipe_drops_leave_the_run_but_not_the_disk
     declare(paths, "made", recipe=RECIPE)
     for session in ("virtual-01", "virtual-02", "virtual-03"):
         hold(paths, "made", session, source="virtual")
-    assert updated(paths)["made"].sessions == ("virtual-01", "virtual-02")
-    assert not paths.audio_manifest("made", "virtual-03").exists()
+    assert plan(paths, check=True)["made"].sessions == ("virtual-01", "virtual-02")
     assert paths.session("made", "virtual-03").is_dir()
 
 
@@ -117,19 +98,17 @@ def test_simulated_sessions_without_a_recipe_are_used(tmp_path):
 def test_one_more_grasp_changes_the_scenes_of_each_session_only_by_addition(tmp_path):
     paths = Paths(tmp_path)
     declare(paths, "made", recipe=RECIPE)
-    updated(paths)
-    first = paths.scenes("made", "virtual-01").read_text()
+    first = scenes(paths, "virtual-01")
     declare(paths, "made", recipe={**RECIPE, "grasps_per_object": 2})
-    updated(paths)
-    more = yaml.safe_load(paths.scenes("made", "virtual-01").read_text())
-    assert [*yaml.safe_load(first), more[1]] == more
+    more = scenes(paths, "virtual-01")
+    assert [*first, more[1]] == more
 
 
-def test_what_an_embedding_is_based_on_comes_with_it(tmp_path):
+def test_what_a_task_is_tested_on_comes_with_it(tmp_path):
     paths = Paths(tmp_path)
-    embedding = {"supervision": "x", "target": "object", "base": "one", "held_out": ["s"]}
+    tasks = {"t": {"target": "object", "test_on": ["one"]}}
     targets = {"object": {"kind": "classification"}}
-    declare(paths, "many", targets=targets, embeddings={"e": embedding}, recipe=RECIPE)
+    declare(paths, "many", targets=targets, tasks=tasks, recipe=RECIPE)
     with pytest.raises(DataError, match="no such data set; declared here: many"):
         plan(paths, ["many"])
     declare(paths, "one")
@@ -190,7 +169,6 @@ def test_a_scene_that_cannot_be_is_said_before_anything_is_written(tmp_path, cha
         plan(paths, check=True)
     number = int(caught.value.where.split(":")[1])
     assert paths.dataset("made").read_text().splitlines()[number - 1].strip().startswith(line)
-    assert not paths.scenes("made", "virtual-01").exists()
 
 
 def test_a_figure_that_the_paper_does_not_have_is_said_before_all_the_work(tmp_path):
@@ -212,48 +190,22 @@ def test_what_is_published_is_among_what_is_run():
         published({"a": 1}, ["c"])
 
 
-def test_scenes_are_planned_once_and_anew_when_anything_they_follow_from_changes(
-    tmp_path, monkeypatch
-):
-    paths, planned = Paths(tmp_path), []
+def test_a_session_follows_from_its_part_of_the_recipe(tmp_path):
+    paths, spec = Paths(tmp_path), {"recipe": {**RECIPE, "variants": {"a": {}, "b": {}}}}
 
-    def counted(*arguments):
-        planned.append(arguments)
-        return planned_grasps(*arguments)
+    def hashes(**changes):
+        declare(paths, "made", **{**spec, **changes})
+        made = read_dataset(paths, "made")
+        names = session_names(made.recipe)
+        return {name: recipe_hash(made.recipe, name, made.excitation) for name in names}
 
-    def scenes():
-        planned.clear()
-        return updated(paths)["made"].scenes
-
-    monkeypatch.setattr(planned_scenes, "planned_grasps", counted)
-    declare(paths, "made", recipe=RECIPE)
-    first = scenes()
-    assert len(planned) == 1
-    assert scenes() == first
-    assert planned == []
-    session = paths.scenes("made", "virtual-02")
-    for damage in (
-        session.unlink,
-        lambda: session.write_bytes(b"[]"),
-        paths.planned("made").unlink,
-    ):
-        damage()
-        assert scenes() == first
-        assert len(planned) == 1
-        assert session.read_bytes() == first["virtual-02"]
-    monkeypatch.setattr(planned_scenes, "code_digest", lambda *entries: f"edited {entries}")
-    assert scenes() == first
-    assert len(planned) == 1
-    for change in ({"recipe": {**RECIPE, "seed": 9}}, {"excitation": {"kind": "mls"}}):
-        declare(paths, "made", **{"recipe": RECIPE, **change})
-        assert {name: content != first[name] for name, content in scenes().items()} == {
-            "virtual-01": True, "virtual-02": True,
-        }  # fmt: skip
-        assert len(planned) == 1
-
-
-def test_looking_writes_no_note_of_scenes(tmp_path):
-    paths = Paths(tmp_path)
-    declare(paths, "made", recipe=RECIPE)
-    plan(paths, check=True)
-    assert not paths.cache.exists()
+    first = hashes()
+    more = hashes(recipe={**spec["recipe"], "sessions": 3})
+    assert first.items() < more.items()
+    thick = {"a": {}, "b": {"gripper": "thick-membrane"}}
+    changed = hashes(recipe={**RECIPE, "variants": thick})
+    assert {name for name in first if changed[name] != first[name]} == {
+        "virtual-b-01", "virtual-b-02",
+    }  # fmt: skip
+    for change in ({"recipe": {**spec["recipe"], "seed": 9}}, {"excitation": {"kind": "mls"}}):
+        assert not set(hashes(**change).values()) & set(first.values())

@@ -8,7 +8,7 @@ from drawn_figures import fits, texts
 from experiment_samples import measured, small_inputs, small_store, task_results
 
 from ajgdata.evaluate.crossval import ExtraTestSet, Predictions, cross_validate
-from ajgdata.evaluate.repeated_fits import grasp_errors, robust_error
+from ajgdata.evaluate.resampling import grasp_errors, robust_error
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Outcome, score_table
 from ajgdata.experiments.repeated_fits import LESS_NOISE, feature_note

@@ -21,7 +21,7 @@ from ajgdata.report.render import picture, setting
 from ajgdata.report.report_data import Report, Skipped
 from ajgdata.types import Finding
 
-NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["gallery"], [])
+NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["accuracy"], [])
 
 
 def render(report: Report, *more) -> dict[str, str]:
@@ -107,7 +107,7 @@ def test_links_stay_in_the_report_and_the_results(pages):
             there = posixpath.normpath(folder / path) if path else name
             assert not anchor or anchor in ids[there], link
             found.add(there)
-    elsewhere = {"gallery.html", "../quarantine/stones.csv", "tables/results.csv"}
+    elsewhere = {"accuracy.html", "../quarantine/stones.csv", "tables/results.csv"}
     assert found == set(pages) | files | shown | elsewhere
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.intervals import CONFIDENCE
 from ajgdata.evaluate.resampling import (
@@ -16,7 +17,6 @@ from ajgdata.evaluate.resampling import (
     repeated,
     repeats_of,
 )
-from ajgdata.evaluate.undefined import why_undefined
 
 
 def test_the_corrected_variance_of_fifty_folds_is_that_of_the_papers():

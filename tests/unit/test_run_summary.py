@@ -7,8 +7,17 @@ from experiment_samples import small_store
 
 from ajgdata.paths import Paths, run_name
 from ajgdata.pipeline import run as running
-from ajgdata.pipeline.run import command, datasets_asked, only, parted, run, with_only
-from ajgdata.pipeline.run_summary import complete, lines, skipped_line, summarise
+from ajgdata.pipeline.run import (
+    command,
+    datasets_asked,
+    end_run,
+    modified_ns,
+    only,
+    parted,
+    run,
+    with_only,
+)
+from ajgdata.pipeline.run_summary import complete, lines, summarise
 from ajgdata.pipeline.status import workflow_status
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
@@ -16,7 +25,7 @@ from ajgdata.store.findings import write_findings
 from ajgdata.store.tables import write_tables
 from ajgdata.types import DataError, DatasetSpec, Finding
 
-KINDS = ("cross_validation-cnn", "cross_validation-knn", "permutation_test")
+KINDS = ("cross_validation-cnn", "cross_validation-knn", "reflected_energy")
 KEYS = [("d", task, kind) for task in ("t", "u") for kind in KINDS]
 
 
@@ -36,69 +45,72 @@ def paths(tmp_path) -> Paths:
     """A data set of 60 recordings, two of which are left out for three findings, and results of
     two tasks: of `t` one of three is there."""
     made = Paths(tmp_path)
-    write_store(made.merged("d"), small_store(), {})
+    write_store(made.features("d"), small_store(), {})
     finding = Finding("s", "1", "", "error", "silent", "p", "f")
     found = [finding, Finding("s", "1", "", "error", "short", "p", "f")]
     found += [Finding("s", "2", "", "warning", "copy", "p", "f")]
     found += [Finding("s", "3", "", "warning", "quiet", "p", "f")]  # used all the same
     write_findings(made.quarantine("d"), found)
     for key in KEYS:
-        lacks = key[1] == "t" and key[2] != "permutation_test"
+        lacks = key[1] == "t" and key[2] != "reflected_energy"
         told = {"skipped": "one class only"} if lacks else {"left_out": {"rare": 1}}
         write_tables(made.experiment(*key), [], **told)
+    write_bytes(made.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}}))
     about = made.model("d", "t", "cnn") / "model.json"
     write_bytes(about, json_bytes({"skipped": "one class only"}))
     return made
 
 
 def test_everything_that_a_person_needs_to_know(paths):
-    write_bytes(paths.runs, json_bytes({"agreements": {"agrees": 3, "worse": 2}}))
-    found = summarise(paths, {"d": spec()}, KEYS, report=True)
-    assert lines(paths, found) == [
+    for job, memory in (("experiment/d.t.x", 100), ("experiment/other.t.x", 900), ("collect", 10)):
+        file = paths.benchmarks / f"{job}.tsv"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"s\tcpu_time\tmax_rss\tmax_pss\n60\t30\t{memory}\t{memory}\n")
+    write_bytes(paths.dataset("other"), b"name: other\n")
+    assert lines(paths, summarise(paths, {"d": spec()}, KEYS)) == [
         "1 data set: 60 recordings used, 2 left out",
         f"left out  2 of d: {paths.quarantine('d')} says why",
         "left out  of d/t, classes of fewer groups than min_groups: rare (1)",
         "left out  of d/u, classes of fewer groups than min_groups: rare (1)",
-        "6 measurements: 4 made, 2 skipped, 0 not made",
+        "6 measurements: 4 made, 2 skipped",
         "skipped   d/t, cross_validation (cnn, knn), training (cnn): one class only",
         "comparison with the paper: 3 agrees, 2 worse",
+        "cost: 2 jobs, 2.0 min of run time, 1.0 min of CPU time, up to 105 MB per job",
         f"report: {paths.report}",
     ]
 
 
 def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
     write_tables(paths.experiment(*KEYS[-1]), [], others={"9": "a class has 8"})
-    found = summarise(paths, {"d": spec()}, KEYS, report=False)
-    told = lines(paths, found)
-    assert "6 measurements: 4 made, 2 skipped, 0 not made" in told  # it was made
-    assert "skipped   d/u, 9 of permutation_test: a class has 8" in told
-    assert [one.task for one in found.wanting] == ["d/t", "d/u"]
-
-
-def test_a_run_that_failed_tells_what_is_not_there_and_shows_no_old_report(paths):
-    write_bytes(paths.runs, json_bytes({"agreements": {"agree": 3}}))
-    paths.experiment(*KEYS[-1]).unlink()
-    found = summarise(paths, {"d": spec()}, KEYS, report=False)
-    told = lines(paths, found, ["experiment d u permutation_test: results/logs/x.log"])
-    assert "6 measurements: 3 made, 2 skipped, 1 not made" in told
-    assert "failed    experiment d u permutation_test: results/logs/x.log" in told
-    assert not [line for line in told if line.startswith(("report", "comparison"))]
-    assert "not made  d/u: permutation_test" in lines(paths, found)
+    told = lines(paths, summarise(paths, {"d": spec()}, KEYS))
+    assert "6 measurements: 4 made, 2 skipped" in told  # it was made
+    assert "skipped   d/u, 9 of reflected_energy: a class has 8" in told
 
 
 def test_many_lines_are_counted(paths):
-    told = lines(paths, summarise(paths, {"d": spec()}, KEYS, report=False), ["job"] * 25)
-    assert told.count("failed    job") == 20 and "          and 5 more" in told
+    skipped = {str(n): f"reason {n}" for n in range(25)}
+    write_tables(paths.experiment(*KEYS[-1]), [], others=skipped)
+    told = lines(paths, summarise(paths, {"d": spec()}, KEYS))
+    assert sum(line.startswith("skipped") for line in told) == 20  # one more is of task t
+    assert "          and 6 more" in told
 
 
-def test_a_run_is_complete_unless_a_task_was_skipped(paths):
-    line = skipped_line(summarise(paths, {"d": spec()}, KEYS, report=False))
-    assert line.startswith("incomplete: d/t skipped (reasons above)")
-    assert skipped_line(summarise(paths, {"d": spec(optional=True)}, KEYS, report=False)) == ""
+def test_a_run_that_skipped_a_task_ends_with_a_line_and_reports_it_again(paths, capsys):
+    complete(paths, {"d": spec()}, KEYS, paths.complete)
+    with pytest.raises(SystemExit, match=r"^incomplete: d/t skipped \(reasons above\)"):
+        end_run(paths.complete, 0)
+    assert not paths.complete.exists()
+    said = capsys.readouterr().err
+    assert "skipped   d/t, cross_validation (cnn, knn)" in said and "incomplete" not in said
+
+
+def test_an_optional_task_may_be_skipped(paths, capsys):
     complete(paths, {"d": spec(optional=True)}, KEYS, paths.complete)
-    told = paths.complete.read_text().splitlines()
+    end_run(paths.complete, 0)
+    told = capsys.readouterr().err.splitlines()
     assert "optional  d/t, cross_validation (cnn, knn), training (cnn): one class only" in told
-    assert "6 measurements: 4 made, 2 skipped, 0 not made" in told
+    end_run(paths.complete, modified_ns(paths.complete))  # of an earlier run
+    assert capsys.readouterr().err == ""
 
 
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):
@@ -155,8 +167,8 @@ def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
         "datasets": ["a", "b"], "alone": True, "pages": [], "publish": [], "quick": True
     }  # fmt: skip
     assert (read.targets, str(read.cores)) == (["results/x.nc"], "2")
-    later = with_only(["a"], ["--config", "pages=[gallery]"])
-    assert parse_config(later[1:])["pages"] == ["gallery"]
+    later = with_only(["a"], ["--config", "pages=[accuracy]"])
+    assert parse_config(later[1:])["pages"] == ["accuracy"]
     assert with_only([], ["--cores", "2"]) == ["--cores", "2"]
 
 
@@ -167,11 +179,11 @@ def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
     assert run_name(many) != run_name(others)
     assert len(run_name(many)) < 100 and run_name(many).startswith("data_set_0+19~")
     whole, alone = Paths(tmp_path), Paths(tmp_path, "a+b")
-    together = ("report", "runs", "all_metrics", "metrics_table", "predictions", "paper_tables")
+    together = ("report", "runs", "all_metrics", "metrics_table", "predictions")
     for name in (*together, "complete", "verified", "opening"):
         own = getattr(alone, name).relative_to(tmp_path / "results/runs/a+b")
         assert own == getattr(whole, name).relative_to(tmp_path / "results")
-    of_one = ("merged", "features", "quarantine")  # made once, for all runs
+    of_one = ("features", "quarantine")  # made once, for all runs
     assert all(getattr(alone, name)("a") == getattr(whole, name)("a") for name in of_one)
 
 

@@ -1,10 +1,9 @@
-"""What a session added and multiplied is taken out again; what correlations become is known."""
+"""What a session added and multiplied is taken out again."""
 
 import numpy as np
 import pytest
-from sklearn.covariance import ledoit_wolf
 
-from ajgdata.evaluate.session_shift import _power, coral, referenced, standardised
+from ajgdata.evaluate.new_session import referenced, standardised
 
 BINS = 30
 
@@ -45,9 +44,9 @@ def test_each_session_has_the_same_mean_and_deviation_afterwards():
 
 def test_what_is_tested_tells_nothing_of_its_session():
     known, pool = np.concatenate([spectra(0), spectra(1)]), spectra(2)
-    for bring in (standardised, coral):
-        every = bring(known, SESSIONS, pool, spectra(3)).new
-        np.testing.assert_array_equal(bring(known, SESSIONS, pool, spectra(3)[:3]).new, every[:3])
+    every = standardised(known, SESSIONS, pool, spectra(3)).new
+    some = standardised(known, SESSIONS, pool, spectra(3)[:3]).new
+    np.testing.assert_array_equal(some, every[:3])
 
 
 def test_one_recording_or_still_bins_are_only_shifted():
@@ -56,40 +55,6 @@ def test_one_recording_or_still_bins_are_only_shifted():
     found = standardised(known, SESSIONS, spectra(2)[:1], spectra(2))
     assert np.isfinite(found.known).all() and np.isfinite(found.new).all()
     np.testing.assert_allclose(found.known[:, 3], 7.0, rtol=1e-6)
-
-
-def test_powers_of_the_shrunk_covariance_are_those_of_the_whole_matrix():
-    """Against scikit-learn's own matrix of Ledoit & Wolf, and the root by its eigenvalues."""
-    generator = np.random.default_rng(0)
-    of, rows = generator.normal(size=(12, BINS)) * gains(0), generator.normal(size=(5, BINS))
-    of -= of.mean(axis=0)
-    matrix, _ = ledoit_wolf(of, assume_centered=True)
-    eigen, basis = np.linalg.eigh(matrix)
-    for power in (-0.5, 0.5, 1.0):
-        expected = rows @ (basis * eigen**power) @ basis.T
-        np.testing.assert_allclose(_power(rows, of, power), expected, rtol=1e-9, atol=1e-9)
-
-
-def test_coral_gives_the_known_the_correlations_of_the_new_session():
-    """Two sources mixed otherwise in the new session: what is known is as correlated afterwards."""
-    generator = np.random.default_rng(0)
-
-    def of(weights: np.ndarray, rows: int) -> np.ndarray:
-        parts = generator.normal(size=(rows, 2)) @ weights
-        return 1e4 * np.exp(0.3 * parts + 0.03 * generator.normal(size=(rows, BINS)))
-
-    first, second = generator.normal(size=(2, 2, BINS))
-    known, pool = of(first, 400), of(second, 400)
-    sessions = np.repeat("a", 400)
-
-    def away(brought) -> float:
-        told, there = (np.corrcoef(np.log(x), rowvar=False) for x in brought)
-        return float(np.abs(told - there).mean())
-
-    plain, moved = (bring(known, sessions, pool, pool) for bring in (standardised, coral))
-    # each correlation of 400 rows errs by up to 1/20, and shrinkage by as much again
-    assert away(moved) < 0.1 and away(plain) > 0.4
-    np.testing.assert_array_equal(moved.new, plain.new)
 
 
 def test_references_take_out_the_gain_of_every_session():

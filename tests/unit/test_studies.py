@@ -15,10 +15,9 @@ from matplotlib.text import Text
 from ajgdata.gripper.scene import Numerics
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.pages import build_page
-from ajgdata.pipeline.studies import GALLERY, STUDIES, page_code, run_study, study_code
+from ajgdata.pipeline.studies import STUDIES, run_study
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import DASH, value
-from ajgdata.report.labels import EndLabel, PointLabel
 from ajgdata.report.navigation import LEADS, navigation, page_links
 from ajgdata.report.render import draw_figures, picture
 from ajgdata.report.study_figures import FIGURES, stability_caption
@@ -29,7 +28,6 @@ from ajgdata.report.study_page import (
     placed_figures,
     render_study,
 )
-from ajgdata.store.code_digest import code_digest
 from ajgdata.store.tables import plain, read_tables, write_tables
 from ajgdata.types import DataError
 from ajgdata.types.table import Column, Table
@@ -75,8 +73,6 @@ def pretend(monkeypatch, *made):
     module = types.ModuleType("ajgdata.studies.pretended")
     module.tables = lambda quick: [*made[: 1 if quick else None]]
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    # which has no source
-    monkeypatch.setattr("ajgdata.pipeline.studies.study_code", lambda _: study_code("verification"))
 
 
 def test_what_a_study_found_survives_its_file(monkeypatch, tmp_path):
@@ -128,7 +124,7 @@ def page(tmp_path, monkeypatch):
     monkeypatch.setitem(LEADS, "pretended", LEADS["verification"])
     pretend(monkeypatch, TABLE)
     run_study("pretended", paths.study("pretended"))
-    nav = navigation([], ["gallery", "accuracy"], [])
+    nav = navigation([], ["stability", "accuracy"], [])
     build_page(paths, "pretended", [paths.study("pretended")], nav)
     return paths.page("pretended").read_text(encoding="utf-8")
 
@@ -146,7 +142,7 @@ def test_a_page_shows_every_value_and_runs_nothing(page):
     fixed = {f"{name}.html" for name in ("index", "paper", "results", "datasets", "run")}
     own = {"#body", "pretended/convergence.csv"}
     links = {a["href"] for a in shown.all("a")}
-    assert links == fixed | own | {"gallery.html", "accuracy.html"}
+    assert links == fixed | own | {"stability.html", "accuracy.html"}
     assert not {tag for tag, _ in shown.tags} & {"script", "link", "iframe", "object"}
     assert "simulated" in shown.words
     assert all(a.get("scope") in {"row", "col"} for a in shown.all("th"))
@@ -317,10 +313,9 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
     lines = {line.get_label(): line.get_xydata().tolist() for line in axes.lines}
     assert lines["wide, cube"] == [[0.2, 0.08], [2.0, 0.01]]
     assert lines["second, cube"] == [[0.15, 0.3]] and lines["wide, bar"] == [[0.3, 0.07]]
-    beside = [text.get_text() for text in axes.texts if isinstance(text, PointLabel)]
-    assert beside == ["4", "2", "4"]
-    ends = {text.get_text() for text in axes.texts if isinstance(text, EndLabel)}
-    assert ends == {"wide, cube", "second, cube", "wide, bar"}
+    assert [text.get_text() for text in axes.texts] == ["4", "2", "4", "target"]
+    names = {text.get_text() for text in axes.get_legend().get_texts()}
+    assert names == {"wide, cube", "second, cube", "wide, bar"}
     assert title(drawn(table, "pareto")) == "A finer grid errs less and takes longer"
     default = ("cube", "wide", Numerics().dx_mm, 0.06, 0.1, 0.2, 0.25)
     with_it = drawn(table_of("accuracy", keys, (*rows, default)), "pareto")
@@ -388,20 +383,17 @@ def test_cells(given, shown):
 
 
 def test_every_page_has_its_words_and_its_place():
-    assert set(STUDIES) | {GALLERY} <= set(LEADS)
-    assert [link.link for link in page_links(["accuracy", "gallery"], ["The virtual gripper"])] == [
-        "gallery.html", "accuracy.html",
-    ]  # fmt: skip
-    assert page_links(["gallery"], ["Results"]) == []
+    assert set(STUDIES) <= set(LEADS)
+    names, group = ["accuracy", "stability"], ["The virtual gripper"]
+    assert [link.link for link in page_links(names, group)] == ["stability.html", "accuracy.html"]
+    assert page_links(["accuracy"], ["Results"]) == []
     assert list(FIGURES) == list(STUDIES)
-    for study in STUDIES:
-        assert code_digest(*study_code(study)) and code_digest(*page_code(study))
 
 
 def test_the_settings_know_every_page():
     schema = Path(__file__).parents[2] / "workflow" / "schemas" / "config.schema.yaml"
     pages = yaml.safe_load(schema.read_text())["properties"]["pages"]
-    assert pages["items"]["enum"] == [ABLATIONS_PAGE, GALLERY, *STUDIES]
+    assert pages["items"]["enum"] == [ABLATIONS_PAGE, *STUDIES]
     assert set(pages["items"]["enum"]) == set(LEADS)
 
 

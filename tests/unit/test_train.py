@@ -124,7 +124,6 @@ def test_models_trained_one_after_the_other_are_those_trained_alone(store):
     for file in ("model.safetensors", "guard.safetensors"):
         assert (folder / "what/cnn" / file).read_bytes() == (alone / file).read_bytes()
     about, own = (json.loads((f / "model.json").read_text()) for f in (folder / "what/cnn", alone))
-    assert about.pop("content_sha256") != own.pop("content_sha256")
     assert about == own | {"task": "what"}
 
 
@@ -143,7 +142,7 @@ def test_what_cannot_be_trained_says_why(store):
 def test_a_spoilt_file_is_told(store, model, file):
     folder = train(store, "kind", model)
     (folder / file).write_bytes(b"spoilt")
-    with pytest.raises(DataError, match="is not what was written"):
+    with pytest.raises(DataError, match="not a readable model"):
         read_model(folder)
 
 

@@ -20,7 +20,7 @@ from ajgdata.models.tuning import (
     LARGE,
     LARGE_FOLDS,
     NO_GROUPS,
-    NO_SCORE,
+    ONE_CLASS,
     ONE_GROUP,
     ONE_ROW,
     Tuned,
@@ -192,6 +192,16 @@ def test_what_makes_choosing_cheaper_is_not_in_what_is_kept():
     assert [one.tol for _, one in model.candidates] == [LogisticRegression().tol] * 2
 
 
+def test_an_error_of_a_candidate_is_an_error():
+    class Broken(Spy):
+        def predict(self, X):
+            raise ValueError("broken")
+
+    x, y, group = leaking()
+    with pytest.raises(ValueError, match="broken"):
+        Tuned([("a", Spy()), ("b", Broken())]).fit(x, y, groups=group)
+
+
 def test_a_setting_that_no_candidate_has_is_an_error():
     x, y, group = leaking()
     model = Tuned([("a", LogisticRegression())], None, 0, {"toll": 1.0})
@@ -227,11 +237,10 @@ def test_without_inner_folds_the_first_is_taken_and_the_reason_told():
         (None, NO_GROUPS),
         (np.zeros(len(y)), ONE_GROUP),
         (lone, ONE_ROW),
-        (y, NO_SCORE),
+        (y, ONE_CLASS),
     ):
         about = chosen(fit_model(clone(model), x, y, groups))[1]
-        failed = [name for name, _ in model.candidates] if reason == NO_SCORE else []
-        none = {"inner_folds": 0, "scores": {}, "failed": failed}
+        none = {"inner_folds": 0, "scores": {}}
         assert about == {"choice": first, "reason": reason, **none}
 
 
@@ -239,10 +248,7 @@ def test_a_candidate_that_needs_more_rows_is_passed_over():
     x, y, group = leaking(groups=4, repeats=1)  # k = 5 neighbours are not to be had
     fitted = fit_model(make_model("knn", "classification"), x, y, group)
     assert "k = 1" in fitted.choice_
-    assert all(np.isnan(s) == ("k = 5" in name) for name, s in fitted.inner_scores_.items())
-    too_few = [name for name in fitted.inner_scores_ if "k = 5" in name]
-    assert len(too_few) == len(fitted.inner_scores_) / 2
-    assert chosen(fitted)[1]["failed"] == too_few
+    assert all("k = 1" in name for name in fitted.inner_scores_)
     with pytest.raises(NotPossibleError, match="4 recordings to learn from: 5 are needed"):
         make_model("knn_plain", "classification").fit(x, y)
 

@@ -12,10 +12,11 @@ import yaml
 from ajgdata.paths import Paths
 from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.merge import merge
-from ajgdata.store import manifest
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.features import Shard, read_store
+from ajgdata.store.files import csv_bytes, write_bytes
 from ajgdata.store.findings import read_findings
+from ajgdata.store.session_audio import check_session, label_columns
 from ajgdata.store.sessions import write_session
 from ajgdata.types import (
     AudioSettings,
@@ -106,9 +107,6 @@ class Project:
         write_pcm24(path, samples, RATE_HZ)
         return Excitation(file=path.name, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
 
-    def refresh(self) -> list[str]:
-        return manifest.refresh(self.paths, "d")
-
     def shard(
         self,
         session: str = "s1",
@@ -118,17 +116,15 @@ class Project:
         code: str = "1",
         threads: int = 1,
     ) -> tuple[int, int]:
-        """Manifest and shard of one session; returns (computed, reused)."""
-        self.refresh()
+        """Shard of one session; returns (computed, reused)."""
         return extract_features(
-            root=self.root,
-            manifest=self.paths.audio_manifest("d", session),
+            folder=self.folder(session),
             audio=audio,
             features=features,
             code=code,
             shard=self.paths.shard("d", session),
             findings=self.paths.shard_findings("d", session),
-            cache=self.paths.shard_cache("d", session),
+            labels=self.paths.shard_labels("d", session),
             threads=threads,
         )
 
@@ -143,14 +139,17 @@ class Project:
     ) -> tuple[Shard, list[Finding]]:
         """Merge sessions whose shards exist; returns the store and the quarantine."""
         paths = self.paths
+        for session in sessions:
+            labels = check_session(self.folder(session)).labels
+            content = csv_bytes(label_columns(labels), labels)
+            write_bytes(paths.shard_labels("d", session), content)
         merge(
             dataset="d",
             shards=[paths.shard("d", s) for s in sessions],
-            labels=[paths.label_manifest("d", s) for s in sessions],
+            labels=[paths.shard_labels("d", s) for s in sessions],
             findings=[paths.shard_findings("d", s) for s in sessions],
             targets=targets or {"edge_mm": Target(kind="regression", unit="mm")},
-            store=paths.merged("d"),
+            store=paths.features("d"),
             quarantine=paths.quarantine("d"),
-            published=paths.features("d"),
         )
         return read_store(paths.features("d")), read_findings(paths.quarantine("d"))

@@ -19,8 +19,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from ajgdata.paths import Paths
 from ajgdata.store.audio import write_pcm24
-from ajgdata.store.sealing import seal
-from ajgdata.store.sessions import write_session
+from ajgdata.store.sessions import seal, write_session
 from ajgdata.types import Recording, Session
 
 ROOT = Path(__file__).resolve().parents[2]

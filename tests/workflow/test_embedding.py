@@ -15,10 +15,9 @@ EMBEDDING = {
     "folds": 2,
     "inits": 1,
     "epochs": 1,
-    "probes": {"pitch": {}},
 }
-#: k-NN, distances, probes and projections; retrieval needs things that were left out.
-MEASURED = {"embed": 1, "experiment": 4}
+#: k-NN, distances and projections; retrieval needs things that were left out.
+MEASURED = {"embed": 1, "experiment": 3}
 END = "results/report/index.html"
 
 
@@ -43,7 +42,7 @@ def test_a_report_on_embeddings_alone_takes_no_more_than_it_needs(embedded):
 def test_retrieval_is_asked_for_where_things_are_left_out(project, settings):
     declaration = DECLARATION | {"embeddings": {"tones": EMBEDDING | settings}}
     project.paths.dataset("tones").write_text(yaml.safe_dump(declaration))
-    assert project.planned("results/metrics.json") == {"embed": 1, "experiment": 5, "collect": 1}
+    assert project.planned("results/metrics.json") == {"embed": 1, "experiment": 4, "collect": 1}
 
 
 def test_all_results_are_collected_with_those_of_embeddings(embedded):
@@ -62,7 +61,7 @@ def test_embeddings_are_in_the_report_and_made_once(embedded):
     folder = embedded.paths.report.parent
     pages = sorted((folder / "experiments").glob("embedding_*.html"))
     report = "".join(page.read_text(encoding="utf-8") for page in pages)
-    assert report.count('id="task-tones-tones"') == len(pages) == 4
+    assert report.count('id="task-tones-tones"') == len(pages) == 3
     assert "Nothing of this was evaluated" not in report
     assert 'href="../latents/tones/tones.html"' in report
     files = set(re.findall(r'href="\.\./(figures/embedding-[^"]+)"', report))

@@ -28,7 +28,6 @@ def declared(tmp_path_factory) -> Project:
             {
                 "size/cross_validation": 3,
                 "size/conformal_intervals": 2,
-                "size/tuning": 3,
                 "size/across_sessions": 2,
                 "cube/cross_validation": 3,
             },

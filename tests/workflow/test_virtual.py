@@ -1,6 +1,5 @@
 """The workflow records virtual sessions: light to plan, each session once, each scene once."""
 
-import json
 import os
 import re
 import subprocess
@@ -9,6 +8,9 @@ import sys
 import pytest
 import yaml
 from conftest import ROOT, Project, snakemake_here
+
+from ajgdata.paths import Paths
+from ajgdata.store.session_audio import check_session
 
 RECIPE = {
     "sessions": 2,
@@ -38,20 +40,38 @@ def made(tmp_path) -> Project:
 
 def test_sessions_are_recorded_once_and_a_bad_grasp_does_not_stop_them(made):
     sessions = ("virtual-01", "virtual-02")
-    manifests = {name: made.paths.audio_manifest("made", name) for name in sessions}
-    wanted = [str(path.relative_to(made.root)) for path in manifests.values()]
+    wanted = [str(Paths().acquired("made", name)) for name in sessions]
     assert made.planned(*wanted) == {"acquire": 2}
     made.snakemake(*wanted)
-    for session, manifest in manifests.items():
+    for session in sessions:
         log = (made.root / f"results/logs/acquire/made.{session}.log").read_text()
-        first, second, _ = log.splitlines()
+        first, second = log.splitlines()
         assert first == "1 recorded, 0 already there, 1 scenes solved"
         assert re.match(rf"skipped {session}_rod_01: .*pinches the cavity", second)
-        content = json.loads(manifest.read_text())
-        assert [one["recording_id"] for one in content["recordings"]] == [f"{session}_cube_01_1"]
-        assert [one["code"] for one in content["findings"]] == ["skipped"]
+        found = check_session(made.paths.session("made", session))
+        assert [one.recording_id for one in found.files] == [f"{session}_cube_01_1"]
+        assert [one.code for one in found.findings] == ["skipped"]
     assert made.planned(*wanted) == {}
-    assert len(list(made.paths.responses.rglob("*.response"))) == 2
+    assert len(list(made.paths.responses.rglob("*.npz"))) == 2
+
+
+def test_a_changed_recipe_records_what_it_concerns(made):
+    wanted = [str(Paths().features("made"))]
+    made.snakemake(*wanted)
+    assert made.planned(*wanted) == {}
+    path = made.paths.dataset("made")
+    declared = yaml.safe_load(path.read_text())
+    declared["recipe"]["sessions"] = 3
+    path.write_text(yaml.safe_dump(declared))
+    jobs = made.jobs_of(*wanted)
+    assert jobs == {
+        ("acquire", "made", "virtual-03"): 1,
+        ("features", "made", "virtual-03"): 1,
+        ("merge", "made"): 1,
+    }
+    declared["recipe"]["seed"] = 5
+    path.write_text(yaml.safe_dump(declared))
+    assert made.planned(*wanted) == {"acquire": 3, "features": 3, "merge": 1}
 
 
 @pytest.mark.slow
@@ -67,13 +87,12 @@ def test_sessions_that_share_scenes_solve_each_once(made):
             yaml.safe_dump({"name": name, "from": "made", "recipe": {"signal": signal}})
         )
     names = ("a_loud", "made", "quiet")
-    ends = [made.paths.audio_manifest(name, f"virtual-0{n}") for name in names for n in (1, 2)]
-    ends = [str(path.relative_to(made.root)) for path in ends]
+    ends = [str(Paths().acquired(name, f"virtual-0{n}")) for name in names for n in (1, 2)]
     made.snakemake(*ends)
     logs = {name: _logged(made, name) for name in names}
     solved = {name: re.findall(r", (\d+) scenes solved", text) for name, text in logs.items()}
     assert solved == {"a_loud": ["0", "0"], "made": ["1", "1"], "quiet": ["0", "0"]}
-    assert len(list(made.paths.responses.rglob("*.response"))) == 2
+    assert len(list(made.paths.responses.rglob("*.npz"))) == 2
     made.snakemake(ends[2], "--force")
     assert made.planned(*ends) == {}  # recording the first again does not redo the others
     assert "0 scenes solved" in _logged(made, "made")
@@ -96,18 +115,17 @@ def test_a_dry_run_pays_for_no_compiler(made):
 
 
 def test_the_opening_picture_is_of_a_task_that_tells_objects(made):
-    """It waits for what is told of it; without the gallery, and without such a task, there is
-    none."""
-    gallery, path = ("--config", "pages=['gallery']"), made.paths.dataset("made")
+    """It waits for the predictions; without pages, and without such a task, there is none."""
+    pages, path = ("--config", "pages=['accuracy']"), made.paths.dataset("made")
     declared = yaml.safe_load(path.read_text())
     declared["targets"]["object"] = {"kind": "classification"}
     declared["tasks"] = {"edge": {"target": "edge_mm", "models": ["knn"], "folds": 2}}
     path.write_text(yaml.safe_dump(declared))
     folder = str(made.paths.opening.parent.relative_to(made.root))
-    listed = made.arguments("--dry-run", folder, *gallery)
+    listed = made.arguments("--dry-run", folder, *pages)
     assert snakemake_here(*listed) != 0
     declared["tasks"]["kind"] = {"target": "object", "models": ["knn", "linear"], "folds": 2}
     path.write_text(yaml.safe_dump(declared))
-    planned = made.planned(folder, *gallery)
+    planned = made.planned(folder, *pages)
     assert (planned["opening"], planned["experiment"], planned["acquire"]) == (1, 2, 2)
     assert snakemake_here(*made.arguments("--dry-run", folder)) != 0

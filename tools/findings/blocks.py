@@ -5,9 +5,8 @@ from functools import partial
 from pathlib import Path
 
 from ajgdata.ablations import ABLATIONS
-from ajgdata.pipeline.stages import busy_s
 from ajgdata.report.format import number
-from tools import flame
+from ajgdata.store.benchmarks import RuleCost, cost_by_rule
 
 from . import evaluations, simulation, sorting
 from .documents import blocks_of
@@ -16,25 +15,32 @@ from .results import Results
 
 
 def run_cost(results: Results) -> str:
-    """Jobs of a run, their time and memory."""
-    jobs = results.jobs()
-    results.metric("size", "size", "cnn", "grouped", "rmse", "mean")  # names the commit
-    minutes = number(busy_s(jobs) / 60, 2)
-    processor = number(sum(job.cpu_s for job in jobs if job.cpu_s == job.cpu_s) / 60, 2)
-    memory = number(max(job.peak_mb for job in jobs if job.peak_mb == job.peak_mb) / 1e3, 2)
-    head = ("jobs", "time", "processor time", "memory, largest job", "`results/`")
+    """Jobs of a run, their time and memory, and the size of the results."""
+    *_, total = _costs(results)
+    head = ("jobs", "run time of all jobs", "CPU time", "memory, largest job", "`results/`")
     cells = (
-        f"{len(jobs):,}", f"{minutes} min", f"{processor} min", f"{memory} GB",
+        f"{total.jobs:,}",
+        f"{number(total.wall_s / 60, 2)} min",
+        f"{number(total.cpu_s / 60, 2)} min",
+        f"{number(total.peak_mb / 1e3, 2)} GB",
         f"{number(results.size_gb(), 2)} GB",
-    )  # fmt: skip
+    )
     return markdown_table(head, [cells])
 
 
 def run_time(results: Results) -> str:
-    """What the jobs of each rule took."""
-    jobs = results.jobs()
+    """Cost of the jobs of each rule."""
+    rows = [
+        (one.rule, f"{one.jobs}", f"{one.wall_s:,.0f}", f"{one.cpu_s:,.0f}", f"{one.peak_mb:,.0f}")
+        for one in _costs(results)
+    ]
+    return markdown_table(("rule", "jobs", "run time, s", "CPU time, s", "largest job, MB"), rows)
+
+
+def _costs(results: Results) -> list[RuleCost]:
+    costs = cost_by_rule(results.jobs())
     results.metric("size", "size", "cnn", "grouped", "rmse", "mean")  # names the commit
-    return f"{flame.table(jobs)}\n"
+    return costs
 
 
 BLOCKS: dict[str, Callable[[Results], str]] = {

@@ -81,7 +81,7 @@ class Results:
     def jobs(self) -> list[Job]:
         """Return what was measured of each job. Raises FileNotFoundError if there is none."""
         folder = self._place(self._paths.benchmarks)
-        jobs = read_benchmarks(folder, self._place(self._paths.logs))
+        jobs = read_benchmarks(folder)
         if not jobs:
             raise FileNotFoundError(folder)
         self._read[str(self._paths.benchmarks)] = repr(jobs).encode()

@@ -3,11 +3,12 @@ VIRTUAL = sorted({session for one in PLANS.values() for session in one.virtual})
 
 rule acquire:
     input:
-        scenes=of_session(PATHS.scenes),
         before=ancient(solved_before),
     output:
-        audio=PATHS.audio_manifest("{dataset}", "{session}"),
-        labels=PATHS.label_manifest("{dataset}", "{session}"),
+        # Kept while the job runs: recordings that are there are not made again.
+        session=update(PATHS.session_file("{dataset}", "{session}")),
+        recordings=update(PATHS.recordings_file("{dataset}", "{session}")),
+        done=touch(PATHS.acquired("{dataset}", "{session}")),
     log:
         "results/logs/acquire/{dataset}.{session}.log",
     benchmark:
@@ -15,9 +16,11 @@ rule acquire:
     wildcard_constraints:
         dataset="|".join(name for name, one in PLANS.items() if one.virtual) or "-",
         session="|".join(VIRTUAL) or "-",
-    priority: first_results
     conda:
         "../../environment.yml"
+    params:
+        recipe=recipe_of_session,
+        code=layer_hash("acquire", "pipeline/acquire.py", "pipeline/recipes.py"),
     message:
         "Recording session {wildcards.session} of {wildcards.dataset} with the virtual gripper"
     script:

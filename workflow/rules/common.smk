@@ -1,49 +1,3 @@
-def process_mode():
-    """Tell whether this process executes jobs: known when Snakemake builds their graph."""
-    if not workflow.is_main_process:
-        return "job"
-    if workflow.executor_plugin is None or workflow.dryrun:
-        return "look"
-    if workflow.local_exec:
-        # A limit of jobs a second lets Snakemake look at all waiting jobs again a second after
-        # each look, in one chain of timers more for each job that ended: for nothing here.
-        workflow.scheduling_settings.max_jobs_per_timespan = None
-    note_this_run()
-    return "run"
-
-
-@cache
-def note_this_run():
-    """Note that this run is alive, once, and say if others are."""
-    for said in (note_run(PATHS, local=workflow.local_exec), dates_mended(PATHS)):
-        if said:
-            print(said, file=sys.stderr)
-
-
-def noted(wildcards):
-    """No input: asked for before Snakemake locks anything, it notes the run."""
-    with errors_stop_snakemake("project"):
-        process_mode()
-        spare_pandas()
-    return []
-
-
-def spare_pandas():
-    """Let Snakemake compare parameters as the plain values that they are: to ask whether one is a
-    table it would import pandas, a third of a second in every process."""
-    plain = getattr(workflow.persistence, "_serialize_param_builtin", None)
-    if plain:
-        workflow.persistence._serialize_param_pandas = plain
-
-
-INPUTS = Inputs(PATHS, PLANS, process_mode, scratch=workflow.snakemake_tmp_dir)
-
-
-def code_of(*entries):
-    """Digest of the code that a job may use, made for the jobs that are looked at."""
-    return lambda wildcards: code_digest(*entries)
-
-
 def setting(name):
     """One key of the declaration of a job's data set, as plain values."""
     return lambda wildcards: SPECS[wildcards.dataset].model_dump(
@@ -51,24 +5,39 @@ def setting(name):
     )[name]
 
 
-def of_session(path):
-    """The session of a job, for one kind of file."""
-    return lambda wildcards: INPUTS.of(
-        wildcards.dataset, path(wildcards.dataset, wildcards.session)
-    )
+def session_files(wildcards):
+    """Description and table of a session, as far as they are there: its job reports what is not."""
+    name = wildcards.dataset, wildcards.session
+    files = [PATHS.session_file(*name), PATHS.recordings_file(*name)]
+    if wildcards.session in PLANS[wildcards.dataset].virtual:
+        return [*files, PATHS.acquired(*name)]
+    with errors_stop_snakemake(wildcards.dataset):
+        return [file for file in files if file.is_file()]
 
 
 def of_sessions(path):
     """All sessions of a data set, for one kind of file."""
     return lambda wildcards: [
-        INPUTS.of(wildcards.dataset, path(wildcards.dataset, session))
-        for session in PLANS[wildcards.dataset].sessions
+        path(wildcards.dataset, session)
+        for session in declared(PLANS, wildcards.dataset).sessions
     ]
+
+
+def declared(known, key):
+    """What is known of a data set or an experiment. Ends the run if it is not declared: Snakemake
+    would ignore another error if the file exists, and report that nothing is to be done.
+    """
+    if key not in known:
+        name = key if isinstance(key, str) else " ".join(key)
+        raise SystemExit(
+            f"{name}: not declared in the data sets of this run; remove its results, or declare it"
+        )
+    return known[key]
 
 
 def asked(wildcards):
     """The experiment of a job, as its task asks for it."""
-    return ASKED[wildcards.dataset, wildcards.task, wildcards.kind]
+    return declared(ASKED, (wildcards.dataset, wildcards.task, wildcards.kind))
 
 
 def documents_of(tasks):
@@ -84,8 +53,14 @@ def of_experiments(path, tasks):
 def solved_before(wildcards):
     """Whose responses a session finds, if it waits for them: the solver runs once a scene."""
     first = solved_by(PLANS, wildcards.dataset, wildcards.session)
-    path = PATHS.audio_manifest(first, wildcards.session) if first else None
-    return [INPUTS.of(first, path)] if first else []
+    return [PATHS.acquired(first, wildcards.session)] if first else []
+
+
+def recipe_of_session(wildcards):
+    """Hash of the settings of the recipe that a session follows from, and its source."""
+    spec = SPECS[wildcards.dataset]
+    settings = recipe_hash(spec.recipe, wildcards.session, spec.excitation)
+    return [settings, SOURCES.origin(spec.recipe.source)]
 
 
 def data_of(path, tasks):
@@ -99,18 +74,10 @@ def part(of):
 
 
 def tables_of_page(wildcards):
-    """What a page beside the report shows: of a study, of all ablations; the gallery has none."""
+    """Tables of a page beside the report: of a study or of all ablations."""
     if wildcards.page == ABLATIONS_PAGE:
         return [PATHS.ablation(name) for name in ABLATED]
-    return [] if wildcards.page == GALLERY else [PATHS.study(wildcards.page)]
-
-
-def opening_sessions(path):
-    """Virtual sessions of the data set of the opening picture, for one kind of file."""
-    return lambda wildcards: [
-        INPUTS.of(OPENING.dataset, path(OPENING.dataset, session))
-        for session in PLANS[OPENING.dataset].virtual
-    ]
+    return [PATHS.study(wildcards.page)]
 
 
 def registered_by(wildcards):
@@ -132,21 +99,16 @@ def of_latents(path):
     return [path(*key) for key in LATENTS]
 
 
-RUN_EXPERIMENT = "ajgdata.pipeline.experiments:run_experiment"
-RENDERERS = [
-    "ajgdata.pipeline.rendering:renderer",
-    "ajgdata.pipeline.rendering:new_grasps_of",
-]
-
-
-def measured_by(wildcards):
-    """What an experiment's results follow from, for `code_digest`; the simulation for some."""
+def measure_hash(wildcards):
+    """Hash of the code that an experiment's results follow from; with the simulation for some."""
     one = asked(wildcards).experiment
-    return [
-        RUN_EXPERIMENT,
-        measure_entry(one.name),
-        *([*RENDERERS, *GRIPPER_CODE] if one.renders else []),
-    ]
+    return layer_hash(
+        "ablations" if one.renders else "evaluate",
+        "pipeline/*record*.py",
+        "pipeline/experiments.py",
+        "pipeline/rendering.py",
+        *measure_files(one.name),
+    )
 
 
 def rendered_from(wildcards):
@@ -157,118 +119,9 @@ def rendered_from(wildcards):
     return settings_digest(recipe)
 
 
-def recordings_of(wildcards):
-    """Where the recordings are, for an experiment that reads them."""
-    if not asked(wildcards).experiment.reads_recordings:
-        return []
-    return of_sessions(PATHS.audio_manifest)(wildcards)
-
-
-def sessions_of_others(wildcards):
-    """Data set and session of the recordings of other data sets, for one that reads them."""
-    one = asked(wildcards)
-    others = one.others if one.experiment.reads_recordings else ()
-    return [[other, session] for other in others for session in PLANS[other].sessions]
-
-
-def recordings_of_others(wildcards):
-    """Where these recordings are."""
-    return [
-        INPUTS.of(other, PATHS.audio_manifest(other, session))
-        for other, session in sessions_of_others(wildcards)
-    ]
-
-
 def encoders_of(wildcards):
     """What the encoders of an embedding made, and what training them took."""
     if not asked(wildcards).of_latents:
         return []
     key = wildcards.dataset, wildcards.task
     return [PATHS.latents(*key), PATHS.training_cost(*key)]
-
-
-STARTED_S = time.monotonic()
-
-
-def taken():
-    """Return what this run took."""
-    dag = workflow.dag
-    jobs = [job for job in dag.jobs if not job.is_norun]
-    needed = [job for job in jobs if dag.needrun(job)]
-    ran = [job for job in needed if dag.finished(job)]
-    lost = [job for job in needed if not dag.finished(job)]
-    return effort(
-        time.monotonic() - STARTED_S,
-        len(ran),
-        len(jobs) - len(needed),
-        [Path(job.log[0]) for job in ran if job.rule.name == "features"],
-        local=workflow.local_exec,
-        whole=not lost,
-    )
-
-
-# Whose results are told first: the data set that waits for the fewest jobs.
-FIRST = min(
-    (name for name, spec in SPECS.items() if spec.tasks),
-    key=lambda name: len(PLANS[name].sessions) + sum(key[0] == name for key in ASKED),
-    default="",
-)
-
-
-def first_results(wildcards):
-    """Priority of the jobs of one data set, so that a first result is there soon."""
-    return int(wildcards.dataset == FIRST)
-
-
-def is_to_report():
-    """Tell whether this run is still to make the report."""
-    to_make = {str(file) for job in workflow.dag.needrun_jobs() for file in job.output}
-    return str(PATHS.report) in to_make
-
-
-def begin_report():
-    """Write the first page of a report that this run is to make, which grows with its results."""
-    if is_to_report():
-        from ajgdata.pipeline import growing  # templates, which no other run needs
-
-        if workflow.touch:
-            growing.discard(PATHS)
-        else:
-            growing.begin(PATHS, list(PLANS), MEASURED)
-
-
-def stop_report():
-    """Say on that page that there is no more to come, if there is not, and what failed."""
-    if PATHS.growing.is_file() and is_to_report():
-        from ajgdata.pipeline.growing import stop
-
-        stop(PATHS, failed_jobs())
-
-
-def failed_jobs():
-    """Return a line for each job that ended in an error, with its log."""
-    return [
-        f"{job.rule.name} {' '.join(job.wildcards)}: {', '.join(job.log) or 'see above'}"
-        for job in workflow.scheduler.failed
-    ]
-
-
-def tell_run():
-    """Print what the run did, of all that was asked for, on the console; return its summary."""
-    outputs = {str(file) for job in workflow.dag.jobs for file in job.output}
-    keys = [key for key in ASKED if str(PATHS.experiment(*key)) in outputs]
-    specs = {name: SPECS[name] for name in SPECS if str(PATHS.merged(name)) in outputs}
-    if specs:
-        run = summarise(PATHS, specs, keys, report=str(PATHS.report) in outputs)
-        told = [*lines(PATHS, run, failed_jobs()), effort_line(taken(), run.data)]
-        print("", *told, "", sep="\n", file=sys.stderr, flush=True)
-        return run
-    return None
-
-
-def end_run(run):
-    """End a whole run that skipped a task with one line and exit code 1; the next run, too."""
-    whole = any(job.rule.name == "complete" for job in workflow.dag.jobs)
-    if whole and run and (line := skipped_line(run)):
-        PATHS.complete.unlink(missing_ok=True)
-        raise SystemExit(line)

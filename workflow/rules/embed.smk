@@ -1,6 +1,6 @@
 rule embed:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
     output:
         latents=PATHS.latents("{dataset}", "{embedding}"),
         cost=PATHS.training_cost("{dataset}", "{embedding}"),
@@ -14,7 +14,7 @@ rule embed:
     params:
         settings=embedding_settings,
         seed=config["seed"],
-        code=code_of("ajgdata.pipeline.embed:train_embedding"),
+        code=layer_hash("evaluate", "pipeline/embed.py"),
     message:
         "Training encoders for {wildcards.embedding} of {wildcards.dataset}"
     script:
@@ -24,7 +24,6 @@ rule embed:
 rule explorer:
     input:
         projections=PATHS.experiment("{dataset}", "{embedding}", PROJECTIONS),
-        manifests=of_sessions(PATHS.audio_manifest),
     output:
         page=PATHS.explorer("{dataset}", "{embedding}"),
     log:
@@ -34,12 +33,12 @@ rule explorer:
     conda:
         "../../environment.yml"
     params:
-        code=code_of("ajgdata.pipeline.explorer:build_explorer"),
+        code=layer_hash("report"),
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         nav=NAVIGATION,
         run=PATHS.run,
         texts=REPORT_FILES,
     message:
-        "Every recording of {wildcards.dataset}, seen and heard"
+        "Scatter plot of {wildcards.embedding} of {wildcards.dataset}"
     script:
         "../scripts/explorer.py"

@@ -1,12 +1,10 @@
 # Every experiment on every task and embedding.
 rule experiment:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
         others=lambda wildcards: [
-            PATHS.merged(other) for other in asked(wildcards).others
+            PATHS.features(other) for other in asked(wildcards).others
         ],
-        manifests=recordings_of,
-        other_manifests=recordings_of_others,
         encoders=encoders_of,
     output:
         tables=PATHS.experiment("{dataset}", "{task}", "{kind}"),
@@ -15,17 +13,14 @@ rule experiment:
         "results/logs/experiment/{dataset}.{task}.{kind}.log",
     benchmark:
         "results/benchmarks/experiment/{dataset}.{task}.{kind}.tsv"
-    # First what is told first, then what simulates, which takes longest: others would wait for it.
-    priority:
-        lambda wildcards: 2 * first_results(wildcards)
-        + int(asked(wildcards).experiment.renders)
+    # What simulates takes longest: begun last, the run would wait for it.
+    priority: lambda wildcards: int(asked(wildcards).experiment.renders)
     conda:
         "../../environment.yml"
     params:
         settings=lambda wildcards: asked(wildcards).job_settings(wildcards.kind),
         split=lambda wildcards: SPECS[wildcards.dataset].task_settings(wildcards.task),
         others=lambda wildcards: list(asked(wildcards).others),
-        other_sessions=sessions_of_others,
         audio=lambda wildcards: SPECS[wildcards.dataset].audio.model_dump(mode="json"),
         features=lambda wildcards: SPECS[wildcards.dataset].features.model_dump(
             mode="json"
@@ -33,7 +28,7 @@ rule experiment:
         packages=lambda wildcards: packages_of(asked(wildcards), wildcards.kind),
         rendered=rendered_from,
         seed=config["seed"],
-        code=lambda wildcards: code_digest(*measured_by(wildcards)),
+        code=measure_hash,
     message:
         "Measuring {wildcards.kind} of {wildcards.task} of {wildcards.dataset}"
     script:
@@ -57,7 +52,7 @@ rule collect:
     params:
         documents=documents_of(MEASURED),
         run=PATHS.run,
-        code=code_of("ajgdata.pipeline.collect:collect"),
+        code=layer_hash("report"),
     message:
         "All results in one table"
     script:

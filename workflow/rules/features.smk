@@ -1,20 +1,27 @@
+FEATURES_CODE = layer_hash(
+    "features", "pipeline/extract_features.py", "pipeline/recordings.py"
+)
+
+
 rule features:
     input:
-        manifest=of_session(PATHS.audio_manifest),
+        session_files,
     output:
-        shard=PATHS.shard("{dataset}", "{session}"),
-        findings=PATHS.shard_findings("{dataset}", "{session}"),
+        # Kept while the job runs: rows of unchanged recordings are used again. A file that Snakemake
+        # restores after a failure looks new: the labels, which it deletes, make the job run again.
+        shard=update(PATHS.shard("{dataset}", "{session}")),
+        findings=update(PATHS.shard_findings("{dataset}", "{session}")),
+        labels=PATHS.shard_labels("{dataset}", "{session}"),
     log:
         "results/logs/features/{dataset}.{session}.log",
     benchmark:
         "results/benchmarks/features/{dataset}.{session}.tsv"
-    priority: first_results
     conda:
         "../../environment.yml"
     params:
         audio=setting("audio"),
         features=setting("features"),
-        code=code_of("ajgdata.pipeline.extract_features:extract_features"),
+        code=FEATURES_CODE,
     message:
         "Spectra of session {wildcards.session} of {wildcards.dataset}"
     script:
@@ -24,39 +31,21 @@ rule features:
 rule merge:
     input:
         shards=of_sessions(PATHS.shard),
-        labels=of_sessions(PATHS.label_manifest),
+        labels=of_sessions(PATHS.shard_labels),
         findings=of_sessions(PATHS.shard_findings),
     output:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
     log:
         "results/logs/merge/{dataset}.log",
     benchmark:
         "results/benchmarks/merge/{dataset}.tsv"
-    priority: first_results
     conda:
         "../../environment.yml"
     params:
         targets=setting("targets"),
-        code=code_of("ajgdata.pipeline.merge:merge"),
+        code=layer_hash("features", "pipeline/merge.py"),
     message:
         "Features and labels of {wildcards.dataset}"
     script:
         "../scripts/merge.py"
-
-
-# Asked for by name alone: whoever wants the features and nothing else. Never deleted beforehand,
-# since somebody may be reading it.
-rule store:
-    input:
-        ancient(rules.merge.output.store),  # merging links it itself
-    output:
-        update(PATHS.features("{dataset}")),
-    log:
-        "results/logs/store/{dataset}.log",
-    conda:
-        "../../environment.yml"
-    message:
-        "Features of {wildcards.dataset}, as people load them"
-    script:
-        "../scripts/store.py"

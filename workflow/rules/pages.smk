@@ -2,7 +2,7 @@
 wildcard_constraints:
     study="|".join(STUDIES),
     ablation="|".join(ABLATED) or "-",
-    page="|".join([ABLATIONS_PAGE, GALLERY, *STUDIES]),
+    page="|".join([ABLATIONS_PAGE, *STUDIES]),
 
 
 rule study:
@@ -16,7 +16,7 @@ rule study:
         "../../environment.yml"
     params:
         quick=config["quick"],
-        code=lambda wildcards: code_digest(*study_code(wildcards.study)),
+        code=study_hash(),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
@@ -26,7 +26,7 @@ rule study:
 rule ablate:
     input:
         stores=lambda wildcards: [
-            PATHS.merged(name) for name in ablation(wildcards.ablation).datasets
+            PATHS.features(name) for name in ablation(wildcards.ablation).datasets
         ],
     output:
         tables=PATHS.ablation("{ablation}"),
@@ -43,7 +43,7 @@ rule ablate:
         ],
         seed=config["seed"],
         quick=config["quick"],
-        code=lambda wildcards: code_digest(*ablation_code(wildcards.ablation)),
+        code=ablation_hash(),
     message:
         "Why simulation and paper differ: {wildcards.ablation}"
     script:
@@ -64,8 +64,7 @@ rule page:
         "../../environment.yml"
     params:
         nav=NAVIGATION,
-        quick=config["quick"],
-        code=lambda wildcards: code_digest(*page_code(wildcards.page)),
+        code=layer_hash("report"),
         texts=REPORT_FILES,
     message:
         "Page on {wildcards.page}"
@@ -74,18 +73,16 @@ rule page:
 
 
 # The opening picture of the report: a grasp of the virtual gripper and what was told of it.
-OPENING = subject_of(SPECS) if GALLERY in PAGES else None
+OPENING = subject_of(SPECS) if PAGES else None
 if OPENING:
 
     rule opening:
         input:
-            store=PATHS.merged(OPENING.dataset),
+            store=PATHS.features(OPENING.dataset),
             tables=[
                 PATHS.experiment(OPENING.dataset, OPENING.task, kind)
                 for kind in OPENING.kinds
             ],
-            scenes=opening_sessions(PATHS.scenes),
-            manifests=opening_sessions(PATHS.audio_manifest),
         output:
             folder=directory(PATHS.opening.parent),
         log:
@@ -96,7 +93,7 @@ if OPENING:
             "../../environment.yml"
         params:
             audio=SPECS[OPENING.dataset].audio.model_dump(mode="json"),
-            code=code_of("ajgdata.pipeline.opening:build_opening"),
+            code=layer_hash("report"),
         message:
             "The gripper in pictures"
         script:

@@ -1,16 +1,14 @@
 rule publish:
     input:
-        [PATHS.receipt(name) for name in PUBLISHED],
+        [PATHS.published_sums(name) for name in PUBLISHED],
 
 
 rule publish_dataset:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
         quarantine=PATHS.quarantine("{dataset}"),
-        audio=of_sessions(PATHS.audio_manifest),
-        lost=lambda wildcards: INPUTS.lost_tree(wildcards.dataset),
     output:
-        receipt=PATHS.receipt("{dataset}"),
+        sums=PATHS.published_sums("{dataset}"),
     log:
         "results/logs/publish/{dataset}.log",
     benchmark:
@@ -20,7 +18,7 @@ rule publish_dataset:
     params:
         declared=lambda wildcards: settings_digest(SPECS[wildcards.dataset]),
         texts=report_files_digest(PATHS, "templates/card.md.j2"),
-        code=code_of("ajgdata.pipeline.publish:publish"),
+        code=layer_hash("report"),
     message:
         "Publishing {wildcards.dataset}"
     script:

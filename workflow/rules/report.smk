@@ -4,14 +4,14 @@ REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
 
 rule report:
     input:
-        stores=[PATHS.merged(name) for name in PLANS],
+        stores=[PATHS.features(name) for name in PLANS],
         quarantines=[PATHS.quarantine(name) for name in PLANS],
         tables=of_experiments(PATHS.experiment, MEASURED),
         costs=of_experiments(PATHS.experiment_cost, MEASURED),
         explorers=of_latents(PATHS.explorer),
         pages=[PATHS.page(name) for name in PAGES],
         ablations=[PATHS.ablation(name) for name in REASONS],
-        trees=[PATHS.receipt(name) for name in PUBLISHED],
+        trees=[PATHS.published_sums(name) for name in PUBLISHED],
         opening=rules.opening.output.folder if OPENING else [],
     output:
         page=PATHS.report,
@@ -21,7 +21,6 @@ rule report:
         experiments=directory(PATHS.report.parent / EXPERIMENT_PAGES),
         sounds=directory(PATHS.report.parent / SOUNDS),
         tables=directory(PATHS.report.parent / TABLES),
-        papers=directory(PATHS.paper_tables),
     log:
         str(PATHS.log("report")),
     benchmark:
@@ -39,9 +38,7 @@ rule report:
         published=PUBLISHED,
         opening=bool(OPENING),
         declared=[settings_digest(one.spec) for one in PLANS.values()],
-        code=code_of(
-            "ajgdata.pipeline.report:build_report", *experiment_modules(ASKED.values())
-        ),
+        code=layer_hash("report"),
         packages=sorted({p for key in ASKED for p in packages_of(ASKED[key], key[2])}),
         texts=REPORT_FILES,
     message:
@@ -52,7 +49,7 @@ rule report:
 
 use rule report as report_alone with:
     input:
-        stores=part(partial(data_of, PATHS.merged)),
+        stores=part(partial(data_of, PATHS.features)),
         quarantines=part(partial(data_of, PATHS.quarantine)),
         tables=part(partial(of_experiments, PATHS.experiment)),
         costs=part(partial(of_experiments, PATHS.experiment_cost)),

@@ -4,7 +4,7 @@ from ajgdata.types import MODELS
 # All models of a data set in one job: what trains them is imported once.
 rule train:
     input:
-        store=PATHS.merged("{dataset}"),
+        store=PATHS.features("{dataset}"),
     output:
         folder=directory(PATHS.models("{dataset}")),
     log:
@@ -16,7 +16,7 @@ rule train:
     params:
         tasks=lambda wildcards: SPECS[wildcards.dataset].trainings(),
         seed=config["seed"],
-        code=code_of("ajgdata.pipeline.train:train_models"),
+        code=layer_hash("evaluate", "pipeline/train.py"),
         registered_by=registered_by,
     message:
         "Training every model of {wildcards.dataset} on all of it"

@@ -12,7 +12,7 @@ rule verify:
         "../../environment.yml"
     params:
         run=PATHS.run,
-        code=code_of("ajgdata.pipeline.verify:verify"),
+        code=layer_hash("report"),
     message:
         "Checking the results"
     script:
@@ -34,14 +34,15 @@ rule verify_solver:
     conda:
         "../../environment.yml"
     params:
-        code=code_of("ajgdata.pipeline.verify:verify_solver", "ajgdata.gripper"),
+        code=layer_hash("studies", "pipeline/verify.py"),
     message:
         "Checking the solver on runs too long for the test suite"
     script:
         "../scripts/verify_solver.py"
 
 
-# Last of all. If a task was skipped, `end_run` removes the output and ends with an exit code.
+# The last job of a whole run. If a task was skipped, `end_run` removes the summary and sets exit
+# code 1.
 rule complete:
     input:
         EVERYTHING,
@@ -56,7 +57,7 @@ rule complete:
         documents=documents_of(MEASURED),
         run=PATHS.run,
         optional=[key for key in ASKED if ASKED[key].optional_in(SPECS[key[0]])],
-        code=code_of("ajgdata.pipeline.run_summary:complete"),
+        code=layer_hash("report"),
     message:
         "Was everything made that was asked for?"
     script:

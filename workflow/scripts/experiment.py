@@ -4,15 +4,11 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import run_experiment
-from ajgdata.pipeline.growing import grow
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.rendering import new_grasps_of, renderer
 from ajgdata.types import AudioSettings, FeatureSettings
 
 params, wildcards = snakemake.params, snakemake.wildcards
-other_manifests: dict[str, list[Path]] = {}
-for (other, _), path in zip(params.other_sessions, snakemake.input.other_manifests, strict=True):
-    other_manifests.setdefault(other, []).append(Path(path))
 with logged(snakemake.log[0]):
     simulated = (Paths(), wildcards.dataset) if params.rendered else None
     run_experiment(
@@ -25,9 +21,7 @@ with logged(snakemake.log[0]):
         others=dict(zip(params.others, map(Path, snakemake.input.others), strict=True)),
         audio=AudioSettings(**params.audio),
         features=FeatureSettings(**params.features),
-        root=Path(),
-        manifests=[Path(path) for path in snakemake.input.manifests],
-        other_manifests=other_manifests,
+        paths=Paths(),
         encoders=[Path(path) for path in snakemake.input.encoders],
         render=renderer(*simulated) if simulated else None,
         new_grasps=new_grasps_of(*simulated) if simulated else None,
@@ -35,4 +29,3 @@ with logged(snakemake.log[0]):
         tables=Path(snakemake.output.tables),
         cost=Path(snakemake.output.cost),
     )
-    grow(Paths())

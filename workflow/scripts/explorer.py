@@ -13,7 +13,6 @@ with logged(snakemake.log[0]):
         dataset=snakemake.wildcards.dataset,
         embedding=snakemake.wildcards.embedding,
         paths=Paths(run=snakemake.params.run),
-        manifests=[Path(file) for file in snakemake.input.manifests],
         page=Path(snakemake.output.page),
         nav=parsed(snakemake.params.nav),
     )

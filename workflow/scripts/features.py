@@ -7,15 +7,14 @@ from ajgdata.pipeline.extract_features import extract_features
 from ajgdata.pipeline.log import logged
 from ajgdata.types import AudioSettings, FeatureSettings
 
-paths = Paths()
+wildcards, output = snakemake.wildcards, snakemake.output
 with logged(snakemake.log[0]):
     extract_features(
-        root=paths.root,
-        manifest=Path(snakemake.input.manifest),
+        folder=Paths().session(wildcards.dataset, wildcards.session),
         audio=AudioSettings(**snakemake.params.audio),
         features=FeatureSettings(**snakemake.params.features),
         code=snakemake.params.code,
-        shard=Path(snakemake.output.shard),
-        findings=Path(snakemake.output.findings),
-        cache=paths.shard_cache(snakemake.wildcards.dataset, snakemake.wildcards.session),
+        shard=Path(output.shard),
+        findings=Path(output.findings),
+        labels=Path(output.labels),
     )

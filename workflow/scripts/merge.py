@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
-from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.merge import merge
-from ajgdata.types import Target
+from ajgdata.pipeline.progress import tell
+from ajgdata.store.findings import read_findings
+from ajgdata.types import Target, left_out
 
 with logged(snakemake.log[0]):
     merge(
@@ -15,6 +16,9 @@ with logged(snakemake.log[0]):
         findings=[Path(path) for path in snakemake.input.findings],
         targets={name: Target(**given) for name, given in snakemake.params.targets.items()},
         store=Path(snakemake.output.store),
-        published=Paths().features(snakemake.wildcards.dataset),
         quarantine=Path(snakemake.output.quarantine),
     )
+    quarantine = Path(snakemake.output.quarantine)
+    if excluded := left_out(read_findings(quarantine)):
+        dataset = snakemake.wildcards.dataset
+        tell(f"left out  {len(excluded)} of {dataset}: {quarantine} says why")

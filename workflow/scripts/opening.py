@@ -12,8 +12,6 @@ with logged(snakemake.log[0]):
         Paths(),
         store=Path(snakemake.input.store),
         tables=[Path(file) for file in snakemake.input.tables],
-        scenes=[Path(file) for file in snakemake.input.scenes],
-        manifests=[Path(file) for file in snakemake.input.manifests],
         audio=AudioSettings(**snakemake.params.audio),
         code=snakemake.params.code,
     )

@@ -7,12 +7,10 @@ from ajgdata.pipeline.log import logged
 from ajgdata.pipeline.pages import build_page
 from ajgdata.report.navigation import parsed
 
-params = snakemake.params
 with logged(snakemake.log[0]):
     build_page(
         Paths(),
         snakemake.wildcards.page,
         [Path(file) for file in snakemake.input],
-        parsed(params.nav),
-        quick=params.quick,
+        parsed(snakemake.params.nav),
     )

@@ -13,5 +13,4 @@ with logged(snakemake.log[0]):
         dataset,
         paths.published(dataset),
         store=Path(snakemake.input.store),
-        receipt=Path(snakemake.output.receipt),
     )

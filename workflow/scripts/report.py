@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.log import logged
+from ajgdata.pipeline.progress import tell
 from ajgdata.pipeline.report import build_report
 from ajgdata.report.navigation import parsed
 
@@ -18,6 +19,6 @@ with logged(snakemake.log[0]):
         ablations=snakemake.params.ablations,
         published=snakemake.params.published,
         opening=Paths().opening if snakemake.params.opening else None,
-        code=snakemake.params.code,
         processes=snakemake.threads,
     )
+    tell(f"report: {snakemake.output.page}")

@@ -298,13 +298,6 @@ def _across(results: Sequence[TaskResults]) -> Iterable[Illustration]:
     return illustrations(results)
 
 
-def _cost_panel(results: Sequence[TaskResults]) -> Illustration | None:
-    """Return error against training time of all models on all tasks, for the first screen."""
-    from ajgdata.experiments.cross_validation.cost_panel import cost_panel  # matplotlib
-
-    return cost_panel(results)
-
-
 EXPERIMENT = Experiment(
     name="cross_validation",
     title="Cross-validation",
@@ -317,7 +310,6 @@ EXPERIMENT = Experiment(
     paper_comparison=shown.paper_comparison,
     highlights=shown.highlights,
     across=_across,
-    cost_panel=_cost_panel,
     training_cost=training_cost,
     order=1,
     by_model=True,

@@ -84,7 +84,7 @@ def tradeoff_figure(results: TaskResults) -> Figure:
     )
     panels = figure.subplots(1, 2, sharey=True)
     for axes, (time, label) in zip(panels, TIMES.items(), strict=True):
-        _tradeoff_panel(axes, models, time)
+        _tradeoff_panel(axes, models, time, named=axes is panels[-1])
         axes.set(xscale="log", xlabel=label)
         axes.margins(x=0.12)
         label_times(axes)
@@ -98,7 +98,7 @@ def tradeoff_figure(results: TaskResults) -> Figure:
     return figure
 
 
-def _tradeoff_panel(axes: Axes, models: tuple[ModelResult, ...], time: str) -> None:
+def _tradeoff_panel(axes: Axes, models: tuple[ModelResult, ...], time: str, named: bool) -> None:
     scale = models[0].task.scale
     times = np.array([getattr(m.cost, time) for m in models])
     front = pareto_front(times, np.array([m.error.mean for m in models]))
@@ -111,8 +111,8 @@ def _tradeoff_panel(axes: Axes, models: tuple[ModelResult, ...], time: str) -> N
         style["mfc"] = style["color"] if front[i] else "white"
         bars = model.score().bars(scale)
         axes.errorbar(times[i], score[i], bars, label=model.label, **style)
-        above = bars[1][0]
-        label_point(axes, float(times[i]), float(score[i]), model.label, str(style["color"]), above)
+        if named:
+            label_end(axes, float(times[i]), float(score[i]), model.label, str(style["color"]))
 
 
 def tradeoff_caption(results: TaskResults) -> Caption:

@@ -164,7 +164,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
     first = paper_model(results) or models[0]
     baseline = next((m for m in models if m.result.model == BASELINE), None)
     for part, paper in first.parts:
-        if paper is None or paper.text == NEAR_CHANCE:  # which a test decides
+        if paper is None:
             continue
         if paper.id == BASELINES and baseline:
             yield _baselines(paper, models, baseline)
@@ -177,7 +177,9 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
             if paper.id == COUNTED:
                 text = f"{text}; {_well_told(first)}"
             agrees: Verdict = "inconclusive"  # a published result without a number
-            if paper.value is not None:
+            if paper.text == NEAR_CHANCE:
+                agrees = first.verdict(part, first.task.scale * first.chance(part))
+            elif paper.value is not None:
                 agrees = first.verdict(part, paper.value)
             row = _row(paper, first, text, agrees, marks_of(models, first, part))
             split, note = _of_two_splits(first, part)

@@ -25,7 +25,7 @@ from ajgdata.evaluate.cross_gripper import calibration_groups
 from ajgdata.evaluate.novelty import Guard, alarm
 from ajgdata.evaluate.reference_correction import REMEDIES, change
 from ajgdata.live.drift import DriftWatch
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_named_model
 from ajgdata.types import NotPossibleError
 
 if TYPE_CHECKING:
@@ -96,8 +96,7 @@ def trained_on_day_1(
         known = _joined([found.held[one] for one in day_1 if one != unmet])
         if lacking := sorted({*there.value.tolist()} - {*known.value.tolist()}):
             raise NotPossibleError(f"only session {unmet!r} of day 1 holds {lacking[0]!r}")
-        made = make_model(model, inputs.kind, inputs.seed)
-        one = fit_model(made, known.feature, known.value, known.group)
+        one = _fitted(inputs, model, known)
         if not hasattr(one, "predict_proba"):
             raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
         fitted.append(one)
@@ -113,6 +112,14 @@ def trained_on_day_1(
         met = np.concatenate([found.references[day_1[n]] for n in others])
         models.append(Trained(one, unmet, suits, _guard(known, inputs.seed), met))
     return models
+
+
+def _fitted(inputs: Inputs, model: str, data: TaskData) -> Any:
+    """Return `model` trained on recordings of the task."""
+    return fit_named_model(
+        model, inputs.kind, data.feature, data.value, data.group,
+        seed=inputs.seed, limits=inputs.most_recordings,
+    )  # fmt: skip
 
 
 def _guard(known: TaskData, seed: int) -> Guard:
@@ -171,8 +178,7 @@ def mended(inputs: Inputs, settings: Settings, model: str, found: Sessions) -> I
                 chosen = np.concatenate([order[:grasps] for order in orders])
                 added = there.where(np.isin(there.group, chosen))
                 every = _joined([known, added])
-                made = make_model(model, inputs.kind, inputs.seed)
-                one = fit_model(made, every.feature, every.value, every.group)
+                one = _fitted(inputs, model, every)
                 accuracy = float(np.mean(one.predict(tested.feature) == tested.value))
                 row = {"session": session, "draw": draw, "grasps": grasps}
                 yield row | {"recordings": len(added.value), "accuracy": accuracy}

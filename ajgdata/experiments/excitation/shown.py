@@ -218,24 +218,14 @@ def _line(
 
 
 def _names(axes: Axes, results: TaskResults, of: Errors) -> None:
-    """Write the name of each kind beside the end of its line, where all panels are drawn."""
+    """Name the line of each kind in the legend."""
     from ajgdata.report.canvas import line_style
-    from ajgdata.report.labels import spread_out
+    from ajgdata.report.labels import label_end
 
-    low, high = axes.get_ylim()
-    room, ends = high - low, {}
     for n, kind in enumerate(results.settings.kinds):
         x, mean, _ = _line(results, of, kind)
         if len(x):
-            ends[n] = float(x[-1]), float(mean[-1])
-    wanted, heights = np.array([y for _, y in ends.values()]), np.full(len(ends), 0.06 * room)
-    places = spread_out(wanted, heights, low + 0.01 * room, high - 0.01 * room)
-    for (n, end), place in zip(ends.items(), places.tolist(), strict=True):
-        colour = line_style(n)["color"]
-        lead = {"arrowstyle": "-", "lw": 0.5, "color": colour}
-        words: dict[str, Any] = {"va": "center", "fontsize": 7.5, "color": colour}
-        axes.annotate(NAMES[results.settings.kinds[n]], end, (2.6, place), arrowprops=lead, **words)
-    axes.set_ylim(low, high)
+            label_end(axes, float(x[-1]), float(mean[-1]), NAMES[kind], line_style(n)["color"])
 
 
 def caption(results: TaskResults) -> Caption:

@@ -66,7 +66,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         raise NotPossibleError("it needs a virtual data set: its objects are grasped anew")
     data, clock = inputs.data(), _Clock()
     sizes = (None, *sorted(settings.grasps, reverse=True))
-    made = [trained(data, model, inputs.seed, size) for size in sizes]
+    limits = inputs.most_recordings
+    made = [trained(data, model, inputs.seed, size, limits) for size in sizes]
     wanted = wanted_grasps(made[0].classes.tolist(), settings.placements, settings.looks)
     feature, label = _sensed(inputs, settings, inputs.new_grasps(wanted), clock)
     for row in feature[:, 0]:  # one at a time, as they come to a robot
@@ -140,7 +141,7 @@ def _sorted(
     clock: _Clock,
 ) -> Iterator[tuple[Row, list[Row]]]:
     """Yield what is decided on all placements in each condition, and its runs."""
-    from ajgdata.evaluate.looks import look
+    from ajgdata.evaluate.sorting import look
 
     count, looks, bins = feature.shape
     flat = feature.reshape(count * looks, bins)
@@ -186,7 +187,7 @@ def _runs(
     inputs: Inputs, settings: Settings, classes: np.ndarray, looked: Any, label: np.ndarray
 ) -> Iterator[Row]:
     """Yield each run; where it stopped: what was held, and the two most probable classes."""
-    from ajgdata.evaluate.looks import orders, run_in_order
+    from ajgdata.evaluate.sorting import orders, run_in_order
 
     for number, order in enumerate(orders(len(label), settings.runs, inputs.seed)):
         run = run_in_order(looked, label, order)
@@ -209,8 +210,7 @@ def _expected(settings: Settings, trained: Trained, longest: int) -> Iterator[Ro
     A run goes on while an object is accepted and correctly classified.
     """
     from ajgdata.evaluate.calibration import with_temperature
-    from ajgdata.evaluate.looks import expected_lengths
-    from ajgdata.evaluate.sorting import accepted, decisions
+    from ajgdata.evaluate.sorting import accepted, decisions, expected_lengths
 
     plain, label = trained.held_out, trained.label
     both = plain, with_temperature(plain, trained.temperature)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from ajgdata.evaluate.calibration import with_temperature
 from ajgdata.evaluate.in_use import FOLDS, held_out_probability, temperature_in_use
 from ajgdata.evaluate.task_data import TaskData
-from ajgdata.models import fit_model, make_model
+from ajgdata.models import fit_named_model
 from ajgdata.types import NotPossibleError
 
 
@@ -33,7 +34,13 @@ class Trained(NamedTuple):
         return plain, with_temperature(plain, self.temperature)
 
 
-def trained(data: TaskData, model: str, seed: int, grasps: int | None = None) -> Trained:
+def trained(
+    data: TaskData,
+    model: str,
+    seed: int,
+    grasps: int | None = None,
+    limits: Mapping[str, int] | None = None,
+) -> Trained:
     """Return `model` trained on `grasps` grasps of each class, drawn with `seed`, or on all.
 
     Model and temperature are what training for use gives (pipeline.train). Raises NotPossibleError
@@ -48,8 +55,10 @@ def trained(data: TaskData, model: str, seed: int, grasps: int | None = None) ->
         raise NotPossibleError("a class has a single grasp, which nothing is held out of")
     folds = min(FOLDS, len(np.unique(group)))
     with threadpool_limits(limits=1):
-        held_out = held_out_probability(x, y, group, model=model, folds=folds, seed=seed)
-        fitted = fit_model(make_model(model, "classification", seed), x, y, group)
+        held_out = held_out_probability(
+            x, y, group, model=model, folds=folds, seed=seed, limits=limits
+        )
+        fitted = fit_named_model(model, "classification", x, y, group, seed=seed, limits=limits)
     found = temperature_in_use(held_out, label, group)
     return Trained(fewest, classes, fitted, found, held_out, label)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -20,8 +19,7 @@ NO_LICENCE = ("", "not stated", "none stated")
 
 @dataclass(frozen=True)
 class About:
-    """The answers to who, what and whence, in words. `answers` are those of a datasheet, by topic
-    (`TOPICS`)."""
+    """The answers to who, what and whence, in words."""
 
     name: str
     title: str
@@ -33,7 +31,6 @@ class About:
     version: str
     date: str
     source: Literal["simulated", "recorded"]
-    answers: Mapping[str, str]
     task_kinds: frozenset[str] = frozenset()
     has_gripper: bool = True
 
@@ -65,23 +62,3 @@ class About:
         year = f" ({self.date[:4]})" if self.date else ""
         own = f"{', '.join(self.authors)}{year}. {self.title}, version {self.version}. Data set."
         return self.citation or own
-
-
-#: Topics of a datasheet (after Gebru et al., Datasheets for Datasets, 2021), each with its
-#: question and, where there is one, its property of Croissant's vocabulary for responsible AI.
-TOPICS: dict[str, tuple[str, str]] = {
-    "motivation": ("For what was it made?", ""),
-    "tasks": ("What is to be predicted?", ""),
-    "composition": ("What does it consist of?", ""),
-    "labels": ("What do the labels mean, and who gave them?", "dataAnnotationProtocol"),
-    "missing": ("What is missing, and what was left out?", "dataCollectionMissingData"),
-    "collection": ("How was it collected?", "dataCollection"),
-    "collection_type": ("Of what kind is the collection?", "dataCollectionType"),
-    "preprocessing": ("What was done to it?", "dataPreprocessingProtocol"),
-    "uses": ("What can it be used for?", "dataUseCases"),
-    "limitations": ("What is it not good for?", "dataLimitations"),
-    "biases": ("In what is it one-sided?", "dataBiases"),
-    "personal": ("Does it tell anything about people?", "personalSensitiveInformation"),
-    "impact": ("Can its use harm anybody?", "dataSocialImpact"),
-    "maintenance": ("Who maintains it?", "dataReleaseMaintenancePlan"),
-}

@@ -16,7 +16,7 @@ import yaml
 from ajgdata.paths import AUDIO_FOLDER, SESSION_FILE, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_labels
-from ajgdata.store.files import read_json, read_text
+from ajgdata.store.files import has_aliases, read_json, read_text
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.archive import DISTRUST
 from ajgdata.store.publishing.checksums import files_of, read_checksums
@@ -25,7 +25,6 @@ from ajgdata.store.publishing.datapackage import LABELS
 from ajgdata.store.publishing.examples import examples, fenced
 from ajgdata.store.publishing.table import FILE_NAME, Table, read_table, table_of
 from ajgdata.store.sessions import read_declaration, read_session
-from ajgdata.store.yaml_loading import has_aliases
 from ajgdata.types import DataError
 
 AGAIN = "publish it again, or fetch it again"

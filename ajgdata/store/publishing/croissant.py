@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ajgdata.paths import AUDIO_FOLDER, Tree
-from ajgdata.store.publishing.about import TOPICS, About
+from ajgdata.store.publishing.about import About
 from ajgdata.store.publishing.table import FILE_NAME, PublishedColumn, Table
 
 RECORDINGS, AUDIO = "recordings", "audio"
@@ -59,19 +59,11 @@ def croissant(
     about: About, table: Table, hashes: Mapping[str, str], sizes: Mapping[str, int]
 ) -> dict[str, Any]:
     """Return the document; `hashes` and `sizes` (bytes) are those of the files that it names."""
-    rai = {
-        f"rai:{key}": about.answers[topic]
-        for topic, (_, key) in TOPICS.items()
-        if key and topic in about.answers
-    }
     dated = {"datePublished": about.date} if about.date else {}
     return {
         "@context": CONTEXT,
         "@type": "sc:Dataset",
-        "conformsTo": [
-            "http://mlcommons.org/croissant/1.0",
-            "http://mlcommons.org/croissant/RAI/1.0",
-        ],
+        "conformsTo": "http://mlcommons.org/croissant/1.0",
         "name": about.name,
         "alternateName": about.title,
         "description": about.description or about.title,
@@ -84,7 +76,6 @@ def croissant(
         "url": about.url or "https://arxiv.org/abs/2603.00351",
         "version": about.version,
         **dated,
-        **rai,
         "distribution": _distribution(table, hashes, sizes),
         "recordSet": [_recordings(table), _audio()],
     }

@@ -1,0 +1,125 @@
+"""Recordings of a session as they are on disk: files that can be used, and what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.files import why_no_file
+from ajgdata.store.sessions import audio_path, inside, read_recordings, read_session
+from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
+
+LABEL_COLUMNS = ("recording_id", "grasp_id", "sample", "object", "quality")
+WHOLE_SESSION = "*"
+Level = Literal["error", "warning"]
+
+
+@dataclass(frozen=True)
+class AudioFile:
+    """The file of a recording, or of the played sound, and the sha256 of its bytes."""
+
+    recording_id: str
+    path: Path
+    sha256: str
+
+
+@dataclass
+class SessionAudio:
+    """One session: recordings whose file is there and unchanged, the played sound (None if it
+    cannot be used), a row of labels for each row of its table, and issues."""
+
+    session_id: str
+    files: list[AudioFile] = field(default_factory=list)
+    played: AudioFile | None = None
+    labels: list[dict[str, str]] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+
+
+def check_session(folder: Path) -> SessionAudio:
+    """Read the tables and every file of a session. Problems are findings, never exceptions."""
+    result = SessionAudio(folder.name)
+    try:
+        session = read_session(folder)
+        recordings, result.findings = read_recordings(folder)
+    except DataError as error:
+        file = Path(error.where.split(":")[0]).name
+        problem = f"{file}: {error.problem}"
+        result.findings = [_whole(folder, "error", "bad_session", problem, error.fix, file)]
+        return result
+    for grasp, reason in session.skipped.items():
+        problem, _, fix = reason.rpartition("; ")
+        result.findings.append(Finding(folder.name, grasp, "", "warning", "skipped", problem, fix))
+    for recording in recordings:
+        try:
+            path = audio_path(folder, session, recording)
+            digest = checked_sha256(path, recording.sha256)
+            result.files.append(AudioFile(recording.recording_id, path, digest))
+        except DataError as error:
+            result.findings.append(_finding(folder.name, recording, error))
+    try:
+        result.played = played_sound(folder, session)
+    except DataError as error:
+        problem = f"the played sound cannot be used: {error.problem}"
+        result.findings.append(_whole(folder, "warning", "bad_excitation", problem, error.fix))
+    result.labels = label_rows(session, recordings)
+    result.findings.sort()
+    return result
+
+
+def played_sound(folder: Path, session: Session) -> AudioFile | None:
+    """Return what a session played; None if it declares nothing. Raises DataError if it cannot be
+    used."""
+    if session.excitation is None:
+        return None
+    path = inside(folder, session.excitation.file)
+    return AudioFile("", path, checked_sha256(path, session.excitation.sha256))
+
+
+def checked_sha256(path: Path, declared: str) -> str:
+    """Return the sha256 of a file. Raises DataError if it cannot be read or is not `declared`."""
+    if wrong := why_no_file(path):
+        raise DataError("missing", *wrong)
+    try:
+        found = file_sha256(path)
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})"
+        raise DataError("missing", problem, "check disk and permissions") from None
+    if declared and found != declared:
+        raise DataError(
+            "changed",
+            "its bytes are not those that were recorded (sha256 differs)",
+            "restore the file, or accept it with `ajgdata seal`",
+        )
+    return found
+
+
+def _whole(
+    folder: Path, level: Level, code: str, problem: str, fix: str, file: str = ""
+) -> Finding:
+    return Finding(folder.name, WHOLE_SESSION, file, level, code, problem, fix)
+
+
+def _finding(session: str, recording: Recording, error: DataError) -> Finding:
+    code = error.where if error.where in ("missing", "changed") else "escapes"
+    return Finding(
+        session, recording.recording_id, recording.file, "error", code, error.problem, error.fix
+    )
+
+
+def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:
+    """Return a row of labels for each recording of a session, all as text."""
+    columns = sorted({column for r in recordings for column in r.labels})
+    return [
+        {c: str(getattr(r, c)) for c in LABEL_COLUMNS}
+        | {c: str(getattr(session, c)) for c in SESSION_COLUMNS}
+        | {c: r.labels.get(c, "") for c in columns}
+        for r in recordings
+    ]
+
+
+def label_columns(rows: Sequence[dict[str, str]]) -> list[str]:
+    """Return the columns of a table of such rows, also of one without rows."""
+    return list(rows[0]) if rows else [*LABEL_COLUMNS, *SESSION_COLUMNS]

@@ -1,0 +1,100 @@
+"""Results depend on the code of their layer, of the layers below, and on versions of libraries."""
+
+import ast
+from fnmatch import fnmatch
+from pathlib import Path
+
+import pytest
+
+from ajgdata.experiments import EXPERIMENTS, measure_files
+from ajgdata.store import provenance
+from ajgdata.store.provenance import LAYERS, PACKAGE, layer_hash
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package with a file in some layers, instead of ours."""
+    for file in ("gripper/scene.py", "features/spectrum.py", "models/cnn.py", "report/page.py"):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text("x = 1\n")
+    monkeypatch.setattr(provenance, "PACKAGE", tmp_path)
+    _clear()
+    yield tmp_path
+    _clear()
+
+
+def _clear():
+    layer_hash.cache_clear()
+    provenance.file_hash.cache_clear()
+
+
+def changed_layers(change):
+    """Return the layers whose hash `change()` changes."""
+    before = {layer: layer_hash(layer) for layer in LAYERS}
+    change()
+    _clear()
+    return {layer for layer in LAYERS if layer_hash(layer) != before[layer]}
+
+
+@pytest.mark.parametrize(
+    ("file", "unchanged"),
+    [
+        ("gripper/scene.py", {"features", "models", "evaluate"}),
+        ("features/spectrum.py", {"gripper"}),
+        ("models/cnn.py", {"gripper", "features", "acquire", "studies"}),
+        ("report/page.py", set(LAYERS) - {"report"}),
+    ],
+)
+def test_an_edit_concerns_its_layer_and_those_above(package, file, unchanged):
+    edit = (package / file).write_text
+    assert changed_layers(lambda: edit("x = 2\n")) == set(LAYERS) - unchanged
+
+
+@pytest.mark.parametrize(
+    ("library", "unchanged"), [("scikit-learn", {"gripper", "features"}), ("numpy", set())]
+)
+def test_a_new_version_of_a_library_concerns_the_layers_that_use_it(
+    package, monkeypatch, library, unchanged
+):
+    def upgrade():
+        real = provenance.version
+        newer = lambda name: "99.0" if name == library else real(name)  # noqa: E731
+        monkeypatch.setattr(provenance, "version", newer)
+
+    assert changed_layers(upgrade) == set(LAYERS) - unchanged
+
+
+def test_further_files_count(package, tmp_path):
+    plug_in = tmp_path / "plug_in.py"
+    plug_in.write_text("x = 1\n")
+    before = layer_hash("features", str(plug_in)), layer_hash("features", "report/*.py")
+    assert len({*before, layer_hash("features")}) == 3
+
+
+def test_a_layer_names_all_that_its_files_import():
+    for layer, patterns in LAYERS.items():
+        files = {file for one in patterns for file in PACKAGE.glob(one) if file.suffix == ".py"}
+        imported = {name for file in files for name in _imports(file)}
+        missing = {
+            name
+            for name in imported - {"paths", "report"}  # no result is drawn
+            if not any(fnmatch(f"{name}/x.py", one.replace("**/", "")) for one in patterns)
+        }
+        assert not missing, layer
+
+
+def _imports(file: Path) -> set[str]:
+    """Return the packages of ajgdata that a module imports, at any depth."""
+    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    names = [n.module for n in nodes if isinstance(n, ast.ImportFrom) and n.module]
+    return {name.split(".")[1] for name in names if name.startswith("ajgdata.")}
+
+
+def test_an_experiment_depends_on_its_module_and_on_experiments_that_it_imports():
+    names = {Path(file).name for file in measure_files("shortcut")}
+    assert {"shortcut.py", "base.py", "results.py"} <= names
+    assert "learning_curve.py" not in names
+    for name in EXPERIMENTS.names():
+        files = measure_files(name)
+        assert files
+        assert not [file for file in files if "drawings" in Path(file).parts]
