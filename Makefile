@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench demo-live sort-live docs findings lock clean
+.PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench demo-live sort-live docs readme lock clean
 
 # ARGS are passed on: make reproduce ARGS=report_size, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
@@ -62,7 +62,6 @@ format: $(VENV)/.lint
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
-	$(BIN)/python benchmarks/loading.py
 	$(BIN)/python benchmarks/solver.py
 	$(BIN)/python benchmarks/solver.py --scheme second
 
@@ -80,9 +79,10 @@ docs: $(VENV)/.docs
 	$(BIN)/python tools/parameters.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
-# Figures of the last run into README and docs, between their markers; screenshots of its report into docs/images.
-findings: $(VENV)/.test $(VENV)/.browser
-	$(BIN)/python -m tools.findings
+# The README's table from the last run; screenshots of its report into docs/images.
+readme: $(VENV)/.test $(VENV)/.browser
+	$(BIN)/python -m tools.readme_table
+	$(BIN)/python -m tools.screenshots
 
 # Resolve new versions (maintainers only; needs uv), then write them into environment.yml.
 lock: $(VENV)/.test

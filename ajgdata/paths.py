@@ -33,8 +33,6 @@ EXPERIMENT_PAGES = "experiments"
 #: Page on why simulation and paper differ.
 ABLATIONS_PAGE = "ablations"
 FIGURE_FORMATS = ("svg", "png", "pdf")
-#: Beside each model that was exported for NumPy: what runs it.
-EXPORT_PROGRAM = "ajgdata_numpy.py"
 #: Tells the checks of the results which run they are of; see `Paths.run`.
 RUN_VARIABLE = "AJGDATA_RUN"
 #: Of more data sets than this many letters name, a run's name holds a digest.

@@ -1,7 +1,7 @@
-"""The wave kernel beside the same scheme in C, Devito, numpy and torch: one grid, same steps.
+"""The wave kernel beside the same scheme in C and Devito: one grid, same steps.
 
 Run `python benchmarks/solver.py` (`--dx 2.5` for another grid, `--scheme second` for two-point
-differences, for which numpy and torch are measured too). All march the lossless cavity of
+differences). All march the lossless cavity of
 one grasp, with its cut cells, from the same random pressures in float32, on one core; their final
 pressures must agree. C needs a compiler (`cc`), Devito needs Devito (`pip install devito`); what is
 missing is said and left out. Rates count open cells. Runs are interleaved and the best of each

@@ -134,88 +134,6 @@ def by_devito(given: Problem) -> Route:
     return run
 
 
-def by_numpy(given: Problem) -> Route:
-    """Slices, without temporary arrays."""
-    gx, gy, gz = given.gains
-
-    def run(steps: int) -> Real:
-        p = given.start.copy()
-        ux, uy, uz, work = (np.zeros_like(p) for _ in range(4))
-        for _ in range(steps):
-            for u, gain, axis in ((ux, gx, 2), (uy, gy, 1), (uz, gz, 0)):
-                low, high = halves(axis)
-                np.subtract(p[high], p[low], out=work[low])
-                np.multiply(work[low], gain[low], out=work[low])
-                np.subtract(u[low], work[low], out=u[low])
-            np.add(ux, uy, out=work)
-            np.add(work, uz, out=work)
-            for u, axis in ((ux, 2), (uy, 1), (uz, 0)):
-                low, high = halves(axis)
-                np.subtract(work[high], u[low], out=work[high])
-            np.multiply(work, given.yield_, out=work)
-            np.subtract(p, work, out=p)
-        return p
-
-    return run
-
-
-def halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """All but the last, and all but the first, along one axis of three."""
-    low, high = [slice(None)] * 3, [slice(None)] * 3
-    low[axis], high[axis] = slice(None, -1), slice(1, None)
-    return tuple(low), tuple(high)
-
-
-def by_torch_slices(given: Problem) -> Route:
-    import torch
-
-    torch.set_num_threads(1)
-    gx, gy, gz, yield_ = (torch.from_numpy(a.copy()) for a in (*given.gains, given.yield_))
-
-    def run(steps: int) -> Real:
-        p = torch.from_numpy(given.start.copy())
-        ux, uy, uz = (torch.zeros_like(p) for _ in range(3))
-        with torch.no_grad():
-            for _ in range(steps):
-                for u, gain, axis in ((ux, gx, 2), (uy, gy, 1), (uz, gz, 0)):
-                    low, high = halves(axis)
-                    u[low].addcmul_(gain[low], p[high] - p[low], value=-1)
-                out = ux + uy
-                out += uz
-                for u, axis in ((ux, 2), (uy, 1), (uz, 0)):
-                    low, high = halves(axis)
-                    out[high] -= u[low]
-                p.addcmul_(yield_, out, value=-1)
-        return p.numpy()
-
-    return run
-
-
-def by_torch_conv3d(given: Problem) -> Route:
-    """Gradient and divergence as convolutions, as networks for wave equations are written."""
-    import torch
-    from torch.nn.functional import conv3d, pad
-
-    torch.set_num_threads(1)
-    gains = torch.from_numpy(np.stack(given.gains))[None]
-    yield_ = torch.from_numpy(given.yield_.copy())[None, None]
-    gradient, divergence = torch.zeros(3, 1, 2, 2, 2), torch.zeros(1, 3, 2, 2, 2)
-    for axis, (z, y, x) in enumerate(((0, 0, 1), (0, 1, 0), (1, 0, 0))):
-        gradient[axis, 0, 0, 0, 0], gradient[axis, 0, z, y, x] = -1, 1
-        divergence[0, axis, 1, 1, 1], divergence[0, axis, 1 - z, 1 - y, 1 - x] = 1, -1
-
-    def run(steps: int) -> Real:
-        p = torch.from_numpy(given.start.copy())[None, None]
-        u = torch.zeros_like(gains)
-        with torch.no_grad():
-            for _ in range(steps):
-                u.addcmul_(gains, conv3d(pad(p, (0, 1, 0, 1, 0, 1)), gradient), value=-1)
-                p.addcmul_(yield_, conv3d(pad(u, (1, 0, 1, 0, 1, 0)), divergence), value=-1)
-        return p[0, 0].numpy()
-
-    return run
-
-
 def routes(given: Problem) -> tuple[dict[str, Route], list[str]]:
     """What can run here, and what cannot and why."""
     made, missing = {"ours (numba)": ours(given)}, []
@@ -227,12 +145,6 @@ def routes(given: Problem) -> tuple[dict[str, Route], list[str]]:
         made["Devito"] = by_devito(given)
     else:
         missing.append("Devito: not installed (pip install devito)")
-    if given.reach:
-        missing.append("numpy and torch: --scheme second has them")
-        return made, missing
-    made["numpy slices"] = by_numpy(given)
-    made["torch slices"] = by_torch_slices(given)
-    made["torch conv3d"] = by_torch_conv3d(given)
     return made, missing
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from ajgdata.paths import Paths
 from ajgdata.store.files import write_if_changed
@@ -24,34 +22,17 @@ OPENING_WIDTH = 1300
 MAX_BYTES = 400_000
 
 
-class Shot(NamedTuple):
-    """How a page is looked at: width and height in CSS pixels, and how many of the picture's one
-    of them takes."""
-
-    width: int
-    height: int
-    scale: float = 1
-    dark: bool = False
-    printed: bool = False
+#: Width and height of the first screen of a report, CSS pixels.
+SCREEN = (1300, 900)
 
 
-#: The first is to be read; the others show that it can be. Print: A4 less margins of 1 cm.
-SHOTS = {
-    "report": Shot(1300, 900),
-    "report-dark": Shot(1300, 900, scale=0.4, dark=True),
-    "report-phone": Shot(360, 740),
-    "report-print": Shot(718, 1047, scale=0.5, printed=True),
-}
-
-
-def screenshots(page: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield name and PNG of each shot of a page."""
+def screenshot(page: Path) -> bytes:
+    """Return the first screen of a page as PNG."""
     with browser() as window:
-        for name, shot in SHOTS.items():
-            window.window(shot.width, shot.height, scale=shot.scale)
-            window.medium(dark=shot.dark, printed=shot.printed)
-            window.open(page.resolve().as_uri())
-            yield name, small(window.picture())
+        window.window(*SCREEN, scale=1)
+        window.medium(dark=False, printed=False)
+        window.open(page.resolve().as_uri())
+        return small(window.picture())
 
 
 def small(png: bytes, colours: int = COLOURS, width: int = 0) -> bytes:
@@ -81,8 +62,7 @@ def write_screenshots(page: Path) -> None:
     elif what := missing():
         print(f"screenshots: left as they were, not installed: {what}")
     else:
-        for name, png in screenshots(page):
-            _write(name, png)
+        _write("report", screenshot(page))
     size = sum(file.stat().st_size for file in IMAGES.iterdir())
     if size > MAX_BYTES:
         sys.exit(f"docs/images: {size / 1000:.0f} kB, more than {MAX_BYTES / 1000:.0f}")

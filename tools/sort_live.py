@@ -3,7 +3,7 @@
 The loop of `ajgdata sort` on the placements and in the orders of the experiment `live_sorting`:
 each probability and decision is compared with that of the same grasp in this process. Needs its
 results and the trained model (`make reproduce`), jackd2 and libportaudio2, and no hardware: the
-card runs as fast as all can follow. Writes results/live/sorting.json; `make findings` tells it.
+card runs as fast as all can follow. Writes results/live/sorting.json.
 """
 
 from __future__ import annotations

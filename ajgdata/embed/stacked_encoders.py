@@ -2,8 +2,7 @@
 
 A convolution per network becomes one grouped convolution, and channels are normalised as ever. A
 step of nine small networks on 32 spectra is bound by the cost of starting
-operations; together they start once. `benchmarks/embedding.py` measures it against a loop over the
-networks and against `torch.func.vmap`.
+operations; together they start once.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Trained models as files for computers without this package: ONNX, and NumPy alone."""
+"""Trained models as ONNX files for computers without this package."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ajgdata.store.audio import Audio, Remark
 
-_TOO_QUIET = 1e-30  # no microphone: below this float32 loses digits (1.2e-38), then everything
+TOO_QUIET = 1e-30  # no microphone: below this float32 loses digits (1.2e-38), then everything
 _QUIET = 1e-4  # -80 dB of full scale: three bits of a 16-bit recording
 _RUN = 3  # samples at the extreme, one after another, before it is called clipping
 #: A smooth peak that quantisation flattens over three samples has curvature c <= q per sample
@@ -96,7 +96,7 @@ def _soundless(columns: NDArray[Any]) -> Remark | None:
     if peak == 0:
         fix = "check that the microphone is connected and selected, then record again"
         return Remark("error", "silent", "every sample is zero", fix)
-    if peak < _TOO_QUIET:
+    if peak < TOO_QUIET:
         problem = f"peak {peak:.2g} is below anything that a microphone gives"
         return Remark("error", "too_quiet", problem, "find what scaled it down and record again")
     if not np.any(columns != columns[0]):

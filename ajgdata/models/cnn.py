@@ -2,7 +2,7 @@
 
 The paper gives the layers, softmax with cross-entropy for classes and a linear output with mean
 squared error for numbers. Everything else below is ours: chosen on the inner folds of one data
-set's training part by `benchmarks/cnn_choice.py`, see docs/models.md, and the same for all tasks.
+set's training part, see docs/models.md, and the same for all tasks.
 The two estimators follow scikit-learn's conventions (`fit`, `predict`, `get_params`, `clone`).
 """
 
@@ -59,7 +59,7 @@ class _Cnn(BaseEstimator):
         stride: int = 4,  # 2 is no better in three times the time; pooling errs far more often
         dropout: float = 0.5,  # before the dense layer; 0.2 does as well
         compression: float = 1.0,  # of the mean: louder bins count by their logarithm
-        scaling: Scaling = "per_bin",  # no better by one scale or both, benchmarks/cnn_scaling.py
+        scaling: Scaling = "per_bin",  # one scale, or both, are no better
         epochs: int = 10,  # one learning-rate cycle; 20 are no better in twice the time
         min_steps: int = 300,  # so that 20 recordings are not left with 30 updates
         batch_size: int = 8,  # more updates per epoch than a larger one, which err more often

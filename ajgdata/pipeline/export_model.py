@@ -1,83 +1,219 @@
-"""Trained model -> one file that says of a waveform what the package says."""
+"""Trained model -> ONNX file, and the comparison of such a file with the package."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from ajgdata.export.description import Exported, describe
-from ajgdata.export.layers import CannotExportError
-from ajgdata.export.numpy_file import numpy_bytes, program_bytes
-from ajgdata.loading import read_predictor
-from ajgdata.paths import EXPORT_PROGRAM, Paths
+import numpy as np
+
+from ajgdata.live.prediction import Prediction
+from ajgdata.live.predictor import Predictor
+from ajgdata.loading import load_recordings, read_predictor
+from ajgdata.paths import Paths
+from ajgdata.pipeline.recordings import examine
 from ajgdata.store.files import write_bytes
 from ajgdata.store.models import read_about
-from ajgdata.types import DataError
+from ajgdata.store.scan import AUDIO_SUFFIXES
+from ajgdata.types import NAME, DataError
 
-Format = Literal["onnx", "numpy"]
+Started = Callable[[int], Callable[[], object]]
+_EPSILON = float(np.finfo(np.float32).eps)
+#: Each of the five layers of a float32 network rounds about as much as an input with an error of
+#: one rounding; the models of scikit-learn compute in float64 and stay far below.
+_ROUNDINGS = 8
 
 
-def export_model(
-    paths: Paths, dataset: str, task: str, model: str, *, to: Format, folder: Path
-) -> list[Path]:
-    """Write the trained model of a task into `folder`; return the files.
+def export_model(paths: Paths, dataset: str, task: str, model: str, *, folder: Path) -> Path:
+    """Write the trained model of a task into `folder`; return the file.
 
-    For `numpy` that is the model and the program that uses it. Raises DataError for a model that
-    was not trained or cannot be exported, and where a package is missing.
+    Raises DataError for a model that was not trained or cannot be exported, and if a package is
+    missing.
     """
-    exported = exported_model(paths, dataset, task, model)
-    name = f"{dataset}-{task}-{model}"
-    if to == "numpy":
-        files = {f"{name}.npz": numpy_bytes(exported), EXPORT_PROGRAM: program_bytes()}
-    else:
-        files = {f"{name}.onnx": _onnx_bytes(exported)}
-    for file, content in files.items():
-        write_bytes(folder / file, content)
-    return [folder / file for file in files]
-
-
-def exported_model(paths: Paths, dataset: str, task: str, model: str) -> Exported:
-    """Return all that a file of the trained model holds. Raises DataError, see `export_model`."""
     place = paths.model(dataset, task, model)
     if not place.is_dir():
         raise DataError(place, "there is no such trained model", "correct the name or `snakemake`")
-    about, predictor = read_about(place), read_predictor(place, dataset, task)
-    guard = predictor.guard
+    _check_packages()
+    from ajgdata.export.onnx_file import onnx_bytes
+    from ajgdata.export.torch_model import CannotExportError
+
+    predictor = read_predictor(place, dataset, task)
     try:
-        return describe(
-            predictor.estimator,
-            names=(dataset, task, model),
-            kind=predictor.kind,
-            unit=predictor.unit,
-            period=about["period"],
-            audio=predictor.audio,
-            features=predictor.features,
-            calibration=predictor.calibration.plain(),
-            guard={
-                "grasps": guard.grasps,
-                "references": guard.references,
-                "mean": guard.mean,
-                "std": guard.std,
-                "scale": guard.scale,
-            }
-            if len(guard.grasps)
-            else None,
-            provenance=provenance(about),
-        )
+        content = onnx_bytes(predictor, describe(predictor, read_about(place)))
     except CannotExportError as error:
-        raise DataError(place, str(error), "choose another model, or other features") from None
+        raise DataError(place, str(error), "choose another model") from None
+    file = folder / f"{dataset}-{task}-{model}.onnx"
+    write_bytes(file, content)
+    return file
 
 
-def provenance(about: Mapping[str, Any]) -> dict[str, Any]:
-    """Return where a trained model comes from: data, code, seed."""
-    return about["provenance"] | {key: about[key] for key in ("seed", "target", "recordings")}
+def _check_packages() -> None:
+    for package in ("onnx", "onnxruntime", "onnxscript"):
+        if find_spec(package) is None:
+            raise DataError(package, "is not installed", "pip install 'ajgdata[export]'")
 
 
-def _onnx_bytes(exported: Exported) -> bytes:
-    try:
-        from ajgdata.export.onnx_graph import onnx_bytes
-    except ImportError as error:
-        problem = f"cannot be written without the package {error.name}"
-        raise DataError("ONNX", problem, "pip install 'ajgdata[export]'") from None
-    return onnx_bytes(exported)
+def describe(predictor: Predictor, trained: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the metadata of the file; `trained` describes the training."""
+    from ajgdata.export.onnx_file import VERDICTS
+
+    provenance = trained["provenance"] | {
+        key: trained[key] for key in ("seed", "target", "recordings")
+    }
+    return {
+        "data_set": predictor.dataset,
+        "task": predictor.task,
+        "model": predictor.model,
+        "kind": predictor.kind,
+        "unit": predictor.unit,
+        "period": trained["period"],
+        "classes": list(predictor.classes),
+        "sample_rate_hz": predictor.sample_rate_hz,
+        "channel": predictor.audio.channel,
+        "features": predictor.features.model_dump(mode="json"),
+        "calibration": predictor.calibration.plain(),
+        "verdicts": list(VERDICTS),
+        "provenance": provenance,
+    }
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The largest difference of one quantity over all recordings, and what rounding explains."""
+
+    quantity: str
+    largest: float
+    allowed: float
+
+    @property
+    def is_beyond(self) -> bool:
+        """True if rounding does not explain the difference; NaN is beyond."""
+        return not self.largest <= self.allowed
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An exported file compared with the package, over `recordings`.
+
+    `turned` counts recordings of which the file gives another class or verdict than the package
+    for the same feature; `unusable` those that the package itself does not use.
+    """
+
+    recordings: int
+    unusable: int
+    differences: Sequence[Difference] = ()
+    turned: int = 0
+
+    @property
+    def is_wrong(self) -> bool:
+        """True if the file differs from the package, or if nothing was compared."""
+        beyond = any(difference.is_beyond for difference in self.differences)
+        return beyond or bool(self.turned) or not self.recordings
+
+
+def check_export(paths: Paths, file: Path, folder: Path | None, started: Started) -> Comparison:
+    """Compare an exported file with the package.
+
+    Over the recordings of the model's data set, or all audio files in `folder`. Raises DataError
+    for a damaged file, and if the trained model is not there or another one.
+    """
+    _check_packages()
+    from ajgdata.export.onnx_file import OnnxModel
+    from ajgdata.features.spectrum import spectrum
+
+    onnx = OnnxModel(file)
+    names = [str(onnx.about.get(key)) for key in ("data_set", "task", "model")]
+    place = paths.model(*names)
+    if not all(NAME.fullmatch(name) for name in names) or not place.is_dir():
+        problem = f"its trained model ({', '.join(names)}) is not there"
+        raise DataError(file, problem, "run `snakemake`, or check the file where it was written")
+    predictor = read_predictor(place, *names[:2])
+    if onnx.about != describe(predictor, read_about(place)):
+        raise DataError(file, "is not of the trained model as it is now", "export it again")
+    files, features, outputs = _audio_files(paths, names[0], folder), [], []
+    advance = started(len(files))
+    for path in files:
+        samples = examine(path, predictor.audio, predictor.features.window).samples
+        if samples is not None:
+            features.append(spectrum(samples, predictor.sample_rate_hz, predictor.features))
+            outputs.append(onnx(samples))
+        advance()
+    unusable = len(files) - len(outputs)
+    if not outputs:
+        return Comparison(0, unusable)
+    differences, turned = compare(predictor, np.array(features), outputs, onnx.about["period"])
+    return Comparison(len(outputs), unusable, differences, turned)
+
+
+def compare(
+    predictor: Predictor,
+    features: np.ndarray,
+    outputs: Sequence[Mapping[str, Any]],
+    period: float | None = None,
+) -> tuple[list[Difference], int]:
+    """Return the differences of a file's outputs, and how many classes or verdicts differ.
+
+    `features` (m, f) are the package's. All other quantities are compared for the features of the
+    file, so that a vote that the rounding of a feature turns is not an error of the file. They may
+    differ by 8 times what one rounding of the features changes the package's own.
+    """
+    exported = np.array([output["feature"] for output in outputs], np.float32)
+    differences = [_feature_difference(features, exported, predictor.features.window)]
+    ours = predictor.of_features(exported)
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], exported.shape)
+    rounded = predictor.of_features((exported * (1 + _EPSILON * signs)).astype(np.float32))
+    for name in ("novelty", "probability", "value"):
+        if name not in outputs[0]:
+            continue
+        reference = _values(ours, name)
+        theirs = np.array([output[name] for output in outputs], np.float64)
+        turn = period if name == "value" else None
+        amplified = _largest(_values(rounded, name), reference, turn)
+        allowed = _ROUNDINGS * amplified + 4 * _EPSILON * float(np.abs(reference).max())
+        differences.append(Difference(name, _largest(theirs, reference, turn), allowed))
+    pairs = zip(ours, outputs, strict=True)
+    return differences, sum(_is_turned(*pair, predictor.classes) for pair in pairs)
+
+
+def _values(predictions: Sequence[Prediction], name: str) -> np.ndarray:
+    if name == "probability":
+        return np.array([list(one.probability.values()) for one in predictions])
+    return np.array([getattr(one, name) for one in predictions], np.float64)
+
+
+def _is_turned(ours: Prediction, output: Mapping[str, Any], classes: Sequence[str]) -> bool:
+    from ajgdata.export.onnx_file import VERDICTS
+
+    other_class = "class" in output and classes[int(output["class"])] != ours.value
+    return other_class or VERDICTS[int(output.get("verdict", 3))] != str(ours.verdict)
+
+
+def _largest(one: np.ndarray, other: np.ndarray, period: float | None) -> float:
+    """Return the largest |one - other|, with a period the shorter way round."""
+    error = np.abs(one - other)
+    return float((error if period is None else np.minimum(error, np.abs(period - error))).max())
+
+
+def _feature_difference(ours: np.ndarray, theirs: np.ndarray, window: int) -> Difference:
+    """Return the difference of features (m, f), relative to the 2-norm of each.
+
+    A transform of N samples has an error of a few units of rounding times log2 N, relative to the
+    2-norm (N. Higham, Accuracy and Stability of Numerical Algorithms, 2002, theorem 24.2).
+    """
+    norm = np.linalg.norm(ours.astype(np.float64), axis=1)
+    error = np.linalg.norm(theirs.astype(np.float64) - ours, axis=1) / np.where(norm, norm, 1.0)
+    return Difference("feature", float(error.max()), 4 * _EPSILON * float(np.log2(window)))
+
+
+def _audio_files(paths: Paths, dataset: str, folder: Path | None) -> list[Path]:
+    """Return the recordings of a data set, or all audio files in a folder."""
+    if folder is None:
+        with load_recordings(dataset, paths.root) as recordings:
+            return [Path(str(file)) for file in recordings.file.values]
+    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in AUDIO_SUFFIXES)
+    if not files:
+        raise DataError(folder, "contains no recordings", "name the folder of the recordings")
+    return files

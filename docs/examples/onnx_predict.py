@@ -25,7 +25,8 @@ said = dict(zip(outputs, session.run(None, {"waveform": samples[np.newaxis]}), s
 if not said["usable"][0]:
     sys.exit(f"{recording}: silent, constant, or not finite")
 if "verdict" in said:
-    print(about["verdicts"][said["verdict"][0]], f"(novelty {said['novelty'][0]:.2f})")
+    novelty = f"(novelty {said['novelty'][0]:.2f})" if "novelty" in said else ""
+    print(about["verdicts"][said["verdict"][0]], novelty)
 if not about["classes"]:
     print(f"{said['value'][0]:.4g} {about['unit']}, {said['low'][0]:.4g} to {said['high'][0]:.4g}")
 elif "probability" in said:

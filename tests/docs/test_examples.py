@@ -129,7 +129,7 @@ def test_onnx_predict(in_project, example_project, monkeypatch, capsys):
     asked = read_dataset(example_project, "size").training("size")
     train_model(example_project.features("size"), **asked, model="ridge", seed=0, folder=folder)
     out = example_project.exported
-    (file,) = export_model(example_project, "size", "size", "ridge", to="onnx", folder=out)
+    file = export_model(example_project, "size", "size", "ridge", folder=out)
     first = ajgdata.load_recordings("size").file.values[0]
     monkeypatch.setattr("sys.argv", ["onnx_predict.py", str(file), str(first)])
     run("onnx_predict")

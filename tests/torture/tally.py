@@ -7,8 +7,6 @@ import random
 import time
 from pathlib import Path
 
-from tools.findings.markdown import markdown_table
-
 BEGIN, END = "<!-- torture -->\n", "<!-- /torture -->\n"
 #: A share of all trials, the seed, and the longest (s) that one kind of trial goes on, and all of
 #: them: after that, each kind is tried once.
@@ -40,7 +38,8 @@ class Tally:
         rows = [[*key, str(trials), str(bad)] for key, (trials, bad) in self.rows.items()]
         trials, bad = (sum(row[at] for row in self.rows.values()) for at in (0, 1))
         head = f"{trials} trials with {made_with} recordings, {bad} failures; seed {SEED}.\n\n"
-        return head + markdown_table(["Promise", "How it was tested", "Trials", "Failures"], rows)
+        lines = [["Promise", "How it was tested", "Trials", "Failures"], ["---"] * 4, *rows]
+        return head + "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 def trials(name: str, count: int):

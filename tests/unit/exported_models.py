@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from ajgdata.export.description import Exported, describe
+from ajgdata.evaluate.in_use import Calibration
+from ajgdata.evaluate.novelty import Guard
 from ajgdata.features.spectrum import spectra
+from ajgdata.live.predictor import Predictor
 from ajgdata.models import make_model
 from ajgdata.types import AudioSettings, FeatureSettings
 
@@ -40,39 +44,60 @@ def targets(question: str, count: int) -> np.ndarray:
     return np.array([f"class {one}" for one in number // (2 if question == "two_classes" else 1)])
 
 
+def kind_of(question: str) -> str:
+    return "regression" if question in ("number", "angle") else "classification"
+
+
+def period_of(question: str) -> float | None:
+    return PERIOD if question == "angle" else None
+
+
 def trained(model: str, question: str, features: np.ndarray):
     """A fitted estimator."""
-    kind = "regression" if question in ("number", "angle") else "classification"
-    estimator = make_model(model, kind, 0, PERIOD if question == "angle" else None)
-    wanted = SMALLER.get(model, {})
-    every = estimator.get_params()
-    names = {name: value for name, value in wanted.items()}
-    for name in every:
-        last = name.rpartition("__")[2]
-        if last in names:
-            estimator.set_params(**{name: names[last]})
+    estimator = make_model(model, kind_of(question), 0, period_of(question))
+    smaller = SMALLER.get(model, {})
+    for name in estimator.get_params():
+        if (last := name.rpartition("__")[2]) in smaller:
+            estimator.set_params(**{name: smaller[last]})
     return estimator.fit(features, targets(question, len(features)))
 
 
-def exported(
-    estimator, question: str = "classes", features: FeatureSettings = FEATURES, **more
-) -> Exported:
-    """What a file of an estimator holds."""
-    number = question in ("number", "angle")
+def predictor_of(
+    estimator,
+    question: str = "classes",
+    features: FeatureSettings = FEATURES,
+    guard: Guard | None = None,
+    **calibration,
+) -> Predictor:
+    """An estimator in use."""
+    number = kind_of(question) == "regression"
     given = {
-        "names": ("d", "t", "m"),
-        "kind": "regression" if number else "classification",
-        "unit": "mm" if number else "",
-        "period": PERIOD if question == "angle" else None,
-        "audio": AUDIO,
-        "calibration": {
-            "temperature": 1.5 if hasattr(estimator, "predict_proba") else None,
-            "half_width": 0.25,
-        },
-        "guard": None,
-        "provenance": {"git_commit": "0"},
+        "folds": 5,
+        "groups": 16,
+        "temperature": 1.5 if hasattr(estimator, "predict_proba") else None,
+        "coverage": 0.9,
+        "half_width": 0.25 if number else None,
+        "novelty_threshold": None,
+        "false_alarm": None,
+        "false_alarm_stated": 0.01,
+        "problems": {},
     }
-    return describe(estimator, features=features, **(given | more))
+    calibrated = Calibration(**(given | calibration))
+    predictor = Predictor(
+        estimator=estimator,
+        dataset="d",
+        task="t",
+        model="m",
+        kind=kind_of(question),
+        unit="mm" if number else "",
+        classes=() if number else tuple(estimator.classes_),
+        audio=AUDIO,
+        features=features,
+        calibration=calibrated,
+        guard=Guard.absent(1),
+    )
+    guard = guard or Guard.absent(len(predictor.frequency_hz))
+    return replace(predictor, guard=replace(guard, threshold=calibrated.novelty_threshold))
 
 
 def features_of(recordings: np.ndarray, settings: FeatureSettings = FEATURES) -> np.ndarray:

@@ -1,0 +1,136 @@
+"""`python -m tools.readme_table [--results DIR]`: the README's table of results."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import hashlib
+import io
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from ajgdata.evaluate.agreement import (
+    GRASP_INTERVAL,
+    NO_BETTER,
+    Interval,
+    compare,
+    is_better_than_chance,
+)
+from ajgdata.paths import Paths
+from ajgdata.report.comparison import NEAR_CHANCE
+from ajgdata.report.format import DASH, number, with_unit
+from ajgdata.report.paper import PaperFigure, parse_paper
+from ajgdata.store.files import write_if_changed
+from ajgdata.store.report_files import read_paper
+from ajgdata.store.sessions import read_dataset
+
+#: The project of this README, wherever the results are.
+PROJECT = Paths(Path(__file__).resolve().parents[1])
+README = PROJECT.root / "README.md"
+BEGIN, END = "<!-- results -->\n", "<!-- /results -->\n"
+KEY = ("dataset", "task", "model", "part", "metric", "statistic")
+HEAD = ("CNN, held-out grasps", "simulated (95 % interval)", "paper", "chance level", "verdict")
+
+
+class Row(NamedTuple):
+    """A part of the evaluation of a task, and its name in the list of published values."""
+
+    title: str
+    dataset: str
+    task: str
+    part: str
+    paper: str
+
+
+#: Each title is understandable without the other rows.
+ROWS = (
+    Row("Edge length of a cube, RMSE", "size", "size", "grouped", "size-known"),
+    Row("Edge length in noise of 80 dB(A), training at 45 dB(A), RMSE", "size", "noise",
+        "repeated fits on:size_80dba", "noise"),
+    Row("Household object, 16 classes, accuracy", "ycb", "object", "grouped", "ycb"),
+    Row("Material of an 80 mm sphere, 4 classes, accuracy", "sphere80", "material", "grouped",
+        "materials-sphere80"),
+    Row("Angle of a bar, angles withheld from training, RMSE", "orientation", "angle", "withheld",
+        "orientation"),
+)  # fmt: skip
+
+
+class Values(NamedTuple):
+    """A metric of the CNN, as `scale` times its value in `unit`."""
+
+    value: float
+    interval: Interval
+    chance: float
+    perfect: float
+    unit: str
+    scale: float
+
+
+def readme_table(metrics: bytes) -> str:
+    """Return the table for the content of a `metrics.csv`, and the run that it comes from."""
+    reader = list(csv.DictReader(io.StringIO(metrics.decode("utf-8"), newline="")))
+    known = {tuple(row[name] for name in KEY): row["value"] for row in reader}
+    paper = parse_paper(read_paper(PROJECT))
+    lines = [HEAD, ("---",) * len(HEAD), *(_cells(row, known, paper[row.paper]) for row in ROWS)]
+    table = "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    commits = ", ".join(sorted({row["commit"][:10] for row in reader}))
+    digest = hashlib.sha256(metrics).hexdigest()[:10]
+    return f"\n{table}\nRun of commit {commits}, results {digest}.\n\n"
+
+
+def _cells(row: Row, known: Mapping[tuple[str, ...], str], paper: PaperFigure) -> tuple[str, ...]:
+    """Return the cells of a row; a dash for values that the run does not have."""
+    found = _values(row, known)
+    published = paper.text if paper.value is None else with_unit(number(paper.value), paper.unit)
+    if found is None:
+        return row.title, DASH, published, DASH, DASH
+    value, interval, chance, perfect, unit, scale = found
+    low, high = (number(scale * end, 2) for end in interval)
+    result = f"{with_unit(number(scale * value, 2), unit)} ({low} to {high})"
+    if not is_better_than_chance(value, interval, chance, perfect):
+        result += f", {NO_BETTER}"
+    verdict: str = DASH
+    if paper.value is not None or paper.text == NEAR_CHANCE:
+        reference = chance if paper.value is None else paper.value / scale
+        verdict = compare(value, interval, reference, chance=chance, perfect=perfect)
+    return row.title, result, published, with_unit(number(scale * chance, 2), unit), verdict
+
+
+def _values(row: Row, known: Mapping[tuple[str, ...], str]) -> Values | None:
+    """Return the values of a row; None if the run has none."""
+    spec = read_dataset(PROJECT, row.dataset)
+    target = spec.targets[spec.tasks[row.task].target]
+    is_class = target.kind == "classification"
+    metric, unit, scale = ("accuracy", "%", 100) if is_class else ("rmse", target.unit, 1)
+
+    def value(statistic: str) -> float:
+        text = known.get((row.dataset, row.task, "cnn", row.part, metric, statistic))
+        return float(text) if text else math.nan
+
+    names = ("median", "low", "high") if "repeated" in row.part else ("mean", *GRASP_INTERVAL)
+    middle, low, high = map(value, names)
+    if math.isnan(middle):
+        return None
+    return Values(middle, Interval(low, high), value("chance"), float(is_class), unit, scale)
+
+
+def written(text: str) -> str:
+    """Return what is between the markers of the README."""
+    return text.split(BEGIN)[1].split(END, maxsplit=1)[0]
+
+
+def main() -> None:
+    """Write the table into the README."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--results", type=Path, default=PROJECT.results)
+    metrics = options.parse_args().results / PROJECT.metrics_table.name
+    text = README.read_text(encoding="utf-8")
+    table = readme_table(metrics.read_bytes())
+    if write_if_changed(README, text.replace(written(text), table).encode()):
+        print(f"wrote {README}")
+
+
+if __name__ == "__main__":
+    main()
