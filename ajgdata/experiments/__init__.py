@@ -30,7 +30,7 @@ from ajgdata.types import (
 from ajgdata.types.registry import Registry
 
 #: Modules of this package that experiments share.
-SHARED = ("base", "drawings", "embedding")
+SHARED = ("base", "drawings", "embedding", "plots")
 
 
 def _built_in() -> dict[str, Experiment]:
