@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from ajgdata.report.marks import MarkName, Picture, Point
 
 Headline = Literal["best", "trend", "range"]
+#: Percentiles that are given of a histogram.
+PERCENTILES = (5, 50, 95)
 MODEL = Column("model", "Model")
 
 
@@ -68,7 +70,7 @@ def table_for(results: TaskResults, plot: Plot) -> Table:
         table = plot.table(results)
     else:
         tables = [result.tables.get(plot.table) for result in results.results]
-        first = next(table for table in tables if table is not None)
+        first = next((one for one in tables if one), Table(plot.table, "", "", (MODEL,), ()))
         joined = [
             row if MODEL.key in row else {MODEL.key: result.label, **row}
             for result, table in zip(results.results, tables, strict=True)
@@ -111,6 +113,22 @@ def points_for(results: TaskResults, plot: Plot, **where: Value) -> list[Point]:
     return points
 
 
+def listed_points(results: TaskResults, plot: Plot) -> list[Point]:
+    """Return the points that are listed in words: of a histogram, median and percentiles."""
+    points = points_for(results, plot)
+    if plot.mark != "histogram":
+        return points
+    groups: dict[tuple[str, str], list[float]] = {}
+    for point in points:
+        groups.setdefault((point.panel, point.series), []).append(point.score.mean)
+    found = []
+    for (panel, series), values in groups.items():
+        low, middle, high = map(float, np.percentile(values, PERCENTILES))
+        score = Score(middle, math.nan, (), low, high)
+        found.append(points[0]._replace(panel=panel, series=series, x="", score=score))
+    return found
+
+
 def means(results: TaskResults, plot: Plot, **where: Value) -> list[float]:
     """Return the means of the points of rows with the values `where`, as they are shown."""
     return [point.score.mean for point in points_for(results, plot, **where)]
@@ -150,7 +168,7 @@ def _scale(results: TaskResults, table: Table, plot: Plot) -> float:
 def axis_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
     """Return title and unit of the values."""
     table = table_for(results, plot)
-    column = next(one for one in table.columns if one.key == plot.value)
+    column = next((one for one in table.columns if one.key == plot.value), Column("", ""))
     if _is_metric(table, plot):
         return results.metric_title, results.shown_unit
     return _lowered(column.title), "%" if plot.percent else column.unit
@@ -166,7 +184,7 @@ def _place_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
 
 
 def _lowered(title: str) -> str:
-    first = title.split(maxsplit=1)[0]
+    first = (title.split(maxsplit=1) or [""])[0]
     return title[:1].lower() + title[1:] if first[1:].islower() else title
 
 
@@ -188,7 +206,7 @@ def chance_for(results: TaskResults, plot: Plot) -> dict[str, float]:
 
 def conclusion(results: TaskResults, plot: Plot) -> str:
     """Return the conclusion of a plot: the title of its figure."""
-    points, (axis, unit) = points_for(results, plot), axis_of(results, plot)
+    points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
     higher = _higher_is_better(results, plot)
     choose = max if higher else min
     if plot.headline == "range":
@@ -229,8 +247,8 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point], higher: bo
         values = [pair[index].score.mean for pair in ends[name]]
         place = _place_text(results, plot, ends[name][0][index])
         said.append(f"{value_range(values, unit)} ({place})")
-    count = f" of {len(ends[name])} panels" if len(ends[name]) > 1 else ""
-    return f"{name}{count}: {axis} {', '.join(said)}"
+    count = f" in {len(ends[name])} panels" if len(ends[name]) > 1 else ""
+    return f"{name}: {axis} {', '.join(said)}{count}"
 
 
 def value_range(values: Sequence[float], unit: str) -> str:
@@ -293,13 +311,15 @@ def _figure(results: TaskResults, plot: Plot) -> Figure:
 
 
 def _spread(plot: Plot) -> str:
-    return "95 % interval" if plot.interval else f"mean ± sd over {plot.over}"
+    if plot.mark == "histogram":
+        return f"median, 5th to 95th percentile of {plot.over}"
+    return "with intervals" if plot.interval else f"mean ± sd over {plot.over}"
 
 
 def _caption(results: TaskResults, plot: Plot) -> Caption:
     unit = axis_of(results, plot)[1]
     listed = []
-    for point in points_for(results, plot):
+    for point in listed_points(results, plot):
         place = ", ".join(
             filter(None, (point.panel, point.series, _place_text(results, plot, point)))
         )
@@ -318,20 +338,21 @@ def _caption(results: TaskResults, plot: Plot) -> Caption:
 def shown_tables(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ShownTable]:
     """Yield the points of each plot as a folded table."""
     for plot in plots:
-        points, (axis, unit) = points_for(results, plot), axis_of(results, plot)
+        points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
         if not points:
             continue
+        has_x = plot.x and plot.mark != "histogram"
         columns = {one.key: one.title for one in table_for(results, plot).columns}
         title = f"{sentence(axis)}{f' ({unit})' if unit else ''}"
         names = [columns[plot.panel]] if plot.panel else []
         names += [", ".join(columns[key] for key in plot.series)] if plot.series else []
-        names += [columns[plot.x]] if plot.x else []
+        names += [columns[plot.x]] if has_x else []
         cells = []
         for point in points:
             place = point.x if isinstance(point.x, str) else number(point.x)
             row = [point.panel] if plot.panel else []
             row += [point.series] if plot.series else []
-            row += [place] if plot.x else []
+            row += [place] if has_x else []
             cells.append((*row, mean_sd(point.score)))
         yield ShownTable(
             f"{sentence(plot.about)}; {_spread(plot)}.",

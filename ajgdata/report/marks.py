@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -23,6 +24,8 @@ from ajgdata.report.format import Score, Source, number, with_unit
 MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
 #: Panels side by side, and the height (in) of one panel and of one row.
 COLUMNS, PANEL_IN, ROW_IN = 3, 2.6, 0.32
+#: Axes with more places have ticks at round numbers; longer axis titles are wrapped.
+MAX_TICKS, TITLE_LETTERS = 8, 32
 #: Ratio of the largest to the smallest x above which the axis is logarithmic.
 LOG_RATIO = 15
 #: Matrices of more classes have no numbers in their cells.
@@ -82,7 +85,10 @@ def draw(mark: MarkName, picture: Picture) -> Figure:
         raise ValueError(f"there is no mark {mark!r}: use one of {', '.join(MARKS)}")
     if not picture.points:
         raise ValueError(f"{picture.title}: there are no points to draw")
-    return MARKS[mark](picture)
+    figure = MARKS[mark](picture)
+    if engine := figure.get_layout_engine():
+        engine.execute(figure)  # once more when it is drawn: sizes change the tick labels
+    return figure
 
 
 def lines(picture: Picture) -> Figure:
@@ -220,7 +226,9 @@ def _numeric_x(axes: Axes, picture: Picture, panel: str) -> None:
     x = sorted({float(p.x) for p in picture.points if p.panel == panel})
     if x[0] > 0 and x[-1] / x[0] >= LOG_RATIO:
         axes.set_xscale("log")
-        plain_ticks(axes.xaxis, x if len(x) <= 8 else ())
+        plain_ticks(axes.xaxis, x if len(x) <= MAX_TICKS else ())
+    elif len(x) <= MAX_TICKS:
+        axes.set_xticks(x, [number(one) for one in x])
     axes.set_xlabel(_axis_label(picture.place))
 
 
@@ -260,7 +268,7 @@ def _legend(figure: Figure, grid: Sequence[Axes]) -> Figure:
 
 def _axis_label(axis: tuple[str, str]) -> str:
     title, unit = axis
-    return f"{title} ({unit})" if unit else title
+    return fill(f"{title} ({unit})" if unit else title, TITLE_LETTERS)
 
 
 def place_text(x: float | str, unit: str) -> str:
