@@ -85,10 +85,7 @@ def draw(mark: MarkName, picture: Picture) -> Figure:
         raise ValueError(f"there is no mark {mark!r}: use one of {', '.join(MARKS)}")
     if not picture.points:
         raise ValueError(f"{picture.title}: there are no points to draw")
-    figure = MARKS[mark](picture)
-    if engine := figure.get_layout_engine():
-        engine.execute(figure)  # once more when it is drawn: sizes change the tick labels
-    return figure
+    return MARKS[mark](picture)
 
 
 def lines(picture: Picture) -> Figure:
@@ -248,6 +245,8 @@ def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"
 
 
 def _finished(figure: Figure, grid: Sequence[Axes], picture: Picture) -> Figure:
+    if grid[0].get_yscale() == "linear":
+        grid[0].locator_params(axis="y", nbins=6)  # independent of the layout
     for axes in grid[:: min(COLUMNS, len(grid))]:
         axes.set_ylabel(_axis_label(picture.axis))
     return _legend(figure, grid)

@@ -182,7 +182,7 @@ def check_shown(results, expected: list[int]) -> None:
     figure = draw(lengths)
     assert fits(figure) and expectation.folded
     assert {"simulated", "plain", "scaled"} <= set(texts(figure))
-    mean = f"plain, linear, 10, looks 1: {np.mean(expected):.1f} ± "
+    mean = f"plain, logistic regression, 10, at most 1: {np.mean(expected):.1f} ± "
     assert mean in lengths.caption.alt
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == middle
