@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
 from ajgdata.features.axes import differing_axes
-from ajgdata.models import model_label
 from ajgdata.models.limits import declared
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recording_reader import RecordingReader
@@ -26,7 +25,6 @@ from ajgdata.types import (
     DataError,
     DatasetSpec,
     FeatureSettings,
-    Kind,
     NotPossibleError,
 )
 
@@ -193,7 +191,7 @@ def read_results(
     for model, kind in zip(asked.models, asked.kinds, strict=True):
         about, tables = read_tables(paths.experiment(asked.dataset, asked.task, kind))
         _, costs = read_tables(paths.experiment_cost(asked.dataset, asked.task, kind))
-        label = _label(model or about["model"], split["kind"])
+        label = asked.label(model or about["model"], split["kind"])
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped.append((label, about["skipped"]))
@@ -234,10 +232,6 @@ def _papers(
     own = (asked.dataset, *asked.others)
     named = [t.papers for name in own if name in specs for t in specs[name].tasks.values()]
     return {one.name: one.paper} if one.paper in paper and any(named) else {}
-
-
-def _label(model: str, kind: Kind) -> str:
-    return model_label(model, kind) if model else ""
 
 
 def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:

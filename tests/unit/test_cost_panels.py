@@ -7,15 +7,13 @@ from matplotlib.colors import to_rgba
 from result_samples import kind_result, kinds, size_result, sizes, two_tasks
 
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.cross_validation.cost_panel import task_names
 from ajgdata.experiments.cross_validation.results import models_of
-from ajgdata.experiments.stft_settings import Settings
 from ajgdata.gripper.scene import Numerics
 from ajgdata.report.canvas import draw
 from ajgdata.report.cost_panels import simulation_panel
 from ajgdata.report.format import Score
-from ajgdata.types.table import Column, Table, table_of
+from ajgdata.types.table import Column, Table
 
 
 def of_models(*results):
@@ -79,83 +77,10 @@ def test_a_task_that_repeats_another_counts_once():
 
 def test_without_results_there_is_no_figure():
     assert of_models() is None and of_models(sizes(results=())) is None
-    assert EXPERIMENTS["stft_settings"].cost_panel([]) is None
     assert EXPERIMENTS["learning_curve"].cost_panel([]) is None
     assert simulation_panel([]) is None
     empty = Table("accuracy", "t", "", (Column("object", "Object"),), ())
     assert simulation_panel([empty]) is None
-
-
-#: Window, hop, band; then ms a feature and errors in % of both models; the first is today's.
-TRIED = (
-    (2048, 512, None, 0.30, 30.0, 40.0),
-    (2048, 1024, None, 0.20, 28.0, 41.0),
-    (1024, 1024, None, 0.10, 33.0, 45.0),
-    (2048, 512, (100, 6000), 0.31, 35.0, 39.0),
-)
-
-
-def stft(tried=TRIED, spread=0.03):
-    models, rows, costs, settings = ("ridge", "knn"), [], [], []
-    for window, hop, band, ms, *errors in tried:
-        part = f"{window}/{hop}/{band}"
-        low, high = band or (None, None)
-        settings.append(
-            {"part": part, "window": window, "hop": hop, "low_hz": low, "high_hz": high, "bins": 9}
-        )
-        for model, error in zip(models, errors, strict=True):
-            told = {"mean": 1 - error / 100, "sd": spread, "chance": 0.1}
-            rows += [(model, part, "accuracy", key, value) for key, value in told.items()]
-            cost = "feature_s_per_recording", "measured", ms / 1e3
-            costs.append((model, f"cost of {part}", *cost))
-    keys = {key: key for key in settings[0]}
-    found = (score_table(rows, "s"), table_of("settings", "s", settings, **keys))
-    result = Result("", "", {}, {t.name: t for t in found}, {"scores": score_table(costs, "c")})
-    return TaskResults(
-        experiment="stft_settings", dataset="ycb", dataset_title="Objects", task="stft",
-        kind="classification", target="object", unit="", groups="grasp_id", source="simulated",
-        settings=Settings(settings=[{"hop": 1024}], models=models), results=(result,),
-    )  # fmt: skip
-
-
-def test_feature_settings_stand_at_their_time_and_error_and_todays_is_ringed():
-    found = EXPERIMENTS["stft_settings"].cost_panel([stft()])
-    figure = draw(found)
-    (axes,) = figure.axes
-    first = next(line for line in axes.lines if line.get_label() == "ridge classifier")
-    np.testing.assert_allclose(first.get_xydata(), [(one[3], one[4]) for one in TRIED])
-    second = next(line for line in axes.lines if line.get_label() == "k-NN")
-    np.testing.assert_allclose(second.get_ydata(), [one[5] for one in TRIED])
-    assert points(axes, "today") == [pytest.approx((0.30, 30.0)), pytest.approx((0.30, 40.0))]
-    np.testing.assert_allclose(axes.lines[0].get_xydata(), [(0.1, 33), (0.2, 28)])
-    assert {"today 2048/512", "2048/1024", "2048/512, 0.1–6 kHz"} <= set(texts(figure))
-    alt = found.caption.alt
-    text = (
-        "ridge classifier: today 2048/512, 30 ± 3 % in 0.3 ms; 3 other settings 28 to 35 % in 0.1"
-    )
-    assert f"{text} to 0.31 ms" in alt
-    assert fits(figure)
-
-
-@pytest.mark.parametrize(
-    ("tried", "title"),
-    [
-        (TRIED, "Exploratory: 28 to 35 % with 3 other settings, 30 % with today's 2048/512"),
-        (TRIED[:1] + TRIED[2:3], "Exploratory: 33 % with 1 other settings, 30 % with today's"),
-    ],
-)
-def test_the_title_gives_the_range_of_all_settings_and_never_the_best(tried, title):
-    results = stft(tried)
-    figure = draw(EXPERIMENTS["stft_settings"].cost_panel([results]))
-    assert title in " ".join(text.replace("\n", " ") for text in texts(figure))
-    (highlight,) = EXPERIMENTS["stft_settings"].highlights(results)
-    ours, own = highlight.marks
-    errors = [one[4] for one in tried[1:]]  # of the first model, without the data set's own
-    assert (ours.low, ours.high) == pytest.approx((min(errors), max(errors)))
-    assert (
-        ours.value == pytest.approx(sum(errors) / len(errors)) and "exploratory" in highlight.said
-    )
-    assert own.value == pytest.approx(30)
 
 
 TODAY = Numerics()
