@@ -82,6 +82,11 @@ class Paths:
         return self.results / "runs" / self.run if self.run else self.results
 
     @property
+    def comparisons(self) -> Path:
+        """Folder of the comparisons, which people write."""
+        return self.reports / "comparisons"
+
+    @property
     def reports(self) -> Path:
         """Return the folder of what people edit to change a report; see `store.report_files`."""
         return self.root / "reports"

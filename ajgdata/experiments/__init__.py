@@ -19,6 +19,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from ajgdata.experiments.base import Experiment
+from ajgdata.models import model_label
 from ajgdata.store.files import line_of
 from ajgdata.types import (
     CROSS_VALIDATION,
@@ -26,6 +27,7 @@ from ajgdata.types import (
     DataError,
     DatasetSpec,
     Embedding,
+    Kind,
     describe,
     location,
 )
@@ -33,7 +35,7 @@ from ajgdata.types.registry import Registry
 
 FOLDER = Path(__file__).parent
 #: Modules of this package that experiments share.
-SHARED = ("base", "drawings", "embedding")
+SHARED = ("base", "drawings", "embedding", "plots")
 
 
 def _built_in() -> dict[str, Experiment]:
@@ -69,6 +71,11 @@ class Asked:
             return spec.embeddings[self.task].optional
         return spec.tasks[self.task].optional
 
+    def label(self, model: str, kind: Kind) -> str:
+        """Return the name of what one job measures, for people: a model, or a comparison."""
+        titles = getattr(self.settings, "titles", {})
+        return titles.get(model) or (model_label(model, kind) if model else "")
+
     @property
     def of_latents(self) -> bool:
         """Return whether it needs the latents of the embedding's encoders."""
@@ -85,8 +92,10 @@ class Asked:
 
         So one more model redoes none of the others.
         """
-        settings = self.settings.model_dump(mode="json", exclude={"optional"})
-        own = {"models": [kind.partition("-")[2]]} if self.experiment.by_model else {}
+        model = kind.partition("-")[2]
+        only = self.settings.only(model) if hasattr(self.settings, "only") else self.settings
+        settings = only.model_dump(mode="json", exclude={"optional"})
+        own = {"models": [model]} if self.experiment.by_model and "models" in settings else {}
         return settings | own
 
 

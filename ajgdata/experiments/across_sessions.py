@@ -6,38 +6,32 @@ The corrections are in `evaluate.new_session` and `evaluate.reference_correction
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import Field
 
 from ajgdata.evaluate.sessions import session_of
 from ajgdata.experiments.base import (
-    METRIC_NAMES,
-    SCORES,
     Experiment,
     Inputs,
     Outcome,
-    Result,
     TaskResults,
     score_table,
 )
-from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.experiments.plots import Plot
+from ajgdata.report.format import number
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
-from ajgdata.types.table import Table, Value, table_of
+from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from ajgdata.evaluate.new_session import Point, SessionData
 
 #: Of more sessions so many are tested, evenly spaced in their order.
 MOST_SESSIONS = 8
 TITLE = "In a new session"
-#: Chance is drawn if it is no further off than this share of what else is.
-NEAR = 1.3
+#: Recordings of the new session that a correction uses.
+NEEDS = ("labelled", "unlabelled", "references")
 COST = "cost of"  #: begins the parts of the table of costs
 COLUMNS = {
     "session": "Session", "draw": "Draw", "remedy": "Remedy", "labelled": "Labelled",
@@ -90,9 +84,6 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         (score_table(cost, TITLE),),
         about,
     )
-
-
-NEEDS = ("labelled", "unlabelled", "references")
 
 
 def _data(inputs: Inputs) -> SessionData:
@@ -157,184 +148,59 @@ def _deviation(values: Sequence[float]) -> float:
     return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
 
 
-class Line(NamedTuple):
-    """One remedy of one model: the metric as it is shown, over the sessions where the remedy is
-    possible, how many these are, and what the model as it is makes of the same; what it needs of
-    the new session, recordings of the mean session; and the time of correcting and training."""
-
-    model: str
-    remedy: str
-    score: Score
-    sessions: int
-    plain: float
-    chance: float
-    needs: str
-    cpu_s: float
-
-
-def lines_of(results: TaskResults, result: Result) -> list[Line]:
-    """Return the remedies of a model, in the order of what they need."""
-    from ajgdata.evaluate.new_session import NONE
-
-    rows = result.tables["measured"].where(metric=results.metric)
-    scores, cost = result.tables[SCORES], result.cost[SCORES]
-    as_it_is = _by_session(rows.where(remedy=NONE))
-    lines = []
-    for remedy, table in rows.parted("remedy").items():
-        told = scores.where(part=f"sessions: {remedy}", metric=results.metric)
-        value = dict(zip(told.column("statistic"), told.numbers("value"), strict=True))
-        possible = dict.fromkeys(table.column("session"))
-        plain = results.scale * float(np.mean([as_it_is[name] for name in possible]))
-        score = Score(results.scale * value["mean"], results.scale * value["sd"])
-        (cpu_s,) = cost.where(part=f"{COST} {remedy}").numbers("value")
-        chance = results.scale * value["chance"]
-        lines.append(
-            Line(
-                result.label, remedy, score, len(possible), plain, chance, _needs(table),
-                float(cpu_s),
-            )
-        )  # fmt: skip
-    return lines
-
-
-def _by_session(table: Table) -> dict[Value, float]:
-    """Return the mean value of each session, over draws."""
-    return {
-        name: float(one.numbers("value").mean()) for name, one in table.parted("session").items()
-    }
-
-
 def _needs(table: Table) -> str:
-    """Return `64 labelled`, `12 unlabelled`, `6 of nothing`, or `nothing`."""
-    words = {"labelled": "labelled", "unlabelled": "unlabelled", "references": "of nothing"}
+    """Return `64 labelled`, `12 unlabelled`, `6 references`, or `none`."""
+    words = {"labelled": "labelled", "unlabelled": "unlabelled", "references": "references"}
     mean = {key: float(table.numbers(key).mean()) for key in NEEDS}
-    return ", ".join(f"{number(mean[key])} {words[key]}" for key in NEEDS if mean[key]) or "nothing"
+    return ", ".join(f"{number(mean[key])} {words[key]}" for key in NEEDS if mean[key]) or "none"
 
 
-def best_line(results: TaskResults) -> tuple[Line, Line]:
-    """Return the first model as it is, and of its remedies that need no labels (of all, if none
-    does) the one that mends most of what the model errs by in the same sessions."""
-    first, *others = lines_of(results, results.results[0])
-    free = [line for line in others if "labelled" not in line.needs.split()] or others
-    sign = 1 if results.kind == "classification" else -1
-    return first, max(free, key=lambda line: sign * (line.score.mean - line.plain))
+def by_session(results: TaskResults) -> Table:
+    """Return the metric of each model with each correction, per session, mean over draws.
+
+    If sessions allow every correction, only these count: all rows are then of the same recordings.
+    """
+    rows = []
+    for result in results.results:
+        measured = result.tables["measured"].where(metric=results.metric)
+        allowed = [set(one.column("session")) for one in measured.parted("remedy").values()]
+        common = set.intersection(*allowed) or set.union(*allowed)
+        for remedy, table in measured.parted("remedy").items():
+            row = {"model": result.label, "remedy": f"{remedy} ({_needs(table)})"}
+            for session, draws in table.parted("session").items():
+                if session in common:
+                    means = {key: float(draws.numbers(key).mean()) for key in ("value", "chance")}
+                    named = {"session": session, "metric": results.metric}
+                    rows.append(row | named | means)
+    columns = {"model": "Model", "remedy": "Correction (recordings of the session)"}
+    columns |= {key: COLUMNS[key] for key in ("session", "metric", "value", "chance")}
+    return table_of("by_session", TITLE, rows, **columns)
 
 
-def finding(results: TaskResults) -> str:
-    """Return what becomes of the first model in a new session, and what helps without labels."""
-    plain, best = best_line(results)
-    before, after = (
-        with_unit(number(value, 2), results.shown_unit) for value in (best.plain, best.score.mean)
-    )
-    name, few = METRIC_NAMES[results.metric], _few(results, best)
-    return (
-        f"{plain.model} in a new session{few}: {name} {before}; without its labels {after} at best"
-    )
+def missing(results: TaskResults) -> str:
+    """Return for which numbers of labelled grasps a class has too few; "" if for none."""
+    counts = results.results[0].about["too_many_grasps"]
+    listed = ", ".join(map(str, counts))
+    return f"A class has too few grasps for {listed} labelled grasps of each." if counts else ""
 
 
-def _few(results: TaskResults, line: Line) -> str:
-    """Return ` (3 of 8 sessions)` for a remedy that is not possible in all."""
-    every = results.results[0].about["sessions"]
-    return f" ({line.sessions} of {every} sessions)" if line.sessions < every else ""
-
-
-def figure(results: TaskResults) -> Figure:
-    """Return the metric of each remedy and model, with what the remedy needs and takes."""
-    from ajgdata.report.canvas import WIDTH_IN, model_style, new_figure
-    from ajgdata.report.labels import LABEL_PT, reference_line
-
-    every = [lines_of(results, result) for result in results.results]
-    sessions, chance = results.results[0].about["sessions"], every[0][0].chance
-    drawn = new_figure(
-        (WIDTH_IN, 1.4 + 0.36 * len(every[0])),
-        finding(results),
-        f"{results.title}: mean ± sd over {sessions} sessions that were not met; chance is "
-        f"{with_unit(number(chance), results.shown_unit)}; at the right what a remedy needs of the "
-        f"new session, and the time of {every[0][0].model}",
-        [results.source],
-    )
-    axes = drawn.subplots()
-    for i, lines in enumerate(every):
-        style: dict[str, Any] = {**model_style(i), "ls": "", "capsize": 2.5}
-        at = np.arange(len(lines)) + 0.16 * (i - (len(every) - 1) / 2)
-        _dots(axes, lines, at, style)
-    drawn.legend(loc="outside lower center", ncols=len(every))
-    names = [f"{line.remedy}{_few(results, line)}" for line in every[0]]
-    axes.set_yticks(range(len(every[0])), names)
-    axes.invert_yaxis()
-    axes.set_xlabel(f"{METRIC_NAMES[results.metric]} ({results.shown_unit})")
-    axes.grid(False, axis="y")
-    axes.set_xlim(left=0)
-    if chance < NEAR * axes.get_xlim()[1]:
-        reference_line(axes, "chance", chance, "chance", axis="x")
-    for row, line in enumerate(every[0]):
-        needs = f"{line.needs}; {number(1e3 * line.cpu_s, 2)} ms"
-        axes.annotate(needs, (1, row), (6, 0), xycoords=("axes fraction", "data"), va="center",
-                      textcoords="offset points", fontsize=LABEL_PT)  # fmt: skip
-    return drawn
-
-
-def _dots(axes: Axes, lines: Sequence[Line], at: np.ndarray, style: dict[str, Any]) -> None:
-    mean = [line.score.mean for line in lines]
-    sd = np.nan_to_num([line.score.sd for line in lines])
-    axes.errorbar(mean, at, xerr=sd, label=lines[0].model, **style)
-
-
-def caption(results: TaskResults) -> Caption:
-    """Return the caption of `figure`."""
-    listed = "; ".join(
-        f"{line.model}, {line.remedy}{_few(results, line)} ({line.needs}): {_told(results, line)}"
-        for result in results.results
-        for line in lines_of(results, result)
-    )
-    missing = results.results[0].about["too_many_grasps"]
-    few = f" Of a class there are too few grasps for {', '.join(map(str, missing))} of each."
-    return Caption(
-        f"Models of {results.title}, {results.source}, in sessions that they have not met. "
-        "Remedies see grasps of the new session that are set aside: without labels (mean and "
-        "deviation of bins), or with them; or recordings of nothing. "
-        "What is tested is the same for all; a remedy that some sessions do not allow is shown for "
-        "the others, beside the model as it is in these. Times: correcting and training, of one "
-        "processor."
-        f"{few if missing else ''}",
-        f"{finding(results)}. {listed}.",
-    )
-
-
-def _told(results: TaskResults, line: Line) -> str:
-    told = mean_sd(line.score, results.shown_unit)
-    if not _few(results, line):
-        return told
-    return f"{told} (as it is, there: {with_unit(number(line.plain, 2), results.shown_unit)})"
-
-
-def rows(results: TaskResults) -> list[ResultRow]:
-    """Return every remedy of every model."""
-    name = METRIC_NAMES[results.metric]
-    return [
-        ResultRow(
-            line.model, f"{name} in a new session, {line.remedy}{_few(results, line)}",
-            results.with_chance_note(_told(results, line), line.score.mean, line.chance),
-            mean_sd(Score(line.chance, 0.0), results.shown_unit),
-            part=f"needs {line.needs} of the session",
-        )
-        for result in results.results
-        for line in lines_of(results, result)
-    ]  # fmt: skip
-
-
-def figures(results: TaskResults) -> list[Illustration]:
-    """Return the figure of all remedies and models."""
-    return [Illustration(results.named(), caption(results), lambda: figure(results))]
-
-
+SESSIONS = Plot(
+    "rows",
+    by_session,
+    "models in sessions that are not in the training data, by correction and by the recordings of "
+    "the session that it needs; sessions that allow every correction, the same remaining grasps",
+    x="remedy",
+    over="sessions",
+    chance="chance",
+    listed=True,
+)
 EXPERIMENT = Experiment(
     name="across_sessions",
     order=61,
     title=TITLE,
     settings=Settings,
     measure=measure,
-    figures=figures,
-    rows=rows,
+    plots=(SESSIONS,),
+    summary=missing,
     by_model=True,
 )

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -21,6 +22,12 @@ from ajgdata.evaluate.task_data import (
     frequent_classes,
     split_withheld,
     task_data,
+)
+from ajgdata.experiments.plots import (
+    Plot,
+    illustrations,
+    result_rows,
+    shown_tables,
 )
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison
@@ -39,9 +46,9 @@ SCORE_COLUMNS = (
     Column("model", "Model"), Column("part", "Part"), Column("metric", "Metric"),
     Column("statistic", "Statistic"), Column("value", "Value"),
 )  # fmt: skip
-STATISTICS = ("mean", "sd", "pooled", "chance")
 #: Metrics that are read first, for people.
 METRIC_NAMES = {"accuracy": "accuracy", "rmse": "RMSE"}
+STATISTICS = ("mean", "sd", "pooled", "chance")
 SCORES = "scores"  #: name of the tables whose rows go into `results/metrics.csv`
 
 
@@ -231,6 +238,11 @@ class TaskResults:
         return "rmse" if self.kind == "regression" else "accuracy"
 
     @property
+    def metric_title(self) -> str:
+        """Return the metric that is read first as a reader says it: `RMSE` or `accuracy`."""
+        return METRIC_NAMES[self.metric]
+
+    @property
     def scale(self) -> int:
         """Return what a metric is multiplied by to be shown: accuracies are shown in per cent."""
         return 100 if self.kind == "classification" else 1
@@ -261,8 +273,8 @@ class TaskResults:
 Lookup = Callable[[str, str, str], "TaskResults | None"]
 
 
-def no_rows(_: TaskResults) -> Iterable[ResultRow]:
-    """Return nothing: an experiment without rows in the table of results."""
+def by_plots(_: TaskResults) -> Iterable[Any]:
+    """Stand for what follows from the plots of an experiment."""
     return ()
 
 
@@ -273,11 +285,6 @@ def no_summary(_: TaskResults) -> str:
 
 def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
     """Return nothing: an experiment that is not shown of all tasks together."""
-    return ()
-
-
-def no_tables(_: TaskResults) -> Iterable[ShownTable]:
-    """Return nothing: an experiment whose figures say it all."""
     return ()
 
 
@@ -300,6 +307,9 @@ def no_comparison(_: TaskResults, __: Lookup) -> Iterable[PaperComparison]:
 class Experiment:
     """One experiment: how it is asked for, made, and shown.
 
+    `plots` name its marks; figures, tables of their values and rows of the table of results follow
+    from them, unless a function of its own is given.
+
     `summary` is said above the figures of a task, `across` draws figures of all tasks of a report
     together, `training_cost` is what training the model of a label costs. `measure(inputs,
     settings, model)` raises NotPossibleError for a task that lacks what it needs. `test_on` of the
@@ -320,9 +330,10 @@ class Experiment:
     title: str
     settings: type[Strict]
     measure: Callable[[Inputs, Any, str], Outcome]
-    figures: Callable[[TaskResults], Iterable[Illustration]]
-    tables: Callable[[TaskResults], Iterable[ShownTable]] = no_tables
-    rows: Callable[[TaskResults], Iterable[ResultRow]] = no_rows
+    plots: tuple[Plot, ...] = ()
+    figures: Callable[[TaskResults], Iterable[Illustration]] = by_plots
+    tables: Callable[[TaskResults], Iterable[ShownTable]] = by_plots
+    rows: Callable[[TaskResults], Iterable[ResultRow]] = by_plots
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
     p_values: Callable[[TaskResults], Sequence[float]] = no_tests
     highlights: Callable[[TaskResults], Iterable[Highlight]] = no_highlights
@@ -339,6 +350,12 @@ class Experiment:
     of_embedding: bool = False
     asks: Callable[[Any], bool] = lambda settings: True
     paper: str = ""
+
+    def __post_init__(self) -> None:
+        derived = {"figures": illustrations, "tables": shown_tables, "rows": result_rows}
+        for key, derive in derived.items():
+            if getattr(self, key) is by_plots:
+                object.__setattr__(self, key, partial(derive, plots=self.plots))
 
 
 def score_table(rows: Iterable[tuple[str, str, str, str, float | None]], title: str) -> Table:

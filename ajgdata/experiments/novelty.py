@@ -12,9 +12,9 @@ rounds test the same grasps.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -23,17 +23,14 @@ from pydantic import Field
 from ajgdata.evaluate.agreement import GRASP_INTERVAL
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.experiments.base import (
-    SCORES,
     Experiment,
     Inputs,
     Outcome,
     TaskResults,
     score_table,
 )
-from ajgdata.models import model_label
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.experiments.plots import Plot, points_for
 from ajgdata.report.comparison import mark_of
-from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
@@ -268,70 +265,72 @@ def _scores(
             yield "", "novelty:nothing", metric, f"fold {row['fold']}", row[metric]
 
 
-def share_of(shares: Table, judge: str, stated: float, metric: str) -> Score:
-    """Return a share with its interval, over classes or grasps, in per cent."""
-    (row,) = shares.where(judge=judge, stated=stated, metric=metric).rows
-    ends = (math.nan if row[key] is None else 100 * row[key] for key in ("low", "high"))
-    return Score(100 * row["share"], math.nan, (), *ends)
-
-
-def label_of(results: TaskResults, judge: str) -> str:
-    """Return what tells how strange a recording is, in words."""
-    return "distance" if judge == DISTANCE else f"doubt of {model_label(judge, results.kind)}"
-
-
-def judges_of(results: TaskResults) -> tuple[str, ...]:
-    """Return what tells how strange a recording is, the distance first."""
-    return (DISTANCE, *results.settings.models)
-
-
 def shown_rate(results: TaskResults) -> float:
     """Return the stated rate that is shown by class."""
     return min(results.settings.false_alarms, key=lambda rate: abs(rate - SHOWN))
 
 
-def figures(results: TaskResults) -> list[Illustration]:
-    """Return the one figure."""
-    from ajgdata.experiments.drawings.novelty import caption, figure
-
-    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+def by_class(results: TaskResults) -> Table:
+    """Return the rounds at the stated rate that is shown by class."""
+    return results.results[0].tables["rounds"].where(stated=shown_rate(results))
 
 
-def tables(results: TaskResults) -> Iterator[ShownTable]:
-    """Yield what was noticed and alarmed, with run times; then nothing held, where it was tried."""
-    found, (result,) = [], results.results
-    shares, spent = result.tables["shares"], result.cost[SCORES]
-    for judge in judges_of(results):
-        seconds = spent.where(model=_named(judge)).numbers("value")[0]
-        found += [
-            (
-                label_of(results, judge), f"{100 * rate:g} %",
-                mean_sd(share_of(shares, judge, rate, "detected"), "%"),
-                mean_sd(share_of(shares, judge, rate, "false_alarm"), "%"), number(seconds),
-            )
-            for rate in results.settings.false_alarms
-        ]  # fmt: skip
-    heads = ("Told by", "Stated|", "Unknown noticed|", "Known alarmed|", "Processor, s|")
-    caption = (
-        "Shares with 95 % intervals: of unknown classes over the classes, of known ones over the "
-        "grasps. Time of all classes and all rates together."
-    )
-    yield ShownTable(caption, heads, tuple(found))
-    if nothing := result.tables.get("nothing"):
-        folds = [100 * nothing.numbers(key) for key in ("recognised", "mistaken")]
-        cells = tuple(mean_sd(Score(s.mean(), s.std(ddof=1)), "%") for s in folds)
-        told = "Nothing held: nearer to a recording of the empty gripper than to any grasp."
-        yield ShownTable(told, ("Empty, recognised|", "Held, taken for nothing|"), (cells,))
+SHARES = Plot(
+    "lines",
+    "shares",
+    "share of recordings that raise the alarm, of objects that are not in the training data and "
+    "of known objects, against the stated rate of false alarms",
+    value="share",
+    x="stated",
+    series=("judge",),
+    interval=("low", "high"),
+    where={"metric": "detected"},
+    headline="trend",
+    better="high",
+    percent=True,
+)
+FALSE_ALARMS = replace(
+    SHARES,
+    about="share of held-out grasps of known objects that raise the alarm, against the stated rate",
+    where={"metric": "false_alarm"},
+    ideal=True,
+    name="false-alarms",
+)
+CLASSES = Plot(
+    "rows",
+    by_class,
+    "share of recordings that raise the alarm, for each class that was left out",
+    value="detected",
+    x="left_out",
+    series=("judge",),
+    over="rounds",
+    headline="range",
+    percent=True,
+    name="classes",
+)
+NOTHING = Plot(
+    "rows",
+    "nothing",
+    "share of held-out empty-gripper references that are recognised as such",
+    value="recognised",
+    x="model",
+    series=(),
+    headline="range",
+    percent=True,
+    name="references",
+    folded="Empty gripper",
+)
 
 
 def highlights(results: TaskResults) -> Iterator[Highlight]:
-    """Yield what the distance notices of classes never met, beside what it may alarm falsely."""
-    shares, stated = results.results[0].tables["shares"], shown_rate(results)
+    """Yield what the distance detects of new objects, beside its false alarms."""
+    which: dict[str, Any] = {"judge": DISTANCE, "stated": shown_rate(results)}
+    (detected,), (alarms,) = (points_for(results, one, **which) for one in (SHARES, FALSE_ALARMS))
     marks = (
-        mark_of("ours", "never met", share_of(shares, DISTANCE, stated, "detected")),
-        mark_of("other", "known", share_of(shares, DISTANCE, stated, "false_alarm")),
+        mark_of("ours", "new", detected.score),
+        mark_of("other", "known", alarms.score),
     )
-    yield Highlight("Never met", "noticed by distance", "%", marks)
+    yield Highlight("Novel objects", "detected by distance", "%", marks)
 
 
 EXPERIMENT = Experiment(
@@ -340,8 +339,7 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Settings,
     measure=measure,
-    figures=figures,
-    tables=tables,
+    plots=(SHARES, FALSE_ALARMS, CLASSES, NOTHING),
     highlights=highlights,
     own_page=True,
     kinds=("classification",),

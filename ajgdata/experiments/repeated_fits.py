@@ -6,9 +6,9 @@ task's own data set only.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,16 +25,14 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.experiments.plots import Plot
 from ajgdata.report.comparison import Mark, PaperComparison
-from ajgdata.report.format import Caption, number, sentence, with_unit
+from ajgdata.report.format import Score, mean_sd
 from ajgdata.types import ModelName, Name, Strict
+from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-#: Features that let less noise in than the default, whatever their errors are.
-LESS_NOISE = ("feature:stft root_power", "feature:sweep_tracking magnitude 0.05 s")
+    pass
 
 
 class Settings(Strict):
@@ -97,97 +95,53 @@ def robust_score(result: Result, name: str, statistic: str) -> float:
     return float(rows.numbers("value")[0])
 
 
+def errors(results: TaskResults) -> Table:
+    """Return the median of all fits and of single grasps, with their ranges, per data set."""
+    kinds = {"all grasps": ("median", "low", "high")}
+    kinds["one grasp"] = ("grasps, 50 %", "grasps, 5 %", "grasps, 95 %")
+    rows = [
+        {"model": result.label, "dataset": name, "of": of, "metric": "rmse"}
+        | {
+            key: robust_score(result, name, statistic)
+            for key, statistic in zip(("value", "low", "high"), statistics, strict=True)
+        }
+        for of, statistics in kinds.items()
+        for name in results.settings.test_on
+        for result in results.results
+    ]
+    columns = {"model": "Model", "dataset": "Tested on", "of": "RMSE of", "metric": "Metric"}
+    return table_of("errors", "Errors", rows, **columns, value="RMSE", low="From", high="To")
+
+
 def shown(results: TaskResults, result: Result, name: str) -> str:
-    """Return `20 mm (95 % interval 17 to 22)`."""
-    median, low, high = (robust_score(result, name, key) for key in ("median", "low", "high"))
-    ends = f"{number(low)} to {number(high)}"
-    return f"{with_unit(number(median), results.shown_unit)} (95 % interval {ends})"
+    """Return `20 (17 to 22) mm`: the median over fits with its interval."""
+    values = [robust_score(result, name, key) for key in ("median", "low", "high")]
+    return mean_sd(Score(values[0], math.nan, (), *values[1:]), results.shown_unit)
 
 
-def fits_of(result: Result, name: str) -> np.ndarray:
-    """Return the RMSE (fits,) of each fit on a data set."""
-    table = result.tables[SCORES].where(part=part_of(name))
-    rows = zip(table.column("statistic"), table.numbers("value"), strict=True)
-    return np.array([value for statistic, value in rows if str(statistic).startswith("fit ")])
+FITS = Plot(
+    "rows",
+    errors,
+    "median RMSE over repeated cross-validations with other folds and seeds, of models that are "
+    "trained on the data set of the task only; bootstrap over grasps and fits",
+    x="dataset",
+    interval=("low", "high"),
+    where={"of": "all grasps"},
+    published="value",
+)
+GRASPS = Plot(
+    "rows",
+    errors,
+    "median RMSE of single grasps, with the 5th and 95th percentile",
+    x="dataset",
+    interval=("low", "high"),
+    where={"of": "one grasp"},
+    name="grasps",
+    folded="Errors of single grasps",
+)
 
 
-def finding(results: TaskResults) -> str:
-    """Return the median of the first model on the first data set, and the range of its fits."""
-    result, name = results.results[0], results.settings.test_on[0]
-    fits = fits_of(result, name)
-    ends = f"{number(min(fits))} to {with_unit(number(max(fits)), results.shown_unit)}"
-    title = results.others[name].title
-    return f"{result.label} on {title}: {shown(results, result, name)}; single fits {ends}"
-
-
-def figure(results: TaskResults) -> Figure:
-    """Return the RMSE of each fit, and the median with its interval, by data set and model."""
-    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
-    from ajgdata.report.labels import reference_line
-
-    about = "RMSE of each cross-validation (dots), median with 95 % interval (line)"
-    drawn = new_figure((WIDTH_IN, 3.0), finding(results), about, [results.source])
-    axes = drawn.subplots()
-    lines = [(name, result) for name in results.settings.test_on for result in results.results]
-    for place, (name, result) in enumerate(lines):
-        style = line_style(results.results.index(result))
-        fits = fits_of(result, name)
-        axes.plot(fits, np.full(len(fits), place), "o", color=style["color"], ms=3, alpha=0.4)
-        median, low, high = (robust_score(result, name, key) for key in ("median", "low", "high"))
-        axes.plot([low, high], [place, place], color=style["color"], lw=2)
-        axes.plot(median, place, color=style["color"], marker=style["marker"], ms=6)
-    labels = [f"{results.others[name].title}\n{result.label}" for name, result in lines]
-    axes.set_yticks(range(len(lines)), labels)
-    axes.set(xlabel=f"RMSE ({results.shown_unit})", ylim=(-0.6, len(lines) - 0.4))
-    axes.set_xlim(left=0)
-    if results.paper is not None and results.paper.value is not None:
-        paper = results.paper.value
-        reference_line(axes, "paper", paper, f"the paper: {number(paper)}", "x")
-    return drawn
-
-
-def figures(results: TaskResults) -> list[Illustration]:
-    """Return the figure of all fits."""
-    caption = Caption(
-        "RMSE on recordings that the models were not trained for, in repeated cross-validations"
-        f" with other folds and random states ({results.source}). Dots: single cross-validations."
-        " Line and mark: median, with its 95 % bootstrap interval over grasps and fits.",
-        f"{sentence(finding(results))}.",
-    )
-    return [Illustration(results.named(), caption, partial(figure, results))]
-
-
-def tables(results: TaskResults) -> list[ShownTable]:
-    """Return the median, its interval, the range of fits, and the errors of single grasps."""
-    heads = ("Tested on", "Model", "RMSE, median of fits (95 % interval)|", "Least fit|",
-             "Largest fit|", "One grasp, median (5th to 95th percentile)|", "Grasps|",
-             "Recordings|")  # fmt: skip
-    rows = []
-    for name in results.settings.test_on:
-        for result in results.results:
-            fits = fits_of(result, name)
-            low, middle, high = (
-                number(robust_score(result, name, f"grasps, {key}"))
-                for key in ("5 %", "50 %", "95 %")
-            )
-            grasps, recordings = result.about["counts"][name]
-            rows.append(
-                (
-                    results.others[name].title, result.label, shown(results, result, name),
-                    number(min(fits)), number(max(fits)), f"{middle} ({low} to {high})",
-                    str(grasps), str(recordings),
-                )
-            )  # fmt: skip
-    unit = results.shown_unit or "the unit of the label"
-    caption = (
-        f"{results.settings.repeats} cross-validations with other folds and other random states of"
-        " the models, which are trained on the task's own data set only. The interval is a"
-        f" bootstrap over grasps and fits. Errors in {unit}."
-    )
-    return [ShownTable(caption, heads, tuple(rows))]
-
-
-def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:
+def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
     """Yield the median over fits of the first model on the first data set, and other models."""
     paper = results.paper
     if paper is None or paper.value is None:
@@ -208,33 +162,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         first.label,
         compare(median, Interval(low, high), paper.value, chance=chance, perfect=0.0),
         marks=(Mark("ours", first.label, median, low, high),),
-        note=feature_note(results, lookup, name),
     )
-
-
-def feature_note(results: TaskResults, lookup: Lookup, name: str) -> str:
-    """Return the errors with features that let less noise in, if they were measured."""
-    from ajgdata.experiments.feature_quantity.shown import label_of_model
-    from ajgdata.experiments.stft_settings import error_of
-
-    measured = lookup("feature_quantity", results.dataset, results.task)
-    if measured is None or name not in measured.settings.test_on:
-        return ""
-    (result,) = measured.results
-    labels = {str(row["part"]): str(row["label"]) for row in result.tables["features"].rows}
-    listed = []
-    for model in measured.settings.models:
-        scores = result.tables[SCORES].where(model=model)
-        errors = [
-            f"{number(error_of(measured, scores.where(part=f'{part} on:{name}'))[0])}"
-            f" ({labels[part]})"
-            for part in LESS_NOISE
-            if part in labels
-        ]
-        listed += [f"{label_of_model(measured, model)} {', '.join(errors)}"] if errors else []
-    unit = f" in {results.shown_unit}" if results.shown_unit else ""
-    text = f"With features that let less noise in, RMSE{unit}: {'; '.join(listed)}."
-    return text if listed else ""
 
 
 EXPERIMENT = Experiment(
@@ -243,8 +171,7 @@ EXPERIMENT = Experiment(
     title="Repeated fits",
     settings=Settings,
     measure=measure,
-    figures=figures,
-    tables=tables,
+    plots=(FITS, GRASPS),
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("regression",),

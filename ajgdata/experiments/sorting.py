@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from functools import partial
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,17 +21,17 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.experiments.plots import Plot
+from ajgdata.report.blocks import ShownTable
 from ajgdata.report.comparison import Mark, PaperComparison, mark_of
-from ajgdata.report.format import Caption, Score, number, sentence, with_unit
+from ajgdata.report.format import Score, number, with_unit
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    pass
 
 RUNS = 500  #: simulated runs of sorting, each with its own seed
 LONGEST_RUN = 1000  #: a run that never hesitates is ended here
@@ -170,102 +170,6 @@ def spread(values: np.ndarray) -> str:
     return f"{number(middle)} ({number(low)} to {number(high)})"
 
 
-def finding(results: TaskResults, result: Result) -> str:
-    """Return the median of both results of a run, next to the published value."""
-    plain = parts_of(result)[0]
-    before, ruled = (float(np.median(one)) for one in (plain.before_error, plain.sorts))
-    paper = results.paper
-    published = f" (paper: {number(paper.value)})" if paper and paper.value is not None else ""
-    more = " or more" if ruled >= LONGEST_RUN else ""
-    return (
-        f"{result.label} sorts {number(before)} objects {BEFORE_ERROR}{published}; {PAPERS_RULE} "
-        f"{number(ruled)}{more}, {number(100 * plain.wrong_share, 2)} % in a wrong bin"
-    )
-
-
-def figure(results: TaskResults, result: Result) -> Figure:
-    """Return the reliability diagram, and how many objects are sorted before the first error."""
-    from matplotlib.ticker import FuncFormatter
-
-    from ajgdata.report.canvas import WIDTH_IN, model_line, new_figure
-    from ajgdata.report.labels import REFERENCES, label_point, reference_line
-
-    settings = results.settings
-    drawn = new_figure(
-        (WIDTH_IN, 3.5),
-        finding(results, result),
-        f"{results.title}: {len(result.about['objects'])} objects; a run stops where no class has "
-        f"{100 * settings.threshold:g} %",
-        [results.source],
-    )
-    left, right = drawn.subplots(1, 2)
-    left.plot([0, 1], [0, 1], label="as it should be", **REFERENCES["ideal"])
-    label_point(left, 0.3, 0.3, "as it should be", REFERENCES["ideal"]["color"])
-    stops = f"stops below {100 * settings.threshold:g} %"
-    reference_line(left, "chance", settings.threshold, stops, "x")
-    for i, part in enumerate(parts_of(result)):
-        style = {**model_line(i), "label": part.label}
-        left.plot(part.confidence, part.right, **style)
-        _share_of_runs(right, part, str(style["color"]), style["ls"])
-    paper = results.paper
-    if paper is not None and paper.value is not None:
-        reference_line(right, "paper", paper.value, f"the paper: {number(paper.value)}", "x")
-    left.set(xlabel="probability of the predicted class", ylabel="share that is right")
-    left.set(xlim=(0, 1.02), ylim=(0, 1.02))
-    right.set(
-        xlabel=f"objects sorted {BEFORE_ERROR} (thin: {PAPERS_RULE})",
-        ylabel="share of runs as long",
-        xscale="symlog",
-    )
-    right.xaxis.set_major_formatter(FuncFormatter(lambda n, _: number(n)))
-    right.set_ylim(0, 1.02)
-    right.set_xlim(left=0)
-    return drawn
-
-
-def _share_of_runs(axes: Axes, part: SortingPart, colour: str, dashes: Any) -> None:
-    """Draw the share of the runs that reached each length, named after a quarter of them."""
-    from ajgdata.report.labels import label_point
-
-    share = np.append(1, 1 - np.arange(len(part.sorts)) / len(part.sorts))
-    style = {"color": colour, "ls": dashes}
-    axes.step(np.append(0, np.sort(part.before_error)), share, label=part.label, **style)
-    axes.step(np.append(0, np.sort(part.sorts)), share, lw=0.7, alpha=0.6, **style)
-    quarter = float(np.percentile(part.before_error, 25))
-    label_point(axes, quarter, 0.75, part.label.partition(",")[0], colour)
-
-
-def caption(results: TaskResults, result: Result) -> Caption:
-    """Return the caption of `figure`."""
-    parts, settings = parts_of(result), results.settings
-    listed = "; ".join(
-        f"{part.label}: {spread(part.before_error)} sorted {BEFORE_ERROR}, {spread(part.sorts)} "
-        f"{PAPERS_RULE} with {number(100 * part.wrong_share, 2)} % in a wrong bin, calibration "
-        f"error {number(part.calibration_error, 2)}, {number(100 * part.accepted_share)} % accepted"
-        for part in parts
-    )
-    paper = f" The paper, live: {results.paper.text}." if results.paper else ""
-    ended = [int(np.sum(part.sorts >= LONGEST_RUN)) for part in parts]
-    return Caption(
-        f"{result.label} trained on {', '.join(result.about['objects'])} alone "
-        f"({results.source}). Left: are predictions right as often as they are sure? The "
-        f"temperature is found on grasps held out of each fold's training part. Right: "
-        f"{len(parts[0].sorts)} simulated runs on held-out grasps in random order; thick lines: "
-        "objects sorted before the first error, thin lines: objects sorted by the paper's rule, "
-        f"until no class has a probability of {100 * settings.threshold:g} %. A run ends after "
-        f"{LONGEST_RUN:,} objects ({' and '.join(map(str, ended))} did).{paper}",
-        f"{sentence(finding(results, result))}. Reliability and lengths of runs: {listed}.",
-    )
-
-
-def figures(results: TaskResults) -> list[Illustration]:
-    """Return a figure for each model that sorts."""
-    return [
-        Illustration(results.named(one.model), caption(results, one), partial(figure, results, one))
-        for one in results.results
-    ]
-
-
 def tables(results: TaskResults) -> list[ShownTable]:
     """Return calibration and runs of each model that sorts."""
     heads = (
@@ -357,13 +261,46 @@ def highlights(results: TaskResults) -> Iterator[Highlight]:
         yield Highlight("Scaled p", said, "points", marks)
 
 
+LENGTHS = Plot(
+    "histogram",
+    "runs",
+    f"objects sorted {BEFORE_ERROR}, in simulated runs on held-out grasps in random order; a run "
+    "ends when no class is probable enough",
+    value="before_error",
+    x="run",
+    series=("model", "part"),
+    over="runs",
+    better="high",
+    published="value",
+)
+RULE = replace(
+    LENGTHS,
+    about=f"objects sorted {PAPERS_RULE} in the same runs; a run ends at {LONGEST_RUN:,} objects",
+    value="sorts",
+    name="rule",
+    folded="Sorted by the paper's rule",
+)
+RELIABILITY = Plot(
+    "lines",
+    "reliability",
+    "share of correct predictions against their probability, as the model gives it (plain) and "
+    "scaled by a temperature from other grasps",
+    value="accuracy",
+    x="confidence",
+    series=("model", "part"),
+    over="bins",
+    better="high",
+    percent=True,
+    ideal=True,
+    name="reliability",
+)
 EXPERIMENT = Experiment(
     name="sorting",
     order=40,
     title="Sorting",
     settings=Settings,
     measure=measure,
-    figures=figures,
+    plots=(LENGTHS, RULE, RELIABILITY),
     tables=tables,
     highlights=highlights,
     paper_comparison=paper_comparison,

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from ajgdata.experiments import EXPERIMENTS, Asked, asked_of
 from ajgdata.experiments.base import Inputs, NewGrasps, Other, Render, Result, TaskResults
 from ajgdata.features.axes import differing_axes
-from ajgdata.models import model_label
 from ajgdata.paths import Paths
 from ajgdata.pipeline.progress import tell
 from ajgdata.store.features import read_store
@@ -25,7 +24,6 @@ from ajgdata.types import (
     DataError,
     DatasetSpec,
     FeatureSettings,
-    Kind,
     NotPossibleError,
 )
 
@@ -191,7 +189,7 @@ def read_results(
     for model, kind in zip(asked.models, asked.kinds, strict=True):
         about, tables = read_tables(paths.experiment(asked.dataset, asked.task, kind))
         _, costs = read_tables(paths.experiment_cost(asked.dataset, asked.task, kind))
-        label = _label(model or about["model"], split["kind"])
+        label = asked.label(model or about["model"], split["kind"])
         source = about["provenance"]["source"]
         if "skipped" in about:
             skipped.append((label, about["skipped"]))
@@ -231,10 +229,6 @@ def _papers(
         return spec.tasks[asked.task].papers
     named = [task.papers for task in spec.tasks.values()]
     return {one.name: one.paper} if one.paper in paper and any(named) else {}
-
-
-def _label(model: str, kind: Kind) -> str:
-    return model_label(model, kind) if model else ""
 
 
 def with_page_tests(results: Sequence[TaskResults]) -> list[TaskResults]:

@@ -55,7 +55,27 @@ def read_dataset(paths: Paths, dataset: str) -> DatasetSpec:
     if spec.name != dataset:
         where = f"{path}:{line_of(path, ['name'])}"
         raise DataError(where, f"name = {spec.name!r}", f"must be its folder's name, {dataset!r}")
-    return spec
+    return _with_comparisons(paths, spec)
+
+
+def _with_comparisons(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
+    """Return a declaration whose tasks ask for the comparisons that train on the data set."""
+    tasks = dict(spec.tasks)
+    for file in sorted(paths.comparisons.glob("*.yaml")):
+        content = read_yaml(file)
+        if content.get("train") != spec.name:
+            continue
+        name = content.get("task")
+        if name not in tasks:
+            where = f"{file}:{line_of(file, ['task'])}"
+            raise DataError(where, f"task = {name!r}", f"name a task of {spec.name}")
+        old: Any = tasks[name].experiments.get("comparison", {"comparisons": {}, "test_on": []})
+        comparisons = old["comparisons"] | {file.stem: content}
+        test_on = list(dict.fromkeys([*old["test_on"], *content.get("test", ())]))
+        asked = {"comparison": {"comparisons": comparisons, "test_on": test_on}}
+        changed = {"experiments": tasks[name].experiments | asked}
+        tasks[name] = tasks[name].model_copy(update=changed)
+    return spec.model_copy(update={"tasks": tasks})
 
 
 def read_declaration(path: Path) -> DatasetSpec:

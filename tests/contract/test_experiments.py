@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ajgdata.experiments import EXPERIMENTS, Asked, feature_quantity, stft_settings
+from ajgdata.experiments import EXPERIMENTS, Asked
+from ajgdata.experiments.comparison import excitation_of, features_of
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import asked_for, run_experiment
@@ -28,9 +29,9 @@ MADE = [name for name, spec in SPECS.items() if spec.recipe]
 TASKS = [(name, task) for name in MADE for task in SPECS[name].tasks]
 #: Each experiment of each task, and those that need recordings, which are not made up here.
 ALL = asked_for(SPECS, TASKS)
-RENDERS = [one for one in ALL if one.experiment.renders]
-READS = [one for one in ALL if one.experiment.reads_recordings]
-ASKED = [one for one in ALL if one not in (*RENDERS, *READS)]
+RENDERS = [one for one in ALL if one.experiment.name == "live_sorting"]
+COMPARED = [one for one in ALL if one.experiment.name == "comparison"]
+ASKED = [one for one in ALL if one not in (*RENDERS, *COMPARED)]
 IDS = [f"{one.dataset}-{one.task}-{one.experiment.name}" for one in ASKED]
 HZ = np.linspace(0, 20_000, 24)
 #: Of the same kind of result as every other model, at a fraction of the time.
@@ -261,29 +262,19 @@ CHECKS = {
 }
 
 
-#: Those that make features of recordings, by other settings than the data set's own.
-VARIANTS = {
-    "feature_quantity": feature_quantity.variants,
-    "stft_settings": stft_settings.variants,
-}
-
-
-def test_features_can_be_made_of_what_a_recipe_records():
-    assert {asked.experiment.name for asked in READS} == set(VARIANTS)
-    for asked in READS:
+def test_comparisons_fit_the_recordings():
+    """Recordings last a second; other sounds are played in simulated data sets only."""
+    for asked in COMPARED:
         spec = SPECS[asked.dataset]
-        for one in VARIANTS[asked.experiment.name](asked.settings, spec.features):
-            assert one.hop <= one.window <= spec.audio.sample_rate_hz  # recordings last a second
-            assert not one.align
-
-
-def test_other_sounds_are_played_in_data_sets_that_are_simulated():
-    for asked in RENDERS:
-        spec = SPECS[asked.dataset]
-        assert spec.recipe.source == "virtual" and spec.audio.sample_rate_hz == SAMPLE_RATE_HZ
-        if asked.experiment.name == "excitation":
-            shortest = min(asked.settings.lengths_s) * SAMPLE_RATE_HZ
-            assert shortest >= spec.features.window
+        for comparison in asked.settings.comparisons.values():
+            for variant in comparison.all_variants:
+                made = features_of(variant, spec.features)
+                assert made.hop <= made.window <= spec.audio.sample_rate_hz
+                if variant.excitation:
+                    assert spec.recipe.source == "virtual"
+                    assert spec.audio.sample_rate_hz == SAMPLE_RATE_HZ
+                    shortest = excitation_of(variant).length_s * SAMPLE_RATE_HZ
+                    assert shortest >= spec.features.window
 
 
 def test_objects_that_are_grasped_anew_are_of_the_recipe():

@@ -64,7 +64,7 @@ def test_nested_models_are_found_wherever_they_stand():
     names = {model.__name__ for model in DECLARED}
     assert {"DatasetSpec", "Task", "RecipeObject", "Target", "Session"} <= names
     measured = {place.split(".")[-1].rstrip("`") for place in configuration.MEASURED}
-    assert {"learning_curve", "conformal_intervals", "stft_settings"} <= measured
+    assert {"learning_curve", "conformal_intervals", "repeated_fits"} <= measured
     assert {"cross_validation", "embedding_knn"}.isdisjoint(measured)  # declared elsewhere
     assert {"Cube", "Placed", "Material", "Nuisance"} <= {model.__name__ for model in SCENES}
 

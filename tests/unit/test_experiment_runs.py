@@ -7,17 +7,11 @@ import json
 import numpy as np
 import pytest
 from experiment_samples import small_store
-from worlds import AUDIO, FEATURES
 
-from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.evaluate.task_data import task_data
 from ajgdata.experiments import EXPERIMENTS, Asked
-from ajgdata.experiments.base import Inputs
-from ajgdata.experiments.stft_settings import features_of
 from ajgdata.paths import Paths
 from ajgdata.pipeline.collect import collect
 from ajgdata.pipeline.experiments import asked_for, read_results, run_experiment
-from ajgdata.pipeline.recordings import RecordingReader
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DatasetSpec
@@ -133,91 +127,3 @@ def test_every_number_has_a_row_with_its_seed_and_what_made_it(paths):
     assert right == pytest.approx(values["pooled"])
     kinds = {one["experiment"] for one in document["experiments"]}
     assert kinds == {"cross_validation", "learning_curve"}
-
-
-# Settings of the STFT need the recordings themselves
-
-SETTINGS = [
-    FEATURES,
-    FEATURES.model_copy(update={"window": 512, "hop": 512}),
-    FEATURES.model_copy(update={"band_hz": (0.0, 2000.0)}),
-]
-CHANGES = [{"window": 512, "hop": 512}, {"band_hz": [0, 2000]}]
-EDGES = {
-    "target": "edge_mm", "kind": "regression", "unit": "mm", "groups": "grasp_id", "folds": 3,
-    "period_deg": None, "withhold": [],
-}  # fmt: skip
-
-
-@pytest.fixture
-def store(project):
-    project.session(tones={f"t{n}": 400.0 + 100 * n for n in range(12)})
-    project.shard()
-    project.merge("s1")
-    return project
-
-
-def stft(project, changes=CHANGES, features=FEATURES):
-    tables, cost = project.root / "stft.json", project.root / "cost.json"
-    run_experiment(
-        project.paths.features("d"), kind="stft_settings", dataset="d", task="edge",
-        settings={"settings": changes, "models": ["ridge", "linear"]}, split=EDGES, others={},
-        audio=AUDIO, features=features, paths=project.paths, seed=0,
-        tables=tables, cost=cost,
-    )  # fmt: skip
-    about, found = read_tables(tables)
-    return about, {t.name: t for t in found}, {t.name: t for t in read_tables(cost)[1]}
-
-
-def test_the_own_settings_make_the_features_of_the_store(store):
-    shard, seen = store.read_shard(), {}
-
-    class Reader(RecordingReader):
-        def samples(self, dataset, names, window):
-            seen["window"] = window
-            return super().samples(dataset, names, window)
-
-    recordings = Reader(store.paths, {"d": AUDIO})
-    stored = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
-    inputs = Inputs("d", "t", **EDGES, seed=0, store=shard, audio=AUDIO, recordings=recordings)
-    made = features_of(inputs, stored, SETTINGS)
-    assert np.array_equal(made[0][0], stored.feature)
-    assert [one.shape for one, _ in made] == [(12, 129), (12, 257), (12, 65)]
-    assert all(seconds > 0 for _, seconds in made)
-    part = shard.feature[:, :65]  # up to 2 kHz, normalised anew: float32 sums of 129 values
-    np.testing.assert_allclose(made[2][0], part / part.sum(axis=1, keepdims=True), rtol=1e-5)
-    assert seen["window"] == 512
-
-
-def test_each_setting_is_evaluated_as_the_task_is(store):
-    _, tables, cost = stft(store)
-    data = task_data(store.merge("s1")[0], "edge_mm", "regression", "grasp_id")
-    alone = cross_validate(
-        data.feature, data.value, data.group, kind="regression", model="ridge", folds=3, seed=0
-    )
-    points = tables["settings"]
-    assert [tuple(row.values()) for row in points.rows] == [
-        ("stft:256/128", 256, 128, None, None, 129),
-        ("stft:512/512", 512, 512, None, None, 257),
-        ("stft:256/128 0-2000 Hz", 256, 128, 0, 2000, 65),
-    ]
-
-    def rmse(part, model):
-        rows = tables["scores"].where(part=part, model=model, metric="rmse").rows
-        return [r["value"] for r in rows if r["statistic"].startswith("fold")]
-
-    assert rmse("stft:256/128", "ridge") == list(alone.scores.per_fold["rmse"])
-    # for numbers both are the same model
-    assert all(rmse(p, "ridge") == rmse(p, "linear") for p in points.column("part"))
-    assert rmse("stft:512/512", "ridge") != rmse("stft:256/128", "ridge")
-    assert (cost["scores"].where(metric="train_s").numbers("value") > 0).all()
-    assert len(cost["scores"].where(metric="train_s", model="ridge").rows) == 3
-    assert stft(store)[1] == tables
-
-
-def test_what_cannot_be_compared_says_why(store):
-    longer = stft(store, [{"window": 4096}])[0]
-    assert "cannot be used with a window of 4096" in longer["skipped"]
-    about, tables, cost = stft(store, features=FEATURES.model_copy(update={"align": True}))
-    assert "features.align" in about["skipped"]
-    assert tables == cost == {}

@@ -9,8 +9,8 @@ from ajgdata.acquire.recipe import new_grasp, plan_session
 from ajgdata.evaluate.sorting import orders
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Inputs, Outcome
-from ajgdata.experiments.live_sorting.shown import PARTS
 from ajgdata.experiments.live_sorting.trained import trained
+from ajgdata.experiments.sorting import PARTS
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import Scene
 from ajgdata.pipeline.rendering import new_grasps_of
@@ -177,16 +177,13 @@ def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
 
 def check_shown(results, expected: list[int]) -> None:
     one = EXPERIMENTS["live_sorting"]
-    plain, scaled = one.figures(results)
+    lengths, _, expectation = one.figures(results)
     middle = np.median(expected)
-    figure = draw(plain)
-    title = f"sorts {middle:g} new grasps before the first error (paper: 3); by the paper's rule"
-    assert fits(figure) and title in plain.caption.alt
-    assert {"simulated", "10 grasps", "the paper: 3", "into a wrong bin"} <= set(texts(figure))
-    assert "5 × ball or box" in plain.caption.text and scaled.folded
-    (table,) = one.tables(results)
-    assert all(len(row) == len(table.heads) for row in table.rows)
-    assert table.rows[0][4] == "16.7 %" and table.rows[1][-1] == "5 × all sorted"
+    figure = draw(lengths)
+    assert fits(figure) and expectation.folded
+    assert {"simulated", "plain", "scaled"} <= set(texts(figure))
+    mean = f"plain, logistic regression, 10, at most 1: {np.mean(expected):.1f} ± "
+    assert mean in lengths.caption.alt
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == middle
     assert row.marks[0].low <= middle <= row.marks[0].high

@@ -1,15 +1,13 @@
 """Models in a session they have not met: what each remedy uses, and what it mends."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from drawn_figures import texts
 from experiment_samples import measured, numbers, small_inputs, task_results
 
-from ajgdata.evaluate.new_session import BY_REFERENCES, NONE, SessionData, on_new_sessions
+from ajgdata.evaluate.new_session import NONE, SessionData, on_new_sessions
 from ajgdata.experiments import EXPERIMENTS
-from ajgdata.experiments.across_sessions import lines_of
+from ajgdata.experiments.across_sessions import by_session
 from ajgdata.report.canvas import draw
 from ajgdata.store.features import Column, Shard, text_column
 
@@ -166,64 +164,31 @@ def test_why_there_is_no_new_session(sessions, train_on, reason):
         measured("across_sessions", inputs, "knn_plain", **SETTINGS | {"train_on": train_on})
 
 
-def test_the_figure_names_every_remedy_with_what_it_needs(results, outcome):
-    (one,) = EXPERIMENTS["across_sessions"].figures(results)
+def test_figure_and_rows_name_every_correction_with_what_it_needs(results, outcome):
+    experiment = EXPERIMENTS["across_sessions"]
+    (one,) = experiment.figures(results)
     written = texts(draw(one))
-    assert {NONE, "standardised", "2 grasps of each"} <= set(written)
-    needs = next(text for text in written if text.startswith("3 of nothing; "))
-    assert needs.endswith(" ms")
-    before, after = (f"{100 * mean(outcome, r):.0f} %" for r in (NONE, REFERENCE))
-    assert one.caption.alt.startswith(f"k-NN, plain in a new session: accuracy {before}; ")
-    assert f"without its labels {after} at best" in one.caption.alt
-    assert "too few grasps for 9 of each" in one.caption.text
+    assert {f"{NONE} (none)", f"{REFERENCE} (3 references)"} <= set(written)
+    rows = {row.metric: row.value for row in experiment.rows(results)}
+    assert len(rows) == 7
+    for remedy, needs in ((NONE, "none"), (REFERENCE, "3 references")):
+        shown = rows[f"accuracy, {remedy} ({needs})"]
+        assert shown.startswith(f"{100 * mean(outcome, remedy):.0f}")
+    assert (
+        experiment.summary(results) == "A class has too few grasps for 9 labelled grasps of each."
+    )
 
 
-def test_a_remedy_of_some_sessions_stands_beside_the_model_in_the_same():
+def test_corrections_are_compared_in_sessions_that_allow_all_of_them():
     outcome = measured(
         "across_sessions", small_inputs(store=store(without="s2")), "knn_plain", **SETTINGS
     )
     results = task_results("across_sessions", {"knn_plain": outcome}, settings=SETTINGS)
-    lines = {line.remedy: line for line in lines_of(results, results.results[0])}
-    assert {name: line.sessions for name, line in lines.items() if line.sessions < 3} == {
-        name: 2 for name in BY_REFERENCES
-    }
-    first, second, third = (
+    table = by_session(results)
+    assert set(table.column("session")) == {"s0", "s1"}
+    there = [
         outcome.tables[1].where(session=name, remedy=NONE, metric="accuracy").numbers("value")
-        for name in ("s0", "s1", "s2")
-    )
-    there = 100 * np.mean([*first, *second])
-    assert lines[REFERENCE].plain == pytest.approx(there)
-    assert lines[NONE].plain == pytest.approx(100 * np.mean([*first, *second, *third]))
-    assert lines[NONE].plain == lines[NONE].score.mean
-    (one,) = EXPERIMENTS["across_sessions"].figures(results)
-    assert f"{REFERENCE} (2 of 3 sessions)" in texts(draw(one))
-    assert f"(as it is, there: {there:.2g} %)" in one.caption.alt
-    metrics = [row.metric for row in EXPERIMENTS["across_sessions"].rows(results)]
-    assert f"accuracy in a new session, {REFERENCE} (2 of 3 sessions)" in metrics
-
-
-def test_each_remedy_has_a_row(results, outcome):
-    rows = list(EXPERIMENTS["across_sessions"].rows(results))
-    assert len(rows) == 7
-    assert rows[0].metric == "accuracy in a new session, as it is"
-    assert rows[0].value.startswith(f"{100 * mean(outcome, NONE):.0f}")
-    assert rows[-1].part == "needs 6 labelled of the session"
-
-
-def test_chance_that_is_far_off_is_told_and_not_drawn():
-    """Sizes of 0 to 20 mm, guessed at 8 mm error; read to hundredths of one by references."""
-    inputs = small_inputs("regression", store=store())
-    outcome = measured("across_sessions", inputs, "knn_plain", **SETTINGS)
-    rows = [r | {"value": r["value"] / 100} for r in outcome.tables[0].rows]
-    far = [r | {"value": 100 * r["value"]} if r["statistic"] == "chance" else r for r in rows]
-    scores = dataclasses.replace(outcome.tables[0], rows=tuple(far))
-    outcome = dataclasses.replace(outcome, tables=(scores, outcome.tables[1]))
-    results = task_results(
-        "across_sessions", {"knn_plain": outcome}, "regression", settings=SETTINGS
-    )
-    (one,) = EXPERIMENTS["across_sessions"].figures(results)
-    figure = draw(one)
-    assert "chance" not in texts(figure)
-    assert "chance is 8.16 mm" in " ".join(texts(figure))
-    box, size = figure.get_tightbbox(), figure.get_size_inches()
-    assert box.min.min() >= -0.5 / 72 and (box.max <= size + 0.5 / 72).all()
+        for name in ("s0", "s1")
+    ]
+    plain = table.where(remedy=f"{NONE} (none)").numbers("value")
+    np.testing.assert_allclose(plain, [one.mean() for one in there])

@@ -131,27 +131,26 @@ def test_its_figure_and_tables_say_what_was_measured():
     outcome = measured("novelty", small_inputs(store=world(empty=10)), **ASK)
     results = task_results("novelty", {"": outcome}, settings=ASK)
     one = EXPERIMENTS["novelty"]
-    (illustration,) = one.figures(results)
-    left, right = draw(illustration).axes
+    detected, alarms, classes, references = one.figures(results)
     rounds = rounds_of(outcome)
-    line = next(line for line in left.lines if line.get_label() == "distance")
     expected = [
         100 * rounds.where(judge="distance", stated=rate).numbers("detected").mean()
         for rate in (0.05, 0.2)
     ]
-    np.testing.assert_allclose(line.get_xydata(), np.transpose([[5, 20], expected]))
-    assert [label.get_text() for label in right.get_yticklabels()] == ["beside", "far", "near"]
-    of_far = right.lines[0].get_xydata()[1]
-    assert of_far[0] == 100
-    main, nothing = one.tables(results)
-    assert len(main.rows) == 4
-    assert nothing.rows[0][0].startswith("100")
+    (axes,) = draw(detected).axes
+    np.testing.assert_allclose(axes.containers[0].lines[0].get_ydata(), expected)
+    labels = [label.get_text() for label in draw(classes).axes[0].get_yticklabels()]
+    assert labels == ["beside", "far", "near"]
+    assert "references" in references.name and "false-alarms" in alarms.name
+    tables = list(one.tables(results))
+    assert len(tables) == 4
+    assert tables[-1].rows[0][-1].startswith("100")
     (highlight,) = one.highlights(results)
     never_met, known = highlight.marks
     assert never_met.value == pytest.approx(expected[0])
     assert never_met.low < never_met.value < never_met.high  # over classes
     assert known.low <= known.value < known.high  # over grasps
-    assert f"{expected[0]:.3g} %" in illustration.caption.text
+    assert f"{expected[0]:.3g} (" in detected.caption.alt
 
 
 def test_columns_of_numbers_do_not_matter():

@@ -20,10 +20,19 @@ TASK = {
     "experiments": {
         "learning_curve": {"groups": [3, 5], "repeats": 3, "models": ["knn"]},
         "cross_gripper": {"test_on": ["copy"], "grasps": [0, 1], "models": ["knn"]},
-        "stft_settings": {"settings": [{"hop": 2048}, {"window": 512}], "models": ["knn"]},
         "sorting": {"models": ["linear"]},
-        "excitation": {},  # skipped: these recordings were not simulated
     },
+}
+
+COMPARED = {"title": "T", "question": "Q?", "train": "tones", "task": "pitch", "models": ["knn"]}
+VARIANTS = {
+    "stft": [
+        {"name": "stft:own"},
+        {"name": "stft:2048/2048", "features": {"hop": 2048}},
+        {"name": "stft:512/512", "features": {"window": 512}},
+    ],
+    # skipped: these recordings were not simulated
+    "sounds": [{"name": "own"}, {"name": "noise", "excitation": {"kind": "mls"}}],
 }
 
 
@@ -39,6 +48,10 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     }.items():
         paths.dataset(name).parent.mkdir(exist_ok=True)
         paths.dataset(name).write_text(yaml.safe_dump(content))
+    paths.comparisons.mkdir(parents=True)
+    for name, variants in VARIANTS.items():
+        file = paths.comparisons / f"{name}.yaml"
+        file.write_text(yaml.safe_dump(COMPARED | {"variants": variants}))
     page = ("results/report/index.html", "results/metrics.json")
     new = {"features": 2, "merge": 1, "experiment": 6}
     assert project.planned(*page) == {**new, "report": 1, "collect": 1}
@@ -64,8 +77,8 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     for name in (
         "cross-gripper--tones--pitch",
         "learning-curve--tones--pitch",
-        "stft-settings--tones--pitch",
-        "sorting--tones--pitch--linear",
+        "comparison--tones--pitch--stft",
+        "sorting--tones--pitch",
     ):
         assert f'id="{name}"' in text
     assert project.planned(*page) == {}
@@ -86,7 +99,7 @@ def test_each_experiment_is_run_where_a_task_asks_for_it(project):
     assert {r["source"] for r in rows} == {"recorded"}
     document = json.loads(paths.all_metrics.read_text())
     collected = {one["experiment"]: one for one in document["experiments"]}
-    assert set(collected) == {"cross_validation", *TASK["experiments"]}
+    assert set(collected) == {"cross_validation", "comparison", *TASK["experiments"]}
     assert [t["name"] for t in collected["learning_curve"]["tables"]] == ["scores", "curve"]
     with paths.predictions.open(newline="") as stream:
         predicted = list(csv.DictReader(stream))

@@ -1,7 +1,4 @@
-"""Sorting live: new grasps of the objects, one after another, until none is probable enough.
-
-`measure` makes the tables; `shown` reads them back, draws and tells.
-"""
+"""Sorting live: new grasps of the objects, one after another, until none is probable enough."""
 
 from __future__ import annotations
 
@@ -12,17 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import numpy as np
 from pydantic import Field
 
-from ajgdata.experiments.base import Experiment, Inputs, Outcome, score_table
-from ajgdata.experiments.live_sorting.shown import (
-    ALWAYS,
-    NEEDED,
+from ajgdata.experiments.base import Experiment, Inputs, Lookup, Outcome, TaskResults, score_table
+from ajgdata.experiments.plots import Plot
+from ajgdata.experiments.sorting import (
+    BEFORE_ERROR,
     PARTS,
     PERCENTILES,
-    figures,
-    paper_comparison,
-    tables,
+    RUN_METRICS,
+    agreement_of_runs,
+    run_marks,
+    two_results,
 )
-from ajgdata.experiments.sorting import RUN_METRICS
+from ajgdata.report.comparison import Mark, PaperComparison
 from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -31,6 +29,8 @@ if TYPE_CHECKING:
 
 Made = TypeVar("Made")
 Row = dict[str, Any]
+#: Another look is had where it is needed, or at each object.
+NEEDED, ALWAYS = "as needed", "always"
 #: Of measured times: percentiles.
 STATISTICS = {"median": 50, "p99": 99}
 
@@ -264,14 +264,90 @@ def _tables(
     )
 
 
+def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
+    """Yield both results of runs on new grasps with one look, by the first model, of all grasps.
+
+    Of probabilities as they are, as the paper's; `sorting` does the same on held-out recordings.
+    """
+    paper = results.paper
+    if paper is None or paper.value is None:
+        return
+    result = results.results[0]
+    which: dict[str, Any] = {"part": PARTS[0], "policy": NEEDED, "looks": 1}
+    which["grasps"] = max(result.tables["conditions"].column("grasps"))
+    (one,) = result.tables["conditions"].where(**which).rows
+    runs, longest = result.tables["runs"].where(**which), result.about["placements"]
+    before, ruled = (runs.numbers(key) for key in ("before_error", "sorts"))
+    wrong_share = one["wrong"] / one["accepted"] if one["accepted"] else 0.0
+    marks = run_marks(result.label, paper.value, before, ruled)
+    yield PaperComparison(
+        paper,
+        results.dataset,
+        results.task,
+        results.source,
+        two_results(paper, before, ruled, wrong_share, longest),
+        result.label,
+        agreement_of_runs(before, paper.value),
+        marks=tuple(_unbounded(mark, float(longest)) for mark in marks),
+        label="new grasps",
+    )
+
+
+def _unbounded(mark: Mark, longest: float) -> Mark:
+    """Return a mark beyond the scale if nothing was left to sort: a longer run was not tried."""
+    if mark.role == "ours" and mark.value >= longest:
+        return mark._replace(value=np.inf, low=longest)
+    return mark
+
+
+LENGTHS = Plot(
+    "lines",
+    "runs",
+    f"objects sorted {BEFORE_ERROR} in runs on new placements, by the largest number of looks at "
+    "an object; grasps: training grasps of each object",
+    value="before_error",
+    x="looks",
+    series=("model", "grasps"),
+    panel="part",
+    over="runs",
+    where={"policy": NEEDED},
+    headline="trend",
+    better="high",
+    published="value",
+)
+WRONG = Plot(
+    "scatter",
+    "conditions",
+    "share of new placements that are sorted into a wrong bin, over the seconds that further looks "
+    "add to a sort",
+    value="wrong",
+    x="added_s",
+    series=("model", "grasps"),
+    panel="part",
+    percent=True,
+    over="conditions",
+    name="wrong",
+)
+EXPECTED = Plot(
+    "rows",
+    "offline",
+    f"objects sorted {BEFORE_ERROR} with one look, as held-out recordings predict: median, 5th to "
+    "95th percentile",
+    value="middle",
+    x="grasps",
+    series=("model", "part"),
+    interval=("low", "high"),
+    headline="range",
+    name="expected",
+    folded="Expected from held-out recordings",
+)
 EXPERIMENT = Experiment(
     name="live_sorting",
     order=41,
     title="Live sorting",
     settings=Settings,
     measure=measure,
-    figures=figures,
-    tables=tables,
+    plots=(LENGTHS, WRONG, EXPECTED),
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("classification",),

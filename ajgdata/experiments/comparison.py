@@ -1,0 +1,370 @@
+"""Comparisons: variants of features, played sound or split, with the same models, grasps and folds.
+
+Each is a file `reports/comparisons/<name>.yaml` of the project. The first variant is the reference.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
+
+from ajgdata.evaluate.task_data import TaskData
+from ajgdata.experiments.base import (
+    SCORES,
+    Experiment,
+    Inputs,
+    Outcome,
+    Result,
+    TaskResults,
+    fold_scores,
+    score_table,
+)
+from ajgdata.experiments.plots import Plot, illustrations, means, points_for, shown_tables
+from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.comparison import mark_of, range_of
+from ajgdata.report.panel import Highlight
+from ajgdata.types import (
+    DEFAULT_EXCITATION,
+    ExcitationSpec,
+    FeatureSettings,
+    Kind,
+    Level,
+    Name,
+    NotPossibleError,
+    Strict,
+)
+from ajgdata.types.comparison import Comparison, Variant
+from ajgdata.types.table import Table, table_of
+
+TITLE = "Comparison"
+#: Recordings held at once, and transformed with one variant after the other: the times of all
+#: variants are then of the same moments.
+BLOCK = 64
+COST = "feature_s_per_recording"
+Maker = Callable[[np.ndarray], np.ndarray]
+
+
+class Settings(Strict):
+    """Comparisons of a task by name, from `reports/comparisons/`."""
+
+    comparisons: dict[Name, Comparison] = Field(min_length=1, description="comparisons by name")
+    test_on: tuple[Name, ...] = Field((), description="further data sets of all comparisons")
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """Names of the comparisons: each is measured in a job of its own."""
+        return tuple(self.comparisons)
+
+    @property
+    def titles(self) -> dict[str, str]:
+        """Titles of the comparisons by name."""
+        return {name: one.title for name, one in self.comparisons.items()}
+
+    def only(self, name: str) -> Settings:
+        """Return the settings of one comparison."""
+        one = self.comparisons[name]
+        return Settings(comparisons={name: one}, test_on=one.test)
+
+
+class Made(NamedTuple):
+    """Features (n, bins) of the recordings, and the median processor time (s) of one."""
+
+    feature: np.ndarray
+    seconds: float
+
+
+def excitation_of(variant: Variant) -> ExcitationSpec:
+    """Return the played sound of a variant, at the peak level of the default sound."""
+    adapter: TypeAdapter[ExcitationSpec] = TypeAdapter(ExcitationSpec)
+    return adapter.validate_python({"amplitude": DEFAULT_EXCITATION.amplitude} | variant.excitation)
+
+
+def features_of(variant: Variant, own: FeatureSettings) -> FeatureSettings:
+    """Return the feature settings of a variant of a data set with the settings `own`."""
+    return FeatureSettings.model_validate(own.model_dump() | variant.features)
+
+
+def check(settings: Settings, _: Kind, features: FeatureSettings) -> None:
+    """Raise ValueError for variants that no feature, or no sound, can have."""
+    for name, comparison in settings.comparisons.items():
+        if comparison.makes_features and features.align:
+            raise ValueError(f"comparison {name}: features.align is not possible here")
+        for variant in comparison.all_variants:
+            try:
+                made = features_of(variant, features)
+                if variant.excitation:
+                    excitation_of(variant)
+            except ValidationError as error:
+                message = error.errors()[0]["msg"].removeprefix("Value error, ")
+                raise ValueError(f"comparison {name}, {variant.name}: {message}") from None
+            if variant.excitation and made.kind == "sweep_tracking":
+                raise ValueError(f"comparison {name}: sweep_tracking is for sweeps alone")
+
+
+def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
+    """Return the errors of all models with each variant of the comparison `model`."""
+    from threadpoolctl import threadpool_limits
+
+    from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+
+    comparison = settings.comparisons[model]
+    data = {name: inputs.data(name) for name in ("", *comparison.test)}
+    with threadpool_limits(limits=1):
+        made = {name: _made(inputs, comparison, name, data[name]) for name in data}
+    scores, costs = [], []
+    for at, variant in enumerate(comparison.all_variants):
+        own, (feature, seconds) = data[""], made[""][at]
+        grouped = variant.split == "grouped"
+        extra = {
+            name: ExtraTestSet(made[name][at].feature, data[name].value, data[name].group)
+            for name in comparison.test
+        }
+        cost = f"cost of {variant.name}"
+        if np.isfinite(seconds):
+            costs.append(("", cost, COST, "measured", seconds))
+        for name in variant.models or comparison.models:
+            found = cross_validate(
+                feature, own.value, own.group if grouped else None,
+                model=name, extra_tests=extra if grouped else None, **inputs.split,
+            )  # fmt: skip
+            scores += list(fold_scores(name, variant.name, found.scores))
+            for other, tested in found.extra_tests.items():
+                scores += list(fold_scores(name, f"{variant.name} on:{other}", tested.scores))
+            costs.append((name, cost, "train_s", "measured", found.cost.train_s))
+    return Outcome((score_table(scores, TITLE),), (score_table(costs, TITLE),))
+
+
+def _made(inputs: Inputs, comparison: Comparison, other: str, data: TaskData) -> list[Made]:
+    """Return the features of a data set (its own: "") by each variant.
+
+    Raises NotPossibleError for a sound, or a recording, that does not allow one of them.
+    """
+    variants = comparison.all_variants
+    if not comparison.makes_features:
+        return [Made(data.feature, np.nan)] * len(variants)
+    features: list[list[np.ndarray]] = [[] for _ in variants]
+    seconds: list[list[float]] = [[] for _ in variants]
+    for at, samples, make in _samples(inputs, variants, other, data.name.tolist()):
+        begun = time.process_time()
+        features[at].append(make(samples))
+        seconds[at].append(time.process_time() - begun)
+    return [
+        Made(np.array(rows), float(np.median(times)))
+        for rows, times in zip(features, seconds, strict=True)
+    ]
+
+
+def _samples(
+    inputs: Inputs, variants: Sequence[Variant], other: str, names: Sequence[str]
+) -> Iterator[tuple[int, np.ndarray, Maker]]:
+    """Yield per recording and variant the variant's number, the samples and the feature maker.
+
+    The recordings of one variant come in the order of `names`.
+    """
+    played = {at: one for at, one in enumerate(variants) if one.excitation}
+    recorded = {at: one for at, one in enumerate(variants) if not one.excitation}
+    if played:
+        yield from _rendered(inputs, played, names)
+    if recorded:
+        yield from _recorded(inputs, recorded, other or inputs.dataset, names)
+
+
+def _rendered(
+    inputs: Inputs, variants: Mapping[int, Variant], names: Sequence[str]
+) -> Iterator[tuple[int, np.ndarray, Maker]]:
+    """Yield simulated recordings with the sounds of the variants instead of their own."""
+    from ajgdata.acquire.excitation import excitation_samples
+    from ajgdata.features.maker import feature_maker
+
+    if inputs.render is None:
+        raise NotPossibleError("it needs a virtual data set: other sounds are played in its scenes")
+    rate = inputs.audio.sample_rate_hz
+    try:
+        sounds = [excitation_samples(excitation_of(one), rate) for one in variants.values()]
+    except ValueError as error:  # beyond half the rate of the recordings
+        raise NotPossibleError(str(error)) from None
+    makers = [
+        feature_maker(features_of(one, inputs.features), rate, sound)
+        for one, sound in zip(variants.values(), sounds, strict=True)
+    ]
+    for recordings in inputs.render(names, sounds):
+        for at, samples, make in zip(variants, recordings, makers, strict=True):
+            yield at, samples.astype(np.float32), make
+
+
+def _recorded(
+    inputs: Inputs, variants: Mapping[int, Variant], dataset: str, names: Sequence[str]
+) -> Iterator[tuple[int, np.ndarray, Maker]]:
+    """Yield the recordings themselves; each is read once."""
+    if inputs.recordings is None:
+        raise NotPossibleError("the recordings themselves are needed")
+    tried = [features_of(one, inputs.features) for one in variants.values()]
+    makers, longest = _SessionMakers(inputs, dataset, tried), max(one.window for one in tried)
+    for start in range(0, len(names), BLOCK):
+        block = names[start : start + BLOCK]
+        read = list(inputs.recordings.samples(dataset, block, longest))
+        for at, number in enumerate(variants):
+            for name, samples in zip(block, read, strict=True):
+                yield number, samples, makers.for_recording(name)[at]
+
+
+class _SessionMakers:
+    """Feature makers by what was played: made once, however many sessions share a sound."""
+
+    def __init__(self, inputs: Inputs, dataset: str, tried: Sequence[FeatureSettings]) -> None:
+        self._inputs, self._dataset, self._tried = inputs, dataset, tried
+        self._by_sound: dict[bytes, list[Maker]] = {}
+        self._by_session: dict[str, list[Maker]] = {}
+
+    def for_recording(self, name: str) -> list[Maker]:
+        """Return the makers for a recording, in the order of the settings."""
+        session = name.partition("/")[0]
+        if session not in self._by_session:
+            recordings = self._inputs.recordings
+            played = recordings.played(self._dataset, name) if recordings else None
+            key = b"" if played is None else played.tobytes()
+            if key not in self._by_sound:
+                self._by_sound[key] = self._makers(session, played)
+            self._by_session[session] = self._by_sound[key]
+        return self._by_session[session]
+
+    def _makers(self, session: str, played: np.ndarray | None) -> list[Maker]:
+        from ajgdata.features.maker import UnfitExcitationError, feature_maker
+
+        rate = self._inputs.audio.sample_rate_hz
+        try:
+            return [feature_maker(one, rate, played) for one in self._tried]
+        except UnfitExcitationError as error:
+            raise NotPossibleError(f"session {session}: {error}") from None
+
+
+# Report
+
+
+def errors(results: TaskResults) -> Table:
+    """Return the metric of one comparison per model, variant, data set and fold."""
+    (result,) = results.results
+    comparison, rows = results.settings.comparisons[result.model], []
+    places = {"": results.level} | {name: results.others[name].level for name in comparison.test}
+    for variant in comparison.all_variants:
+        seconds = result.cost[SCORES].where(part=f"cost of {variant.name}", metric=COST)
+        milliseconds = 1e3 * float(seconds.numbers("value")[0]) if seconds.rows else None
+        for name, level in places.items():
+            part = f"{variant.name} on:{name}" if name else variant.name
+            table = result.tables[SCORES].where(part=part, metric=results.metric)
+            row = {"variant": variant.name.rpartition(":")[2], "series": variant.series}
+            row |= {"x": variant.x, "ms": milliseconds}
+            row |= {"tested": name or results.dataset_title, "metric": results.metric}
+            row |= {"level": level.value if level else None}
+            rows += [row | one for one in _folds(results, table)]
+    columns = {
+        "model": "Model",
+        "variant": "Variant",
+        "series": "Series",
+        "x": comparison.axis.rpartition(".")[2],
+    }
+    columns |= {"ms": "Time per feature, ms", "tested": "Tested on", "metric": "Metric"}
+    columns |= {"level": _level_title(places.values()), "value": "Value", "error": "Error"}
+    return table_of("comparison", comparison.title, rows, **columns, chance="Chance")
+
+
+def _level_title(levels: Iterable[Level | None]) -> str:
+    known = [level for level in levels if level]
+    return f"{known[0].quantity.capitalize()}, {known[0].unit}" if known else "Level"
+
+
+def _folds(results: TaskResults, table: Table) -> Iterator[dict[str, float | str]]:
+    """Yield the value of each fold of each model, with chance; errors of classes are in %."""
+    wrong = results.kind == "classification"
+    for model, scores in table.parted("model").items():
+        (chance,) = scores.where(statistic="chance").numbers("value")
+        for row in scores.rows:
+            if str(row["statistic"]).startswith("fold "):
+                error = 100 * (1 - row["value"]) if wrong else row["value"]
+                yield {"model": model, "value": row["value"], "error": error, "chance": chance}
+
+
+def plots_of(results: TaskResults, result: Result) -> list[Plot]:
+    """Return the plots of one comparison: over its axis, over levels, over time, or as rows."""
+    comparison = results.settings.comparisons[result.model]
+    levels = [results.level, *(results.others[name].level for name in comparison.test)]
+    about = f"{comparison.title}: the same recordings and folds; exploratory, because the best of "
+    about += "several variants that is chosen on these folds would be optimistically biased"
+    named: dict[str, Any] = {
+        "about": about,
+        "name": result.model,
+        "headline": "range",
+        "panel": "model",
+    }
+    if comparison.test and all(levels):
+        return [Plot("lines", errors, x="level", series=("variant",), chance="chance", **named)]
+    over_time = Plot("scatter", errors, value="error", x="ms", series=("variant",), **named)
+    if comparison.axis:
+        return [Plot("lines", errors, x="x", series=("series",), chance="chance", **named)]
+    if comparison.makes_features and not comparison.test:
+        return [replace(over_time, series=())]
+    by = ("tested",) if comparison.test else ()
+    return [Plot("rows", errors, x="variant", series=by, chance="chance", **named)]
+
+
+def _each(results: TaskResults) -> Iterator[tuple[TaskResults, list[Plot]]]:
+    for result in results.results:
+        yield replace(results, results=(result,)), plots_of(results, result)
+
+
+def figures(results: TaskResults) -> Iterator[Illustration]:
+    """Yield the figures of every comparison."""
+    for one, plots in _each(results):
+        yield from illustrations(one, plots)
+
+
+def tables(results: TaskResults) -> Iterator[ShownTable]:
+    """Yield the values of every comparison."""
+    for one, plots in _each(results):
+        by = ("variant", "tested") if one.settings.test_on else ("variant",)
+        yield from shown_tables(one, [replace(plot, series=by) for plot in plots])
+
+
+def summary(results: TaskResults) -> str:
+    """Return the questions of the comparisons."""
+    asked = results.settings.comparisons
+    return " ".join(asked[result.model].question for result in results.results)
+
+
+def highlights(results: TaskResults) -> Iterator[Highlight]:
+    """Yield the range of the first model over all variants, next to the reference."""
+    for one, (plot, *_) in _each(results):
+        comparison = results.settings.comparisons[one.results[0].model]
+        first, *others = [v.name.rpartition(":")[2] for v in comparison.all_variants]
+        which = {"model": comparison.models[0], "tested": results.dataset_title}
+        variants = replace(plot, value="error", series=("variant",), x="", panel="")
+        values = [v for name in others for v in means(one, variants, variant=name, **which)]
+        reference = points_for(one, variants, variant=first, **which)
+        if values and reference:
+            marks = (
+                range_of("ours", f"{len(values)} variants", values),
+                mark_of("other", first, reference[0].score),
+            )
+            yield Highlight(comparison.title, "error, exploratory", results.shown_unit, marks)
+
+
+EXPERIMENT = Experiment(
+    name="comparison",
+    order=70,
+    title=TITLE,
+    settings=Settings,
+    measure=measure,
+    figures=figures,
+    tables=tables,
+    summary=summary,
+    highlights=highlights,
+    check=check,
+    by_model=True,
+    reads_recordings=True,
+    renders=True,
+)

@@ -1,0 +1,383 @@
+"""Figures, tables and rows of an experiment, from the roles of the columns of its tables.
+
+An experiment names its plots; caption, alternative text, table of values and conclusion follow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
+from ajgdata.report.format import Caption, Score, mean_sd, number, sentence, with_unit, words
+from ajgdata.types import MODELS
+from ajgdata.types.table import Column, Table, Value
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ajgdata.experiments.base import TaskResults
+    from ajgdata.report.marks import MarkName, Picture, Point
+
+Headline = Literal["best", "trend", "range"]
+#: Percentiles that are given of a histogram.
+PERCENTILES = (5, 50, 95)
+MODEL = Column("model", "Model")
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A mark that draws one table of an experiment; the other fields are keys of its columns.
+
+    `table` is the name of a table, or a function that makes one of the results. Rows that agree in
+    `panel`, `series` and `x` are one point: their mean and standard deviation over `over`, or the
+    ends in the columns `interval`. A column `metric` selects the metric of the task, unless `where`
+    does; its values are shown in the unit of the task. `about` says in a sentence what is plotted.
+    `headline` names the conclusion: the best series, its trend over x, or the range of all points.
+    With `published`, the value of the paper is drawn, or (`point`) its place and value. `listed`:
+    the points are rows in the table of results.
+    """
+
+    mark: MarkName
+    table: str | Callable[[TaskResults], Table]
+    about: str
+    value: str = "value"
+    x: str = ""
+    series: tuple[str, ...] = (MODEL.key,)
+    panel: str = ""
+    over: str = "folds"
+    interval: tuple[str, str] | None = None
+    chance: str = ""
+    where: Mapping[str, Value] = field(default_factory=dict)
+    headline: Headline = "best"
+    better: Literal["high", "low"] = "low"
+    published: Literal["", "value", "point"] = ""
+    percent: bool = False
+    ideal: bool = False
+    listed: bool = False
+    name: str = ""
+    folded: str = ""
+
+
+def table_for(results: TaskResults, plot: Plot) -> Table:
+    """Return the rows of all models that a plot is about, with the column `model`."""
+    if not isinstance(plot.table, str):
+        table = plot.table(results)
+    else:
+        tables = [result.tables.get(plot.table) for result in results.results]
+        first = next((one for one in tables if one), Table(plot.table, "", "", (MODEL,), ()))
+        joined = [
+            row if MODEL.key in row else {MODEL.key: result.label, **row}
+            for result, table in zip(results.results, tables, strict=True)
+            for row in (table.rows if table else ())
+        ]
+        own = {column.key for column in first.columns}
+        columns = first.columns if MODEL.key in own else (MODEL, *first.columns)
+        table = Table(first.name, first.title, first.note, columns, tuple(joined))
+    where = dict(plot.where)
+    if _is_metric(table, plot):
+        where["metric"] = results.metric
+    return table.where(**where)
+
+
+def _is_metric(table: Table, plot: Plot) -> bool:
+    """Return whether the values are those of the metric that the task reads first."""
+    keys = {column.key for column in table.columns}
+    return plot.value == "value" and "metric" in keys and "metric" not in plot.where
+
+
+def points_for(results: TaskResults, plot: Plot, **where: Value) -> list[Point]:
+    """Return the points of a plot as they are shown, of rows with the values `where`."""
+    from ajgdata.report.marks import Point
+
+    table = table_for(results, plot)
+    scale, groups = _scale(results, table, plot), _grouped(table.where(**where), plot)
+    points = []
+    for (panel, series, x), rows in groups.items():
+        part = Table(table.name, "", "", table.columns, tuple(rows))
+        values = scale * part.numbers(plot.value)
+        known = len(values) > 1 and np.isfinite(values).all()
+        sd = float(values.std(ddof=1)) if known else math.nan
+        ends = [scale * float(part.numbers(key)[0]) for key in plot.interval or ()]
+        score = Score(float(values.mean()), math.nan if ends else sd, (), *ends)
+        label = ", ".join(filter(None, (value_name(results, one) for one in series)))
+        place = x if isinstance(x, str) or x is None else float(x) * (100 if plot.ideal else 1)
+        if isinstance(place, str) or place is None:
+            place = value_name(results, place)
+        points.append(Point(value_name(results, panel), label, place, score))
+    return points
+
+
+def listed_points(results: TaskResults, plot: Plot) -> list[Point]:
+    """Return the points that are listed in words: of a histogram, median and percentiles."""
+    points = points_for(results, plot)
+    if plot.mark != "histogram":
+        return points
+    groups: dict[tuple[str, str], list[float]] = {}
+    for point in points:
+        groups.setdefault((point.panel, point.series), []).append(point.score.mean)
+    found = []
+    for (panel, series), values in groups.items():
+        low, middle, high = map(float, np.percentile(values, PERCENTILES))
+        score = Score(middle, math.nan, (), low, high)
+        found.append(points[0]._replace(panel=panel, series=series, x="", score=score))
+    return found
+
+
+def means(results: TaskResults, plot: Plot, **where: Value) -> list[float]:
+    """Return the means of the points of rows with the values `where`, as they are shown."""
+    return [point.score.mean for point in points_for(results, plot, **where)]
+
+
+def _grouped(table: Table, plot: Plot) -> dict[tuple[Any, ...], list[dict[str, Any]]]:
+    """Return the rows of each point that have a value, by panel, series and place."""
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for row in table.rows:
+        if row[plot.value] is not None:
+            panel = row[plot.panel] if plot.panel else ""
+            series = tuple(row[key] for key in plot.series)
+            groups.setdefault((panel, series, row[plot.x] if plot.x else ""), []).append(row)
+    return groups
+
+
+def value_name(results: TaskResults, value: Value) -> str:
+    """Return a value of a category for people: of data sets and models, their titles."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return number(float(value))
+    text = str(value or "")
+    if text in results.others:
+        return results.others[text].title
+    if text in MODELS.names():
+        from ajgdata.models import model_label
+
+        return model_label(text, results.kind)
+    return words(text)
+
+
+def _scale(results: TaskResults, table: Table, plot: Plot) -> float:
+    if plot.percent:
+        return 100.0
+    return float(results.scale) if _is_metric(table, plot) else 1.0
+
+
+def axis_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
+    """Return title and unit of the values."""
+    table = table_for(results, plot)
+    column = next((one for one in table.columns if one.key == plot.value), Column("", ""))
+    if _is_metric(table, plot):
+        return results.metric_title, results.shown_unit
+    return _lowered(column.title), "%" if plot.percent else column.unit
+
+
+def _place_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
+    """Return title and unit of the x axis."""
+    columns = {one.key: one for one in table_for(results, plot).columns}
+    if plot.x not in columns:
+        return "", ""
+    unit = "%" if plot.ideal else columns[plot.x].unit
+    return _lowered(columns[plot.x].title), unit
+
+
+def _lowered(title: str) -> str:
+    first = (title.split(maxsplit=1) or [""])[0]
+    return title[:1].lower() + title[1:] if first[1:].islower() else title
+
+
+def chance_for(results: TaskResults, plot: Plot) -> dict[str, float]:
+    """Return the mean chance level of each panel, as shown; none without a column."""
+    if not plot.chance:
+        return {}
+    table = table_for(results, plot)
+    parts = table.parted(plot.panel) if plot.panel else {"": table}
+    scale = _scale(results, table, plot)
+    return {
+        value_name(results, panel): scale * float(np.nanmean(part.numbers(plot.chance)))
+        for panel, part in parts.items()
+    }
+
+
+# Conclusions
+
+
+def conclusion(results: TaskResults, plot: Plot) -> str:
+    """Return the conclusion of a plot: the title of its figure."""
+    points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
+    higher = _higher_is_better(results, plot)
+    choose = max if higher else min
+    if plot.headline == "range":
+        spread = value_range([point.score.mean for point in points], unit)
+        return f"{sentence(axis)}: {spread} in {len(points)} cases"
+    if plot.headline == "trend":
+        return _trend(results, plot, points, higher)
+    best = choose(points, key=lambda point: point.score.mean)
+    said = ", ".join(filter(None, (best.panel, best.series, _place_text(results, plot, best))))
+    kind = "highest" if higher else "lowest"
+    return f"{sentence(kind)} {axis} of {len(points)}: {mean_sd(best.score, unit)} ({said})"
+
+
+def _higher_is_better(results: TaskResults, plot: Plot) -> bool:
+    if _is_metric(table_for(results, plot), plot):
+        return results.kind == "classification"
+    return plot.better == "high"
+
+
+def _trend(results: TaskResults, plot: Plot, points: Sequence[Point], higher: bool) -> str:
+    """Return what the series that ends best does at its first and at its last place, over panels.
+
+    Only places that all series have count.
+    """
+    axis, unit = axis_of(results, plot)
+    own: dict[str, dict[str, list[Point]]] = {}
+    for point in sorted(points, key=lambda point: float(point.x)):
+        own.setdefault(point.series, {}).setdefault(point.panel, []).append(point)
+    last_x = min(float(one[-1].x) for panels in own.values() for one in panels.values())
+    ends = {
+        name: [(one[0], [p for p in one if float(p.x) <= last_x][-1]) for one in panels.values()]
+        for name, panels in own.items()
+    }
+    choose = max if higher else min
+    name = choose(ends, key=lambda name: np.mean([last.score.mean for _, last in ends[name]]))
+    said = []
+    for index in (0, 1):
+        values = [pair[index].score.mean for pair in ends[name]]
+        place = _place_text(results, plot, ends[name][0][index])
+        said.append(f"{value_range(values, unit)} ({place})")
+    count = f" in {len(ends[name])} panels" if len(ends[name]) > 1 else ""
+    return f"{name}: {axis} {', '.join(said)}{count}"
+
+
+def value_range(values: Sequence[float], unit: str) -> str:
+    """Return `40 to 95 %`: the smallest and the largest value."""
+    low, high = number(min(values)), number(max(values))
+    return with_unit(low if low == high else f"{low} to {high}", unit)
+
+
+def _place_text(results: TaskResults, plot: Plot, point: Point) -> str:
+    from ajgdata.report.marks import place_text
+
+    title, unit = _place_of(results, plot)
+    if not title or isinstance(point.x, str):
+        return str(point.x or "")
+    return f"{title} {place_text(point.x, unit)}"
+
+
+# Figures, tables and rows
+
+
+def picture_for(results: TaskResults, plot: Plot) -> Picture:
+    """Return what the mark of a plot draws."""
+    from ajgdata.report.marks import Picture
+
+    paper = results.paper
+    published: tuple[float, ...] = ()
+    if plot.published and paper is not None and paper.value is not None:
+        if plot.published == "value":
+            published = (float(paper.value),)
+        elif paper.reached is not None:
+            published = (float(paper.value), float(paper.reached))
+    return Picture(
+        title=conclusion(results, plot),
+        subtitle=f"{results.title}: {plot.about}",
+        sources=(results.source,),
+        points=tuple(p for p in points_for(results, plot) if math.isfinite(p.score.mean)),
+        axis=axis_of(results, plot),
+        place=_place_of(results, plot),
+        chance=tuple(chance_for(results, plot).items()),
+        published=published,
+        ideal=plot.ideal,
+    )
+
+
+def illustrations(results: TaskResults, plots: Sequence[Plot]) -> Iterator[Illustration]:
+    """Yield the figure of each plot that has finite points."""
+    for plot in plots:
+        if any(math.isfinite(point.score.mean) for point in points_for(results, plot)):
+            yield Illustration(
+                results.named(*filter(None, [plot.name])),
+                _caption(results, plot),
+                partial(_figure, results, plot),
+                plot.folded,
+            )
+
+
+def _figure(results: TaskResults, plot: Plot) -> Figure:
+    from ajgdata.report.marks import draw
+
+    return draw(plot.mark, picture_for(results, plot))
+
+
+def _spread(plot: Plot) -> str:
+    if plot.mark == "histogram":
+        return f"median, 5th to 95th percentile of {plot.over}"
+    return "with intervals" if plot.interval else f"mean ± sd over {plot.over}"
+
+
+def _caption(results: TaskResults, plot: Plot) -> Caption:
+    unit = axis_of(results, plot)[1]
+    listed = []
+    for point in listed_points(results, plot):
+        place = ", ".join(
+            filter(None, (point.panel, point.series, _place_text(results, plot, point)))
+        )
+        listed.append(f"{place}: {mean_sd(point.score, unit)}")
+    chance = ", ".join(with_unit(number(v), unit) for v in chance_for(results, plot).values())
+    guess = f" Chance: {chance}." if chance else ""
+    paper = results.paper if plot.published else None
+    paper_text = f" The paper, on its real gripper: {paper.text}." if paper else ""
+    said = sentence(plot.about)
+    return Caption(
+        f"{results.title}, {results.source}. {said}; {_spread(plot)}.{guess}{paper_text}",
+        f"{conclusion(results, plot)}. {'; '.join(listed)}.",
+    )
+
+
+def shown_tables(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ShownTable]:
+    """Yield the points of each plot as a folded table."""
+    for plot in plots:
+        points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
+        if not points:
+            continue
+        has_x = plot.x and plot.mark != "histogram"
+        columns = {one.key: one.title for one in table_for(results, plot).columns}
+        title = f"{sentence(axis)}{f' ({unit})' if unit else ''}"
+        names = [columns[plot.panel]] if plot.panel else []
+        names += [", ".join(columns[key] for key in plot.series)] if plot.series else []
+        names += [columns[plot.x]] if has_x else []
+        cells = []
+        for point in points:
+            place = point.x if isinstance(point.x, str) else number(point.x)
+            row = [point.panel] if plot.panel else []
+            row += [point.series] if plot.series else []
+            row += [place] if has_x else []
+            cells.append((*row, mean_sd(point.score)))
+        yield ShownTable(
+            f"{sentence(plot.about)}; {_spread(plot)}.",
+            (*names, f"{title}|"),
+            tuple(cells),
+            f"Values: {axis}",
+        )
+
+
+def result_rows(results: TaskResults, plots: Sequence[Plot]) -> Iterator[ResultRow]:
+    """Yield the points of plots that are `listed`."""
+    for plot in (one for one in plots if one.listed):
+        axis, unit = axis_of(results, plot)
+        chance = chance_for(results, plot)
+        for point in points_for(results, plot):
+            guess = chance.get(point.panel, math.nan)
+            text = mean_sd(point.score, unit)
+            if math.isfinite(guess):
+                text = results.with_chance_note(text, point.score.mean, guess)
+            place = _place_text(results, plot, point)
+            yield ResultRow(
+                point.series or place,
+                ", ".join(filter(None, (axis, point.panel, place if point.series else ""))),
+                text,
+                with_unit(number(guess), unit) if math.isfinite(guess) else "",
+                paper=results.paper if plot.published else None,
+            )

@@ -1,0 +1,284 @@
+"""Five marks, each of which draws any points: lines, rows, scatter, matrix and histogram.
+
+`lines`: a value over a numeric axis, one line per series. `rows`: one row per place, with its
+interval. `scatter`: a value over its cost, with the Pareto front of each series. `matrix`: shares
+of predicted classes per true class. `histogram`: the distribution of values per series. All but
+`matrix` show chance and the published value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from textwrap import fill
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, pareto_front, plain_ticks
+from ajgdata.report.format import Score, Source, number, with_unit
+
+MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
+#: Panels side by side, and the height (in) of one panel and of one row.
+COLUMNS, PANEL_IN, ROW_IN = 3, 2.6, 0.32
+#: Axes with more places have ticks at round numbers; longer axis titles are wrapped.
+MAX_TICKS, TITLE_LETTERS = 8, 32
+#: Ratio of the largest to the smallest x above which the axis is logarithmic.
+LOG_RATIO = 15
+#: Matrices of more classes have no numbers in their cells.
+MAX_NUMBERED = 16
+#: Shares above this value are dark: their numbers are white.
+DARK = 0.55
+CHANCE: dict[str, Any] = {"color": GREY, "ls": ":", "lw": 1.0}
+PUBLISHED: dict[str, Any] = {"color": "black", "ls": "--", "lw": 1.0}
+IDEAL: dict[str, Any] = {"color": GREY, "ls": (0, (4, 3)), "lw": 0.9}
+
+
+class Point(NamedTuple):
+    """A value of a series at a place, all as they are shown."""
+
+    panel: str
+    series: str
+    x: float | str
+    score: Score
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Points and the words of a figure; `axis` and `place` name its value and its x axis.
+
+    `chance` is the chance level per panel, `published` a value of the paper, or its x and value.
+    With `ideal`, the line on which x and value are equal is drawn.
+    """
+
+    title: str
+    subtitle: str
+    sources: tuple[Source, ...]
+    points: tuple[Point, ...]
+    axis: tuple[str, str]
+    place: tuple[str, str] = ("", "")
+    chance: tuple[tuple[str, float], ...] = ()
+    published: tuple[float, ...] = ()
+    ideal: bool = False
+
+    @property
+    def panels(self) -> list[str]:
+        """Panels in order of first appearance."""
+        return list(dict.fromkeys(point.panel for point in self.points))
+
+    @property
+    def series(self) -> list[str]:
+        """Series in order of first appearance."""
+        return list(dict.fromkeys(point.series for point in self.points))
+
+    def of(self, panel: str, series: str) -> list[Point]:
+        """Return the points of one series in one panel."""
+        return [p for p in self.points if (p.panel, p.series) == (panel, series)]
+
+
+def draw(mark: MarkName, picture: Picture) -> Figure:
+    """Return the figure of a mark. Raises ValueError for an unknown mark, and without points."""
+    if mark not in MARKS:
+        raise ValueError(f"there is no mark {mark!r}: use one of {', '.join(MARKS)}")
+    if not picture.points:
+        raise ValueError(f"{picture.title}: there are no points to draw")
+    return MARKS[mark](picture)
+
+
+def lines(picture: Picture) -> Figure:
+    """Return one line per series over the x axis, with bars."""
+    figure, grid = _grid(picture)
+    for axes, panel in zip(grid, picture.panels, strict=True):
+        for index, name in enumerate(picture.series):
+            points = sorted(picture.of(panel, name), key=lambda point: point.x)
+            if points:
+                x, mean, bars = _arrays(points)
+                style = {**line_style(index), "elinewidth": 0.7}
+                axes.errorbar(x, mean, bars, label=name, capsize=2.0, **style)
+        _references(axes, picture, panel, "y")
+        _numeric_x(axes, picture, panel)
+    return _finished(figure, grid, picture)
+
+
+def scatter(picture: Picture) -> Figure:
+    """Return points over their cost; filled points on a line form the Pareto front of a series.
+
+    The front assumes that lower values are better.
+    """
+    figure, grid = _grid(picture)
+    for axes, panel in zip(grid, picture.panels, strict=True):
+        for index, name in enumerate(picture.series):
+            if points := picture.of(panel, name):
+                _front(axes, points, index, name)
+        _references(axes, picture, panel, "y")
+        _numeric_x(axes, picture, panel)
+        axes.margins(x=0.12)
+    return _finished(figure, grid, picture)
+
+
+def _front(axes: Axes, points: Sequence[Point], index: int, name: str) -> None:
+    x, mean, bars = _arrays(points)
+    front = pareto_front(x, mean)
+    style = {**line_style(index), "ls": "", "elinewidth": 0.7}
+    axes.errorbar(x[front], mean[front], bars[:, front], label=name, **style)
+    if not front.all():
+        axes.errorbar(x[~front], mean[~front], bars[:, ~front], **style, mfc="white")
+    order = np.flatnonzero(front)[np.argsort(x[front], kind="stable")]
+    axes.plot(x[order], mean[order], color=style["color"], lw=0.8, zorder=1)
+
+
+def rows(picture: Picture) -> Figure:
+    """Return one row per place, with the interval of each series."""
+    places = list(dict.fromkeys(str(point.x) for point in picture.points))
+    count, series = len(picture.panels), picture.series
+    height = 1.5 + max(ROW_IN, 0.16 * len(series)) * len(places)
+    figure = new_figure((WIDTH_IN, height), picture.title, picture.subtitle, picture.sources)
+    grid = figure.subplots(1, count, sharey=True, squeeze=False)[0]
+    for axes, panel in zip(grid, picture.panels, strict=True):
+        for index, name in enumerate(series):
+            if points := picture.of(panel, name):
+                _, mean, bars = _arrays(points)
+                shift = 0.14 * (index - (len(series) - 1) / 2)
+                y = np.array([places.index(str(point.x)) for point in points]) + shift
+                style = {**line_style(index), "ls": "", "capsize": 2.0}
+                axes.errorbar(mean, y, xerr=bars, label=name, **style)
+        _references(axes, picture, panel, "x")
+        axes.set_yticks(range(len(places)), places)
+        axes.set_ylim(len(places) - 0.5, -0.5)
+        axes.grid(False, axis="y")
+        axes.set_title(panel)
+        axes.set_xlabel(_axis_label(picture.axis))
+    return _legend(figure, grid)
+
+
+def histogram(picture: Picture) -> Figure:
+    """Return the share of the points of each series that are at least as large as the value."""
+    figure, grid = _grid(picture)
+    for axes, panel in zip(grid, picture.panels, strict=True):
+        for index, name in enumerate(picture.series):
+            values = np.sort([point.score.mean for point in picture.of(panel, name)])
+            if len(values):
+                share = np.append(1, 1 - np.arange(len(values)) / len(values))
+                style = line_style(index)
+                look = {"color": style["color"], "ls": style["ls"]}
+                axes.step(np.append(values[0], values), share, label=name, **look)
+        _references(axes, picture, panel, "x")
+        axes.set(ylim=(0, 1.02), xlabel=_axis_label(picture.axis))
+    grid[0].set_ylabel("share at least as large")
+    return _legend(figure, grid)
+
+
+def matrix(picture: Picture) -> Figure:
+    """Return shares (score) of predicted classes (series) per true class (x)."""
+    predicted, true = picture.series, list(dict.fromkeys(str(p.x) for p in picture.points))
+    shares = np.zeros((len(true), len(predicted)))
+    for point in picture.points:
+        shares[true.index(str(point.x)), predicted.index(point.series)] = point.score.mean
+    size = (WIDTH_IN, 1.9 + min(0.34 * len(true), 5.0))
+    figure = new_figure(size, picture.title, picture.subtitle, picture.sources)
+    axes = figure.subplots()
+    axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="equal")
+    axes.grid(False)
+    axes.spines[:].set_visible(False)
+    many: dict[str, Any] = {"rotation": 45, "rotation_mode": "xtick"} if len(predicted) > 4 else {}
+    axes.set_xticks(range(len(predicted)), predicted, **many)
+    axes.set_yticks(range(len(true)), true)
+    axes.tick_params(length=0)
+    axes.set(xlabel=_axis_label(picture.axis), ylabel=_axis_label(picture.place))
+    for row, column in np.argwhere(shares >= 0.005) if len(true) <= MAX_NUMBERED else ():
+        share = shares[row, column]
+        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7}
+        colour = "white" if share > DARK else "#222222"
+        axes.text(column, row, f"{100 * share:.0f}", color=colour, **style)
+    return figure
+
+
+def _grid(picture: Picture) -> tuple[Figure, list[Axes]]:
+    """Return a figure with one panel of equal axes per panel of the picture."""
+    count = len(picture.panels)
+    columns = min(COLUMNS, count)
+    height = 0.8 + (3.0 if count == 1 else PANEL_IN * math.ceil(count / columns))
+    figure = new_figure((WIDTH_IN, height), picture.title, picture.subtitle, picture.sources)
+    size: dict[str, Any] = {"nrows": math.ceil(count / columns), "ncols": columns}
+    grid = figure.subplots(**size, sharey=True, squeeze=False).ravel().tolist()
+    for axes in grid[count:]:
+        axes.set_visible(False)
+    for axes, panel in zip(grid, picture.panels, strict=False):
+        axes.set_title(panel)
+    return figure, grid[:count]
+
+
+def _arrays(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return places (n,), means (n,) and bars (2, n)."""
+    numeric = all(not isinstance(point.x, str) for point in points)
+    x = np.array([point.x if numeric else 0 for point in points], float)
+    mean = np.array([point.score.mean for point in points])
+    return x, mean, np.hstack([np.array(point.score.bars()) for point in points])
+
+
+def _numeric_x(axes: Axes, picture: Picture, panel: str) -> None:
+    x = sorted({float(p.x) for p in picture.points if p.panel == panel})
+    if x[0] > 0 and x[-1] / x[0] >= LOG_RATIO:
+        axes.set_xscale("log")
+        plain_ticks(axes.xaxis, x if len(x) <= MAX_TICKS else ())
+    elif len(x) <= MAX_TICKS:
+        axes.set_xticks(x, [number(one) for one in x])
+    axes.set_xlabel(_axis_label(picture.place))
+
+
+def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"]) -> None:
+    """Draw chance, the published value, and the line of equal x and value."""
+    line = axes.axhline if axis == "y" else axes.axvline
+    for name, value in picture.chance:
+        if name == panel and math.isfinite(value):
+            line(value, label="chance", **CHANCE)
+    if len(picture.published) == 1:
+        line(picture.published[0], label="the paper", **PUBLISHED)
+    elif picture.published:
+        axes.plot(*picture.published, "*", color="black", ms=9, ls="", label="the paper")
+    if picture.ideal:
+        ends = [float(f(p.x for p in picture.points)) for f in (min, max)]
+        axes.plot(ends, ends, label="ideal", **IDEAL)
+
+
+def _finished(figure: Figure, grid: Sequence[Axes], picture: Picture) -> Figure:
+    if grid[0].get_yscale() == "linear":
+        grid[0].locator_params(axis="y", nbins=6)  # independent of the layout
+    for axes in grid[:: min(COLUMNS, len(grid))]:
+        axes.set_ylabel(_axis_label(picture.axis))
+    return _legend(figure, grid)
+
+
+def _legend(figure: Figure, grid: Sequence[Axes]) -> Figure:
+    """Name every series and reference once, below the panels."""
+    named: dict[str, Any] = {}
+    for axes in grid:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    named.pop("", None)
+    if named:
+        columns = max(1, min(4, int(90 / max(map(len, named)))))
+        figure.legend(list(named.values()), list(named), loc="outside lower center", ncols=columns)
+    return figure
+
+
+def _axis_label(axis: tuple[str, str]) -> str:
+    title, unit = axis
+    return fill(f"{title} ({unit})" if unit else title, TITLE_LETTERS)
+
+
+def place_text(x: float | str, unit: str) -> str:
+    """Return a place on the x axis as text."""
+    return x if isinstance(x, str) else with_unit(number(float(x)), unit)
+
+
+MARKS: dict[MarkName, Callable[[Picture], Figure]] = {
+    "lines": lines,
+    "rows": rows,
+    "scatter": scatter,
+    "matrix": matrix,
+    "histogram": histogram,
+}

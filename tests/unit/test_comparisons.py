@@ -1,0 +1,304 @@
+"""Comparisons of features and played sounds: files of the project, scores, figures."""
+
+import shutil
+
+import numpy as np
+import pytest
+from drawn_figures import fits
+from experiment_samples import small_inputs
+from worlds import AUDIO as SMALL_AUDIO
+from worlds import RATE_HZ, Project
+
+from ajgdata.acquire.excitation import excitation_samples
+from ajgdata.evaluate.crossval import cross_validate
+from ajgdata.evaluate.task_data import task_data
+from ajgdata.experiments import EXPERIMENTS, asked_of
+from ajgdata.experiments.base import Inputs, Other, Result, TaskResults
+from ajgdata.experiments.comparison import Settings, check, features_of, measure
+from ajgdata.features.maker import feature_maker
+from ajgdata.features.spectrum import spectrum
+from ajgdata.paths import Paths
+from ajgdata.pipeline.acquire import acquire_virtual
+from ajgdata.pipeline.recordings import RecordingReader
+from ajgdata.pipeline.rendering import renderer
+from ajgdata.report.canvas import draw
+from ajgdata.store.audio import read_audio, write_pcm24
+from ajgdata.store.features import Column, Shard, text_column
+from ajgdata.store.sessions import read_dataset, read_recordings
+from ajgdata.types import (
+    DEFAULT_EXCITATION,
+    AudioSettings,
+    DataError,
+    FeatureSettings,
+    Level,
+    LinearSweep,
+    NotPossibleError,
+)
+from ajgdata.types.comparison import Comparison
+
+EXPERIMENT = EXPERIMENTS["comparison"]
+AUDIO, RATE = AudioSettings(), 44_100
+RECIPE = {
+    "grasps_per_object": 3,
+    "samples_per_grasp": 2,
+    "scene": {"numerics": {"dx_mm": 6, "max_time_s": 0.006}},
+    "vary": {"angle_deg": [-10, 10]},
+    "objects": [
+        {"name": f"cube_{edge}", "shape": {"kind": "cube", "edge_mm": edge},
+         "targets": {"edge_mm": edge}}
+        for edge in (12, 28)
+    ],
+}  # fmt: skip
+
+
+@pytest.fixture
+def recorded(project) -> Inputs:
+    """A task on a data set that the virtual gripper recorded."""
+    project.declare(audio={}, features={}, recipe=RECIPE)
+    acquire_virtual(project.paths, "d", "virtual-01")
+    folder = project.paths.session("d", "virtual-01")
+    rows = read_recordings(folder)[0]
+    samples = [read_audio(folder / row.file, AUDIO).samples for row in rows]
+    columns = {
+        "recording": text_column([f"virtual-01/{row.recording_id}" for row in rows]),
+        "grasp_id": text_column([f"virtual-01/{row.grasp_id}" for row in rows]),
+        "edge_mm": Column(np.array([float(row.labels["edge_mm"]) for row in rows])),
+    }
+    feature = np.array([spectrum(one, RATE, FeatureSettings()) for one in samples])
+    attrs = {"data_set": "d", "source": "simulated", "git_commit": "", "settings": "{}"}
+    shard = Shard(feature, np.fft.rfftfreq(2048, 1 / RATE), columns, attrs)
+    return Inputs(
+        "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, shard, audio=AUDIO,
+        render=renderer(project.paths, "d"),
+    )  # fmt: skip
+
+
+def test_the_sound_that_was_played_gives_the_recordings_and_another_its_own(project, recorded):
+    folder = project.paths.session("d", "virtual-01")
+    names = recorded.store.columns["recording"].values.tolist()
+    sounds = [excitation_samples(one, RATE) for one in (DEFAULT_EXCITATION, LinearSweep())]
+    for row, (same, other) in zip(
+        read_recordings(folder)[0], recorded.render(names, sounds), strict=True
+    ):
+        assert np.array_equal(same, read_audio(folder / row.file, AUDIO).samples)
+        assert other.shape == same.shape and not np.array_equal(other, same)
+    quiet = [one for (one,) in recorded.render(names[:2], sounds[:1], quiet=True)]
+    assert np.array_equal(*quiet)  # two samples of a grasp differ in their noise alone
+    ((first, _), (second, _)) = recorded.render(names[:2], sounds)
+    assert not np.array_equal(first, second)
+
+
+SOUNDS = Settings(
+    comparisons={
+        "sounds": Comparison(
+            title="Sounds",
+            question="Which?",
+            train="d",
+            task="t",
+            axis="excitation.length_s",
+            name="excitation:{kind} {length_s:g} s",
+            vary={"excitation.kind": ["log_sweep", "mls"], "excitation.length_s": [1.0, 0.1]},
+            models=["linear"],
+        )
+    }
+)
+
+
+def test_what_was_not_simulated_is_not_rendered(project, recorded):
+    with pytest.raises(
+        ValueError, match=r"needs a virtual data set: recording 'other/a_1' was not"
+    ):
+        list(recorded.render(["other/a_1"], [np.ones(10)]))
+    project.declare()
+    with pytest.raises(ValueError, match="needs a virtual data set: d was not simulated"):
+        list(renderer(project.paths, "d")(["s1/a"], [np.ones(10)]))
+    with pytest.raises(NotPossibleError, match="needs a virtual data set"):
+        measure(small_inputs("classification"), SOUNDS, "sounds")
+
+
+def test_other_sounds_are_played_in_the_same_scenes(recorded):
+    outcome = measure(recorded, SOUNDS, "sounds")
+    assert measure(recorded, SOUNDS, "sounds").tables == outcome.tables
+    scores, data = outcome.tables[0], recorded.data()
+    own = cross_validate(data.feature, data.value, data.group, model="linear", **recorded.split)
+    names = dict.fromkeys(scores.column("part"))
+    sweeps = [f"excitation:log_sweep {n} s" for n in ("1", "0.1")]
+    assert list(names) == [*sweeps, "excitation:mls 1 s", "excitation:mls 0.1 s"]
+    found = scores.where(part=sweeps[0], metric="rmse", statistic="mean")
+    assert found.column("value") == [own.scores.mean["rmse"]]
+    figures = list(EXPERIMENT.figures(results_of(outcome, SOUNDS, "sounds")))
+    axes = draw(figures[0]).axes[0]
+    assert fits(draw(figures[0])) and len(axes.containers) == 2
+    assert "exploratory" in figures[0].caption.text
+
+
+FEATURES = FeatureSettings(window=256, hop=64)
+SWEEP = LinearSweep(length_s=0.5, low_hz=100, high_hz=3_500, amplitude=0.4)
+NOISE = Settings(
+    comparisons={
+        "noise": Comparison(
+            title="Quantities",
+            question="How much noise?",
+            train="d",
+            task="t",
+            test=["loud"],
+            models=["ridge_plain"],
+            variants=[
+                {"name": "feature:own"},
+                {"name": "feature:power", "features": {"quantity": "power"}},
+                {
+                    "name": "feature:tracked",
+                    "features": {"kind": "sweep_tracking", "decay_s": 0.02},
+                },
+                {"name": "feature:response", "features": {"kind": "transfer_function"}},
+            ],
+        )
+    },
+    test_on=["loud"],
+)
+NAMES = [f"s1/r{n:02d}" for n in range(24)]
+
+
+def heard(number: int, played: np.ndarray) -> np.ndarray:
+    """An echo whose delay is the size that is to be read: 1 to 12 samples."""
+    late = 1 + number // 2
+    sound = played.copy()
+    sound[late:] += 0.5 * played[:-late]
+    return sound + 1e-4 * np.random.default_rng(number).standard_normal(len(played))
+
+
+def echoes(root, name: str, noise: float, declared=SWEEP) -> Shard:
+    """Twelve grasps of two recordings each; returns a store of one feature of them."""
+    project = Project(Paths(root))
+    played = excitation_samples(declared, RATE_HZ)
+    rows = project.session("s1", {one.partition("/")[2]: 500.0 for one in NAMES})
+    for n, row in enumerate(rows):
+        loud = noise * np.random.default_rng(100 + n).standard_normal(len(played))
+        path = project.folder() / row.file
+        write_pcm24(path, heard(n, played) / 2 + loud, RATE_HZ)
+    rows = [row.model_copy(update={"sha256": ""}) for row in rows]
+    project.write(rows, excitation=project.excitation("s1", played))
+    project.declare()
+    grasp = np.arange(24) // 2
+    columns = {
+        "recording": text_column(NAMES),
+        "grasp_id": text_column([f"s1/g{n}" for n in grasp]),
+        "edge_mm": Column(1.0 + grasp, {"units": "mm"}),
+    }
+    attrs = {"data_set": name, "source": "simulated", "settings": "{}"}
+    return Shard(np.ones((24, 129), np.float32), np.arange(129.0), columns, attrs)
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    """Inputs of a quiet data set `d` and a loud one, each a project of its own."""
+    root = tmp_path_factory.mktemp("quantities")
+    quiet, loud = echoes(root / "q", "d", 0), echoes(root / "l", "loud", 0.05)
+    for name, folder in (("d", "q"), ("loud", "l")):
+        shutil.copytree(Paths(root / folder).sessions("d"), Paths(root).sessions(name))
+    recordings = RecordingReader(Paths(root), {"d": SMALL_AUDIO, "loud": SMALL_AUDIO})
+    return Inputs(
+        "d", "t", "edge_mm", "regression", "mm", "grasp_id", 3, 0, quiet, {"loud": loud},
+        audio=SMALL_AUDIO, features=FEATURES, recordings=recordings,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def outcome(world):
+    return measure(world, NOISE, "noise")
+
+
+def results_of(outcome, settings, name):
+    tables, cost = ({t.name: t for t in some} for some in (outcome.tables, outcome.cost))
+    level = {"unit": "dBA", "quantity": "sound outside"}
+    return TaskResults(
+        "comparison", "d", "Echoes", "t", "regression", "edge_mm", "mm", "grasp_id", "simulated",
+        settings, (Result(name, name, {}, tables, cost),), level=Level(value=45, **level),
+        others={"loud": Other("Loud", Level(value=80, **level))},
+    )  # fmt: skip
+
+
+def mean(outcome, part):
+    scores = outcome.tables[0].where(part=part, metric="rmse", statistic="mean")
+    return scores.numbers("value")[0]
+
+
+def test_the_errors_are_those_of_features_made_alone(world, outcome):
+    data = task_data(world.store, "edge_mm", "regression", "grasp_id")
+    for variant in NOISE.comparisons["noise"].all_variants:
+        # the played sound as its session keeps it: 24 bits
+        own = features_of(variant, FEATURES)
+        make = feature_maker(own, RATE_HZ, world.recordings.played("d", NAMES[0]))
+        feature = np.array([make(s) for s in world.recordings.samples("d", NAMES, 256)])
+        alone = cross_validate(
+            feature, data.value, data.group, kind="regression", model="ridge_plain", folds=3, seed=0
+        )
+        assert mean(outcome, variant.name) == pytest.approx(alone.scores.mean["rmse"], rel=1e-9)
+    times = outcome.cost[0].where(metric="feature_s_per_recording")
+    assert len(times.rows) == 4 and (times.numbers("value") > 0).all()
+
+
+def test_less_noise_comes_in_where_the_sweep_is(outcome):
+    """A pedestal of white noise grows with the frames that count (test_sweep_tracking)."""
+    assert mean(outcome, "feature:tracked on:loud") < mean(outcome, "feature:own on:loud")
+
+
+def test_a_comparison_with_levels_is_drawn_over_them(outcome):
+    results = results_of(outcome, NOISE, "noise")
+    (one,) = EXPERIMENT.figures(results)
+    figure = draw(one)
+    assert fits(figure) and figure.axes[0].get_xlabel() == "sound outside (dBA)"
+    assert one.name == "comparison--d--t--noise"
+    (table,) = EXPERIMENT.tables(results)
+    assert len(table.rows) == 8
+    (highlight,) = EXPERIMENT.highlights(results)
+    assert highlight.marks[1].value == pytest.approx(mean(outcome, "feature:own"))
+    assert EXPERIMENT.summary(results) == "How much noise?"
+
+
+# Files of the project
+
+
+def declare(project, **changes):
+    content = {"title": "T", "question": "Q?", "train": "d", "task": "edge", "models": "[knn]"}
+    content |= {"variants": "[{name: a}, {name: b, split: random}]"} | changes
+    folder = project.paths.comparisons
+    folder.mkdir(parents=True, exist_ok=True)
+    text = "".join(f"{key}: {value}\n" for key, value in content.items())
+    (folder / "splits.yaml").write_text(text)
+
+
+def test_a_comparison_is_one_file(project):
+    tasks = {"edge": {"target": "edge_mm", "models": []}}
+    project.declare(tasks=tasks)
+    declare(project)
+    asked = asked_of(read_dataset(project.paths, "d"), "edge")[-1]
+    assert asked.kinds == ("comparison-splits",) and asked.label("splits", "regression") == "T"
+    assert list(asked.job_settings("comparison-splits")["comparisons"]) == ["splits"]
+    declare(project, task="none")
+    with pytest.raises(DataError, match="task = 'none'"):
+        read_dataset(project.paths, "d")
+    declare(project, variants="[{name: a}]")
+    with pytest.raises(ValueError, match="at least two variants"):
+        asked_of(read_dataset(project.paths, "d"), "edge")
+
+
+def test_a_split_by_recording_is_a_variant():
+    one = {"title": "T", "question": "Q", "train": "d", "task": "t", "models": ["knn_plain"]}
+    variants = [{"name": "grouped"}, {"name": "random", "split": "random"}]
+    settings = Settings(comparisons={"s": Comparison(**one, variants=variants)})
+    outcome = measure(small_inputs(), settings, "s")
+    scores = outcome.tables[0].where(metric="accuracy", statistic="mean")
+    grouped, random = scores.numbers("value")
+    assert random > grouped  # two recordings per grasp
+
+
+def test_variants_that_cannot_be_are_refused():
+    one = {"title": "T", "question": "Q", "train": "d", "task": "t"}
+    wrong = Comparison(**one, vary={"features.window": [128, 512]}, variants=[])
+    with pytest.raises(ValueError, match="comparison s, window 128: hop 256 exceeds window 128"):
+        check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(hop=256))
+    with pytest.raises(ValueError, match=r"features\.align is not possible"):
+        check(Settings(comparisons={"s": wrong}), "regression", FeatureSettings(align=True))
+    with pytest.raises(ValueError, match="two have the same name"):
+        Comparison(**one, variants=[{"name": "a"}, {"name": "a"}])
