@@ -106,7 +106,8 @@ def points_for(results: TaskResults, plot: Plot, **where: Value) -> list[Point]:
         ends = [scale * float(part.numbers(key)[0]) for key in plot.interval or ()]
         score = Score(float(values.mean()), math.nan if ends else sd, (), *ends)
         label = ", ".join(filter(None, (value_name(results, one) for one in series)))
-        place = x if isinstance(x, str) or x is None else float(x) * (100 if plot.ideal else 1)
+        factor = 100 if plot.ideal and plot.percent else 1
+        place = x if isinstance(x, str) or x is None else float(x) * factor
         if isinstance(place, str) or place is None:
             place = value_name(results, place)
         points.append(Point(value_name(results, panel), label, place, score))
@@ -179,7 +180,7 @@ def _place_of(results: TaskResults, plot: Plot) -> tuple[str, str]:
     columns = {one.key: one for one in table_for(results, plot).columns}
     if plot.x not in columns:
         return "", ""
-    unit = "%" if plot.ideal else columns[plot.x].unit
+    unit = "%" if plot.ideal and plot.percent else columns[plot.x].unit
     return _lowered(columns[plot.x].title), unit
 
 

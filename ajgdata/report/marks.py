@@ -22,8 +22,9 @@ from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, pareto
 from ajgdata.report.format import Score, Source, number, with_unit
 
 MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
-#: Panels side by side, and the height (in) of one panel and of one row.
-COLUMNS, PANEL_IN, ROW_IN = 3, 2.6, 0.32
+#: Panels side by side, and the height (in) of one panel, of one of many, and of one row.
+COLUMNS, PANEL_IN, SMALL_IN, ROW_IN = 3, 2.6, 1.9, 0.32
+FEW_PANELS = 6
 #: Axes with more places have ticks at round numbers; longer axis titles are wrapped.
 MAX_TICKS, TITLE_LETTERS = 8, 32
 #: Ratio of the largest to the smallest x above which the axis is logarithmic.
@@ -50,7 +51,8 @@ class Point(NamedTuple):
 class Picture:
     """Points and the words of a figure; `axis` and `place` name its value and its x axis.
 
-    `chance` is the chance level per panel, `published` a value of the paper, or its x and value.
+    `chance` is the chance level per panel, `published` a value of the paper, or x and value
+    of each of its values.
     With `ideal`, the line on which x and value are equal is drawn.
     """
 
@@ -106,28 +108,45 @@ def lines(picture: Picture) -> Figure:
 def scatter(picture: Picture) -> Figure:
     """Return points over their cost; filled points on a line form the Pareto front of a series.
 
-    The front assumes that lower values are better.
+    If no series has several points, the front is that of all of them. The front assumes that lower
+    values are better.
     """
     figure, grid = _grid(picture)
     for axes, panel in zip(grid, picture.panels, strict=True):
-        for index, name in enumerate(picture.series):
-            if points := picture.of(panel, name):
-                _front(axes, points, index, name)
+        series = {name: picture.of(panel, name) for name in picture.series}
+        alone = all(len(points) <= 1 for points in series.values())
+        every = [point for points in series.values() for point in points]
+        if alone:
+            x, mean, _ = _arrays(every)
+            _front_line(axes, x, mean, GREY)
+        for index, (name, points) in enumerate(series.items()):
+            if points:
+                _front(axes, points, index, name, every if alone else points)
         _references(axes, picture, panel, "y")
         _numeric_x(axes, picture, panel)
         axes.margins(x=0.12)
     return _finished(figure, grid, picture)
 
 
-def _front(axes: Axes, points: Sequence[Point], index: int, name: str) -> None:
+def _front(
+    axes: Axes, points: Sequence[Point], index: int, name: str, among: Sequence[Point]
+) -> None:
+    """Draw the points of a series, hollow where others `among` which they are beat them."""
     x, mean, bars = _arrays(points)
-    front = pareto_front(x, mean)
+    best = pareto_front(*_arrays(among)[:2])
+    front = np.array([best[list(among).index(point)] for point in points])
     style = {**line_style(index), "ls": "", "elinewidth": 0.7}
     axes.errorbar(x[front], mean[front], bars[:, front], label=name, **style)
     if not front.all():
         axes.errorbar(x[~front], mean[~front], bars[:, ~front], **style, mfc="white")
+    if len(among) == len(points):
+        _front_line(axes, x, mean, style["color"])
+
+
+def _front_line(axes: Axes, x: np.ndarray, mean: np.ndarray, colour: str) -> None:
+    front = pareto_front(x, mean)
     order = np.flatnonzero(front)[np.argsort(x[front], kind="stable")]
-    axes.plot(x[order], mean[order], color=style["color"], lw=0.8, zorder=1)
+    axes.plot(x[order], mean[order], color=colour, lw=0.8, zorder=1)
 
 
 def rows(picture: Picture) -> Figure:
@@ -190,7 +209,7 @@ def matrix(picture: Picture) -> Figure:
     axes.set(xlabel=_axis_label(picture.axis), ylabel=_axis_label(picture.place))
     for row, column in np.argwhere(shares >= 0.005) if len(true) <= MAX_NUMBERED else ():
         share = shares[row, column]
-        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7}
+        style: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
         colour = "white" if share > DARK else "#222222"
         axes.text(column, row, f"{100 * share:.0f}", color=colour, **style)
     return figure
@@ -200,14 +219,15 @@ def _grid(picture: Picture) -> tuple[Figure, list[Axes]]:
     """Return a figure with one panel of equal axes per panel of the picture."""
     count = len(picture.panels)
     columns = min(COLUMNS, count)
-    height = 0.8 + (3.0 if count == 1 else PANEL_IN * math.ceil(count / columns))
+    panel_in = 3.0 if count == 1 else PANEL_IN if count <= FEW_PANELS else SMALL_IN
+    height = 0.8 + panel_in * math.ceil(count / columns)
     figure = new_figure((WIDTH_IN, height), picture.title, picture.subtitle, picture.sources)
     size: dict[str, Any] = {"nrows": math.ceil(count / columns), "ncols": columns}
     grid = figure.subplots(**size, sharey=True, squeeze=False).ravel().tolist()
     for axes in grid[count:]:
         axes.set_visible(False)
     for axes, panel in zip(grid, picture.panels, strict=False):
-        axes.set_title(panel)
+        axes.set_title(fill(panel, TITLE_LETTERS), fontsize=9)
     return figure, grid[:count]
 
 
@@ -238,7 +258,8 @@ def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"
     if len(picture.published) == 1:
         line(picture.published[0], label="the paper", **PUBLISHED)
     elif picture.published:
-        axes.plot(*picture.published, "*", color="black", ms=9, ls="", label="the paper")
+        places, values = picture.published[::2], picture.published[1::2]
+        axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
     if picture.ideal:
         ends = [float(f(p.x for p in picture.points)) for f in (min, max)]
         axes.plot(ends, ends, label="ideal", **IDEAL)

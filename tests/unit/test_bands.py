@@ -8,8 +8,7 @@ from drawn_figures import fits
 from experiment_samples import small_inputs, small_store
 from result_samples import paper_figure, size_result, sizes
 
-from ajgdata.experiments.base import Other
-from ajgdata.experiments.cross_validation import EXPERIMENT, Settings, bands_shown, measure
+from ajgdata.experiments.cross_validation import EXPERIMENT, Settings, measure
 from ajgdata.experiments.cross_validation.bands import confined
 from ajgdata.features.bands import within
 from ajgdata.features.spectrum import frequencies_hz, spectrum
@@ -148,45 +147,22 @@ def test_twins_stand_beside_the_paper_with_verdicts_of_their_own():
 
 
 def test_the_table_has_a_column_for_each_band():
-    table = next(iter(bands_shown.tables(twinned())))
+    table = next(iter(EXPERIMENT.tables(twinned())))
     assert table.heads == ("Model", "Tested on", "Whole band|", "60–6,000 Hz|", "60–1,200 Hz|")
     assert table.rows[1] == (
-        "k-NN", "grasp held out", "2.20 ± 0.30 mm", "2.00 ± 0.10 mm", "5.50 ± 0.10 mm"
+        "k-NN", "held out", "2.20 ± 0.30 mm", "2.00 ± 0.10 mm", "5.50 ± 0.10 mm"
     )  # fmt: skip
     assert "1025 bins are the whole band" in table.caption
-    assert list(bands_shown.tables(sizes())) == []
-
-
-def test_the_title_tells_of_the_data_set_that_it_is_tested_on_if_there_is_one():
-    there = {"on:fine": ({"rmse": Score(3.0, 0.1, (3.0, 3.0))}, 8.2)}
-    low = {
-        f"{part} 60-6000 Hz": ({"rmse": Score(2.1, 0.1, (2.1, 2.1))}, 8.2)
-        for part in ("grouped", "on:fine")
-    }
-    results = sizes(
-        size_result(parts=there | low),
-        settings=Settings(bands=BANDS[:1], test_on=("fine",)), others={"fine": Other("Fine grid")},
-    )  # fmt: skip
-    assert bands_shown.finding(results) == (
-        "CNN: 2.20 ± 0.30 mm from the whole band, 2.10 ± 0.10 mm from 60–6,000 Hz; "
-        "tested on Fine grid: 3.00 ± 0.10 mm from the whole band, 2.10 ± 0.10 mm from 60–6,000 Hz"
-    )
-    panels = [axes.get_title() for axes in styled(bands_shown.figure)(results).axes]
-    assert panels == ["grasp held out", "tested on Fine grid"]
 
 
 def test_the_figure_shows_each_model_from_each_band():
-    results = twinned()
-    (shown,) = bands_shown.illustrations(results)
-    assert shown.name.endswith("--bands")
-    drawn = styled(bands_shown.figure)(results)
+    (shown,) = (one for one in EXPERIMENT.figures(twinned()) if one.name.endswith("--bands"))
+    drawn = styled(shown.draw)()
     (axes,) = drawn.axes
-    bars = [line for line in axes.get_lines() if len(line.get_xdata()) == 3]
-    means = {tuple(line.get_ydata()) for line in bars}
-    assert (2.2, 2.0, 5.5) in means
-    assert [text.get_text().replace("\n", " ") for text in axes.get_xticklabels()] == [
-        "whole band", "60–6,000 Hz", "60–1,200 Hz"
+    assert [bars.lines[0].get_xdata().tolist() for bars in axes.containers] == [
+        [2.2, 2.0, 5.5], [2.2, 2.0, 5.5],
     ]  # fmt: skip
+    names = [text.get_text() for text in axes.get_yticklabels()]
+    assert names == ["whole band", "60–6,000 Hz", "60–1,200 Hz"]
     assert fits(drawn)
-    assert "2.00 ± 0.10 mm from 60–6,000 Hz" in shown.caption.alt
-    assert list(bands_shown.illustrations(sizes())) == []
+    assert not [one for one in EXPERIMENT.figures(sizes()) if one.name.endswith("--bands")]

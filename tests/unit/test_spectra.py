@@ -97,7 +97,7 @@ def test_the_same_figure_gives_the_same_bytes(tmp_path):
 def test_drawing_leaves_pyplot_alone():
     code = (
         "import sys, ajgdata.report.page, ajgdata.report.spectra, ajgdata.report.render;"
-        "import ajgdata.experiments.cross_validation.overview;"
+        "import ajgdata.experiments.cross_validation.figures;"
         "print('matplotlib.figure' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -23,7 +23,7 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.cross_validation import bands_shown, shown
+from ajgdata.experiments.cross_validation import shown
 from ajgdata.experiments.cross_validation.bands import Band, confined, part_within
 from ajgdata.experiments.cross_validation.further import (
     ScoreRow,
@@ -40,7 +40,7 @@ from ajgdata.experiments.cross_validation.results import (
     elsewhere,
     training_cost,
 )
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.report.blocks import Illustration
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 from ajgdata.types.tasks import COMPARE_SESSIONS, REPEATS
@@ -283,19 +283,14 @@ def _figures(results: TaskResults) -> Iterable[Illustration]:
     """Return the figures of one task."""
     from ajgdata.experiments.cross_validation.figures import illustrations  # matplotlib
 
-    return [*illustrations(results), *bands_shown.illustrations(results)]
-
-
-def _tables(results: TaskResults) -> Iterable[ShownTable]:
-    """Return the tables of one task."""
-    return [*bands_shown.tables(results), *shown.tables(results)]
+    return illustrations(results)
 
 
 def _across(results: Sequence[TaskResults]) -> Iterable[Illustration]:
     """Return the figures of all tasks together."""
-    from ajgdata.experiments.cross_validation.overview import illustrations  # matplotlib
+    from ajgdata.experiments.cross_validation.figures import across  # matplotlib
 
-    return illustrations(results)
+    return across(results)
 
 
 EXPERIMENT = Experiment(
@@ -304,7 +299,7 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     figures=_figures,
-    tables=_tables,
+    tables=shown.tables,
     rows=shown.rows,
     summary=shown.summary,
     paper_comparison=shown.paper_comparison,

@@ -1,190 +1,377 @@
-"""Figures of one task: what was predicted, models against their run time, other levels."""
+"""Figures of cross-validation: predictions, models over their run time, levels, bands and splits.
+
+Each is a picture of one of the shared marks, made of the scores of the models.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation.findings import level_finding, tradeoff_finding
-from ajgdata.experiments.cross_validation.predictions import prediction_caption, prediction_figure
+from ajgdata.experiments.cross_validation.bands import band_label, bands_of, twins
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
+    RANDOM,
+    WITHHELD,
     ModelResult,
+    Predictions,
     best_of,
     elsewhere,
-    metric_axis,
     metric_name,
     models_of,
+    paper_model,
     paper_told,
+    part_label,
+    quantity,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.canvas import GREY, WIDTH_IN, model_line, new_figure, pareto_front
-from ajgdata.report.format import Caption, number, sentence, with_unit
-from ajgdata.report.labels import REFERENCES, label_end, label_point, reference_line
+from ajgdata.report.format import Caption, Score, number, sentence, with_unit, words
+from ajgdata.report.marks import MarkName, Picture, Point, draw
 
-#: Fewer models of a task can be told apart in the figure of all tasks.
-MANY_MODELS = 4
-#: Fewer levels, the task's own included, are no curve.
-MANY_LEVELS = 3
-TIMES = {
-    "train_s": "training, all folds (s)",
-    "inference_ms_per_recording": "inference, one recording alone (ms)",
-}
-# A time measured as zero has no place on a log axis.
-SHORTEST = 1e-4
+#: Fewer models are compared in the figure of all tasks only; fewer levels are no curve.
+MANY_MODELS, MANY_LEVELS = 4, 3
+#: More true values than this are put into bins.
+MAX_VALUES = 30
+#: Times (s) by panel; a time that is measured as zero has no place on a logarithmic axis.
+TIMES = {"training, all folds": "train_s", "inference, one recording": "inference_s"}
+SHORTEST_S = 1e-7
+NORMALISED = ("error (0 perfect, 1 chance)", "")
+#: Splits that are compared: name of the figure, splits with their names, and what is compared.
+SPLITS: tuple[tuple[str, dict[str, str], str], ...] = (
+    (
+        "random-against-grouped",
+        {RANDOM: "random", GROUPED: "grouped"},
+        "Grouped: no group on both sides of the split (used everywhere else). Random: groups "
+        "ignored.",
+    ),
+    (
+        "within-against-across-sessions",
+        {WITHIN: "within sessions", AS_MANY: "as many", ACROSS: "across sessions"},
+        "Within: folds inside each session. Across: each session by a model of all others; as "
+        "many: of no more grasps of each class than within.",
+    ),
+)
 
 
 def illustrations(results: TaskResults) -> Iterator[Illustration]:
-    """Yield predictions of each model, those beside the best folded; models together; levels."""
+    """Yield the figures of a task: predictions (of the best model open), levels, times, bands."""
     models = models_of(results)
     if not models:
         return
     top = best_of(models)
-    for model in (top, *(m for m in models if m is not top)):
+    for model in (top, *(one for one in models if one is not top)):
         folded = "" if model is top else f"{model.label}: {metric_name(results)} {model.shown()}"
-        name = results.named("predictions", model.result.model)
-        draw = partial(prediction_figure, model)
-        yield Illustration(name, prediction_caption(model), draw, folded)
+        yield _predictions(model)._replace(folded=folded)
     if len(top.levels()) >= MANY_LEVELS:
-        draw = partial(level_figure, results)
-        yield Illustration(results.named("levels"), level_caption(results), draw)
+        yield _levels(results, models)
     if len(models) >= MANY_MODELS:
-        draw = partial(tradeoff_figure, results)
-        yield Illustration(results.named("models"), tradeoff_caption(results), draw)
+        yield _run_time(results, models)
+    if bands_of(results):
+        yield _bands(results, models)
 
 
-def label_times(axes: Axes) -> None:
-    """Label decades plainly, and 2 and 5 as well where a log axis spans less than two."""
-    low, high = axes.get_xlim()
-    if high < 100 * low:
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda t, _: number(t)))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+def across(results: Sequence[TaskResults]) -> Iterator[Illustration]:
+    """Yield the figures of all tasks: splits that were compared, and error against run time."""
+    tasks = [models for models in map(models_of, results) if models]
+    every = [model for models in tasks for model in models]
+    for name, parts, text in SPLITS:
+        first, *_, last = parts
+        if compared := [model for model in every if model.has(first) and model.has(last)]:
+            yield _split(name, parts, text, compared)
+    for panel in TIMES if tasks else ():
+        yield _all_run_times(panel, tasks)
 
 
-def tradeoff_figure(results: TaskResults) -> Figure:
-    """Return the models of a task, in its own unit, against training time and inference time.
+def _illustration(
+    name: str, mark: MarkName, picture: Picture, text: str, unit: str = ""
+) -> Illustration:
+    """Return a figure with a caption; its alternative text lists title and points."""
+    listed = (
+        f"{', '.join(str(part) for part in (p.panel, p.series, p.x) if part != '')}: "
+        f"{with_unit(number(p.score.mean), unit)}"
+        for p in picture.points
+    )
+    alt = f"{picture.title}. {'; '.join(listed)}."
+    return Illustration(name, Caption(text, alt), partial(draw, mark, picture))
 
-    Bars are what is given beside the mean; a line joins the models that no other beats in both
-    error and time.
+
+def _scaled(model: ModelResult, score: Score) -> Score:
+    """Return a score of the metric that is read first as it is shown."""
+    scale = model.task.scale
+    ends = scale * score.low, scale * score.high
+    return Score(scale * score.mean, scale * score.sd, (), *ends)
+
+
+# One task
+
+
+def model_finding(model: ModelResult) -> str:
+    """Return the score of a model with chance."""
+    verdict = "" if model.beats_chance() else ", not better than chance"
+    score = f"{metric_name(model.task)} {model.shown()}{verdict}"
+    return f"{model.label}: {score} (chance {model.shown_chance})"
+
+
+def most_confused(model: ModelResult) -> tuple[str, str, int] | None:
+    """Return the true class that is most often taken for another, the other, and the count.
+
+    Of equals the first in the alphabet; None if there are no mistakes.
     """
-    models = models_of(results)
-    figure = new_figure(
-        (WIDTH_IN, 4.2),
-        tradeoff_finding(results),
-        f"{results.title}: {metric_name(results)}, {models[0].spread}; "
-        "filled, on the line: beaten by none in both error and time",
-        [results.source],
+    held_out = model.predictions()
+    pairs = zip(map(str, held_out.y_true), map(str, held_out.y_pred), strict=True)
+    confusions = Counter(sorted((true, other) for true, other in pairs if true != other))
+    if not confusions:
+        return None
+    ((true, other), count) = confusions.most_common(1)[0]
+    return true, other, count
+
+
+def _predictions(model: ModelResult) -> Illustration:
+    """Return predicted against true values, or the confusion matrix."""
+    task = model.task
+    regression = task.kind == "regression"
+    title, text = model_finding(model), _predictions_text(model)
+    if not regression and (pair := most_confused(model)):
+        title += f"; {words(pair[0])} is taken for {words(pair[1])} {pair[2]} times"
+    unit = task.unit if regression else ""
+    name = quantity(task) if regression else "class"
+    told = paper_told(model)
+    paper = f"; {told[1]}: {with_unit(number(told[0]), task.shown_unit)}" if told else ""
+    picture = Picture(
+        title=title,
+        subtitle=f"{task.title}: {model.count('folds')} folds{paper}",
+        sources=(task.source,),
+        points=tuple(_value_points(model) if regression else _class_points(model)),
+        axis=(f"predicted {name}", unit),
+        place=(f"true {name}", unit),
+        chance=(("", float(model.predictions().y_true.mean())),) if regression else (),
+        ideal=regression,
     )
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, (time, label) in zip(panels, TIMES.items(), strict=True):
-        _tradeoff_panel(axes, models, time, named=axes is panels[-1])
-        axes.set(xscale="log", xlabel=label)
-        axes.margins(x=0.12)
-        label_times(axes)
-    chance = models[0].chance() * results.scale
-    panels[0].axhline(chance, **REFERENCES["chance"])
-    reference_line(panels[1], "chance", chance, "chance")
-    if told := paper_told(models[0]):
-        panels[0].axhline(told[0], **REFERENCES["paper"])
-        reference_line(panels[1], "paper", told[0], told[1])
-    panels[0].set_ylabel(metric_axis(results))
-    return figure
+    mark: MarkName = "lines" if regression else "matrix"
+    return _illustration(task.named("predictions", model.result.model), mark, picture, text, unit)
 
 
-def _tradeoff_panel(axes: Axes, models: tuple[ModelResult, ...], time: str, named: bool) -> None:
-    scale = models[0].task.scale
-    times = np.array([getattr(m.cost, time) for m in models])
-    front = pareto_front(times, np.array([m.error.mean for m in models]))
-    times = np.maximum(times, SHORTEST)
-    score = np.array([m.score().mean for m in models]) * scale
-    order = np.flatnonzero(front)[np.argsort(times[front], kind="stable")]
-    axes.plot(times[order], score[order], color=GREY, lw=1.1, label="Pareto front", zorder=1)
-    for i, model in enumerate(models):
-        style = {**model_line(i), "ls": "", "capsize": 2.5}
-        style["mfc"] = style["color"] if front[i] else "white"
-        bars = model.score().bars(scale)
-        axes.errorbar(times[i], score[i], bars, label=model.label, **style)
-        if named:
-            label_end(axes, float(times[i]), float(score[i]), model.label, str(style["color"]))
+def _predictions_text(model: ModelResult) -> str:
+    task = model.task
+    count = f"{len(model.predictions().y_true):,} held-out predictions"
+    text = f"{model.label} on {task.dataset_title}, {task.source}: {count}, no "
+    text += f"{words(task.groups)} on both sides of a split. "
+    if task.kind == "classification":
+        return f"{text}Numbers: per cent of the recordings of the true class."
+    text += "Mean ± one standard deviation per true value; dashed: perfect; dotted: the mean."
+    if task.period_deg is not None:
+        text += f" The target repeats after {with_unit(number(task.period_deg), task.unit)}: "
+        text += "predictions are drawn at their repetition nearest to the truth."
+    return text
 
 
-def tradeoff_caption(results: TaskResults) -> Caption:
-    """Return the caption of `tradeoff_figure`."""
-    models = models_of(results)
-    listed = "; ".join(
-        f"{m.label}: {m.shown()}, training {number(m.cost.train_s)} s, "
-        f"inference {number(m.cost.inference_ms_per_recording)} ms"
-        for m in models
-    )
-    return Caption(
-        f"{metric_name(results)} of {len(models)} models on the same folds, with the same settings "
-        f"as on every other task. Bars: {models[0].spread}. Filled markers joined by "
-        "a line form the Pareto front: no other model beats them in both error and time. Times "
-        "belong to the machine that made this page.",
-        f"{sentence(tradeoff_finding(results))}. {metric_name(results)} against training "
-        f"and inference time. {listed}.",
-    )
+def _value_points(model: ModelResult) -> Iterator[Point]:
+    parts = {"known values": GROUPED, "withheld values": WITHHELD}
+    for name, part in parts.items():
+        if model.has(part):
+            for true, mean, sd in by_true_value(model.predictions(part)):
+                yield Point("", name, true, Score(mean, sd))
 
 
-def level_figure(results: TaskResults) -> Figure:
+def by_true_value(
+    predictions: Predictions, max_values: int = MAX_VALUES
+) -> Iterator[tuple[float, float, float]]:
+    """Yield mean true value, mean and standard deviation (n - 1) of predictions per true value.
+
+    More than `max_values` distinct values are put into as many bins of equal width. The
+    deviation of a single prediction is 0.
+    """
+    y_true, y_pred = predictions.y_true, predictions.y_pred
+    values, index = np.unique(y_true, return_inverse=True)
+    if len(values) > max_values:
+        edges = np.linspace(values[0], values[-1], max_values + 1)[1:-1]
+        index = np.digitize(y_true, edges)
+    for at in np.unique(index):
+        predicted = y_pred[index == at]
+        sd = float(predicted.std(ddof=1)) if len(predicted) > 1 else 0.0
+        yield float(y_true[index == at].mean()), float(predicted.mean()), sd
+
+
+def _class_points(model: ModelResult) -> Iterator[Point]:
+    from ajgdata.evaluate.metrics import confusion
+
+    held_out, classes = model.predictions(), model.classes
+    counts = confusion(held_out.y_true, held_out.y_pred, np.array(classes))
+    shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    for true, row in zip(classes, shares, strict=True):
+        for predicted, share in zip(classes, row, strict=True):
+            yield Point("", words(predicted), words(true), Score(float(share), 0.0))
+
+
+def _levels(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
     """Return the metric of each model against the level of the recordings it is tested on."""
-    models, scale = models_of(results), results.scale
-    figure = new_figure(
-        (WIDTH_IN, 3.4),
-        level_finding(results),
-        f"{results.title}: {metric_name(results)}, {models[0].spread}, "
-        "never trained at another level",
-        [results.source],
+    points = [
+        Point("", model.label, level.value, _scaled(model, score))
+        for model in models
+        for level, score in model.levels()
+    ]
+    top = best_of(tuple(models))
+    (first, low), (last, high) = top.levels()[0], top.levels()[-1]
+    ends = (
+        f"{top.shown(score)} at {with_unit(number(level.value), level.unit)}"
+        for level, score in ((first, low), (last, high))
     )
-    axes = figure.subplots()
-    for i, model in enumerate(models):
-        levels = [level.value for level, _ in model.levels()]
-        mean = [scale * score.mean for _, score in model.levels()]
-        bars = np.hstack([score.bars(scale) for _, score in model.levels()])
-        axes.errorbar(levels, mean, bars, capsize=2.5, label=model.label, **model_line(i))
-        label_end(axes, levels[-1], mean[-1], model.label, model_line(i)["color"])
-    reference_line(axes, "chance", models[0].chance() * scale, "chance")
-    for at, told in _paper_levels(models[0]):
-        axes.plot(at, told, "*", color="black", ms=9, ls="", label="paper")
-        label_point(axes, at, told, "the paper", "black")
-    level = models[0].levels()[0][0]
-    axes.set_xlabel(f"{level.quantity} ({level.unit})" if level.unit else level.quantity)
-    axes.set_ylabel(metric_axis(results))
-    axes.set_ylim(bottom=0)
-    return figure
-
-
-def _paper_levels(model: ModelResult) -> Iterator[tuple[float, float]]:
-    """Yield level and value of what the paper reports there, in the unit of the figure."""
-    named = {GROUPED: model.task.level}
-    named |= {elsewhere(name): model.task.others[name].level for name in model.tested_on}
-    for part, level in named.items():
-        found = paper_told(model, part)
-        if found and level is not None:
-            yield level.value, found[0]
-
-
-def level_caption(results: TaskResults) -> Caption:
-    """Return the caption of `level_figure`."""
-    listed = "; ".join(
-        f"{model.label}: "
-        + ", ".join(
-            f"{model.shown(score)} at {with_unit(number(level.value), level.unit)}"
-            for level, score in model.levels()
-        )
-        for model in models_of(results)
+    named = {GROUPED: results.level}
+    named |= {elsewhere(name): results.others[name].level for name in top.tested_on}
+    published = [
+        (level.value, told[0])
+        for part, level in named.items()
+        if level is not None and (told := paper_told(top, part))
+    ]
+    picture = Picture(
+        title=f"{top.label}: {', '.join(ends)}; chance is {top.shown_chance}",
+        subtitle=f"{results.title}: {top.spread}, never trained at another level",
+        sources=(results.source,),
+        points=tuple(points),
+        axis=(metric_name(results), results.shown_unit),
+        place=(first.quantity, first.unit),
+        chance=(("", results.scale * top.chance()),),
+        published=tuple(value for pair in published for value in pair),
     )
-    return Caption(
-        f"The models of {results.title}, trained there only and tested on the same task at "
-        "other levels: mean ± one standard deviation over folds; stars: the paper's, where it "
-        "names one. Of a grasp that was recorded at "
-        "several levels, no fold trains on one recording and tests on another.",
-        f"{sentence(level_finding(results))}. {metric_name(results)} against level. {listed}.",
+    text = f"The models of {results.title}, tested on the same task at other levels. Stars: the "
+    text += "paper. No fold trains on one recording of a grasp and tests on another."
+    return _illustration(results.named("levels"), "lines", picture, text, results.shown_unit)
+
+
+def _run_time(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
+    """Return the error of the models of a task, in its unit, against training and inference."""
+    top = best_of(tuple(models))
+    wrong = results.kind == "classification"
+    points = [
+        Point(panel, model.label, max(getattr(model.cost, time), SHORTEST_S), _wrong(model))
+        for panel, time in TIMES.items()
+        for model in models
+    ]
+    chance = 100 * (1 - top.chance()) if wrong else results.scale * top.chance()
+    picture = Picture(
+        title=f"{top.label} has the lowest error of {len(models)} models ({top.shown()})",
+        subtitle=f"{results.title}: {top.spread}; filled: no model is better in error and time",
+        sources=(results.source,),
+        points=tuple(points),
+        axis=("wrong", "%") if wrong else (metric_name(results), results.shown_unit),
+        place=("time", "s"),
+        chance=tuple((panel, chance) for panel in TIMES),
     )
+    text = f"{len(models)} models on the same folds. A line joins the Pareto front. Times belong "
+    text += "to the machine that made this page."
+    unit = "%" if wrong else results.shown_unit
+    return _illustration(results.named("models"), "scatter", picture, text, unit)
+
+
+def _wrong(model: ModelResult) -> Score:
+    """Return the error as it is shown: of classes, the share that is wrong."""
+    score = _scaled(model, model.score())
+    if model.task.kind == "regression":
+        return score
+    return Score(100 - score.mean, score.sd, (), 100 - score.high, 100 - score.low)
+
+
+def _bands(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
+    """Return the metric of each model from the whole band and from parts of it alone."""
+    first = paper_model(results) or best_of(tuple(models))
+    parts = [GROUPED, *(part for part, paper in first.parts[1:] if paper and part != RANDOM)][:3]
+    points = []
+    for part in parts:
+        panel = "held out" if part == GROUPED else part_label(results, part)
+        for model in (one for one in models if one.has(part)):
+            scores = {"whole band": model.score(part)}
+            scores |= {band_label(band): score for band, score in twins(model, part)}
+            points += [
+                Point(panel, model.label, name, _scaled(model, score))
+                for name, score in scores.items()
+            ]
+    own = [f"{first.shown(score)} from {band_label(b)}" for b, score in twins(first, GROUPED)]
+    whole = f"{first.shown(first.score(GROUPED))} from the whole band"
+    picture = Picture(
+        title=f"{first.label}: {', '.join([whole, *own])}",
+        subtitle=f"{results.title}: mean ± sd over {first.count('folds')} folds",
+        sources=(results.source,),
+        points=tuple(points),
+        axis=(metric_name(results), results.shown_unit),
+    )
+    text = f"{results.title}: the same models and folds, from the whole band (as the paper, 0 to "
+    text += "22.05 kHz) and from the bins of a part of it alone, normalised again."
+    return _illustration(results.named("bands"), "rows", picture, text, results.shown_unit)
+
+
+# All tasks
+
+
+def _split(
+    name: str, parts: dict[str, str], text: str, compared: Sequence[ModelResult]
+) -> Illustration:
+    """Return the normalised error of models under several splits."""
+    points = [
+        Point("", title, f"{m.task.title}: {m.label}", m.normalise(m.score(part)))
+        for m in compared
+        for part, title in parts.items()
+        if m.has(part)
+    ]
+    first, second, *_ = parts
+    last = [second if model.has(second) else list(parts)[-1] for model in compared]
+    pairs = [(_error(m, first), _error(m, at)) for m, at in zip(compared, last, strict=True)]
+    hidden = [100 * (1 - shown / true) for shown, true in pairs if true > 0] or [0.0]
+    low, high = (f"{end:.0f}".replace("-", "−") for end in (min(hidden), max(hidden)))
+    worse = sum(share > 0 for share in hidden)
+    picture = Picture(
+        title=f"{sentence(parts[first])} folds hide {low} to {high} % of the error "
+        f"({worse} of {len(hidden)} cases above 0)",
+        subtitle="error as a share of chance, mean ± sd over folds",
+        sources=tuple(model.task.source for model in compared),
+        points=tuple(points),
+        axis=NORMALISED,
+    )
+    return _illustration(name, "rows", picture, f"The same models and recordings. {text}")
+
+
+def _error(model: ModelResult, part: str) -> float:
+    return model.normalise(model.score(part)).mean
+
+
+def _all_run_times(panel: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illustration:
+    """Return the normalised error of all models of all tasks against a time."""
+    time = TIMES[panel]
+    every = [model for models in tasks for model in models]
+    labels = {
+        name: " / ".join(dict.fromkeys(m.label for m in every if m.result.model == name))
+        for name in dict.fromkeys(model.result.model for model in every)
+    }
+    points = [
+        Point(m.task.title, labels[m.result.model], max(getattr(m.cost, time), SHORTEST_S), m.error)
+        for m in every
+    ]
+    best = _most(labels, (best_of(models) for models in tasks))
+    fast = _most(
+        labels, (min(models, key=lambda m: float(getattr(m.cost, time))) for models in tasks)
+    )
+    picture = Picture(
+        title=f"Lowest error: {best} tasks; shortest time: {fast} tasks",
+        subtitle="error as a share of chance; filled: no model is better in error and time",
+        sources=tuple(model.task.source for model in every),
+        points=tuple(points),
+        axis=NORMALISED,
+        place=(panel, "s"),
+        chance=tuple((models[0].task.title, 1.0) for models in tasks),
+    )
+    text = "Error against run time, a panel for each task: RMSE / chance RMSE, or (1 − accuracy) / "
+    text += "(1 − chance accuracy). A line joins the Pareto front of a task. Times belong to the "
+    text += "machine that made this page."
+    name = "error-against-run-time" if time == "train_s" else "error-against-inference-time"
+    return _illustration(name, "scatter", picture, text)
+
+
+def _most(labels: dict[str, str], found: Iterable[ModelResult]) -> str:
+    """Return the model that occurs most often, with its count: `k-NN on 3 of 5`."""
+    names = [model.result.model for model in found]
+    ((name, count),) = Counter(names).most_common(1)
+    return f"{labels[name]} on {count} of {len(names)}"

@@ -54,6 +54,11 @@ class ModelCost(NamedTuple):
     inference_ms_per_recording: float
     peak_memory_mb: float
 
+    @property
+    def inference_s(self) -> float:
+        """Time (s) to predict one recording alone."""
+        return self.inference_ms_per_recording / 1e3
+
 
 @dataclass(frozen=True, eq=False)
 class Predictions:
@@ -260,6 +265,22 @@ class ModelResult:
     def shown_chance(self) -> str:
         """Return the score of a guess that ignores the sound, with its unit."""
         return self.shown(Score(self.chance(), 0.0))
+
+
+def part_label(results: TaskResults, part: str) -> str:
+    """Return what a further part of a task is."""
+    told = {
+        WITHHELD: "values withheld from training",
+        OVERALL: "known and withheld values together",
+    }
+    told |= {
+        RANDOM: "split by recording: other recordings of a grasp may be trained on",
+        WITHIN: "folds within each session",
+        ACROSS: "each session by a model of the others",
+        AS_MANY: "each session by a model of as many grasps of the others as within",
+    }
+    tested = {elsewhere(name): f"tested on {o.title}" for name, o in results.others.items()}
+    return (told | tested)[part]
 
 
 def models_of(results: TaskResults) -> tuple[ModelResult, ...]:

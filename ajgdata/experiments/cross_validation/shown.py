@@ -9,21 +9,19 @@ from dataclasses import replace
 import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, Verdict, together
-from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.experiments.cross_validation import bands
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
-    OVERALL,
     RANDOM,
     WITHHELD,
     ModelResult,
     best_of,
     close_to_best,
-    elsewhere,
     metric_name,
     models_of,
     paper_model,
+    part_label,
 )
 from ajgdata.report.blocks import ResultRow, ShownTable
 from ajgdata.report.comparison import (
@@ -34,7 +32,7 @@ from ajgdata.report.comparison import (
     holds,
     mark_of,
 )
-from ajgdata.report.format import Score, mean_sd, number, words
+from ajgdata.report.format import DASH, Score, mean_sd, number, words
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 
@@ -44,22 +42,6 @@ BASELINE, BASELINES = "knn_plain", "baselines"
 FAILS = ("limit", "lesson")
 #: Where the paper also counts the classes that are told this well.
 COUNTED, WELL = "ycb", 0.9
-
-
-def part_label(results: TaskResults, part: str) -> str:
-    """Return what a further part of a task is."""
-    told = {
-        WITHHELD: "values withheld from training",
-        OVERALL: "known and withheld values together",
-    }
-    told |= {
-        RANDOM: "split by recording: other recordings of a grasp may be trained on",
-        WITHIN: "folds within each session",
-        ACROSS: "each session by a model of the others",
-        AS_MANY: "each session by a model of as many grasps of the others as within",
-    }
-    tested = {elsewhere(name): f"tested on {o.title}" for name, o in results.others.items()}
-    return (told | tested)[part]
 
 
 def rows(results: TaskResults) -> Iterator[ResultRow]:
@@ -116,10 +98,12 @@ def summary(results: TaskResults) -> str:
 
 
 def tables(results: TaskResults) -> Iterator[ShownTable]:
-    """Yield the best model's errors value by value, and all metrics fold by fold."""
+    """Yield scores by band, the best model's errors by value, and all metrics by fold."""
     models = models_of(results)
     if not models:
         return
+    if bands.bands_of(results):
+        yield _bands_table(results, models)
     top, unit = best_of(models), results.unit
     if values := top.result.tables["by_value"].rows:
         yield ShownTable(
@@ -147,6 +131,25 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
             for name, score in model.metrics.items()
         ),
         "All metrics, fold by fold",
+    )
+
+
+def _bands_table(results: TaskResults, models: tuple[ModelResult, ...]) -> ShownTable:
+    """Return the metric of each model on each part, from the whole band and from parts of it."""
+    names = bands.bands_of(results)
+    rows = []
+    for model in models:
+        for part in (part for part, _ in model.parts if part != RANDOM):
+            scores = {band: model.shown(score) for band, score in bands.twins(model, part)}
+            where = "held out" if part == GROUPED else part_label(results, part)
+            whole = model.shown(model.score(part))
+            rows.append((model.label, where, whole, *(scores.get(one, DASH) for one in names)))
+    return ShownTable(
+        "The same recordings, folds and models; only the bins in the band, normalised again; the "
+        "paper's 1025 bins are the whole band, 0 to 22.05 kHz.",
+        ("Model", "Tested on", "Whole band|", *(f"{bands.band_label(one)}|" for one in names)),
+        tuple(rows),
+        "From parts of the band alone",
     )
 
 
