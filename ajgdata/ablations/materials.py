@@ -12,11 +12,10 @@ from ajgdata.ablations.base import Ablation, Folds, Hypothesis, Trial, folds_of,
 from ajgdata.ablations.data import AblationData, nuisances
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.format import Caption
 from ajgdata.types.table import Column, Table, Value
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from ajgdata.report.marks import Picture
 
 TASK = "material"
 #: By the names of their columns.
@@ -147,53 +146,48 @@ def _range(shares: np.ndarray) -> str:
     return f"{' to '.join(ends)} %"
 
 
-def figure(table: Table) -> Figure:
-    """Return how far grasps of one material and different materials lie apart, and accuracy."""
-    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure, plain_ticks
-    from ajgdata.report.labels import label_end, reference_line
+def distances(table: Table) -> Picture:
+    """Return how far grasps of one material and different materials lie apart."""
+    from ajgdata.report.study_figures import picture_of, points_of
 
-    drawn = new_figure(
-        (WIDTH_IN, 3.4),
-        finding(table),
-        "metal, wood and plastic of one shape, as the scatter of grasps is taken away",
-        ["simulated"],
-    )
-    left, right = drawn.subplots(1, 2)
-    for index, (name, rows) in enumerate(table.parted("dataset").items()):
-        share = rows.numbers("share")
-        style, last = {**line_style(index), "ls": "-"}, int(np.argmax(share))
-        hollow = {**style, "mfc": "none", "ls": "--"}
-        for axes, key, what, look in (
-            (left, "within", "two grasps", style),
-            (left, "between", "materials", hollow),
-            (right, "linear", "", style),
-        ):
-            values, label = rows.numbers(key), f"{name}, {what}".removesuffix(", ")
-            axes.plot(share, values, label=label, **look)
-            label_end(axes, share[last], values[last], label, str(style["color"]))
-    left.set(xscale="log", yscale="log", ylabel="distance (relative L2)")
-    reference_line(right, "chance", 1 / 3, "chance")
-    right.set(xscale="log", ylabel="accuracy, logistic regression", ylim=(0, 1.05))
-    for axes in (left, right):
-        axes.set_xlabel("share of the scatter of grasps")
-        plain_ticks(axes.xaxis)
-    plain_ticks(left.yaxis)
-    return drawn
+    points = [
+        point._replace(series=f"{point.series}, {name}")
+        for key, name in (("within", "two grasps"), ("between", "materials"))
+        for point in points_of(table, key, "dataset", "share")
+    ]
+    axis, place = ("relative L2 distance", ""), ("share of the scatter of grasps", "")
+    return picture_of(finding(table), ABOUT, points, axis, place)
 
 
-def caption(table: Table) -> Caption:
-    """Return the caption of `figure`."""
-    return Caption(
-        "As less of the scatter of grasps is left. Left: distance of two grasps of one material"
-        " (filled) and of the materials' means (hollow). Right: accuracy.",
-        f"{finding(table)}. Distances within and between materials, and accuracy, against the share"
-        " of scatter.",
-    )
+def accuracy(table: Table) -> Picture:
+    """Return the accuracy of logistic regression with less of the scatter of grasps."""
+    from ajgdata.report.study_figures import picture_of, points_of
+
+    points = points_of(table, "linear", "dataset", "share")
+    axis, place = ("accuracy", ""), ("share of the scatter of grasps", "")
+    limit = ("chance", 1 / 3)
+    return picture_of(finding(table), ABOUT, points, axis, place, limit, log=False)
 
 
+ABOUT = "metal, wood and plastic of one shape, as the scatter of grasps is removed"
 ABLATION = Ablation(
     "materials",
     datasets=tuple(PAPER),
     measure=measure,
-    figures=(TableFigure("materials_scatter", "share", caption, figure),),
+    figures=(
+        TableFigure(
+            "materials_scatter",
+            "share",
+            "lines",
+            distances,
+            "Distance of two grasps of one material and of the materials' means.",
+        ),
+        TableFigure(
+            "materials_scatter",
+            "accuracy",
+            "lines",
+            accuracy,
+            "Accuracy of logistic regression on grasps held out.",
+        ),
+    ),
 )

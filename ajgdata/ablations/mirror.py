@@ -16,17 +16,18 @@ import numpy as np
 
 from ajgdata.ablations.base import Ablation, Folds, Hypothesis, Trial, folds_of, trial_table
 from ajgdata.ablations.data import AblationData, nuisances
-from ajgdata.ablations.mirror_figure import DIRECTION, FROM_PLANE, SETUPS, caption, figure
 from ajgdata.acquire.source import Grasp
 from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.mirror_symmetry import mirror_plane, mirror_planes
 from ajgdata.gripper.object_library import BAR_ECCENTRIC_RANGE_MM, OBJECTS
 from ajgdata.report.blocks import TableFigure
+from ajgdata.report.format import number
 from ajgdata.types.table import Column, Table, Value
 
 if TYPE_CHECKING:
     from ajgdata.evaluate.crossval import CrossValidation
+    from ajgdata.report.marks import Picture
 
 Wave = Callable[[np.ndarray], np.ndarray]
 #: The paper's angles, and twice as many in three setups: data set and gripper of each.
@@ -36,6 +37,13 @@ DATASETS = {
     "unequal": ("orientation_unequal_radii", "unequal-radii"),
     "eccentric": ("orientation_eccentric", "default"),
 }
+#: Setups by the ends of the names of their columns, and beginnings of these names.
+SETUPS = {
+    "default": "default",
+    "unequal": "transducers at unequal radii",
+    "eccentric": "bar 3 mm off its axis",
+}
+DIRECTION, FROM_PLANE = "direction_", "from_plane_"
 KNOWN, WITHHELD_ROW = "orientation-known", "orientation"
 WITHHELD = "withheld"
 #: What of a setup makes a gripper and a session differ from their design.
@@ -305,9 +313,44 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(change))))
 
 
+def finding(table: Table) -> str:
+    """Return the error of the direction at withheld angles in each setup, and from the plane."""
+    withheld = table.where(withheld=True)
+
+    def rmse(column: str) -> str:
+        return f"{number(float(np.sqrt(np.mean(withheld.numbers(column) ** 2))), 2)}°"
+
+    listed = ", ".join(f"{rmse(DIRECTION + key)} {setup}" for key, setup in SETUPS.items())
+    return f"Withheld angles: {listed}; angle from the mirror plane {rmse(FROM_PLANE + 'default')}"
+
+
+def angles_picture(table: Table) -> Picture:
+    """Return errors of the direction and of the angle from the plane against the angle."""
+    from ajgdata.report.study_figures import picture_of, points_of
+
+    panels = {DIRECTION: "direction", FROM_PLANE: "angle from the mirror plane"}
+    points = [
+        point._replace(series=setup, panel=panel)
+        for prefix, panel in panels.items()
+        for key, setup in SETUPS.items()
+        for point in points_of(table, f"{prefix}{key}", "withheld", "angle")
+    ]
+    axis, place = ("RMSE", "°"), ("angle of the bar", "°")
+    return picture_of(finding(table), "at each angle of the bar", points, axis, place, log=False)
+
+
 ABLATION = Ablation(
     "mirror",
     datasets=(PAPER_ANGLES, *(name for name, _ in DATASETS.values())),
     measure=measure,
-    figures=(TableFigure("mirror_angles", "angles", caption, figure),),
+    figures=(
+        TableFigure(
+            "mirror_angles",
+            "angles",
+            "lines",
+            angles_picture,
+            "Error of the bar's direction and of its angle from the mirror plane. The table says "
+            "which angles were withheld from training.",
+        ),
+    ),
 )

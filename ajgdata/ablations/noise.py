@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -14,14 +13,13 @@ from ajgdata.evaluate.task_data import TaskData
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.models import model_label
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.format import Caption, number
+from ajgdata.report.format import number
 from ajgdata.types import FeatureSettings
-from ajgdata.types.table import Column, Table, Value
+from ajgdata.types.table import Column, Table, Value, table_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ajgdata.evaluate.crossval import CrossValidation
+    from ajgdata.report.marks import Picture
 
 QUIET_DBA = 45
 LOUD_DBA = (60, 70, 80, 90)
@@ -200,40 +198,35 @@ def _levels(table: Table) -> list[str]:
     return [column.key for column in table.columns if column.key.startswith("rmse_")]
 
 
-def figure(table: Table) -> Figure:
-    """Return the error against the level of noise, by what the model was trained on."""
-    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure, plain_ticks
-    from ajgdata.report.labels import label_end
+def levels(table: Table) -> Picture:
+    """Return the error against the level of noise, by model and training data."""
+    from ajgdata.report.study_figures import picture_of, points_of
 
-    keys = _levels(table)
-    levels = np.array([float(key.removeprefix("rmse_")) for key in keys])
-    about = "error of the edge length on grasps held out, by what a model was trained on"
-    drawn = new_figure((WIDTH_IN, 3.6), finding(table), about, ["simulated"])
-    axes = drawn.subplots()
-    for index, row in enumerate(table.rows):
-        errors = [float(row[key] or 0) for key in keys]
-        label, style = f"{row['model']}, {row['trained']}", line_style(index)
-        axes.plot(levels, errors, label=label, **style)
-        name = "\n".join(textwrap.wrap(label, 24))
-        label_end(axes, levels[-1], errors[-1], name, str(style["color"]))
-    axes.set(yscale="log", xlabel="white noise outside (dB(A))", ylabel="RMSE (mm)")
-    plain_ticks(axes.yaxis, TICKS_MM)
-    return drawn
-
-
-def caption(table: Table) -> Caption:
-    """Return the caption of `figure`."""
-    return Caption(
-        "Error of the edge length against the level of noise outside, by what a model was trained"
-        " on.",
-        f"{finding(table)}. Error against noise level, logarithmic, one line a model and training"
-        " set.",
+    rows = [
+        {"series": f"{row['model']}, {row['trained']}", "value": row[key],
+         "level": float(key.removeprefix("rmse_"))}
+        for row in table.rows
+        for key in _levels(table)
+    ]  # fmt: skip
+    points = points_of(
+        table_of("", "", rows, **dict.fromkeys(rows[0], "")), "value", "series", "level"
     )
+    about = "edge length on grasps held out, by what a model was trained on"
+    axis, place = ("RMSE", "mm"), ("white noise outside", "dB(A)")
+    return picture_of(finding(table), about, points, axis, place)
 
 
 ABLATION = Ablation(
     "noise",
     datasets=tuple(DATASETS.values()),
     measure=measure,
-    figures=(TableFigure("noise_levels", "levels", caption, figure),),
+    figures=(
+        TableFigure(
+            "noise_levels",
+            "levels",
+            "lines",
+            levels,
+            "Error of the edge length against the level of noise outside.",
+        ),
+    ),
 )

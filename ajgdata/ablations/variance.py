@@ -10,12 +10,10 @@ from ajgdata.ablations.base import Ablation
 from ajgdata.ablations.data import AblationData
 from ajgdata.evaluate.variance_components import balanced, variance_components
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.format import Caption
 from ajgdata.types.table import Column, Table, Value
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from ajgdata.report.marks import Picture
 
 #: Data sets of the paper, of one gripper, and one whose every session is another gripper.
 DATASETS = ("size", "orientation", "plate", "sphere80", "sphere30", "ycb", "grippers")
@@ -95,50 +93,30 @@ def finding(table: Table) -> str:
     )
 
 
-def figure(table: Table) -> Figure:
-    """Return bars of the shares, one for each data set, side by side for each band."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
+def shares(table: Table) -> Picture:
+    """Return the shares of the variance: a row per data set, a panel per band."""
+    from ajgdata.report.study_figures import picture_of, points_of
 
-    about = "share of the feature's variance between objects, grippers, sessions, grasps"
-    parted = table.parted("band")
-    drawn = new_figure((WIDTH_IN, 3.8), finding(table), about, ["simulated"])
-    panels = np.atleast_1d(drawn.subplots(1, len(parted), sharey=True))
-    for axes, (band, rows) in zip(panels, parted.items(), strict=True):
-        _bars(axes, rows)
-        axes.set_title(band, fontsize="medium")
-        axes.set(xlabel="share of the variance (%)", xlim=(0, 100))
-    panels[0].set_yticks(range(len(rows.rows)), [str(name) for name in rows.column("dataset")])
-    panels[0].invert_yaxis()
-    handles, labels = panels[0].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncols=len(LEVELS), fontsize=8)
-    return drawn
-
-
-def _bars(axes: Axes, rows: Table) -> None:
-    from ajgdata.report.canvas import COLOURS
-
-    start = np.zeros(len(rows.rows))
-    for colour, (key, name) in zip(COLOURS, LEVELS.items(), strict=False):
-        width = np.nan_to_num(rows.numbers(key))
-        axes.barh(
-            np.arange(len(start)), width, 0.7, left=start, color=colour, label=name, ec="white"
-        )
-        start += width
-
-
-def caption(table: Table) -> Caption:
-    """Return the caption of `figure`."""
-    return Caption(
-        "What the feature varies by, from what is to be read (object) to what is not. Left: the"
-        " whole band; right: where materials show.",
-        f"{finding(table)}. Stacked bars of the share between objects, grippers, sessions, objects"
-        " in a session, grasps and recordings, for each data set.",
-    )
+    points = [
+        point._replace(series=name)
+        for key, name in LEVELS.items()
+        for point in points_of(table, key, "dataset", "dataset", "band")
+    ]
+    axis = ("share of the variance", "%")
+    return picture_of(finding(table), "of the feature", points, axis, log=False)
 
 
 ABLATION = Ablation(
     "variance",
     datasets=DATASETS,
     measure=measure,
-    figures=(TableFigure("variance", "object", caption, figure),),
+    figures=(
+        TableFigure(
+            "variance",
+            "object",
+            "rows",
+            shares,
+            "Shares of the variance between objects, grippers, sessions, grasps and recordings.",
+        ),
+    ),
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from ajgdata.report.format import Caption
@@ -12,6 +11,7 @@ from ajgdata.report.format import Caption
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ajgdata.report.marks import MarkName, Picture
     from ajgdata.report.paper import PaperFigure
     from ajgdata.types.table import Table
 
@@ -29,17 +29,23 @@ class Illustration(NamedTuple):
 
 
 class TableFigure(NamedTuple):
-    """A figure of one table of a study or an ablation, by the table's name; `name` is the file's,
-    without suffix. Its words are made of the table as well."""
+    """A figure of a table of a study or an ablation: names of the table, the file and the mark.
+
+    `picture` makes what the mark draws of the table; `text` is the caption.
+    """
 
     table: str
     name: str
-    caption: Callable[[Table], Caption]
-    draw: Callable[[Table], Figure]
+    mark: MarkName
+    picture: Callable[[Table], Picture]
+    text: str | Callable[[Table], str]
 
     def of(self, table: Table) -> Illustration:
         """Return the figure of `table`, not drawn yet."""
-        return Illustration(self.name, self.caption(table), partial(self.draw, table))
+        from ajgdata.report.marks import illustration  # matplotlib
+
+        text = self.text if isinstance(self.text, str) else self.text(table)
+        return illustration(self.name, self.mark, self.picture(table), text)
 
 
 class ShownTable(NamedTuple):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from textwrap import fill
 from typing import Any, Literal, NamedTuple
 
@@ -18,8 +19,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, pareto_front, plain_ticks
-from ajgdata.report.format import Score, Source, number, with_unit
+from ajgdata.report.format import Caption, Score, Source, number, with_unit
+from ajgdata.report.format import value as value_text
 
 MarkName = Literal["lines", "rows", "scatter", "matrix", "histogram"]
 #: Panels side by side, and the height (in) of one panel, of one of many, and of one row.
@@ -29,6 +32,8 @@ FEW_PANELS = 6
 MAX_TICKS, TITLE_LETTERS = 8, 32
 #: Ratio of the largest to the smallest x above which the axis is logarithmic.
 LOG_RATIO = 15
+#: Points that an alternative text lists.
+MAX_LISTED = 60
 #: Matrices of more classes have no numbers in their cells.
 MAX_NUMBERED = 16
 #: Shares above this value are dark: their numbers are white.
@@ -53,7 +58,8 @@ class Picture:
 
     `chance` is the chance level per panel, `published` a value of the paper, or x and value
     of each of its values.
-    With `ideal`, the line on which x and value are equal is drawn.
+    With `ideal`, the line on which x and value are equal is drawn. `log`: the axis of the value is
+    logarithmic. `limit` is a value with its name, e.g. a tolerance.
     """
 
     title: str
@@ -65,6 +71,8 @@ class Picture:
     chance: tuple[tuple[str, float], ...] = ()
     published: tuple[float, ...] = ()
     ideal: bool = False
+    log: bool = False
+    limit: tuple[str, float] | None = None
 
     @property
     def panels(self) -> list[str]:
@@ -79,6 +87,20 @@ class Picture:
     def of(self, panel: str, series: str) -> list[Point]:
         """Return the points of one series in one panel."""
         return [p for p in self.points if (p.panel, p.series) == (panel, series)]
+
+
+def illustration(
+    name: str, mark: MarkName, picture: Picture, text: str, unit: str = ""
+) -> Illustration:
+    """Return a figure with a caption; its alternative text lists title and points."""
+    listed = (
+        f"{', '.join(place_text(part, '') for part in (p.panel, p.series, p.x) if part != '')}: "
+        f"{with_unit(value_text(p.score.mean), unit)}"
+        for p in picture.points[:MAX_LISTED]
+    )
+    more = " and more" if len(picture.points) > MAX_LISTED else ""
+    alt = f"{picture.title}. {'; '.join(listed)}{more}."
+    return Illustration(name, Caption(text, alt), partial(draw, mark, picture))
 
 
 def draw(mark: MarkName, picture: Picture) -> Figure:
@@ -167,6 +189,9 @@ def rows(picture: Picture) -> Figure:
         _references(axes, picture, panel, "x")
         axes.set_yticks(range(len(places)), places)
         axes.set_ylim(len(places) - 0.5, -0.5)
+        if picture.log:
+            axes.set_xscale("log")
+            plain_ticks(axes.xaxis)
         axes.grid(False, axis="y")
         axes.set_title(panel)
         axes.set_xlabel(_axis_label(picture.axis))
@@ -260,13 +285,18 @@ def _references(axes: Axes, picture: Picture, panel: str, axis: Literal["x", "y"
     elif picture.published:
         places, values = picture.published[::2], picture.published[1::2]
         axes.plot(places, values, "*", color="black", ms=9, ls="", label="the paper")
+    if picture.limit:
+        line(picture.limit[1], label=picture.limit[0], **IDEAL)
     if picture.ideal:
         ends = [float(f(p.x for p in picture.points)) for f in (min, max)]
         axes.plot(ends, ends, label="ideal", **IDEAL)
 
 
 def _finished(figure: Figure, grid: Sequence[Axes], picture: Picture) -> Figure:
-    if grid[0].get_yscale() == "linear":
+    if picture.log:
+        grid[0].set_yscale("log")
+        plain_ticks(grid[0].yaxis)
+    else:
         grid[0].locator_params(axis="y", nbins=6)  # independent of the layout
     for axes in grid[:: min(COLUMNS, len(grid))]:
         axes.set_ylabel(_axis_label(picture.axis))

@@ -2,27 +2,57 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from ajgdata.report.accuracy_figures import ACCURACY
-from ajgdata.report.acoustics_figures import ACOUSTICS
+from ajgdata.gripper.scene import Numerics
 from ajgdata.report.blocks import TableFigure
-from ajgdata.report.canvas import GREY, WIDTH_IN, line_style, new_figure, plain_ticks
-from ajgdata.report.format import Caption, number, value, words
-from ajgdata.report.labels import (
-    LABEL_PT,
-    ink,
-    label_end,
-    reference_line,
-)
-from ajgdata.types.table import Table
+from ajgdata.report.format import Score, number, value, words
+from ajgdata.report.marks import Picture, Point
+from ajgdata.types.table import Table, Value, table_of
 
-#: Changes of the feature by an effect below this (relative L2) are drawn at it.
+#: Changes of the feature below this (relative L2) are drawn at it.
 LEAST_CHANGE = 1e-4
-#: Grid spacings (mm) that are ticks.
-GRIDS_MM = (0.5, 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
+CHANGE = ("relative L2 change of the feature", "")
+GRID = ("grid spacing", "mm")
+
+
+def points_of(
+    table: Table, value_key: str, series: str, x: str, panel: str = "", least: float = -math.inf
+) -> Iterator[Point]:
+    """Yield a point per row with a finite value: the columns of value, series, x and panel.
+
+    Values below `least` are drawn at it.
+    """
+    for row, number_ in zip(table.rows, table.numbers(value_key), strict=True):
+        if math.isfinite(number_):
+            place = _text(row[x]) if isinstance(row[x], str) else float(row[x] or 0)
+            name, where = (_text(row[key]) if key else "" for key in (series, panel))
+            yield Point(where, name, place, Score(max(float(number_), least), math.nan))
+
+
+def _table(rows: list[dict[str, Value]]) -> Table:
+    return table_of("", "", rows, **dict.fromkeys(rows[0], ""))
+
+
+def _text(cell: Value) -> str:
+    return words(str(cell))
+
+
+def picture_of(
+    title: str, subtitle: str, points: Iterator[Point] | list[Point], axis: tuple[str, str],
+    place: tuple[str, str] = ("", ""), limit: tuple[str, float] | None = None, log: bool = True,
+) -> Picture:  # fmt: skip
+    """Return a picture of simulated results with a logarithmic axis."""
+    return Picture(
+        title, subtitle, ("simulated",), tuple(points), axis, place, limit=limit, log=log
+    )
+
+
+def _tolerance(table: Table) -> tuple[str, float]:
+    return "tolerance", float(table.numbers("tolerance")[0])
 
 
 def convergence_finding(table: Table) -> str:
@@ -33,54 +63,21 @@ def convergence_finding(table: Table) -> str:
         fine, coarse = int(np.argmin(grid)), int(np.argmax(grid))
         if grid[fine] < grid[coarse] and error[fine] > 0 and error[coarse] > 0:
             orders.append(np.log(error[coarse] / error[fine]) / np.log(grid[coarse] / grid[fine]))
-    nearer = sum(order > 0 for order in orders)
+    nearer = [order for order in orders if order > 0]
     if not nearer:
         return f"Refinement brings none of {len(orders)} known answers nearer"
-    low, high = (number(f(o for o in orders if o > 0), 2) for f in (min, max))
+    low, high = (number(f(nearer), 2) for f in (min, max))
     return (
-        f"Refinement brings {nearer} of {len(orders)} known answers nearer, at orders from {low} "
-        f"to {high}"
+        f"Refinement brings {len(nearer)} of {len(orders)} known answers nearer, at orders from "
+        f"{low} to {high}"
     )
 
 
-def convergence_figure(table: Table) -> Figure:
-    """Return relative error of each refined case against the grid, with slopes 1, 2 and 4."""
-    cases = table.parted("case")
-    figure = new_figure(
-        (WIDTH_IN, max(4.4, 1.4 + 0.17 * len(cases))),
-        convergence_finding(table),
-        f"{len(cases)} known answers: relative error against the spacing of the grid",
-        ["simulated"],
-    )
-    axes = figure.subplots()
-    for index, (case, rows) in enumerate(cases.items()):
-        grid, error = rows.numbers("dx_mm"), rows.numbers("error")
-        order = np.lexsort((error, grid))
-        style = line_style(index)
-        axes.plot(grid[order], error[order], label=words(str(case)), **style)
-        last = order[-1]
-        label_end(axes, grid[last], error[last], words(str(case)), str(style["color"]))
-    grids = table.numbers("dx_mm")
-    spacing, top = np.array([grids.min(), grids.max()]), table.numbers("error").max()
-    for slope in (1, 2, 4):
-        line = 1.3 * top * (spacing / spacing[1]) ** slope
-        axes.plot(spacing, line, color=GREY, lw=0.9, ls=":")
-        axes.text(spacing[0], line[0], f"order {slope} ", color=GREY, fontsize=8, ha="right")
-    axes.set(xscale="log", yscale="log", xlabel="grid spacing (mm)", ylabel="relative error")
-    axes.set_xlim(spacing[0] / 1.35, spacing[1] * 1.08)
-    plain_ticks(axes.xaxis, GRIDS_MM)
-    plain_ticks(axes.yaxis)
-    return figure
-
-
-def convergence_caption(table: Table) -> Caption:
-    """Return the caption of `convergence_figure`."""
-    return Caption(
-        "Relative error of each case that is refined, against the spacing of its grid. "
-        "Dotted: what schemes of order 1, 2 and 4 would do.",
-        f"{convergence_finding(table)}. Relative error against grid spacing, both logarithmic, one "
-        "line a case.",
-    )
+def convergence(table: Table) -> Picture:
+    """Return relative error of each refined case against the grid spacing."""
+    points = [p for p in points_of(table, "error", "case", "dx_mm") if p.score.mean > 0]
+    about = f"{len(table.parted('case'))} known answers"
+    return picture_of(convergence_finding(table), about, points, ("relative error", ""), GRID)
 
 
 def stability_finding(table: Table) -> str:
@@ -93,109 +90,105 @@ def stability_finding(table: Table) -> str:
     return f"None of {len(marched)} marched cases gains energy: at most {gain} per step, any state"
 
 
-def worst_transient(table: Table) -> str:
-    """Return how far the stored energy of any state can grow, and in which case."""
+def stability_text(table: Table) -> str:
+    """Return the caption of the energies, with how far the energy of any state can grow."""
     growth = table.numbers("transient")
     worst = int(np.nanargmax(growth))
     usual = number(float(np.nanmedian(growth)), 2)
-    row = table.rows[worst]
     return (
-        "The stored energy of some state can rise for a moment, at frequencies near the limit of "
-        f"the grid: by a factor of {usual} in half of the cases and of {number(growth[worst], 2)} "
-        f"in the worst, {row['name']}"
+        "Energy at the end of each run over that after its strike; a case that blew up would lie "
+        "above 1. The stored energy of some state can rise for a moment, at frequencies near the "
+        f"limit of the grid: by a factor of {usual} in half of the cases and of "
+        f"{number(growth[worst], 2)} in the worst, {table.rows[worst]['name']}."
     )
 
 
-def stability_figure(table: Table) -> Figure:
+def stability(table: Table) -> Picture:
     """Return energy at the end over that after the strike, of each case that was marched."""
-    count = int(np.sum(~np.isnan(table.numbers("growth"))))
-    figure = new_figure(
-        (WIDTH_IN, 4.2),
-        stability_finding(table),
-        f"{count} cases marched: energy at the end over that after the strike; dots float64, rings "
-        "float32",
-        ["simulated"],
+    points = []
+    for name, key in (("float64", "growth"), ("float32", "growth_single")):
+        found = points_of(table, key, "group", "group")
+        points += [point._replace(series=name) for point in found if point.score.mean > 0]
+    axis = ("energy, last over first", "")
+    about = f"{int(np.sum(~np.isnan(table.numbers('growth'))))} cases that were marched"
+    return picture_of(stability_finding(table), about, points, axis, limit=("no losses", 1.0))
+
+
+def _default(table: Table) -> Table:
+    """Return the rows of the default scheme and grid."""
+    return table.where(scheme=Numerics().scheme, dx_mm=Numerics().dx_mm)
+
+
+def accuracy_finding(table: Table) -> str:
+    """Return error and cost of the default, on average over objects."""
+    default = _default(table)
+    if not default.rows:
+        return "A finer grid has a smaller error and takes longer"
+    error, ratio = (float(default.numbers(key).mean()) for key in ("error", "ratio"))
+    return (
+        f"The default, {Numerics().scheme} at {Numerics().dx_mm:g} mm, has an error of "
+        f"{number(error, 2)} in {number(ratio, 2)} of the plain kernel's time"
     )
-    axes = figure.subplots()
-    begun, colour = 0, 0
-    for group, rows in table.parted("group").items():
-        growth, single = rows.numbers("growth"), rows.numbers("growth_single")
-        kept = ~np.isnan(growth)
-        if not kept.any():
-            continue
-        place = np.arange(begun, begun + kept.sum())
-        style = {**line_style(colour), "ls": "none"}
-        axes.plot(place, growth[kept], label=group, **style)
-        axes.plot(place, single[kept], mfc="none", **{**style, "ms": 8, "mew": 0.8})
-        _group_name(axes, place, str(group), str(style["color"]), colour)
-        begun, colour = begun + len(place) + 1, colour + 1
-    reference_line(axes, "ideal", 1, "as much\nas given")
-    axes.set(yscale="log", ylabel="energy, last over first", xticks=[])
-    plain_ticks(axes.yaxis)
-    return figure
 
 
-def _group_name(axes: Axes, place: np.ndarray, name: str, colour: str, index: int) -> None:
-    """Write the name of a group below its cases, of neighbours at different heights."""
-    axes.annotate(
-        name, (float(place.mean()), 0), (0, -4 - 11 * (index % 2)), ha="center", va="top",
-        xycoords=("data", "axes fraction"), textcoords="offset points", fontsize=LABEL_PT,
-        color=ink(colour),
-    )  # fmt: skip
+def accuracy(table: Table) -> Picture:
+    """Return error of the feature against run time: a panel per object, a series per scheme."""
+    points = [p for p in points_of(table, "error", "scheme", "ratio", "object") if p.score.mean > 0]
+    axis = ("relative L2 error of the feature", "")
+    place = ("run time over that of the plain kernel at 2.5 mm", "")
+    about = "error against the finest grid; each point is a grid spacing"
+    limit = ("target", 0.10)
+    return picture_of(accuracy_finding(table), about, points, axis, place, limit)
 
 
-def stability_caption(table: Table) -> Caption:
-    """Return the caption of `stability_figure`."""
-    return Caption(
-        "Energy at the end of each run over that after its strike: dots in float64, rings in "
-        "float32. Dashed: what a cavity without losses keeps. A case that blew up would lie "
-        f"above it. {worst_transient(table)}.",
-        f"{stability_finding(table)}. Energy left at the end of each marched case, logarithmic, by "
-        "group.",
-    )
+def bands_finding(table: Table) -> str:
+    """Return the level error of the default, or of the first row, in lowest and highest band."""
+    bands = [column for column in table.columns if column.key.startswith("db_")]
+    name, cases = next(iter(table.parted("object").items()))
+    row = (_default(cases).rows or cases.rows)[0]
+    levels = [
+        f"{number(float(row[band.key] or 0), 2)} dB at {band.title.removeprefix('Level, ')}"
+        for band in dict.fromkeys((bands[0], bands[-1]))
+    ]
+    grid = f"{row['dx_mm']:g} mm ({row['scheme']})"
+    return f"Levels of a {name} at {grid} are off by {', '.join(levels)}"
+
+
+def bands(table: Table) -> Picture:
+    """Return level error against the grid spacing: a panel per band, a series per scheme."""
+    _, cases = next(iter(table.parted("object").items()))
+    points = [
+        point._replace(panel=column.title.removeprefix("Level, "))
+        for column in table.columns
+        if column.key.startswith("db_")
+        for point in points_of(cases, column.key, "scheme", "dx_mm")
+        if point.score.mean > 0
+    ]
+    about = "level against the finest grid"
+    return picture_of(bands_finding(table), about, points, ("level error", "dB rms"), GRID)
 
 
 def omissions_finding(table: Table) -> str:
     """Return how many of the parts that are left out change more than is tolerated."""
     absent = table.where(kept=False)
-    tolerance = float(table.numbers("tolerance")[0])
+    tolerance = _tolerance(table)[1]
     above = int(np.sum(absent.numbers("measured") > tolerance))
     count = f"{above or 'None'} of {len(absent.rows)}"
     verb = "change" if above > 1 else "changes"
     return f"{count} parts left out {verb} any third octave by more than {number(tolerance)}"
 
 
-def omissions_figure(table: Table) -> Figure:
-    """Return what leaving each part out changes, one row per part; hollow: it is left out."""
-    about = f"{len(table.parted('scene'))} scenes; filled: solved, hollow: left out"
-    figure = new_figure((WIDTH_IN, 3.6), omissions_finding(table), about, ["simulated"])
-    axes = figure.subplots()
-    tolerance = float(table.numbers("tolerance")[0])
-    least, parts = tolerance / 1e3, table.parted("part")
-    for place, (name, rows) in enumerate(parts.items()):
-        style = {**line_style(place), "ls": "none", "ms": 6}
-        for kept, fill in ((True, style["color"]), (False, "none"), (None, "none")):
-            measured = np.maximum(rows.where(kept=kept).numbers("measured"), least)
-            if len(measured):
-                height = np.full(len(measured), float(place))
-                axes.plot(measured, height, clip_on=False, label=name, **style | {"mfc": fill})
-    reference_line(axes, "ideal", tolerance, "tolerance", axis="x")
-    axes.set_yticks(range(len(parts)), list(parts))
-    axes.set(xscale="log", xlim=(least, 3.0), ylim=(len(parts) - 0.5, -0.7))
-    axes.set_xlabel("measured change (relative L2)")
-    plain_ticks(axes.xaxis)
-    return figure
-
-
-def omissions_caption(table: Table) -> Caption:
-    """Return the caption of `omissions_figure`."""
-    return Caption(
-        "What leaving out each part of each scene changes. Filled: the part is solved. Hollow: it "
-        "is left out, as is all that the last row sums up. Dashed: the tolerance; a hollow marker "
-        "to the right of it is an error of the plan. Smaller changes are drawn at the edge.",
-        f"{omissions_finding(table)}. Measured change of the worst third octave, or of the "
-        "feature, by leaving parts out, logarithmic, one row per part.",
-    )
+def omissions(table: Table) -> Picture:
+    """Return the measured change if each part is left out: a row per part."""
+    limit = _tolerance(table)
+    least = limit[1] / 1e3
+    points = [
+        point._replace(series=name)
+        for kept, name in ((True, "solved"), (False, "left out"), (None, "all that is left out"))
+        for point in points_of(table.where(kept=kept), "measured", "part", "part", "", least)
+    ]
+    about = f"{len(table.parted('scene'))} scenes"
+    return picture_of(omissions_finding(table), about, points, CHANGE, limit=limit)
 
 
 def _materials(table: Table) -> list[str]:
@@ -206,68 +199,34 @@ def _materials(table: Table) -> list[str]:
 
 def distances_finding(table: Table) -> str:
     """Return how many materials of all shapes lie further from steel than another grasp does."""
-    told, count = [], 0
+    far, count = [], 0
     for shape, rows in table.parted("shape").items():
         scatter = rows.numbers("scatter")
         known = scatter[~np.isnan(scatter)]
         for material in _materials(table) if len(known) else ():
             count += 1
             if rows.numbers(material)[-1] > known[-1]:
-                told.append(f"{material} ({shape})")
-    far = f"{len(told)} of {count}: {', '.join(told)}" if told else f"none of {count}"
-    return f"Materials that lie further from steel than another grasp of it: {far}"
+                far.append(f"{material} ({shape})")
+    listed = f"{len(far)} of {count}: {', '.join(far)}" if far else f"none of {count}"
+    return f"Materials that lie further from steel than another grasp of it: {listed}"
 
 
-def distances_figure(table: Table) -> Figure:
-    """Return the distance of each material from steel as effects are added, and of grasps."""
-    shapes = table.parted("shape")
-    steps = list(dict.fromkeys(str(step) for step in table.column("step")))
-    height = 0.5 + 0.2 * len(steps)
-    figure = new_figure(
-        (WIDTH_IN, 1.1 + height * len(shapes)),
-        distances_finding(table),
-        "relative L2 distance of the feature, as effects are added from top to bottom",
-        ["simulated"],
-    )
-    panels = figure.subplots(len(shapes), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (shape, rows) in zip(panels, shapes.items(), strict=True):
-        _distances_panel(axes, rows, steps, _materials(table))
-        axes.set(xscale="log", title=shape, ylim=(len(steps) - 0.5, -1.1))
-        axes.set_yticks(range(len(steps)), steps)
-    plain_ticks(panels[-1].xaxis)
-    panels[-1].set_xlabel("relative L2 distance")
-    return figure
-
-
-def _distances_panel(axes: Axes, rows: Table, steps: list[str], materials: list[str]) -> None:
-    """Draw the distances of the materials, and how far another grasp lies."""
-    place = np.array([steps.index(str(step)) for step in rows.column("step")])
-    for index, material in enumerate(materials):
-        style = {**line_style(index), "ls": "none", "label": material}
-        distance = rows.numbers(material)
-        axes.plot(distance, place, **style)
-        label_end(axes, distance[-1], float(place[-1]), material, str(style["color"]))
-    scatter = rows.numbers("scatter")
-    far = ~np.isnan(scatter)
-    axes.plot(scatter[far], place[far], "|", color=GREY, ms=10, mew=2, label="another grasp")
-    if far.any():
-        label_end(axes, scatter[far][-1], float(place[far][-1]), "another grasp", GREY)
-
-
-def distances_caption(table: Table) -> Caption:
-    """Return the caption of `distances_figure`."""
-    return Caption(
-        "How far the feature of each material lies from that of steel, same shape and same "
-        "grasp, as effects are added from top to bottom. Grey bars: how far another grasp of "
-        "the steel object lies; materials to the left of it cannot be told by this distance.",
-        f"{distances_finding(table)}. Distances between materials by simulated effect, one panel a "
-        "shape, logarithmic.",
-    )
+def distances(table: Table) -> Picture:
+    """Return the distance of each material from steel as effects are added: a panel per shape."""
+    names = {key: key for key in _materials(table)} | {"scatter": "another grasp"}
+    points = [
+        point._replace(series=name)
+        for key, name in names.items()
+        for point in points_of(table, key, "shape", "step", "shape")
+    ]
+    about = "effects are added from top to bottom"
+    axis = ("relative L2 distance of the feature", "")
+    return picture_of(distances_finding(table), about, points, axis)
 
 
 def effects_finding(table: Table) -> str:
     """Return how many changes exceed the tolerance, and which is the largest."""
-    change, tolerance = table.numbers("change"), float(table.numbers("tolerance")[0])
+    change, tolerance = table.numbers("change"), _tolerance(table)[1]
     above = int(np.sum(change > tolerance))
     largest = table.rows[int(np.argmax(change))]
     return (
@@ -276,61 +235,142 @@ def effects_finding(table: Table) -> str:
     )
 
 
-def effects_figure(table: Table) -> Figure:
-    """Return the change of the feature by each effect, whole band and low, and two grasps' own."""
-    effects = table.parted("effect")
-    lines = sum(len(rows.rows) + 1 for rows in effects.values())
-    figure = new_figure(
-        (WIDTH_IN, 1.2 + 0.2 * lines),
-        effects_finding(table),
-        "filled: whole band, hollow: below 1.2 kHz, grey bar: two grasps",
-        ["simulated"],
+def effects(table: Table) -> Picture:
+    """Return the change of the feature by each effect, and the distance of two grasps."""
+    names = {"change": "whole band", "change_low": "below 1.2 kHz", "scatter": "two grasps"}
+    rows = [row | {"place": f"{row['effect']}: {row['object']}"} for row in table.rows]
+    named = _table(rows)
+    points = [
+        point._replace(series=name)
+        for key, name in names.items()
+        for point in points_of(named, key, "object", "place", "", LEAST_CHANGE)
+    ]
+    about = "one change of the scene"
+    return picture_of(effects_finding(table), about, points, CHANGE, limit=_tolerance(table))
+
+
+def _octaves(table: Table) -> Mapping[int, str]:
+    """Return the columns of a decay table, by the middle of their octave."""
+    keys = [column.key for column in table.columns if column.key.startswith("hz_")]
+    return {int(key.removeprefix("hz_")): key for key in keys}
+
+
+def decay_finding(table: Table) -> str:
+    """Return how long the empty gripper takes for 60 dB, over octaves and the range of losses."""
+    empty = table.where(medium="air")
+    times = np.array([empty.numbers(key) for key in _octaves(table).values()])
+    if not np.isfinite(times).any():
+        return "The level in the gripper falls faster than its octaves can resolve"
+    low, high = (number(1e3 * float(f(times)), 2) for f in (np.nanmin, np.nanmax))
+    return f"The level in the empty gripper falls by 60 dB in {low} to {high} ms"
+
+
+def decay(table: Table) -> Picture:
+    """Return decay time against octave: a panel per medium, a series per amount of losses."""
+    rows = [
+        {"medium": row["medium"], "losses": f"{row['losses']}: {row['admittance']:g}", "hz": hz,
+         "ms": None if row[key] is None else 1e3 * float(row[key] or 0)}
+        for row in table.rows
+        for hz, key in _octaves(table).items()
+    ]  # fmt: skip
+    points = points_of(_table(rows), "ms", "losses", "hz", "medium")
+    about = "by losses at the walls; hung free"
+    axis, place = ("time to fall by 60 dB", "ms"), ("octave", "Hz")
+    return picture_of(decay_finding(table), about, points, axis, place)
+
+
+def outside_finding(table: Table) -> str:
+    """Return where the solved level differs most from the mass law, in the first scene."""
+    rows = table.where(scene=table.column("scene")[0])
+    row = rows.rows[int(np.argmax(np.abs(rows.numbers("difference"))))]
+    more = "more" if row["difference"] > 0 else "less"
+    return (
+        f"Through membrane and cavity {number(abs(row['difference']), 2)} dB {more} comes in at "
+        f"{row['band']} Hz than by the mass law"
     )
-    axes = figure.subplots()
-    place, names = 0.0, []
-    for index, (effect, rows) in enumerate(effects.items()):
-        names.append((place, f"{effect}:"))
-        places = place + 1 + np.arange(len(rows.rows))
-        names += [(at, str(thing)) for at, thing in zip(places, rows.column("object"), strict=True)]
-        _effect_marks(axes, rows, places, index)
-        place = float(places[-1]) + 1
-    tolerance = float(table.numbers("tolerance")[0])
-    reference_line(axes, "ideal", tolerance, "tolerance", axis="x")
-    axes.set(xscale="log", xlabel="relative L2 change of the feature", ylim=(place, -0.7))
-    axes.set_yticks(*zip(*names, strict=True))
-    axes.tick_params(axis="y", length=0)
-    plain_ticks(axes.xaxis)
-    return figure
 
 
-def _effect_marks(axes: Axes, rows: Table, places: np.ndarray, index: int) -> None:
-    style = {**line_style(index), "ls": "none", "clip_on": False}
-    axes.plot(np.maximum(rows.numbers("change_low"), LEAST_CHANGE), places, mfc="none", **style)
-    axes.plot(np.maximum(rows.numbers("change"), LEAST_CHANGE), places, **style)
-    axes.plot(rows.numbers("scatter"), places, "|", color=GREY, ms=8, mew=2)
+def outside(table: Table) -> Picture:
+    """Return level at the microphone against that outside, by band: a series per scene."""
+    first = table.where(scene=table.column("scene")[0])
+    law = [p._replace(series="mass law") for p in points_of(first, "mass_law", "scene", "hz")]
+    points = [*points_of(table, "solved", "scene", "hz"), *law]
+    about = "level at the microphone against that in the room, sound from all directions"
+    axis, place = ("level", "dB"), ("frequency", "Hz")
+    return picture_of(outside_finding(table), about, points, axis, place, log=False)
 
 
-def effects_caption(table: Table) -> Caption:
-    """Return the caption of `effects_figure`."""
-    return Caption(
-        "What one change of the scene does to the feature, object by object: in the whole band "
-        "(filled), below 1.2 kHz (hollow). Grey bars: how far two grasps of the changed scene "
-        "lie apart. Dashed: the tolerance below which a plan leaves an effect out.",
-        f"{effects_finding(table)}. Change of the feature by effect and object, logarithmic.",
-    )
+def choices_finding(table: Table) -> str:
+    """Return how many choices change the feature by less than the tolerance in all scenes."""
+    tolerance = _tolerance(table)[1]
+    largest = {name: rows.numbers("change").max() for name, rows in table.parted("choice").items()}
+    small = [name for name, change in largest.items() if change < tolerance]
+    most = max(largest, key=lambda name: largest[name])
+    few = f"{len(small)} of {len(largest)} choices change" if small else "No choice changes"
+    return f"{few} the feature by less than {number(tolerance)}; largest: {most}"
+
+
+def choices(table: Table) -> Picture:
+    """Return the change of the feature by each choice: a series per scene."""
+    points = points_of(table, "change", "scene", "choice", "", LEAST_CHANGE)
+    about = "against the default, whole band"
+    return picture_of(choices_finding(table), about, points, CHANGE, limit=_tolerance(table))
 
 
 #: Figures by study.
 FIGURES: dict[str, tuple[TableFigure, ...]] = {
     "verification": (
-        TableFigure("convergence", "convergence", convergence_caption, convergence_figure),
+        TableFigure(
+            "convergence", "convergence", "lines", convergence,
+            "Relative error of each case that is refined, against the spacing of its grid.",
+        ),
     ),
-    "stability": (TableFigure("stability", "energies", stability_caption, stability_figure),),
-    "accuracy": ACCURACY,
-    "omissions": (TableFigure("omissions", "changes", omissions_caption, omissions_figure),),
-    "acoustics": ACOUSTICS,
+    "stability": (TableFigure("stability", "energies", "rows", stability, stability_text),),
+    "accuracy": (
+        TableFigure(
+            "accuracy", "pareto", "scatter", accuracy,
+            "Error of the feature against the finest grid, and its cost. Dashed: an error of 0.10. "
+            "Times belong to the machine that made this page, their ratios less so.",
+        ),
+        TableFigure(
+            "accuracy", "bands", "lines", bands,
+            "How far the level in each band lies from that of the finest grid.",
+        ),
+    ),
+    "omissions": (
+        TableFigure(
+            "omissions", "changes", "rows", omissions,
+            "The change if each part of each scene is left out. A part that is left out and lies "
+            "to the right of the tolerance is an error of the plan.",
+        ),
+    ),
+    "acoustics": (
+        TableFigure(
+            "decay", "decay", "lines", decay,
+            "Decay time by octave, at the least, the default and the most losses at the walls (rho "
+            "c over their impedance).",
+        ),
+        TableFigure(
+            "from_outside", "outside", "lines", outside,
+            "Sound from outside at the microphone, by band, through membrane, grains and cavity as "
+            "they are solved, and through a limp wall of the membrane's mass.",
+        ),
+        TableFigure(
+            "choices", "choices", "rows", choices,
+            "How far each choice moves the feature from that of the default.",
+        ),
+    ),
     "materials": (
-        TableFigure("material_distances", "distances", distances_caption, distances_figure),
+        TableFigure(
+            "material_distances", "distances", "rows", distances,
+            "Distance of each material from steel, same shape and grasp. A material that is nearer "
+            "than another grasp of the steel object cannot be distinguished by this distance.",
+        ),
     ),
-    "effects": (TableFigure("effects", "effects", effects_caption, effects_figure),),
-}
+    "effects": (
+        TableFigure(
+            "effects", "effects", "rows", effects,
+            "The change of the feature by one change of the scene, and the distance of two grasps.",
+        ),
+    ),
+}  # fmt: skip

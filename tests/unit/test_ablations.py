@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import yaml
+from drawn_figures import fits
 
 from ajgdata.ablations import ABLATIONS, ablation, mirror, possible, variance
 from ajgdata.ablations.base import Folds, Hypothesis, Trial, reasons_of, trial_table, with_verdicts
 from ajgdata.ablations.data import NUISANCES, AblationData, nuisances
-from ajgdata.ablations.mirror_figure import DIRECTION, FROM_PLANE, SETUPS
+from ajgdata.ablations.mirror import DIRECTION, FROM_PLANE, SETUPS
 from ajgdata.evaluate import crossval
 from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
@@ -197,12 +198,18 @@ FOUND = {
 
 
 def drawn(name, table):
-    """Axes of the one figure of an ablation's table."""
-    (illustration,) = placed_figures(ablation(name).figures, [table])[table.name]
-    assert len(illustration.caption.alt) > 40
-    told = illustration.caption.alt
-    assert told.startswith(FOUND[name])
-    return draw(illustration).axes
+    """Points of the figures of an ablation's table, which are drawn as well."""
+    points = []
+    for illustration, figure in zip(
+        placed_figures(ablation(name).figures, [table])[table.name],
+        ablation(name).figures,
+        strict=True,
+    ):
+        assert illustration.caption.alt.startswith(FOUND[name])
+        assert fits(draw(illustration))
+        made = figure.picture(table).points
+        points.append([(p.panel, p.series, p.x, p.score.mean) for p in made])
+    return points
 
 
 def angle_rows():
@@ -214,19 +221,14 @@ def angle_rows():
         yield row
 
 
-def test_the_mirror_s_figure_marks_the_paper_s_angles_and_those_withheld():
+def test_the_mirror_s_figure_has_a_line_a_setup_for_both_targets():
     rows = list(angle_rows())
-    top, bottom = drawn(
-        "mirror", table_of("mirror_angles", "t", rows, **dict.fromkeys(rows[0], "x"))
-    )
-    lines = {line.get_label(): line.get_ydata().tolist() for line in top.lines}
-    assert [lines[setup] for setup in SETUPS.values()] == [[10, 11, 12], [20, 21, 22], [30, 31, 32]]
-    marks = [line for line in top.lines if line.get_linestyle() == "None" and len(line.get_xdata())]
-    first = {tuple(line.get_xdata()): line for line in marks[:3]}
-    assert set(first) == {(0.0,), (4.5,), (9.0,)}
-    assert first[9.0,].get_markersize() > first[4.5,].get_markersize()
-    assert first[0.0,].get_markerfacecolor() == "white" != first[9.0,].get_markerfacecolor()
-    assert bottom.lines[0].get_ydata().tolist() == [1, 2, 3]
+    table = table_of("mirror_angles", "t", rows, **dict.fromkeys(rows[0], "x"))
+    (points,) = drawn("mirror", table)
+    direction = [p[1:] for p in points if p[0] == "direction"]
+    assert direction[:3] == [("default", 0, 10), ("default", 4.5, 11), ("default", 9, 12)]
+    assert [p[2] for p in direction[3:]] == [20, 21, 22, 30, 31, 32]
+    assert [p[3] for p in points if p[0] != "direction"] == [1, 2, 3] * 3
 
 
 def test_errors_of_both_targets_stand_at_the_angle_that_they_are_of(data):
@@ -269,11 +271,10 @@ def test_the_materials_figure_has_distances_and_accuracies_of_each_data_set():
         for share in (1.0, 0.01)
     ]
     table = table_of("materials_scatter", "t", rows, **{key: key for key in rows[0]})
-    left, right = drawn("materials", table)
-    lines = {line.get_label(): line.get_xydata().tolist() for line in left.lines}
-    assert lines["ball, two grasps"] == lines["plate, two grasps"] == [[1, 2], [0.01, 0.02]]
-    assert lines["ball, materials"] == [[1, 0.1], [0.01, 0.1]]
-    assert [line.get_ydata()[0] for line in right.lines] == [0.5, 0.7, pytest.approx(1 / 3)]
+    distances, accuracies = drawn("materials", table)
+    assert ("", "ball, two grasps", 1, 2) in distances
+    assert ("", "plate, materials", 0.01, 0.1) in distances
+    assert [p[3] for p in accuracies] == [0.5, 0.5, 0.7, 0.7]
 
 
 def test_the_noise_figure_has_a_line_for_each_model_and_training_set():
@@ -282,15 +283,14 @@ def test_the_noise_figure_has_a_line_for_each_model_and_training_set():
         {"model": "ridge", "trained": trained, "rmse_45": 1.0, "rmse_80": worst, "seconds": 1.0}
         for trained, worst in (("at 45", 9.0), ("at all", 2.0))
     ]
-    (axes,) = drawn("noise", table_of("noise_levels", "t", rows, **columns))
-    assert [line.get_xydata().tolist() for line in axes.lines] == [
-        [[45, 1], [80, 9]], [[45, 1], [80, 2]],
+    (points,) = drawn("noise", table_of("noise_levels", "t", rows, **columns))
+    assert points == [
+        ("", "ridge, at 45", 45, 1), ("", "ridge, at 45", 80, 9),
+        ("", "ridge, at all", 45, 1), ("", "ridge, at all", 80, 2),
     ]  # fmt: skip
-    names = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert names == ["ridge, at 45", "ridge, at all"]
 
 
-def test_the_variance_figure_stacks_what_is_known_to_the_whole():
+def test_the_variance_figure_has_what_is_known():
     parts = [
         {"object": 70, "gripper": None, "session": 5, "object_in_session": 5, "grasp": 20},
         {"object": 30, "gripper": 10, "session": None, "object_in_session": 0, "grasp": 60},
@@ -302,13 +302,9 @@ def test_the_variance_figure_stacks_what_is_known_to_the_whole():
         for (dataset, known), part in zip(recording.items(), parts, strict=True)
         for band in ("whole", "low")
     ]
-    axes = drawn("variance", table_of("variance", "t", rows, **{key: key for key in rows[0]}))
-    assert [one.get_title() for one in axes] == ["whole", "low"]
-    for one in axes:
-        ends = [[bar.get_x() + bar.get_width() for bar in kind] for kind in one.containers]
-        assert [end[0] for end in ends] == [70, 70, 75, 80, 100, 100]
-        assert [end[1] for end in ends] == [30, 40, 40, 40, 100, 100]
-    assert [text.get_text() for text in axes[0].get_yticklabels()] == [*recording]
+    (points,) = drawn("variance", table_of("variance", "t", rows, **{k: k for k in rows[0]}))
+    ball = [p[3] for p in points if p[0] == "whole" and p[2] == "ball"]
+    assert ball == [70, 5, 5, 20, 0]  # what is not known has no point
     only = [row for row in rows if row["dataset"] == "once"]
     told = variance.finding(table_of("variance", "t", only, **{key: key for key in rows[0]}))
     assert told.startswith("Between grasps of one object in one session, of one recording each,")

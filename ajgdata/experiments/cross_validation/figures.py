@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -30,8 +29,8 @@ from ajgdata.experiments.cross_validation.results import (
     quantity,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.format import Caption, Score, number, sentence, with_unit, words
-from ajgdata.report.marks import MarkName, Picture, Point, draw
+from ajgdata.report.format import Score, number, sentence, with_unit, words
+from ajgdata.report.marks import MarkName, Picture, Point, illustration
 
 #: Fewer models are compared in the figure of all tasks only; fewer levels are no curve.
 MANY_MODELS, MANY_LEVELS = 4, 3
@@ -87,19 +86,6 @@ def across(results: Sequence[TaskResults]) -> Iterator[Illustration]:
         yield _all_run_times(panel, tasks)
 
 
-def _illustration(
-    name: str, mark: MarkName, picture: Picture, text: str, unit: str = ""
-) -> Illustration:
-    """Return a figure with a caption; its alternative text lists title and points."""
-    listed = (
-        f"{', '.join(str(part) for part in (p.panel, p.series, p.x) if part != '')}: "
-        f"{with_unit(number(p.score.mean), unit)}"
-        for p in picture.points
-    )
-    alt = f"{picture.title}. {'; '.join(listed)}."
-    return Illustration(name, Caption(text, alt), partial(draw, mark, picture))
-
-
 def _scaled(model: ModelResult, score: Score) -> Score:
     """Return a score of the metric that is read first as it is shown."""
     scale = model.task.scale
@@ -153,7 +139,7 @@ def _predictions(model: ModelResult) -> Illustration:
         ideal=regression,
     )
     mark: MarkName = "lines" if regression else "matrix"
-    return _illustration(task.named("predictions", model.result.model), mark, picture, text, unit)
+    return illustration(task.named("predictions", model.result.model), mark, picture, text, unit)
 
 
 def _predictions_text(model: ModelResult) -> str:
@@ -240,7 +226,7 @@ def _levels(results: TaskResults, models: Sequence[ModelResult]) -> Illustration
     )
     text = f"The models of {results.title}, tested on the same task at other levels. Stars: the "
     text += "paper. No fold trains on one recording of a grasp and tests on another."
-    return _illustration(results.named("levels"), "lines", picture, text, results.shown_unit)
+    return illustration(results.named("levels"), "lines", picture, text, results.shown_unit)
 
 
 def _run_time(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
@@ -265,7 +251,7 @@ def _run_time(results: TaskResults, models: Sequence[ModelResult]) -> Illustrati
     text = f"{len(models)} models on the same folds. A line joins the Pareto front. Times belong "
     text += "to the machine that made this page."
     unit = "%" if wrong else results.shown_unit
-    return _illustration(results.named("models"), "scatter", picture, text, unit)
+    return illustration(results.named("models"), "scatter", picture, text, unit)
 
 
 def _wrong(model: ModelResult) -> Score:
@@ -301,7 +287,7 @@ def _bands(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
     )
     text = f"{results.title}: the same models and folds, from the whole band (as the paper, 0 to "
     text += "22.05 kHz) and from the bins of a part of it alone, normalised again."
-    return _illustration(results.named("bands"), "rows", picture, text, results.shown_unit)
+    return illustration(results.named("bands"), "rows", picture, text, results.shown_unit)
 
 
 # All tasks
@@ -331,7 +317,7 @@ def _split(
         points=tuple(points),
         axis=NORMALISED,
     )
-    return _illustration(name, "rows", picture, f"The same models and recordings. {text}")
+    return illustration(name, "rows", picture, f"The same models and recordings. {text}")
 
 
 def _error(model: ModelResult, part: str) -> float:
@@ -367,7 +353,7 @@ def _all_run_times(panel: str, tasks: Sequence[tuple[ModelResult, ...]]) -> Illu
     text += "(1 − chance accuracy). A line joins the Pareto front of a task. Times belong to the "
     text += "machine that made this page."
     name = "error-against-run-time" if time == "train_s" else "error-against-inference-time"
-    return _illustration(name, "scatter", picture, text)
+    return illustration(name, "scatter", picture, text)
 
 
 def _most(labels: dict[str, str], found: Iterable[ModelResult]) -> str:
