@@ -50,14 +50,14 @@ def complete(
     for word, optional in (("skipped ", False), ("optional", True)):
         part = skipped[skipped["optional"] == optional].groupby(["task", "reason"], sort=False)
         lines += _listed(
-            [f"{word}  {task}, {_kinds(kinds)}: {why}" for (task, why), kinds in part["kind"]]
+            [f"{word}  {task}, {_kinds(list(kinds))}: {why}" for (task, why), kinds in part["kind"]]
         )
     if agreements := read_json(paths.runs).get("agreements", {}):
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
     if cost := run_cost(paths, list(specs), everything=not paths.run):
         lines.append(_cost_line(cost[-1]))
     lines.append(f"report: {paths.report}")
-    lines += _incomplete(skipped.loc[~skipped["optional"], "task"].unique())
+    lines += _incomplete(list(skipped.loc[~skipped["optional"], "task"].unique()))
     write_bytes(out, "".join(f"{line}\n" for line in lines).encode())
 
 
@@ -66,7 +66,7 @@ def _skipped(specs: Mapping[str, DatasetSpec], results: Sequence[Result]) -> pd.
     rows = []
     for name, task, kind, about in results:
         spec = specs[name]
-        optional = {**spec.tasks, **spec.embeddings}[task].optional
+        optional = (spec.embeddings.get(task) or spec.tasks[task]).optional
         reasons = {kind: about.get("skipped", "")}
         reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
         rows += [
@@ -147,7 +147,7 @@ def _listed(told: list[str]) -> list[str]:
 
 def _incomplete(tasks: Sequence[str]) -> list[str]:
     """Return the last line of a run that skipped these tasks, if there are any."""
-    if not len(tasks):
+    if not tasks:
         return []
     more = f" and {len(tasks) - 1} more" if len(tasks) > 1 else ""
     return [
