@@ -20,7 +20,7 @@ from ajgdata.cli.importing import importing
 from ajgdata.cli.live import live
 from ajgdata.cli.project import looking
 from ajgdata.cli.publish import publishing
-from ajgdata.pipeline.progress import bar, when_slow
+from ajgdata.pipeline.progress import bar, tracked
 from ajgdata.store.trouble import machine_trouble
 from ajgdata.types import DataError
 
@@ -103,6 +103,6 @@ def seal(dataset: DatasetArgument) -> None:
     paths = find_project()
     read_dataset(paths, dataset)
     sessions = list_sessions(paths, dataset)
-    for session in when_slow(sessions, "sealing"):
+    for session in tracked(sessions, "sealing"):
         changed = seal_session(paths, dataset, session)
         out.print(f"{dataset}/{session}: {changed} recordings sealed")

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from ajgdata.pipeline.progress import bar, when_slow
+from ajgdata.pipeline.progress import bar, tracked
 
 if TYPE_CHECKING:
     from ajgdata.paths import Paths
@@ -52,7 +52,7 @@ def publish(
     paths = find_project()
     target = folder or paths.published(dataset)
     done = write(
-        paths, dataset, target, version=version, date=date, each=lambda s: when_slow(s, "copying")
+        paths, dataset, target, version=version, date=date, each=lambda s: tracked(s, "copying")
     )
     left_out = f", {done.left_out} left out (see its README.md)" if done.left_out else ""
     size = f"{done.bytes / 1e6:.1f} MB"
@@ -129,7 +129,7 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
             dataset,
             mirror=mirror,
             copy=copy,
-            each=lambda files: when_slow(files, "fetching"),
+            each=lambda files: tracked(files, "fetching"),
             started=started,
         )
     show_import(result, found, dataset, everything=False)
@@ -140,7 +140,7 @@ def _fetch_by_name(paths: Paths, dataset: str, mirror: str, *, copy: bool) -> No
 def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
     from ajgdata.pipeline.fetch import fetch as bring
 
-    done = bring(paths, source, name=name, sha256=sha256, each=lambda f: when_slow(f, "fetching"))
+    done = bring(paths, source, name=name, sha256=sha256, each=lambda f: tracked(f, "fetching"))
     for line in done.removed:
         _say(f"[yellow]removed[/yellow] {escape(line)}")
     _say(

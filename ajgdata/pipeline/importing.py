@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,11 +12,11 @@ from pydantic import ValidationError
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.label_counts import CLASSES_NEEDED
-from ajgdata.pipeline.label_kinds import decimal_points, no_numbers, odd_labels, verdict
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import AudioInfo, inspect_audio
 from ajgdata.store.import_fields import session_name
 from ajgdata.store.importing import Imported, import_scan
+from ajgdata.store.labels import number
 from ajgdata.store.locks import BRINGING, alone, remove_stale
 from ajgdata.store.scan import Scan, scan, target_column
 from ajgdata.store.sessions import (
@@ -38,6 +39,15 @@ from ajgdata.types import (
 )
 
 FOLDS = 5
+#: A column with fewer distinct numbers is a class.
+MIN_NUMBERS = 11
+#: Smallest share of numbers among the distinct cells of a column of numbers.
+MIN_SHARE_OF_NUMBERS = 0.8
+#: How programs write a missing value; as a class, some of these words may be meant.
+MISSING_NUMBERS = {"nan", "na", "n/a", "#n/a", "<na>", "none", "null", "-", "--", "?"}
+MISSING_CLASSES = {"nan", "n/a", "#n/a", "<na>", "null"}
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+")
 
 
 def import_folder(
@@ -103,8 +113,8 @@ def _check_declared(paths: Paths, spec: DatasetSpec, targets: Sequence[str]) -> 
 
 
 def _understood(found: Scan, spec: DatasetSpec) -> Scan:
-    """Return the scan with decimal points in the targets that are numbers, and notes on oddities
-    and on columns that are not targets."""
+    """Return the scan with decimal points in the targets that are numbers, and a note on columns
+    that are not targets."""
     for name in (name for name, target in spec.targets.items() if target.kind == "regression"):
         texts = [file.cell(name) for file in found.files]
         if points := decimal_points(texts):
@@ -114,8 +124,6 @@ def _understood(found: Scan, spec: DatasetSpec) -> Scan:
                 replace(file, labels={**file.labels, name: points.get(text, text)})
                 for file, text in zip(found.files, texts, strict=True)
             ]
-    cells = {name: [file.cell(name) for file in found.files] for name in spec.targets}
-    found.notes += [*no_numbers(cells, spec.targets), *odd_labels(cells, spec.targets)]
     columns = dict.fromkeys(column for file in found.files for column in file.labels)
     if free := [column for column in columns if column not in spec.targets]:
         found.notes.append(f"stored, but not a target: {', '.join(free)}")
@@ -148,7 +156,7 @@ def declare(
     classes; people are meant to complete it.
 
     The commonest rate is declared; several channels are averaged only if no recording is mono. What
-    a column holds is judged by `label_kinds.verdict`. `targets` are the label columns to learn
+    a column contains is decided by `infer_target`. `targets` are the label columns to learn
     (default: all of a pattern's; a table's must be named), `object` among them.
     """
     columns = sorted({column for file in scanned.files for column in file.labels})
@@ -162,28 +170,67 @@ def declare(
     if settings.table and not targets:
         raise DataError("--target", "a table has many columns", f"name labels among {columns}")
     cells = {column: [file.cell(column) for file in scanned.files] for column in wanted}
-    verdicts = {column: verdict(found) for column, found in cells.items()}
-    possible = [c for c, (target, _) in verdicts.items() if _can_be_learnt(target, cells[c])]
+    inferred = {column: infer_target(texts) for column, texts in cells.items()}
+    possible = [c for c, (target, _) in inferred.items() if _can_be_learnt(target, cells[c])]
     # If no column has two classes, every column gets a task: more recordings may follow.
-    tasks = {column: Task(target=column, folds=FOLDS) for column in possible or verdicts}
+    tasks = {column: Task(target=column, folds=FOLDS) for column in possible or inferred}
     try:
         spec = DatasetSpec(
             name=name,
             title=name,
             description=f"Imported from a folder named {folder.name!r}. Complete this declaration.",
             audio=common_audio(folder / file.path for file in scanned.files),
-            targets={column: target for column, (target, _) in verdicts.items()},
+            targets={column: target for column, (target, _) in inferred.items()},
             tasks=tasks,
             imports=settings,
         )
     except ValidationError as error:
         raise describe(error, f"data set {name!r}") from None
-    return spec, [f"target {column}: {why}" for column, (_, why) in verdicts.items()]
+    return spec, [f"target {column}: {why}" for column, (_, why) in inferred.items()]
 
 
 def _can_be_learnt(target: Target, cells: Sequence[str]) -> bool:
     classes = set(cells) - {"", *target.missing}
     return target.kind == "regression" or len(classes) >= CLASSES_NEEDED
+
+
+def infer_target(cells: Sequence[str]) -> tuple[Target, str]:
+    """Return how a column with these cells is declared, and why.
+
+    A column with at least MIN_NUMBERS distinct numbers and few other texts is a number, any other
+    column is a class. Words for a missing value are declared missing.
+    """
+    points = decimal_points(cells)
+    distinct = {points.get(cell, cell) for cell in cells} - {""}
+    missing = {cell for cell in distinct if cell.lower() in MISSING_NUMBERS}
+    values = [v for cell in distinct - missing if (v := _number(cell)) is not None]
+    is_number = len(values) >= max(MIN_NUMBERS, MIN_SHARE_OF_NUMBERS * len(distinct - missing))
+    if is_number:
+        reason = f"{len(values)} distinct numbers, {min(values):g} to {max(values):g}"
+    else:
+        missing = {cell for cell in missing if cell.lower() in MISSING_CLASSES}
+        reason = f"{len(distinct - missing)} distinct texts"
+    if missing:
+        reason += f"; declared missing: {', '.join(map(repr, sorted(missing)))}"
+    kind = "regression" if is_number else "classification"
+    target = Target(kind=kind, missing=tuple(sorted(missing)))
+    return target, f"a {'number' if is_number else 'class'} ({reason})"
+
+
+def decimal_points(cells: Collection[str]) -> dict[str, str]:
+    """Return cells such as `1,5` with a decimal point; none if the commas separate thousands, which
+    is so if each has three digits after every comma, as `1,234`."""
+    commas = {cell for cell in cells if "," in cell}
+    if all(_THOUSANDS.fullmatch(cell) for cell in commas):
+        return {}
+    return {cell: cell.replace(",", ".") for cell in commas if _DECIMAL_COMMA.fullmatch(cell)}
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return number(cell)
+    except ValueError:
+        return None
 
 
 def common_audio(files: Iterable[Path]) -> AudioSettings:

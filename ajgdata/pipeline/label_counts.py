@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 
+from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.paths import Paths
 from ajgdata.store.findings import is_rejected
 from ajgdata.store.plain_text import listed
@@ -67,8 +68,12 @@ def impossible_tasks(tables: Mapping[str, Sequence[Row]], spec: DatasetSpec) -> 
 
 
 def counts(tables: Mapping[str, Sequence[Row]], targets: Mapping[str, Target]) -> dict[str, str]:
-    """Return the numbers of recordings, objects and grasps, and of recordings per class."""
-    rows = [(session, row) for session, table in tables.items() for row in table]
+    """Return the numbers of recordings, objects and grasps, and of recordings per class.
+
+    Empty-gripper references are not grasps and are counted separately.
+    """
+    listed_rows = [(session, row) for session, table in tables.items() for row in table]
+    rows = [(session, row) for session, row in listed_rows if not row.get(REFERENCE)]
     used = [row for _, row in rows if _is_used(row)]
     grasps = Counter((session, row["grasp_id"]) for session, row in rows)
     sizes = Counter(grasps.values())
@@ -79,6 +84,8 @@ def counts(tables: Mapping[str, Sequence[Row]], targets: Mapping[str, Target]) -
         "grasps": str(len(grasps)),
         "samples per grasp": listed([_times(size, sizes[size]) for size in sorted(sizes)]),
     }
+    if references := len(listed_rows) - len(rows):
+        facts["references"] = str(references)
     for name, target in targets.items():
         cells = Counter(row.get(name, "") for row in used)
         missing = sum(cells.pop(text, 0) for text in _missing(target))

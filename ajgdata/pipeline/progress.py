@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from typing import TypeVar
 
 Item = TypeVar("Item")
 #: Takes the number of items, returns the function to call when one is done.
 Started = Callable[[int], Callable[[], object]]
-PATIENCE_S = 2.0
 
 
 @contextmanager
@@ -37,17 +35,13 @@ def bar(what: str) -> Iterator[Started]:
         yield started
 
 
-def when_slow(items: Sequence[Item], what: str, patience_s: float = PATIENCE_S) -> Iterator[Item]:
-    """Yield the items one by one, with a bar after `patience_s` seconds."""
-    start = time.monotonic()
-    with ExitStack() as stack:
-        advance = None
-        for done, item in enumerate(items):
-            if advance is None and time.monotonic() - start >= patience_s:
-                advance = stack.enter_context(bar(what))(len(items) - done)
+def tracked(items: Sequence[Item], what: str) -> Iterator[Item]:
+    """Yield the items one by one, with a bar."""
+    with bar(what) as started:
+        advance = started(len(items))
+        for item in items:
             yield item
-            if advance is not None:
-                advance()
+            advance()
 
 
 def lines(what: str, parts: int = 10) -> Started:

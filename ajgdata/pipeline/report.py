@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ajgdata.ablations.base import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
@@ -23,10 +25,9 @@ from ajgdata.pipeline.experiments import asked_for, models_of, read_results, wit
 from ajgdata.pipeline.exports import with_tables, write_exports
 from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
-from ajgdata.pipeline.sounds import clips_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
-from ajgdata.report.format import Source
+from ajgdata.report.format import Source, value, with_unit, words
 from ajgdata.report.navigation import Group, experiment_link
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
@@ -41,14 +42,19 @@ from ajgdata.report.report_data import (
     TaskSection,
 )
 from ajgdata.report.study_page import holds
-from ajgdata.store.features import read_labels, read_store, spectra_blocks
-from ajgdata.store.files import json_bytes, read_json, write_bytes
+from ajgdata.store.audio import inspect_audio
+from ajgdata.store.features import Shard, read_labels, read_store, spectra_blocks
+from ajgdata.store.files import json_bytes, read_json, sha256_of, write_bytes
 from ajgdata.store.provenance import software
 from ajgdata.store.report_files import read_experiment_text, read_paper
-from ajgdata.store.sessions import read_dataset
+from ajgdata.store.sessions import read_dataset, recording_paths
 from ajgdata.store.tables import read_tables
-from ajgdata.types import DatasetSpec
+from ajgdata.types import DataError, DatasetSpec
 from ajgdata.types.table import Table
+
+#: Suffix by container, which is how a browser knows them; every one plays these.
+SUFFIXES = {"FLAC": ".flac", "OGG": ".ogg"}
+MAX_CLIPS = 6
 
 
 def build_report(
@@ -277,3 +283,52 @@ def _with_cost(row: PaperComparison, lookup: Lookup) -> PaperComparison:
         if cost is not None:
             return dataclasses.replace(row, cost=cost)
     return row
+
+
+def clips_of(
+    paths: Paths, spec: DatasetSpec, store: Shard, folder: Path, task: str
+) -> tuple[Clip, ...]:
+    """Copy the first recording of each class, or of evenly spaced values, into `folder`.
+
+    There are at most MAX_CLIPS. A recording that is missing or changed since its features were
+    computed is skipped.
+    """
+    settings = spec.task_settings(task)
+    clips = []
+    for row in _chosen(store, settings["target"], settings.get("classes", ())):
+        name = str(store.columns["recording"].values[row])
+        shown = words(value(store.columns[settings["target"]].values[row].item()))
+        if file := _copied(paths, spec.name, store, row, folder):
+            clips.append(Clip(name, with_unit(shown, settings["unit"]), f"{SOUNDS}/{file}"))
+    return tuple(clips)
+
+
+def _chosen(store: Shard, target: str, classes: Sequence[str]) -> list[int]:
+    """Return the row of the first recording, by name, of each of at most MAX_CLIPS values."""
+    if target not in store.columns or not len(store.feature):
+        return []
+    values = store.columns[target].values
+    known = values != "" if values.dtype.kind == "U" else np.isfinite(values)
+    known &= np.isin(values, classes) if classes else True
+    distinct = np.unique(values[known])
+    places = np.linspace(0, len(distinct) - 1, min(MAX_CLIPS, len(distinct))).round().astype(int)
+    names = store.columns["recording"].values
+    rows = (np.flatnonzero(values == distinct[place]) for place in places)
+    return [int(min(some, key=lambda row: names[row])) for some in rows]
+
+
+def _copied(paths: Paths, dataset: str, store: Shard, row: int, folder: Path) -> str:
+    """Copy a recording, byte for byte, and return its name in `folder`; none if it is gone."""
+    session, _, recording = str(store.columns["recording"].values[row]).partition("/")
+    digest = str(store.columns["sha256"].values[row])
+    try:
+        path = recording_paths(paths.session(dataset, session))[recording]
+        suffix = SUFFIXES.get(inspect_audio(path).format, ".wav")
+        sound = path.read_bytes()
+    except (DataError, LookupError, OSError):
+        return ""
+    if sha256_of(sound) != digest:
+        return ""
+    name = f"{dataset}--{digest[:16]}{suffix}"
+    write_bytes(folder / name, sound)
+    return name

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
+
+import pandas as pd
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import models_of
@@ -20,81 +21,77 @@ from ajgdata.store.sessions import list_datasets
 from ajgdata.types import DatasetSpec, left_out
 
 Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurement
+Result = tuple[str, str, str, dict[str, Any]]  #: the key, and what its file says of it
 #: Lines of one sort that are listed; the report has all of them.
 LISTED = 20
 TRAINING = "training"
-#: Between a part that was skipped, as a point of a curve, and its measurement.
-PART_OF = " of "
-
-
-class Data(NamedTuple):
-    """Numbers of used and of excluded recordings of a data set."""
-
-    name: str
-    used: int
-    left_out: int
-
-
-class Skipped(NamedTuple):
-    """Measurements of one task that the data do not allow, for one reason."""
-
-    task: str
-    kinds: tuple[str, ...]
-    reason: str
-    optional: bool
-
-
-@dataclass(frozen=True)
-class RunSummary:
-    """Results of a whole run.
-
-    `rare` are classes that tasks exclude by `min_groups`, with their groups; `agreements` counts
-    the rows of the comparison with the paper by verdict; `cost` is the sum over all jobs.
-    """
-
-    data: tuple[Data, ...]
-    asked: int
-    skipped: tuple[Skipped, ...] = ()
-    rare: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
-    agreements: Mapping[str, int] = field(default_factory=dict)
-    cost: RuleCost | None = None
 
 
 def complete(
     paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key], out: Path
 ) -> None:
-    """Write the summary of a whole run to `out`; if a task was skipped that is not optional, its
-    last line begins with INCOMPLETE."""
-    run = summarise(paths, specs, keys)
-    told = [*lines(paths, run), *skipped_line(run)]
-    write_bytes(out, "".join(f"{line}\n" for line in told).encode())
+    """Write the summary of a whole run to `out`: the measurements `keys`, and the models of their
+    tasks.
+
+    If a task was skipped that is not optional, the last line begins with INCOMPLETE.
+    """
+    results = [(*key, read_json(path)) for *key, path in _results(paths, specs, keys)]
+    skipped = _skipped(specs, results)
+    lines = _data_lines(paths, list(specs))
+    for name, task, _, about in results:
+        if rare := about.get("left_out"):
+            named = ", ".join(f"{label} ({count})" for label, count in rare.items())
+            line = f"left out  of {name}/{task}, classes of fewer groups than min_groups: {named}"
+            lines += [line] if line not in lines else []
+    absent = sum(
+        bool(about.get("skipped")) for *_, kind, about in results if not kind.startswith(TRAINING)
+    )
+    lines.append(f"{many(len(keys), 'measurement')}: {len(keys) - absent} made, {absent} skipped")
+    for word, optional in (("skipped ", False), ("optional", True)):
+        part = skipped[skipped["optional"] == optional].groupby(["task", "reason"], sort=False)
+        lines += _listed(
+            [f"{word}  {task}, {_kinds(list(kinds))}: {why}" for (task, why), kinds in part["kind"]]
+        )
+    if agreements := read_json(paths.runs).get("agreements", {}):
+        lines.append(f"comparison with the paper: {tally_text(agreements)}")
+    if cost := run_cost(paths, list(specs), everything=not paths.run):
+        lines.append(_cost_line(cost[-1]))
+    lines.append(f"report: {paths.report}")
+    lines += _incomplete(list(skipped.loc[~skipped["optional"], "task"].unique()))
+    write_bytes(out, "".join(f"{line}\n" for line in lines).encode())
 
 
-def summarise(paths: Paths, specs: Mapping[str, DatasetSpec], keys: Sequence[Key]) -> RunSummary:
-    """Return the results of the measurements `keys`, and of the models of their tasks."""
-    reasons: dict[tuple[str, str, str], list[str]] = {}
-    rare = {}
-    for name, task, kind, path in _results(paths, specs, keys):
-        about = read_json(path)
-        if reason := about.get("skipped", ""):
-            reasons.setdefault((name, task, str(reason)), []).append(kind)
-        for part, reason in about.get("others", {}).items():
-            reasons.setdefault((name, task, str(reason)), []).append(f"{part}{PART_OF}{kind}")
-        if about.get("left_out"):
-            rare[f"{name}/{task}"] = about["left_out"]
-    skipped = (
-        Skipped(f"{name}/{task}", tuple(kinds), reason, _is_optional(specs[name], task))
-        for (name, task, reason), kinds in reasons.items()
-    )
-    costs = run_cost(paths, list(specs), everything=not paths.run)
-    return RunSummary(
-        data=tuple(_data(paths, name) for name in specs),
-        asked=len(keys),
-        skipped=tuple(skipped),
-        rare=rare,
-        agreements=read_json(paths.runs).get("agreements", {}),
-        cost=costs[-1] if costs else None,
-    )
+def _skipped(specs: Mapping[str, DatasetSpec], results: Sequence[Result]) -> pd.DataFrame:
+    """Return one row per skipped measurement, model or part: task, kind, reason, optional."""
+    rows = []
+    for name, task, kind, about in results:
+        spec = specs[name]
+        optional = (spec.embeddings.get(task) or spec.tasks[task]).optional
+        reasons = {kind: about.get("skipped", "")}
+        reasons |= {f"{part} of {kind}": why for part, why in about.get("others", {}).items()}
+        rows += [
+            (f"{name}/{task}", what, str(why), optional) for what, why in reasons.items() if why
+        ]
+    table = pd.DataFrame(rows, columns=["task", "kind", "reason", "optional"])
+    return table.astype({"optional": bool})
+
+
+def _data_lines(paths: Paths, names: Sequence[str]) -> list[str]:
+    """Return the numbers of used and excluded recordings, and where excluded ones are listed."""
+    used, excluded = 0, {}
+    for name in names:
+        with open_store(paths.features(name)) as store:
+            used += store.sizes["recording"]
+        excluded[name] = len(left_out(read_findings(paths.quarantine(name))))
+    total = f"{many(used, 'recording')} used, {sum(excluded.values())} left out"
+    return [
+        f"{many(len(names), 'data set')}: {total}",
+        *(
+            f"left out  {count} of {name}: {paths.quarantine(name)} says why"
+            for name, count in excluded.items()
+            if count
+        ),
+    ]
 
 
 def _results(
@@ -109,17 +106,6 @@ def _results(
             yield name, task, f"{TRAINING}-{model}", about
 
 
-def _is_optional(spec: DatasetSpec, task: str) -> bool:
-    embeddings = spec.embeddings
-    return embeddings[task].optional if task in embeddings else spec.tasks[task].optional
-
-
-def _data(paths: Paths, name: str) -> Data:
-    with open_store(paths.features(name)) as store:
-        used = store.sizes["recording"]
-    return Data(name, used, len(left_out(read_findings(paths.quarantine(name)))))
-
-
 def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list[RuleCost]:
     """Return the cost by rule of all jobs on `datasets`; with `everything` also of jobs that do not
     belong to a data set, such as studies."""
@@ -130,31 +116,6 @@ def run_cost(paths: Paths, datasets: Sequence[str], *, everything: bool) -> list
         return name in datasets or (everything and name not in others)
 
     return cost_by_rule([job for job in read_benchmarks(paths.benchmarks) if is_included(job)])
-
-
-def lines(paths: Paths, run: RunSummary) -> list[str]:
-    """Return the summary for a console."""
-    used, out = (sum(getattr(one, key) for one in run.data) for key in ("used", "left_out"))
-    told = [f"{many(len(run.data), 'data set')}: {many(used, 'recording')} used, {out} left out"]
-    for one in run.data:
-        if one.left_out:
-            why = f"{paths.quarantine(one.name)} says why"
-            told.append(f"left out  {one.left_out} of {one.name}: {why}")
-    for task, counts in run.rare.items():
-        named = ", ".join(f"{label} ({count})" for label, count in counts.items())
-        told.append(f"left out  of {task}, classes of fewer groups than min_groups: {named}")
-    whole = [k for one in run.skipped for k in one.kinds if PART_OF not in k]
-    skipped = sum(not kind.startswith(TRAINING) for kind in whole)
-    told.append(f"{many(run.asked, 'measurement')}: {run.asked - skipped} made, {skipped} skipped")
-    for word, optional in (("skipped ", False), ("optional", True)):
-        some = [one for one in run.skipped if one.optional is optional]
-        told += _listed([f"{word}  {s.task}, {_kinds(s.kinds)}: {s.reason}" for s in some])
-    if run.agreements:
-        told.append(f"comparison with the paper: {tally_text(run.agreements)}")
-    if run.cost:
-        told.append(_cost_line(run.cost))
-    told.append(f"report: {paths.report}")
-    return told
 
 
 def _cost_line(cost: RuleCost) -> str:
@@ -184,14 +145,12 @@ def _listed(told: list[str]) -> list[str]:
     return told[:LISTED] + more
 
 
-def skipped_line(run: RunSummary) -> list[str]:
-    """Return the last line of a run that skipped tasks which are not optional, if there are any."""
-    tasks = dict.fromkeys(one.task for one in run.skipped if not one.optional)
+def _incomplete(tasks: Sequence[str]) -> list[str]:
+    """Return the last line of a run that skipped these tasks, if there are any."""
     if not tasks:
         return []
-    first, *others = tasks
-    more = f" and {len(others)} more" if others else ""
+    more = f" and {len(tasks) - 1} more" if len(tasks) > 1 else ""
     return [
-        f"{INCOMPLETE} {first}{more} skipped (reasons above), everything else is done; correct the "
-        "data, or declare `optional: true` for the task in dataset.yaml"
+        f"{INCOMPLETE} {tasks[0]}{more} skipped (reasons above), everything else is done; correct "
+        "the data, or declare `optional: true` for the task in dataset.yaml"
     ]

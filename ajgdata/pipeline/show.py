@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ajgdata.gripper import Plan, Scene, SceneError, build_plan, simulate
-from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.object_library import OBJECTS
 from ajgdata.gripper.object_materials import Material
 from ajgdata.gripper.omissions import Part
@@ -47,18 +47,8 @@ def listed(kind: Literal["objects", "grippers"]) -> dict[str, str]:
     return {
         name: f"rim {number(2 * one.rim_radius_mm)} mm across, {number(one.height_mm)} mm high, "
         f"balloon {number(one.balloon_depth_mm)} mm deep, bed {number(one.bed_depth_mm)} mm"
-        + _unlike_default(one)
         for name, one in GRIPPERS.items()
     }
-
-
-def _unlike_default(one: Gripper) -> str:
-    """Return the parts in which a gripper differs from the usual one, besides its sizes."""
-    told = {"rim_radius_mm", "height_mm", "balloon_depth_mm", "bed_depth_mm"}
-    usual = Gripper().model_dump()
-    other = [key for key, size in one.model_dump().items() if size != usual[key]]
-    named = [key.partition("_")[0] for key in other if key not in told]
-    return f"; other {', '.join(dict.fromkeys(named))}" if named else ""
 
 
 def _material(material: str | Material) -> str:

@@ -12,7 +12,6 @@ from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
 from ajgdata.pipeline.importing import common_audio
 from ajgdata.pipeline.label_counts import label_issues
-from ajgdata.pipeline.label_kinds import label_findings
 from ajgdata.pipeline.plan import declaration_problems
 from ajgdata.pipeline.progress import Started
 from ajgdata.pipeline.recordings import (
@@ -89,7 +88,6 @@ def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int,
             if (name := entry.recording_id) not in unusable:
                 label = tuple(table[name].get(target, "") for target in spec.targets)
                 rows.append((f"{session}/{name}", entry.sha256, label))
-    issues += label_findings([one.labels for one in checked], spec.targets)
     issues += label_issues({one.session_id: one.labels for one in checked}, spec)
     if rows:
         issues += copies(*zip(*rows, strict=True)).values()

@@ -111,7 +111,7 @@ def test_the_tutorial(tmp_path, monkeypatch, capfd, bench):
     (recorded,) = (text for command, text in said.items() if command.startswith("ajgdata acquire"))
     assert "mine/soundcard-01: 22 recorded, all grasps are there" in recorded
     assert "22 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate mine"]
-    assert "18 of 18 grasps of 3 objects in 1 sessions; 4 references" in said["ajgdata info mine"]
+    assert "ball 6, bar 6, cube 6" in said["ajgdata info mine"]
     assert said["python docs/examples/make_takes.py takes"].startswith("18 recordings of 3 objects")
     assert "19 recordings checked: 0 errors, 0 warnings" in said["ajgdata validate takes"]
     assert "18 added" in said["ajgdata import takes --dataset earlier"]

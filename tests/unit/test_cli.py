@@ -227,7 +227,6 @@ OPTIONS = {
     "seal": [],
     "acquire": ["--source", "--recipe", "--session", "--cores", "--device", "--yes", "--check"],
     "info": [],
-    "doctor": [],
     "status": [],
 }  # fmt: skip
 

@@ -357,23 +357,6 @@ def test_a_copy_in_another_format_is_named_as_such(ajgdata, folder):
     assert "not used Wood/2.m4a: does not match the pattern" in out
 
 
-@pytest.mark.parametrize(
-    ("cells", "text"),
-    [
-        (["1,000", *(f"{n},500" for n in range(2, 15))], "'1,000', '10,500'"),
-        ([f"{n}mm" for n in range(14)], "'0mm', '10mm'"),
-        ([f"{n} %" for n in range(14)], "'0 %', '1 %'"),
-    ],
-)
-def test_numbers_with_units_or_separators_are_named(ajgdata, folder, cells, text):
-    lines = "".join(f'w{number},"{cell}"\n' for number, cell in enumerate(cells))
-    write_table(folder, "name,form\n" + lines, count=len(cells))
-    out = ajgdata("import", folder, "--dataset", "e", *TABLE)[1]
-    (note,) = [line for line in out.splitlines() if line.startswith("note target form")]
-    assert text in note
-    assert "look like numbers: remove units and thousands separators" in note
-
-
 def test_a_name_too_long_for_a_file_is_one_line(ajgdata, project, folder):
     write(folder, "1_a.wav", "2_b.wav")
     code, _, error = ajgdata("import", folder, "--dataset", "x" * 300)

@@ -17,7 +17,7 @@ from ajgdata.pipeline.run import (
     run,
     with_only,
 )
-from ajgdata.pipeline.run_summary import complete, lines, summarise
+from ajgdata.pipeline.run_summary import complete
 from ajgdata.pipeline.status import workflow_status
 from ajgdata.store.features import write_store
 from ajgdata.store.files import json_bytes, write_bytes
@@ -61,13 +61,18 @@ def paths(tmp_path) -> Paths:
     return made
 
 
+def summary(paths) -> list[str]:
+    complete(paths, {"d": spec()}, KEYS, paths.complete)
+    return paths.complete.read_text().splitlines()
+
+
 def test_everything_that_a_person_needs_to_know(paths):
     for job, memory in (("experiment/d.t.x", 100), ("experiment/other.t.x", 900), ("collect", 10)):
         file = paths.benchmarks / f"{job}.tsv"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(f"s\tcpu_time\tmax_rss\tmax_pss\n60\t30\t{memory}\t{memory}\n")
     write_bytes(paths.dataset("other"), b"name: other\n")
-    assert lines(paths, summarise(paths, {"d": spec()}, KEYS)) == [
+    assert summary(paths)[:-1] == [
         "1 data set: 60 recordings used, 2 left out",
         f"left out  2 of d: {paths.quarantine('d')} says why",
         "left out  of d/t, classes of fewer groups than min_groups: rare (1)",
@@ -82,7 +87,7 @@ def test_everything_that_a_person_needs_to_know(paths):
 
 def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
     write_tables(paths.experiment(*KEYS[-1]), [], others={"9": "a class has 8"})
-    told = lines(paths, summarise(paths, {"d": spec()}, KEYS))
+    told = summary(paths)
     assert "6 measurements: 4 made, 2 skipped" in told  # it was made
     assert "skipped   d/u, 9 of reflected_energy: a class has 8" in told
 
@@ -90,7 +95,7 @@ def test_a_point_of_a_curve_that_was_skipped_is_told_and_wanting(paths):
 def test_many_lines_are_counted(paths):
     skipped = {str(n): f"reason {n}" for n in range(25)}
     write_tables(paths.experiment(*KEYS[-1]), [], others=skipped)
-    told = lines(paths, summarise(paths, {"d": spec()}, KEYS))
+    told = summary(paths)
     assert sum(line.startswith("skipped") for line in told) == 20  # one more is of task t
     assert "          and 6 more" in told
 

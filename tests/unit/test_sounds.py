@@ -3,8 +3,8 @@
 import pytest
 from worlds import write_tone
 
-from ajgdata.pipeline import sounds
-from ajgdata.pipeline.sounds import clips_of
+from ajgdata.pipeline import report
+from ajgdata.pipeline.report import clips_of
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import Recording, Target
 
@@ -49,7 +49,7 @@ def test_the_first_recording_of_each_class_is_copied_unchanged(made, tmp_path):
 
 def test_values_are_spaced_evenly_and_have_a_unit(made, tmp_path, monkeypatch):
     project, spec, store = made
-    monkeypatch.setattr(sounds, "MAX_CLIPS", 2)
+    monkeypatch.setattr(report, "MAX_CLIPS", 2)
     clips = clips_of(project.paths, spec, store, tmp_path, "edge")
     assert [clip.label for clip in clips] == ["500 mm", "1,500 mm"]
 
