@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable, Iterator
-from typing import Annotated, Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -33,12 +34,16 @@ from ajgdata.experiments.base import (
 from ajgdata.models import model_label
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import mark_of
-from ajgdata.report.format import Score, mean_sd, number
+from ajgdata.report.format import Caption, Score, mean_sd, number
 from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 DISTANCE = "distance"
+AXIS_LABELS = {"detected": "unknown, detected", "false_alarm": "known, alarmed"}
 TITLE = "Unlike anything seen"
 #: Of the stated rates, the one that is shown by class.
 SHOWN = 0.05
@@ -290,11 +295,51 @@ def shown_rate(results: TaskResults) -> float:
     return min(results.settings.false_alarms, key=lambda rate: abs(rate - SHOWN))
 
 
+def finding(results: TaskResults) -> str:
+    """Return the share of unknown classes that is detected at the shown rate."""
+    shares, stated = results.results[0].tables["shares"], shown_rate(results)
+    values = ", ".join(
+        f"{number(share_of(shares, judge, stated, 'detected').mean)} % by "
+        f"{label_of(results, judge)}"
+        for judge in judges_of(results)
+    )
+    return f"With {100 * stated:g} % of false alarms, an unknown class is detected in {values}"
+
+
+def figure(results: TaskResults) -> Figure:
+    """Return the shares that raise the alarm against the stated rate: detected, and falsely."""
+    from ajgdata.report.canvas import WIDTH_IN, model_line, new_figure
+    from ajgdata.report.labels import REFERENCES
+
+    subtitle = f"{results.title}: one class left out at a time, mean over the classes"
+    drawn = new_figure((WIDTH_IN, 4.3), finding(results), subtitle, [results.source])
+    shares = results.results[0].tables["shares"]
+    rates = sorted(results.settings.false_alarms)
+    panels = drawn.subplots(1, 2)
+    for axes, metric in zip(panels, ("detected", "false_alarm"), strict=True):
+        for i, judge in enumerate(judges_of(results)):
+            values = [share_of(shares, judge, rate, metric).mean for rate in rates]
+            axes.plot(
+                100 * np.array(rates), values, label=label_of(results, judge), **model_line(i)
+            )
+        axes.set(
+            xlabel="stated false alarms (%)", ylabel=f"{AXIS_LABELS[metric]} (%)", ylim=(0, None)
+        )
+    ends = [0, 100 * rates[-1]]
+    panels[1].plot(ends, ends, label="as stated", **REFERENCES["ideal"])
+    panels[0].legend()
+    return drawn
+
+
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the one figure."""
-    from ajgdata.experiments.drawings.novelty import caption, figure
-
-    return [Illustration(results.named(), caption(results), lambda: figure(results))]
+    caption = Caption(
+        f"{results.title}, {results.source}. Left: recordings of the class that was left out of "
+        "the training. Right: held-out grasps of known classes, which should lie on or below the "
+        "dashed line.",
+        f"{finding(results)}.",
+    )
+    return [Illustration(results.named(), caption, partial(figure, results))]
 
 
 def tables(results: TaskResults) -> Iterator[ShownTable]:
@@ -318,20 +363,20 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     )
     yield ShownTable(caption, heads, tuple(found))
     if nothing := result.tables.get("nothing"):
-        folds = [100 * nothing.numbers(key) for key in ("recognised", "mistaken")]
+        folds = [100 * nothing.numbers(key) for key in NOTHING_COLUMNS if key != "fold"]
         cells = tuple(mean_sd(Score(s.mean(), s.std(ddof=1)), "%") for s in folds)
-        told = "Nothing held: nearer to a recording of the empty gripper than to any grasp."
-        yield ShownTable(told, ("Empty, recognised|", "Held, taken for nothing|"), (cells,))
+        heads = ("Reference, recognised|", "Object, taken for empty|")
+        yield ShownTable("Recognition of the empty gripper.", heads, (cells,))
 
 
 def highlights(results: TaskResults) -> Iterator[Highlight]:
-    """Yield what the distance notices of classes never met, beside what it may alarm falsely."""
+    """Yield the detection rate of unknown classes by distance, and its false alarms."""
     shares, stated = results.results[0].tables["shares"], shown_rate(results)
     marks = (
-        mark_of("ours", "never met", share_of(shares, DISTANCE, stated, "detected")),
+        mark_of("ours", "novel", share_of(shares, DISTANCE, stated, "detected")),
         mark_of("other", "known", share_of(shares, DISTANCE, stated, "false_alarm")),
     )
-    yield Highlight("Never met", "noticed by distance", "%", marks)
+    yield Highlight("Novel objects", "detected by distance", "%", marks)
 
 
 EXPERIMENT = Experiment(
