@@ -122,7 +122,7 @@ def finding(results: TaskResults) -> str:
 def figure(results: TaskResults) -> Figure:
     """Return precision against k, a panel for each gallery."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
-    from ajgdata.report.labels import REFERENCES
+    from ajgdata.report.labels import REFERENCES, add_to_legend
 
     rows = sorted(retrieval_of(results), key=lambda row: row.k)
     subtitle = f"{results.title}: recordings of the same object, mean ± sd over runs"
@@ -135,7 +135,7 @@ def figure(results: TaskResults) -> Figure:
             draw_space(axes, space, [row.k for row in own], [row.score for row in own])
         chance = [row for row in here if row.space == here[0].space]
         x, y = [row.k for row in chance], [100 * row.chance for row in chance]
-        axes.plot(x, y, label="chance", **REFERENCES["chance"])
+        add_to_legend(axes, *axes.plot(x, y, label="chance", **REFERENCES["chance"]), "chance")
         axes.set(title=f"gallery: {gallery} objects", xlabel="k", ylim=(0, None), xticks=x)
     panels[0].set_ylabel("precision at k (%)")
     return drawn

@@ -177,16 +177,15 @@ def test_what_is_doubtful_at_first_is_sorted_at_the_second_look(monkeypatch):
 
 def check_shown(results, expected: list[int]) -> None:
     one = EXPERIMENTS["live_sorting"]
-    plain, scaled = one.figures(results)
+    (plain,) = one.figures(results)
     middle = np.median(expected)
     figure = draw(plain)
-    title = f"sorts {middle:g} new grasps before the first error (paper: 3); by the paper's rule"
+    title = f"sorts {middle:g} of 12 new grasps before the first error (paper: 3); by the paper's"
     assert fits(figure) and title in plain.caption.alt
-    assert {"simulated", "10 grasps", "the paper: 3", "into a wrong bin"} <= set(texts(figure))
-    assert "5 × ball or box" in plain.caption.text and scaled.folded
+    assert {"simulated", "10 grasps", "the paper: 3"} <= set(texts(figure))
     (table,) = one.tables(results)
     assert all(len(row) == len(table.heads) for row in table.rows)
-    assert table.rows[0][4] == "16.7 %" and table.rows[1][-1] == "5 × all sorted"
+    assert table.rows[0][4] == "16.7 %"
     (row,) = one.paper_comparison(results, lambda *_: None)
     assert row.label == "new grasps" and row.marks[0].value == middle
     assert row.marks[0].low <= middle <= row.marks[0].high

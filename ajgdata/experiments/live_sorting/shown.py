@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,25 +14,21 @@ from ajgdata.experiments.sorting import (
     PAPERS_RULE,
     agreement_of_runs,
     run_marks,
+    spread,
     two_results,
 )
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import Mark, PaperComparison
-from ajgdata.report.format import Caption, number, sentence
-from ajgdata.types.table import Table
+from ajgdata.report.format import Caption, number
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: What is told of a distribution of lengths.
 PERCENTILES = (5, 50, 95)
 PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a temperature
-PART_NAMES = {"plain": "probabilities as they are", "scaled": "scaled probabilities"}
 #: Another look is had where it is needed, or at each object.
 NEEDED, ALWAYS = "as needed", "always"
-#: Of pairs that could not be told apart, so many are named.
-MOST_PAIRS = 3
 
 
 class Condition(NamedTuple):
@@ -58,16 +53,6 @@ class Condition(NamedTuple):
         return self.wrong / self.accepted if self.accepted else 0.0
 
 
-class Expected(NamedTuple):
-    """Objects sorted before the first error, predicted from held-out recordings: median, 5th and
-    95th percentile."""
-
-    low: float
-    middle: float
-    high: float
-    accepted: float
-
-
 def conditions_of(result: Result, part: str) -> list[Condition]:
     """Return every condition with one kind of probabilities, the best trained model first."""
     runs = result.tables["runs"].where(part=part)
@@ -80,15 +65,6 @@ def conditions_of(result: Result, part: str) -> list[Condition]:
     return found
 
 
-def expected_of(result: Result, part: str) -> dict[int, Expected]:
-    """Return what is expected of a run with one look, by the number of training grasps."""
-    rows = result.tables["offline"].where(part=part).rows
-    return {
-        row["grasps"]: Expected(row["low"], row["middle"], row["high"], row["accepted"])
-        for row in rows
-    }
-
-
 def needed_of(result: Result, part: str) -> dict[int, list[Condition]]:
     """Return conditions in which looks are had as needed, by training grasps, 1 look first."""
     found: dict[int, list[Condition]] = {}
@@ -98,66 +74,34 @@ def needed_of(result: Result, part: str) -> dict[int, list[Condition]]:
     return found
 
 
-def spread(values: np.ndarray) -> str:
-    """Return `12 (3 to 40)`: median, and the 5th and 95th percentile."""
-    low, middle, high = np.percentile(values, PERCENTILES)
-    return f"{number(middle)} ({number(low)} to {number(high)})"
-
-
-def stops(result: Result, **which: str | int) -> str:
-    """Return why the runs of a condition ended: the two classes that could not be told apart."""
-    runs = result.tables["runs"].where(**which)
-    pairs = Counter(" or ".join(sorted((r["first"], r["second"]))) for r in runs.rows if r["held"])
-    shown = pairs.most_common(MOST_PAIRS)
-    counts = dict(shown)
-    counts["another doubt"] = pairs.total() - sum(counts.values())
-    counts["all sorted"] = len(runs.rows) - pairs.total()
-    return "; ".join(f"{n} × {text}" for text, n in counts.items() if n)
-
-
-def finding(results: TaskResults, result: Result, part: str = PARTS[0]) -> str:
+def finding(results: TaskResults, result: Result) -> str:
     """Return the median of both results of a run with one look, next to the published value."""
-    sizes = needed_of(result, part)
+    sizes = needed_of(result, PARTS[0])
     best = sizes[max(sizes)][0]
-    longest = result.about["placements"]
-    before, ruled = (
-        f"all {longest}" if np.median(one) >= longest else number(float(np.median(one)))
-        for one in (best.before_error, best.sorts)
-    )
+    before, ruled = (number(float(np.median(one))) for one in (best.before_error, best.sorts))
     paper = results.paper
     published = f" (paper: {number(paper.value)})" if paper and paper.value is not None else ""
     return (
-        f"{result.label} sorts {before} new grasps {BEFORE_ERROR}{published}; {PAPERS_RULE} "
-        f"{ruled}, {number(100 * best.wrong_share, 2)} % in a wrong bin"
+        f"{result.label} sorts {before} of {result.about['placements']} new grasps {BEFORE_ERROR}"
+        f"{published}; {PAPERS_RULE} {ruled}, {number(100 * best.wrong_share, 2)} % in a wrong bin"
     )
 
 
-def figure(results: TaskResults, result: Result, part: str) -> Figure:
-    """Return sorts before the first error, and unsorted and wrong objects against time of looks."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-
-    settings = results.settings
-    drawn = new_figure(
-        (WIDTH_IN, 3.8),
-        finding(results, result, part),
-        f"{results.title}: {settings.runs} runs, each until no class has "
-        f"{100 * settings.threshold:g} %; {PART_NAMES[part]}",
-        [results.source],
-    )
-    left, right = drawn.subplots(1, 2)
-    _rows(left, results, result, part)
-    _curves(right, result, part)
-    return drawn
-
-
-def _rows(axes: Axes, results: TaskResults, result: Result, part: str) -> None:
-    """Draw each run, medians by the number of looks, and what was expected of one look."""
+def figure(results: TaskResults, result: Result) -> Figure:
+    """Return each run and the median of sorts before the first error, by the number of looks."""
     from matplotlib.ticker import FuncFormatter
 
-    from ajgdata.report.canvas import line_style
+    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
     from ajgdata.report.labels import label_end, reference_line
 
-    sizes, expected = needed_of(result, part), expected_of(result, part)
+    settings = results.settings
+    subtitle = (
+        f"{results.title}: {settings.runs} runs, each until no class has "
+        f"{100 * settings.threshold:g} %"
+    )
+    drawn = new_figure((WIDTH_IN, 3.8), finding(results, result), subtitle, [results.source])
+    axes = drawn.subplots()
+    sizes = needed_of(result, PARTS[0])
     for n, (grasps, conditions) in enumerate(sizes.items()):
         style, aside = line_style(n), 0.11 * (n - (len(sizes) - 1) / 2)
         x = [one.looks + aside for one in conditions]
@@ -166,159 +110,61 @@ def _rows(axes: Axes, results: TaskResults, result: Result, part: str) -> None:
             faint = {"color": style["color"], "alpha": 0.25, "ms": 3, "lw": 0}
             axes.plot(np.full(len(one.before_error), at), one.before_error, "o", **faint)
         axes.plot(x, y, **style)
-        ruled = [float(np.median(one.sorts)) for one in conditions]
-        axes.plot(x, ruled, "x", color=style["color"], ms=5)
         label_end(axes, x[-1], y[-1], f"{grasps} grasps", str(style["color"]))
-        told, place = expected[grasps], 0.55 + aside
-        hollow = {"color": style["color"], "mfc": "white", "ms": 6, "lw": 1}
-        axes.plot([place, place], [told.low, told.high], color=style["color"], lw=1)
-        axes.plot(place, told.middle, "D", **hollow)
     if (paper := results.paper) is not None and paper.value is not None:
         reference_line(axes, "paper", paper.value, f"the paper: {number(paper.value)}")
-    most = max(one.looks for one in conditions)
     axes.set_yscale("symlog", linthresh=1)
     axes.set_ylim(0, 1.5 * result.about["placements"])
-    axes.set_xticks(
-        [0.55, *range(1, most + 1)], ["expected\nof one", *map(str, range(1, most + 1))]
-    )
+    axes.set_xticks(range(1, settings.looks + 1))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-    axes.set(xlabel="looks at an object, at most", ylabel=f"objects sorted {BEFORE_ERROR}")
-
-
-def _curves(axes: Axes, result: Result, part: str) -> None:
-    """Draw shares that stop a run, and that go into a wrong bin, against added time."""
-    from matplotlib.ticker import FuncFormatter
-
-    from ajgdata.report.canvas import line_style
-    from ajgdata.report.labels import label_point
-
-    ends = []
-    for n, (grasps, conditions) in enumerate(needed_of(result, part).items()):
-        style = line_style(n)
-        x = [one.added_s for one in conditions]
-        stopped = [100 * (1 - one.accepted) for one in conditions]
-        wrong = [100 * one.wrong for one in conditions]
-        axes.plot(x, stopped, **(style | {"ls": "-"}))
-        axes.plot(x, wrong, **(style | {"ls": (0, (2, 1.5)), "mfc": "white"}))
-        ends.append((grasps, x, stopped, wrong, str(style["color"])))
-    grasps, x, stopped, wrong, colour = ends[-1]  # the one that stops most often
-    label_point(axes, x[0], stopped[0], f"nothing sure enough ({grasps} grasps)", colour)
-    label_point(axes, x[-1], wrong[-1], "into a wrong bin", colour)
-    axes.set_yscale("symlog", linthresh=1)
-    axes.set_ylim(-0.1, 100)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
-    axes.set(xlabel="seconds that looks add to a sort", ylabel="share of objects (%)")
-    axes.margins(x=0.12)
-
-
-def caption(results: TaskResults, result: Result, part: str) -> Caption:
-    """Return the caption of `figure`."""
-    settings, sizes = results.settings, needed_of(result, part)
-    expected = expected_of(result, part)
-    listed = "; ".join(
-        f"{grasps} grasps: "
-        + ", ".join(
-            f"{spread(one.before_error)} with {_looks(one.looks)} ({PAPERS_RULE} "
-            f"{spread(one.sorts)}, {number(100 * one.wrong_share, 2)} % in a wrong bin)"
-            for one in conditions
-        )
-        + f"; expected {number(expected[grasps].middle)} with one"
-        for grasps, conditions in sizes.items()
-    )
-    best = sizes[max(sizes)]
-    why = stops(result, part=part, policy=NEEDED, looks=1, grasps=best[0].grasps)
-    count = result.about["placements"]
-    look_s, sort_s = number(settings.look_s), number(settings.sort_s)
-    return Caption(
-        f"{result.label} trained on all grasps of an object or on fewer ({results.source}), and "
-        f"{count} new placements, in {settings.runs} random orders. By the paper's rule a run ends "
-        f"when no class has a probability of {100 * settings.threshold:g} %, or when all are "
-        "sorted, whether right or wrong. Left: objects sorted before the first error, each run and "
-        "the median; crosses: median by the paper's rule; diamonds: prediction from held-out "
-        "recordings, median and 5th to 95th percentile. If no class is probable enough "
-        "the object is grasped again, and the probabilities are multiplied. Right: share of "
-        "placements that stop a run (solid) and that go into a wrong bin (hollow, dashed), from "
-        f"one look on. A look adds {look_s} s to a sort of {sort_s} s, the paper's times. Sorted "
-        f"before the first error, median, 5th to 95th percentile: {listed}. Runs with one look, "
-        f"all grasps, ended by: {why}.",
-        f"{sentence(finding(results, result, part))}. Sorted before the first error: {listed}.",
-    )
-
-
-def _looks(count: int) -> str:
-    return "1 look" if count == 1 else f"{count} looks"
+    axes.set(xlabel="attempts per object, at most", ylabel=f"objects sorted {BEFORE_ERROR}")
+    return drawn
 
 
 def figures(results: TaskResults) -> list[Illustration]:
-    """Return a figure for each model, of probabilities as they are, and scaled (on request)."""
+    """Return a figure for each model."""
+    text = (
+        "Objects sorted before the first error: each run and the median, for models trained on "
+        "all grasps of an object or on fewer. If no class is probable enough, the object is "
+        "grasped again, and the probabilities are multiplied."
+    )
     return [
         Illustration(
-            results.named(one.model, *([part] if folded else [])),
-            caption(results, one, part),
-            partial(figure, results, one, part),
-            folded,
+            results.named(one.model),
+            Caption(f"{one.label}, {results.source}. {text}", f"{finding(results, one)}."),
+            partial(figure, results, one),
         )
         for one in results.results
-        for part, folded in zip(PARTS, ("", "With scaled probabilities"), strict=True)
     ]
 
 
 def tables(results: TaskResults) -> list[ShownTable]:
-    """Return every condition of each model, and the times of its stages."""
+    """Return every condition of each model."""
     heads = (
-        "Trained on", "Probabilities", "Looks", "Accuracy|", "Not sure|", "Wrong bin|",
+        "Trained on", "Probabilities", "Attempts", "Accuracy|", "Not sure|", "Wrong bin|",
         f"Sorted {BEFORE_ERROR}|", f"Sorted {PAPERS_RULE}|", "Added, s|", "A sort, s|",
-        "Runs ended by",
     )  # fmt: skip
-    shown = []
-    for result in results.results:
-        rows = tuple(
-            _line(result, part, one) for part in PARTS for one in conditions_of(result, part)
-        )
-        told = (
+    return [
+        ShownTable(
             f"{result.label}: shares of {result.about['placements']} new placements; objects "
-            f"sorted in {results.settings.runs} runs, median, 5th to 95th percentile. "
-            f"{_expectation(result)} {_measured(result.cost['scores'])}"
+            f"sorted in {results.settings.runs} runs, median, 5th to 95th percentile.",
+            heads,
+            tuple(_line(part, one) for part in PARTS for one in conditions_of(result, part)),
+            folded="Every condition",
         )
-        shown.append(ShownTable(told, heads, rows, folded="Every condition, and why runs ended"))
-    return shown
+        for result in results.results
+    ]
 
 
-def _line(result: Result, part: str, one: Condition) -> tuple[str, ...]:
-    which: dict[str, Any] = {"part": part, "policy": one.policy, "looks": one.looks}
-    looks = "1" if one.looks == 1 else f"{one.looks}, {one.policy}"
+def _line(part: str, one: Condition) -> tuple[str, ...]:
     shares = (one.accuracy, 1 - one.accepted, one.wrong)
     return (
-        f"{one.grasps} grasps", "as they are" if part == "plain" else "scaled", looks,
+        f"{one.grasps} grasps", "as they are" if part == "plain" else part,
+        "1" if one.looks == 1 else f"{one.looks}, {one.policy}",
         *(f"{number(100 * share)} %" for share in shares),
         spread(one.before_error), spread(one.sorts), number(one.added_s),
-        number(float(np.median(one.sort_s))), stops(result, grasps=one.grasps, **which),
+        number(float(np.median(one.sort_s))),
     )  # fmt: skip
-
-
-def _expectation(result: Result) -> str:
-    """Return the prediction from held-out recordings, in a sentence."""
-    listed = [
-        f"{number(one.middle)} ({number(one.low)} to {number(one.high)}) for {grasps} grasps, "
-        f"{number(100 * one.accepted)} % of whose recordings are accepted"
-        for grasps, one in expected_of(result, PARTS[0]).items()
-    ]
-    return (
-        f"Expected {BEFORE_ERROR}, with one look and probabilities as they are: "
-        f"{'; '.join(listed)}."
-    )
-
-
-def _measured(cost: Table) -> str:
-    """Return the times of the stages from a sound to a decision, in a sentence."""
-
-    def ms(stage: str, statistic: str) -> str:
-        value = cost.where(metric=f"{stage}_s", statistic=statistic).numbers("value")[0]
-        return number(1e3 * float(value), 2)
-
-    stages = ("feature", "model", "decide")
-    told = ", ".join(f"{s} {ms(s, 'median')} ({ms(s, 'p99')})" for s in stages)
-    return f"From a recording to a decision, ms, median (99 %): {told}."
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
