@@ -160,17 +160,3 @@ def run_in_order(looked: Looked, label: np.ndarray, order: Iterable[int]) -> Liv
         looks=int(looked.looks[rows[: sorts + 1]].sum()),
         stopped_at=int(rows[sorts]) if len(stops) else None,
     )
-
-
-def expected_lengths(
-    share: float, longest: int, percentiles: Iterable[float]
-) -> tuple[float, list[float]]:
-    """Return the mean of a run's length and its `percentiles`, where each object is accepted with
-    probability `share`, whatever came before, and a run ends at `longest` at the latest.
-
-    Geometric: P(length >= n) = share^n up to `longest`, whose sum over n from 1 is the mean.
-    """
-    least = share ** np.arange(1, longest + 1)
-    reached = np.append(1 - least, 1.0)  # P(length <= n) for n = 0 ... longest
-    found = (int(np.argmax(reached >= one / 100)) for one in percentiles)
-    return float(least.sum()), [float(one) for one in found]

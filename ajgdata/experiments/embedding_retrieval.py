@@ -135,7 +135,8 @@ def figure(results: TaskResults) -> Figure:
             draw_space(axes, space, [row.k for row in own], [row.score for row in own])
         chance = [row for row in here if row.space == here[0].space]
         x, y = [row.k for row in chance], [100 * row.chance for row in chance]
-        add_to_legend(axes, *axes.plot(x, y, label="chance", **REFERENCES["chance"]), "chance")
+        (line,) = axes.plot(x, y, label="chance", **REFERENCES["chance"])
+        add_to_legend(axes, line, "chance")
         axes.set(title=f"gallery: {gallery} objects", xlabel="k", ylim=(0, None), xticks=x)
     panels[0].set_ylabel("precision at k (%)")
     return drawn

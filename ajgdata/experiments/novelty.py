@@ -365,8 +365,8 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     if nothing := result.tables.get("nothing"):
         folds = [100 * nothing.numbers(key) for key in NOTHING_COLUMNS if key != "fold"]
         cells = tuple(mean_sd(Score(s.mean(), s.std(ddof=1)), "%") for s in folds)
-        heads = ("Reference, recognised|", "Object, taken for empty|")
-        yield ShownTable("Recognition of the empty gripper.", heads, (cells,))
+        empty_heads = ("Reference, recognised|", "Object, taken for empty|")
+        yield ShownTable("Recognition of the empty gripper.", empty_heads, (cells,))
 
 
 def highlights(results: TaskResults) -> Iterator[Highlight]:

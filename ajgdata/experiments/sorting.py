@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,7 +22,7 @@ from ajgdata.experiments.base import (
 )
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import Mark, PaperComparison, mark_of
-from ajgdata.report.format import Caption, Score, number, sentence, with_unit
+from ajgdata.report.format import Caption, Score, number, with_unit
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import ModelName, Strict
@@ -141,7 +140,7 @@ def _part(result: Result, name: str) -> SortingPart:
         return float(scores.where(part=part, metric=metric).numbers("value")[0])
 
     return SortingPart(
-        label="as they are" if name == "plain" else _scaled_label(result),
+        label="as they are" if name == "plain" else name,
         confidence=bins.numbers("confidence"),
         right=bins.numbers("accuracy"),
         accuracy=score(f"sorting, {name}", "accuracy"),
@@ -151,17 +150,6 @@ def _part(result: Result, name: str) -> SortingPart:
         before_error=runs.numbers("before_error"),
         sorts=runs.numbers("sorts"),
     )
-
-
-def _scaled_label(result: Result) -> str:
-    from ajgdata.evaluate.calibration import TEMPERATURES
-
-    temperatures = result.about["temperatures"]
-    middle = float(np.median(temperatures))
-    # where all grasps are told apart no temperature is too low
-    at_end = sum(any(math.isclose(t, e, rel_tol=1e-3) for e in TEMPERATURES) for t in temperatures)
-    ended = f", in {at_end} of {len(temperatures)} folds at the end of the search" if at_end else ""
-    return f"scaled, temperature {middle:.2g}{ended}"
 
 
 def spread(values: np.ndarray) -> str:
@@ -235,33 +223,19 @@ def _share_of_runs(axes: Axes, part: SortingPart, colour: str, dashes: Any) -> N
     label_point(axes, quarter, 0.75, part.label.partition(",")[0], colour)
 
 
-def caption(results: TaskResults, result: Result) -> Caption:
-    """Return the caption of `figure`."""
-    parts, settings = parts_of(result), results.settings
-    listed = "; ".join(
-        f"{part.label}: {spread(part.before_error)} sorted {BEFORE_ERROR}, {spread(part.sorts)} "
-        f"{PAPERS_RULE} with {number(100 * part.wrong_share, 2)} % in a wrong bin, calibration "
-        f"error {number(part.calibration_error, 2)}, {number(100 * part.accepted_share)} % accepted"
-        for part in parts
-    )
-    paper = f" The paper, live: {results.paper.text}." if results.paper else ""
-    ended = [int(np.sum(part.sorts >= LONGEST_RUN)) for part in parts]
-    return Caption(
-        f"{result.label} trained on {', '.join(result.about['objects'])} alone "
-        f"({results.source}). Left: are predictions right as often as they are sure? The "
-        f"temperature is found on grasps held out of each fold's training part. Right: "
-        f"{len(parts[0].sorts)} simulated runs on held-out grasps in random order; thick lines: "
-        "objects sorted before the first error, thin lines: objects sorted by the paper's rule, "
-        f"until no class has a probability of {100 * settings.threshold:g} %. A run ends after "
-        f"{LONGEST_RUN:,} objects ({' and '.join(map(str, ended))} did).{paper}",
-        f"{sentence(finding(results, result))}. Reliability and lengths of runs: {listed}.",
-    )
-
-
 def figures(results: TaskResults) -> list[Illustration]:
     """Return a figure for each model that sorts."""
+    text = (
+        "Left: share of correct predictions by probability. Right: share of simulated runs on "
+        "held-out grasps that reach a length; thick: objects sorted before the first error, thin: "
+        f"by the paper's rule. A run ends after {LONGEST_RUN:,} objects."
+    )
     return [
-        Illustration(results.named(one.model), caption(results, one), partial(figure, results, one))
+        Illustration(
+            results.named(one.model),
+            Caption(f"{one.label}, {results.source}. {text}", f"{finding(results, one)}."),
+            partial(figure, results, one),
+        )
         for one in results.results
     ]
 

@@ -187,18 +187,6 @@ def test_a_table_of_sorting_has_percentiles_of_the_runs():
     assert spread(np.arange(101)) == "50 (5 to 95)"
 
 
-def test_a_caption_says_which_runs_did_not_end_by_themselves():
-    capped = sorting_results(np.array([3, LONGEST_RUN, LONGEST_RUN]))
-    assert "A run ends after 1,000 objects (0 and 2 did)" in shown(capped)[1].text
-
-
-def test_a_temperature_at_the_end_of_the_search_is_told():
-    results = sorting_results(temperatures=(0.05000002, 0.436, 19.9999))
-    label = parts_of(results.results[0])[1].label
-    assert label == "scaled, temperature 0.44, in 2 of 3 folds at the end of the search"
-    assert parts_of(sorting_results(temperatures=[0.9]).results[0])[1].label.endswith(" 0.9")
-
-
 @pytest.mark.parametrize(("paper", "agrees"), [(39, "inconclusive"), (1, "better"), (60, "worse")])
 def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(paper, agrees):
     (row,) = EXPERIMENTS["sorting"].paper_comparison(sorting_results(paper=paper), nothing)

@@ -6,7 +6,6 @@ import pytest
 from ajgdata.evaluate.sorting import (
     Looked,
     combined,
-    expected_lengths,
     look,
     orders,
     run_in_order,
@@ -56,18 +55,3 @@ def test_orders_are_permutations_that_a_seed_decides():
     assert len({tuple(order) for order in first}) == 3
     again = orders(30, 4, 7)
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=False))
-
-
-def test_expected_lengths_are_those_of_many_random_orders():
-    mean, (low, middle, high) = expected_lengths(0.9, 10_000, (5, 50, 95))
-    assert mean == pytest.approx(9.0)  # q / (1 - q)
-    # P(length <= n) = 1 - 0.9^(n + 1): 0.1 at 0; 0.4686 at 5, 0.5217 at 6;
-    # 0.9477 at 27, 0.9529 at 28
-    assert (low, middle, high) == (0, 6, 28)
-    # 100 placements of which a tenth stops: without replacement a little longer, 90 / 11
-    looked = Looked(np.repeat([0, -1], [90, 10]), np.ones(100, int), np.zeros((100, 1)))
-    sorts = [run_in_order(looked, np.zeros(100), o).sorts for o in orders(100, 4000, 0)]
-    deviation = 8.2 / np.sqrt(4000)  # geometric: about its mean
-    assert np.mean(sorts) == pytest.approx(90 / 11, abs=4 * deviation)
-    assert expected_lengths(1.0, 40, (5, 95)) == (40.0, [40.0, 40.0])
-    assert expected_lengths(0.0, 40, (50,)) == (0.0, [0.0])

@@ -17,7 +17,6 @@ from ajgdata.experiments.live_sorting.shown import (
     ALWAYS,
     NEEDED,
     PARTS,
-    PERCENTILES,
     figures,
     paper_comparison,
     tables,
@@ -78,9 +77,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
         for told, ran in _sorted(inputs, settings, one, feature, label, clock):
             conditions.append(told)
             runs += ran
-    offline = [row for one in made for row in _expected(settings, one, len(label))]
     return Outcome(
-        _tables(model, conditions, runs, offline),
+        _tables(model, conditions, runs),
         (score_table(clock.rows(model), "Live sorting"),),
         about={
             "temperatures": {str(one.grasps): one.temperature for one in made},
@@ -204,35 +202,13 @@ def _runs(
         yield row | stop
 
 
-def _expected(settings: Settings, trained: Trained, longest: int) -> Iterator[Row]:
-    """Yield the length of a run with one look that held-out recordings predict.
-
-    A run goes on while an object is accepted and correctly classified.
-    """
-    from ajgdata.evaluate.calibration import with_temperature
-    from ajgdata.evaluate.sorting import accepted, decisions, expected_lengths
-
-    plain, label = trained.held_out, trained.label
-    both = plain, with_temperature(plain, trained.temperature)
-    for name, probability in zip(PARTS, both, strict=True):
-        passed = accepted(decisions(probability, settings.threshold), label)
-        correct = passed.share * passed.accuracy if passed.share else 0.0
-        mean, percentiles = expected_lengths(correct, longest, PERCENTILES)
-        row: Row = {"grasps": trained.grasps, "part": name, "recordings": len(label)}
-        row["accuracy"] = np.mean(probability.argmax(axis=1) == label)
-        row |= {"accepted": passed.share, "right": passed.accuracy, "mean": mean}
-        yield row | dict(zip(("low", "middle", "high"), percentiles, strict=True))
-
-
 def part_name(row: Row) -> str:
     """Return grasps, probabilities and looks in words, as parts of scores are named."""
     looks = "1 look" if row["looks"] == 1 else f"{row['looks']} looks {row['policy']}"
     return f"live sorting, {row['grasps']} grasps, {row['part']}, {looks}"
 
 
-def _tables(
-    model: str, conditions: list[Row], runs: list[Row], offline: list[Row]
-) -> tuple[Table, ...]:
+def _tables(model: str, conditions: list[Row], runs: list[Row]) -> tuple[Table, ...]:
     scores: list[tuple[str, str, str, str, float]] = []
     for one in conditions:
         part = part_name(one)
@@ -251,16 +227,12 @@ def _tables(
     ran |= {"sort_s": "A sort, s", "held": "Held at the stop"}
     ran |= {"first": "Most probable", "first_p": "Its probability"}
     ran |= {"second": "Next", "second_p": "Probability of the next"}
-    lengths = {"mean": "Before the first error", "low": "5 %", "middle": "Median", "high": "95 %"}
-    lengths = {"recordings": "Recordings"} | shares | lengths
-    title = "Expected of recordings held out"
     return (
         score_table(scores, "Live sorting"),
         table_of(
             "conditions", "Decisions on new placements", conditions, **which, **shares, **told
         ),
         table_of("runs", "Runs", runs, **which, **ran),
-        table_of("offline", title, offline, **of, **lengths),
     )
 
 

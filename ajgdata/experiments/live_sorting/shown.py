@@ -24,8 +24,6 @@ from ajgdata.report.format import Caption, number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: What is told of a distribution of lengths.
-PERCENTILES = (5, 50, 95)
 PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a temperature
 #: Another look is had where it is needed, or at each object.
 NEEDED, ALWAYS = "as needed", "always"

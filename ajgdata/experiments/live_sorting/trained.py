@@ -16,17 +16,12 @@ from ajgdata.types import NotPossibleError
 
 
 class Trained(NamedTuple):
-    """A model in use, and what it says of its recordings (n, n_classes) while they are held out.
-
-    `grasps` is how many of each class it was trained on at least, `label` (n,) the class numbers.
-    """
+    """A model in use with its temperature; `grasps`: the fewest training grasps of a class."""
 
     grasps: int
     classes: np.ndarray
     fitted: Any
     temperature: float
-    held_out: np.ndarray
-    label: np.ndarray
 
     def probabilities(self, feature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return probabilities (n, n_classes) of features (n, bins): as they are, and scaled."""
@@ -60,7 +55,7 @@ def trained(
         )
         fitted = fit_named_model(model, "classification", x, y, group, seed=seed, limits=limits)
     found = temperature_in_use(held_out, label, group)
-    return Trained(fewest, classes, fitted, found, held_out, label)
+    return Trained(fewest, classes, fitted, found)
 
 
 def _drawn(data: TaskData, grasps: int | None, seed: int) -> np.ndarray:
