@@ -25,7 +25,6 @@ from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import Mark, PaperComparison, holds, mark_of
 from ajgdata.report.format import Caption, Score, mean_sd, number, words
-from ajgdata.report.projections import category_colours
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
@@ -42,8 +41,13 @@ TITLE = "Embedding: distances"
 ALL, DIFFERENT = "all", "different things"
 #: What the paper says of its categories: these lie together, this one is spread widely.
 TOGETHER, SPREAD = ("spherical", "cylindrical"), "other"
-#: Light to dark: near things are dark.
-SHADES = "Blues_r"
+#: Figures, and the pairs that they show.
+PAIRS = {
+    "categories": "categories",
+    "different": "categories, different objects only",
+    "objects": "objects",
+}
+MOST_NUMBERS = 5  #: matrices of more names show no numbers
 _PARTS = {ALL: "distances", DIFFERENT: "distances, other objects"}
 
 
@@ -73,15 +77,13 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         rows = list(_pairs(runs, data.instance, objects, data.grasp))
         by_object += ({"space": space, **row} for row in rows)
         scores += _scores(space, "distances, objects", rows, of_runs=False)
-    members = ({"object": o, "category": category[data.instance == o][0]} for o in objects)
     columns = {"space": "Space", "first": "First", "second": "Second"}
     runs_of_pairs = {"pairs": "Pairs", **columns, "run": "Run", "distance": "Distance"}
     of_objects = {**columns, "mean": "Mean distance", "sd": "Deviation over runs"}
     tables = (
         score_table(scores, TITLE),
         table_of("categories", f"{TITLE} of categories", by_category, **runs_of_pairs),
-        table_of("objects", f"{TITLE} of things", by_object, **of_objects),
-        table_of("members", "Things", members, object="Thing", category="Category"),
+        table_of("objects", f"{TITLE} of objects", by_object, **of_objects),
     )
     return Outcome(tables, about={"dimension": settings.shown})
 
@@ -126,7 +128,6 @@ class Distances:
     runs: Real
     different: Real
     objects: tuple[str, ...]
-    object_category: tuple[str, ...]
     object_mean: Real
 
     @property
@@ -171,8 +172,7 @@ def mean_sd_of(runs: Real) -> tuple[Real, Real]:
 def distances_of(results: TaskResults) -> list[Distances]:
     """Return the distances in each space, in alphabetical order."""
     tables = results.results[0].tables
-    members = tables["members"]
-    objects, category = (tuple(map(str, members.column(k))) for k in ("object", "category"))
+    objects = tuple(map(str, dict.fromkeys(tables["objects"].column("first"))))
     found = []
     for space, table in sorted(tables["categories"].parted("space").items()):
         names = tuple(map(str, dict.fromkeys(table.column("first"))))
@@ -181,7 +181,7 @@ def distances_of(results: TaskResults) -> list[Distances]:
             for part in (table.where(pairs=ALL), table.where(pairs=DIFFERENT))
         )
         of_objects = _matrix_of(tables["objects"].where(space=space), objects, "mean")
-        found.append(Distances(space, names, every, different, objects, category, of_objects))
+        found.append(Distances(space, names, every, different, objects, of_objects))
     return found
 
 
@@ -194,166 +194,55 @@ def _matrix_of(table: Table, names: Sequence[str], key: str) -> Real:
     return matrix
 
 
-def category_finding(results: TaskResults) -> str:
-    """Return of each space how many categories lie nearer within than to others."""
-    told = []
-    for one in distances_of(results):
-        apart = one.apart()
-        told.append(f"{sum(apart.values())} of {len(apart)} in {space_name(one.space)}")
-    return f"Categories whose members lie nearer to one another than to others: {', '.join(told)}"
+def finding(results: TaskResults) -> str:
+    """Return in each space how many categories are nearer within than to others."""
+    counts = ", ".join(
+        f"{sum(one.apart().values())} of {len(one.categories)} in {space_name(one.space)}"
+        for one in distances_of(results)
+    )
+    return f"Categories whose members lie nearer to one another than to others: {counts}"
 
 
-def object_finding(one: Distances) -> str:
-    """Return which two things lie nearest to one another in a space."""
-    between = np.where(np.eye(len(one.objects), dtype=bool), np.nan, one.object_mean)
-    if not np.isfinite(between).any():
-        return f"One thing in {space_name(one.space)}"
-    i, j = np.unravel_index(int(np.nanargmin(between)), between.shape)
-    pair = " and ".join(sorted(words(one.objects[k]) for k in (int(i), int(j))))
-    return f"Nearest of different things in {space_name(one.space)}: {pair}"
-
-
-def category_figure(results: TaskResults) -> Figure:
-    """Return a matrix of categories for each space (columns), of all pairs and different things."""
+def figure(results: TaskResults, part: str) -> Figure:
+    """Return a matrix for each space: of `part` "categories", "different" or "objects"."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     spaces = distances_of(results)
-    side = max(1.9, 0.72 * len(spaces[0].categories))
-    drawn = new_figure(
-        (WIDTH_IN, 2 * side + 2.1),
-        category_finding(results),
-        f"{results.title}: mean distance of validation pairs of different grasps ± sd over runs; "
-        "dark: near",
-        [results.source],
-    )
-    panels = drawn.subplots(2, len(spaces), squeeze=False)
-    for column, one in enumerate(spaces):
-        _matrix(panels[0, column], one.categories, one.runs)
-        panels[0, column].set_title(f"{space_name(one.space)}: all pairs")
-        _matrix(panels[1, column], one.categories, one.different)
-        panels[1, column].set_title(f"{space_name(one.space)}: different things only")
+    count = len(spaces[0].objects if part == "objects" else spaces[0].categories)
+    subtitle = f"{results.title}: mean distance of validation pairs of different grasps"
+    size_in = WIDTH_IN, 2.2 + max(2.0, 0.2 * count)
+    drawn = new_figure(size_in, finding(results), subtitle, [results.source])
+    for axes, one in zip(drawn.subplots(1, len(spaces), squeeze=False)[0], spaces, strict=True):
+        names = one.objects if part == "objects" else one.categories
+        runs = {"categories": one.runs, "different": one.different}.get(part)
+        _matrix(axes, names, one.object_mean[np.newaxis] if runs is None else runs)
+        axes.set_title(space_name(one.space))
     return drawn
 
 
 def _matrix(axes: Axes, names: Sequence[str], runs: Real) -> None:
-    """Draw cells with their numbers; a cell without pairs is left white."""
+    """Draw a matrix, with its numbers if there are few; a cell without pairs is white."""
     mean, sd = mean_sd_of(runs)
     largest = float(np.nanmax(mean)) if np.isfinite(mean).any() else 1.0
-    axes.imshow(mean, cmap=SHADES, vmin=0, vmax=1.15 * (largest or 1.0))
+    axes.imshow(mean, cmap="Blues_r", vmin=0, vmax=1.15 * (largest or 1.0), aspect="auto")
     axes.grid(False)
-    axes.spines[:].set_visible(False)
-    axes.set_xticks(range(len(names)), [words(name) for name in names])
+    axes.set_xticks(range(len(names)), [words(name) for name in names], rotation=90)
     axes.set_yticks(range(len(names)), [words(name) for name in names])
-    for (row, column), value in np.ndenumerate(mean):
-        dark = np.isfinite(value) and value < 0.55 * largest
+    for (row, column), value in np.ndenumerate(mean if len(names) <= MOST_NUMBERS else mean[:0]):
         text = mean_sd(Score(float(value), float(sd[row, column]))).replace(" ± ", "\n± ")
-        axes.text(
-            column, row, text, ha="center", va="center", fontsize=8,
-            fontweight="bold" if row == column else "normal",
-            color="white" if dark else "#222222",
-        )  # fmt: skip
-
-
-def object_figure(results: TaskResults, one: Distances) -> Figure:
-    """Return the matrix of things in the order of the tree beside it, coloured by category."""
-    from scipy.cluster.hierarchy import dendrogram
-
-    from ajgdata.report.canvas import GREY, new_figure
-    from ajgdata.report.labels import width_in
-
-    n, order = len(one.objects), leaves(one)
-    label = max(width_in(words(name), 8) for name in one.objects)
-    side = max(2.0, 0.2 * n)
-    subtitle = f"{results.title}: mean distance of validation pairs of different grasps; dark: near"
-    size_in = side + label + 3.0, side + label + 1.1
-    drawn = new_figure(size_in, object_finding(one), subtitle, [results.source])
-    branches, axes = drawn.subplots(1, 2, width_ratios=[1.2, side])
-    branches.set_axis_off()
-    if n > 1:
-        dendrogram(
-            links(one),
-            ax=branches,
-            orientation="left",
-            no_labels=True,
-            color_threshold=0,
-            above_threshold_color=GREY,
-        )
-        branches.invert_yaxis()
-    image = axes.imshow(one.object_mean[np.ix_(order, order)], cmap=SHADES, aspect="auto")
-    axes.grid(False)
-    axes.spines[:].set_visible(False)
-    names = [words(one.objects[i]) for i in order]
-    axes.set_xticks(range(n), names, rotation=90)
-    axes.set_yticks(range(n), names)
-    axes.tick_params(length=0)
-    colours = category_colours(one.object_category)
-    for axis in (axes.xaxis, axes.yaxis):
-        for i, text in zip(order, axis.get_ticklabels(), strict=True):
-            text.set_color(colours[one.object_category[i]])
-    bar = drawn.colorbar(image, ax=axes, label="distance", pad=0.02, shrink=0.8)
-    bar.outline.set_visible(False)
-    return drawn
-
-
-def links(one: Distances) -> Real:
-    """Return scipy's average linkage of the things; unknown distances count as the largest."""
-    from scipy.cluster.hierarchy import linkage
-    from scipy.spatial.distance import squareform
-
-    condensed = squareform((one.object_mean + one.object_mean.T) / 2, checks=False)
-    known = condensed[np.isfinite(condensed)]
-    largest = known.max() if len(known) else 1.0
-    return linkage(np.nan_to_num(condensed, nan=largest), "average", optimal_ordering=True)
-
-
-def leaves(one: Distances) -> list[int]:
-    """Return the things in the order of the tree, which puts near ones side by side."""
-    from scipy.cluster.hierarchy import leaves_list
-
-    return leaves_list(links(one)).tolist() if len(one.objects) > 1 else [0]
-
-
-def category_caption(results: TaskResults) -> Caption:
-    """Return the caption of `category_figure`."""
-    told = "; ".join(f"{space_name(one.space)}: {apart_text(one)}" for one in distances_of(results))
-    return Caption(
-        "Rows and columns are categories; the diagonal (bold) is within a category. "
-        "Top: pairs of different grasps, of the same thing or not. Bottom: pairs of different "
-        f"things only. Spaces have units of their own. {told}.",
-        f"{category_finding(results)}. Mean distances: {told}.",
-    )
-
-
-def apart_text(one: Distances) -> str:
-    """Return of each category the distance within it against that between it and others."""
-    return ", ".join(
-        f"{words(name)} {number(one.mean[i, i])} within "
-        f"{'<' if apart else 'not <'} {number(one.between(i))} between"
-        for i, (name, apart) in enumerate(one.apart().items())
-        if math.isfinite(one.between(i))
-    )
-
-
-def object_caption(one: Distances) -> Caption:
-    """Return the caption of `object_figure`."""
-    names = [words(one.objects[i]) for i in leaves(one)]
-    return Caption(
-        "Dark: near. The diagonal is the distance between different grasps of one "
-        "thing. The tree joins what is nearest on average (average linkage). Names have the "
-        "colour of their category.",
-        f"{object_finding(one)}. Distance matrix of {len(names)} objects with a "
-        "dendrogram, in its order: "
-        f"{', '.join(names)}.",
-    )
+        colour = "white" if value < 0.55 * largest else "#222222"
+        axes.text(column, row, text, ha="center", va="center", fontsize=8, color=colour)
 
 
 def figures(results: TaskResults) -> Iterator[Illustration]:
-    """Yield the figure of categories, then one of things for each space."""
-    draw = partial(category_figure, results)
-    yield illustration(results, "categories", category_caption(results), draw)
-    for one in distances_of(results):
-        draw = partial(object_figure, results, one)
-        yield illustration(results, f"objects-{one.space}", object_caption(one), draw)
+    """Yield the matrices of categories, of categories without equal objects, and of objects."""
+    for part, pairs in PAIRS.items():
+        caption = Caption(
+            f"Mean distance of pairs of {pairs} (dark: near; ± sd over runs; the diagonal is "
+            "within one name). Each space has its own unit.",
+            f"{finding(results)}. Distance matrices of {pairs}.",
+        )
+        yield illustration(results, part, caption, partial(figure, results, part))
 
 
 def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComparison]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import Interval, compare
 from ajgdata.experiments.base import (
-    SCORES,
     Experiment,
     Inputs,
     Lookup,
@@ -23,7 +22,6 @@ from ajgdata.experiments.embedding import (
     by_run,
     draw_space,
     illustration,
-    look,
     run_scores,
     scores_by,
     settings_table,
@@ -38,15 +36,12 @@ from ajgdata.types import Embedding
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 NAME = "embedding_knn"
 TITLE = "Embedding: nearest neighbours"
 TRAINING = "cost of training"  #: part of the scores of what training all encoders cost
 TIMES = ("fit_s", "transform_s", "query_s")
-#: A time measured as zero has no place on a log axis.
-SHORTEST = 1e-4
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -129,11 +124,6 @@ class Neighbours(NamedTuple):
     ask_s: float
     recordings: float
 
-    @property
-    def seconds(self) -> float:
-        """Return the time of all of one fold."""
-        return self.fit_s + self.ask_s
-
 
 def neighbours_of(results: TaskResults, space: str = "") -> list[Neighbours]:
     """Return k-NN in every space, or in one of them by rising dimension."""
@@ -163,143 +153,47 @@ def accuracy_range(results: TaskResults, space: str) -> str:
     return f"{low if low == high else f'{low} to {high}'} %"
 
 
-def dimensions_of(rows: Sequence[Neighbours]) -> list[int]:
-    """Return the distinct dimensions in rising order."""
-    return sorted({row.dimension for row in rows if row.dimension})
-
-
 def finding(results: TaskResults) -> str:
     """Return the accuracy of k-NN on the latent and on raw features."""
     latent, raw = at_shown(results, "latent"), at_shown(results, "raw")
     chance = number(100 * results.results[0].about["chance"])
     return (
-        f"k-NN reaches {_percent(latent)} on a latent of {latent.dimension} dimensions, "
-        f"{_percent(raw)} on raw features (chance {chance} %)"
+        f"k-NN reaches {mean_sd(latent.score, '%', 100)} on a latent of {latent.dimension} "
+        f"dimensions, {mean_sd(raw.score, '%', 100)} on raw features (chance {chance} %)"
     )
-
-
-def _percent(row: Neighbours) -> str:
-    return mean_sd(row.score, "%", 100)
 
 
 def figure(results: TaskResults) -> Figure:
-    """Return the accuracy of k-NN against the dimension, and against the time of one fold."""
-    from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
-
+    """Return the accuracy of k-NN against the dimension of the space."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
-    from ajgdata.report.labels import REFERENCES, reference_line
+    from ajgdata.report.labels import reference_line
 
     rows = neighbours_of(results)
-    drawn = new_figure(
-        (WIDTH_IN, 3.9),
-        finding(results),
-        f"{results.title}: validation accuracy, mean ± sd over folds and initialisations; grey "
-        "line: beaten by nothing in both accuracy and time",
-        [results.source],
-    )
-    left, right = drawn.subplots(1, 2, sharey=True)
+    subtitle = f"{results.title}: validation accuracy, mean ± sd over folds and initialisations"
+    drawn = new_figure((WIDTH_IN, 3.9), finding(results), subtitle, [results.source])
+    axes = drawn.subplots()
+    dimensions = sorted({row.dimension for row in rows if row.dimension})
     for space in ordered([row.space for row in rows]):
-        _against_dimension(left, neighbours_of(results, space))
-        _against_time(right, neighbours_of(results, space), results.settings.shown)
-    _front(right, rows)
-    chance = 100 * results.results[0].about["chance"]
-    reference_line(left, "chance", chance, "chance")
-    right.axhline(chance, label="chance", **REFERENCES["chance"])
-    for axes in (left, right):
-        axes.set_xscale("log")
-        axes.margins(x=0.1)
-        axes.set_ylim(bottom=0)
-        axes.xaxis.set_minor_formatter(NullFormatter())
-    dimensions = dimensions_of(rows)
-    left.set_xticks(dimensions, map(str, dimensions))
-    left.xaxis.set_minor_locator(NullLocator())
-    left.set(xlabel="dimension", ylabel="accuracy (%)")
-    right.xaxis.set_major_formatter(FuncFormatter(lambda s, _: number(s)))
-    right.set_xlabel("s of one fold: space, points, k-NN")
+        own = neighbours_of(results, space)
+        # A space without dimensions is a horizontal line.
+        scores = [row.score for row in own] * (1 if own[0].dimension else len(dimensions))
+        draw_space(axes, space, dimensions, scores)
+    reference_line(axes, "chance", 100 * results.results[0].about["chance"], "chance")
+    axes.set(xscale="log", xlabel="dimension", ylabel="accuracy (%)", ylim=(0, None))
+    axes.set_xticks(dimensions, map(str, dimensions))
+    axes.minorticks_off()
     return drawn
-
-
-def _against_dimension(axes: Axes, rows: list[Neighbours]) -> None:
-    """Draw a line with error bars, named at its end; a space without dimensions is a band."""
-    from ajgdata.report.labels import label_end
-
-    first = rows[0]
-    if first.dimension is not None:
-        scores = [row.score for row in rows]
-        draw_space(axes, first.space, [row.dimension or 0 for row in rows], scores)
-        return
-    colour, label = look(first.space)["color"], space_name(first.space)
-    mean, sd = 100 * first.score.mean, 100 * np.nan_to_num(first.score.sd)
-    axes.axhspan(mean - sd, mean + sd, color=colour, alpha=0.12, lw=0)
-    axes.axhline(mean, color=colour, lw=1.2, ls=(0, (5, 3)), label=label)
-    label_end(axes, None, mean, label, colour)
-
-
-def _against_time(axes: Axes, rows: list[Neighbours], shown: int) -> None:
-    """Draw a marker for each dimension; that of the settings, or else the last, is named."""
-    from ajgdata.report.labels import label_end
-
-    style = look(rows[0].space)
-    named = next((row for row in rows if row.dimension in (None, shown)), rows[-1])
-    for row in rows:
-        place = max(row.seconds, SHORTEST), 100 * row.score.mean
-        sd = 100 * np.nan_to_num(row.score.sd)
-        axes.errorbar(*place, sd, ms=4.5, elinewidth=0.8, capsize=0, **style)
-        if row is named:
-            name = space_name(row.space) + (f", {row.dimension}-D" if row.dimension else "")
-            label_end(axes, *place, name, style["color"])
-
-
-def _front(axes: Axes, rows: Sequence[Neighbours]) -> None:
-    """Draw a line through what nothing else beats in both accuracy and time."""
-    from ajgdata.report.canvas import GREY, pareto_front
-
-    seconds = np.array([max(row.seconds, SHORTEST) for row in rows])
-    accuracy = np.array([100 * row.score.mean for row in rows])
-    best = np.flatnonzero(pareto_front(seconds, -accuracy))
-    best = best[np.lexsort((accuracy[best], seconds[best]))]
-    axes.plot(seconds[best], accuracy[best], color=GREY, lw=1, zorder=1, label="Pareto front")
-
-
-def gain_text(results: TaskResults) -> str:
-    """Return by how much the latent is better than raw features."""
-    latent, raw = at_shown(results, "latent"), at_shown(results, "raw")
-    points = 100 * (latent.score.mean - raw.score.mean)
-    relative = points / raw.score.mean if raw.score.mean > 0 else float("nan")
-    sense = "higher" if points >= 0 else "lower"
-    return (
-        f"k-NN on the latent reaches {mean_sd(latent.score, '%', 100)} at {latent.dimension} "
-        f"dimensions, on raw features {mean_sd(raw.score, '%', 100)}: {number(abs(points))} "
-        f"percentage points, or {number(abs(relative))} %, {sense}"
-    )
-
-
-def caption(results: TaskResults) -> Caption:
-    """Return the caption of `figure`."""
-    listed = "; ".join(
-        f"{space_name(space)}: "
-        + ", ".join(
-            (f"{row.dimension}: " if row.dimension else "") + mean_sd(row.score, "%", 100)
-            for row in neighbours_of(results, space)
-        )
-        for space in ordered([row.space for row in neighbours_of(results)])
-    )
-    return Caption(
-        f"{gain_text(results)}. Settings fix this dimension beforehand; which dimension is best is "
-        f"exploratory ({accuracy_range(results, 'latent')} over all). Left: against the "
-        "dimension of the space; dashed with its band: raw features. Right: against the time of "
-        "one fold, each space named at the same dimension; grey: what nothing else beats. PCA "
-        "and UMAP "
-        "learn from training points alone, and nothing of what they are of; the latent was told "
-        "which of them are alike. The time of a latent is its share of a training of all "
-        "dimensions together. The times belong to the machine that made this page.",
-        f"{finding(results)}. Accuracy by space and dimension: {listed}.",
-    )
 
 
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the one figure of all spaces."""
-    return [illustration(results, "", caption(results), partial(figure, results))]
+    caption = (
+        "Accuracy of k-NN by dimension. PCA and UMAP are fitted to training recordings "
+        "without labels. The dimension of the title is fixed in the settings; which dimension is "
+        "best is exploratory. Run times are in the table."
+    )
+    drawn = partial(figure, results)
+    return [illustration(results, "", Caption(caption, f"{finding(results)}."), drawn)]
 
 
 def tables(results: TaskResults) -> Iterable[ShownTable]:
@@ -310,18 +204,15 @@ def tables(results: TaskResults) -> Iterable[ShownTable]:
 
     def cell(space: str, dimension: int) -> str:
         row = found.get((space, dimension)) or found.get((space, None))
-        return f"{mean_sd(row.score, '%', 100)}; {number(row.seconds, 2)} s" if row else DASH
+        return (
+            f"{mean_sd(row.score, '%', 100)}; {number(row.fit_s + row.ask_s, 2)} s" if row else DASH
+        )
 
-    spent = results.results[0].cost[SCORES].where(part=TRAINING)
-    told = {row["metric"]: row["value"] for row in spent.rows}
-    trained_in = (
-        f" {told['networks']} networks were trained in {number(told['cpu_s'])} s of one core."
-        if told else ""
-    )  # fmt: skip
+    dimensions = sorted({row.dimension for row in rows if row.dimension})
     yield ShownTable(
-        f"Accuracy of k-NN and time of one fold, by dimension.{trained_in}",
+        "Accuracy of k-NN and time of one fold, by dimension.",
         ("dimension|", *(f"{space_name(space)}|" for space in spaces)),
-        tuple((str(d), *(cell(space, d) for space in spaces)) for d in dimensions_of(rows)),
+        tuple((str(d), *(cell(space, d) for space in spaces)) for d in dimensions),
     )
     yield settings_table(results)
 

@@ -30,8 +30,7 @@ from ajgdata.experiments.embedding import (
 from ajgdata.experiments.embedding_knn import encoder_cost
 from ajgdata.report.blocks import Illustration, ShownTable
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
-from ajgdata.report.format import Caption, Score, mean_sd, number, words
-from ajgdata.report.latent_plane_figure import Plane, clusters_text, plane_caption, plane_figure
+from ajgdata.report.format import Caption, Score, mean_sd, words
 from ajgdata.report.projections import (
     METHODS,
     MISSING,
@@ -172,54 +171,13 @@ def _column(table: Table, key: str) -> NDArray[Any]:
     return table.numbers(key)
 
 
-def plane_of(shown: Projections) -> Plane | None:
-    """Return the two-dimensional latent of the run, if there is one."""
-    for one in shown.projections:
-        if (one.space, one.method) == ("latent", PLANE):
-            thing, *others = shown.columns.values()
-            texts = [values for values in others if values.dtype.kind == "U"]
-            category = texts[0] if texts else np.full(len(thing), "")
-            return Plane(one.points, thing.astype(str), category, shown.training)
-    return None
-
-
-def clusters_of(results: TaskResults) -> str:
-    """Return where the validation points lie in the two-dimensional latent, or nothing."""
-    plane = plane_of(projections_of(results.results[0].tables))
-    return clusters_text(plane) if plane else ""
-
-
-def finding(shown: Projections, column: str) -> str:
-    """Return how well validation recordings lie beside training recordings of the same column."""
-    told = []
-    for space in ordered([one.space for one in shown.projections]):
-        planes = {one.method: one for one in shown.projections if one.space == space}
-        method = next((m for m in ("umap", "pca") if m in planes), "")
-        if method and (said := _beside(shown, planes[method].points, column)):
-            told.append(f"{said} ({space_name(space)}, {METHODS[method]})")
-    if not told:
+def finding(results: TaskResults, column: str) -> str:
+    """Return the silhouette of the column of labels, if it was measured."""
+    scores = {s: one for (s, label), one in silhouettes_of(results).items() if label == column}
+    if not scores:
         return f"Recordings in two dimensions, by {words(column)}"
-    same = "is of the same" if shown.columns[column].dtype.kind == "U" else "differs in"
-    return f"The nearest training recording {same} {words(column)} by {', '.join(told)}".replace(
-        f"same {words(column)} by", f"same {words(column)} for"
-    )
-
-
-def _beside(shown: Projections, points: NDArray, column: str) -> str:
-    """Return what the nearest training recording of validation recordings is in a plane: the share
-    of the same text, or the median difference in a number; nothing where there is none."""
-    from scipy.spatial import cKDTree
-
-    values = shown.columns[column]
-    text = values.dtype.kind == "U"
-    known = (values != "") if text else np.isfinite(values)
-    seen, asked = shown.training & known, ~shown.training & known
-    if not seen.any() or not asked.any():
-        return ""
-    nearest = values[seen][cKDTree(points[seen]).query(points[asked])[1]]
-    if text:
-        return f"{number(100 * float(np.mean(nearest == values[asked])))} %"
-    return number(float(np.median(np.abs(nearest - values[asked]))))
+    values = ", ".join(f"{space_name(s)} {mean_sd(scores[s])}" for s in ordered([*scores]))
+    return f"Silhouette of {words(column)}: {values}"
 
 
 def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
@@ -230,19 +188,19 @@ def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     spaces = ordered([one.space for one in shown.projections])
-    methods = [m for m in METHODS if any(p.method == m for p in shown.projections)]
+    methods = [m for m in METHODS if m in {one.method for one in shown.projections}]
     drawn = new_figure(
         (WIDTH_IN, 0.9 + 2.15 * len(spaces)),
-        finding(shown, column),
+        finding(results, column),
         f"{results.title}: colour: {words(column)}; filled: training, rings: validation recordings",
         [results.source],
     )
     panels = drawn.subplots(len(spaces), len(methods), squeeze=False)
+    for axes in panels.flat:
+        axes.set_axis_off()
     colours, legend = _coloured(shown.columns[column])
     pixels = len(shown.recording) * panels.size > MAX_VECTOR_POINTS
     for one in shown.projections:
-        if one.method not in methods:  # a latent of two dimensions as it is
-            continue
         axes = panels[spaces.index(one.space), methods.index(one.method)]
         _scatter(axes, one.points, colours, shown.training, pixels)
         axes.set_title(f"{space_name(one.space)} · {METHODS[one.method]}")
@@ -284,34 +242,25 @@ def _scatter(
     x, y = points.T
     axes.scatter(x[training], y[training], c=seen, lw=0, alpha=0.75, **style)
     axes.scatter(x[rows], y[rows], facecolors="none", edgecolors=unseen, lw=0.8, **style)
+    axes.set_axis_on()
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(True)
     axes.grid(False)
     axes.margins(0.06)
 
 
-def caption(shown: Projections, column: str) -> Caption:
-    """Return the caption of `figure`."""
-    spaces = " and ".join(map(space_name, ordered([one.space for one in shown.projections])))
-    return Caption(
-        f"Each recording in two dimensions, from {spaces}, coloured by "
-        f"{words(column)}. PCA and UMAP learn from the training points and then place the others; "
-        "t-SNE cannot, and is fitted on all. Axes have no meaning; of t-SNE and UMAP neither do "
-        "distances between clusters.",
-        f"{finding(shown, column)}. Scatter plots of {spaces} by PCA, UMAP and t-SNE, coloured by "
-        f"{words(column)}.",
-    )
-
-
 def figures(results: TaskResults) -> Iterator[Illustration]:
-    """Yield the latent of two dimensions, then a figure for each column that tells things apart."""
+    """Yield a figure for each column that distinguishes recordings."""
     shown = projections_of(results.results[0].tables)
-    if plane := plane_of(shown):
-        draw = partial(plane_figure, plane, results.title, results.source)
-        yield illustration(results, "plane", plane_caption(plane), draw)
     for column in shown_columns(shown):
+        caption = Caption(
+            f"Each recording in two dimensions, coloured by {words(column)}. PCA and UMAP are "
+            "fitted to training recordings and then place the others; t-SNE is fitted to all. "
+            "Axes have no unit; distances between clusters of t-SNE and UMAP have no meaning.",
+            f"{finding(results, column)}. Scatter plots coloured by {words(column)}.",
+        )
         drawn = partial(figure, results, shown, column)
-        yield illustration(results, f"by-{column}", caption(shown, column), drawn)
+        yield illustration(results, f"by-{column}", caption, drawn)
 
 
 def tables(results: TaskResults) -> Iterator[ShownTable]:
@@ -346,8 +295,6 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
         f"silhouette of objects {mean_sd(score)} (raw features {mean_sd(raw)}) "
         f"in {results.settings.shown}-D"
     )
-    if clusters := clusters_of(results):
-        result += f"; in two dimensions, of the validation points {clusters}"
     yield PaperComparison(
         results.paper, results.dataset, results.task, results.source, result, "latent",
         holds(score), encoder_cost(results, lookup),

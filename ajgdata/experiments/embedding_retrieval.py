@@ -27,7 +27,6 @@ from ajgdata.types import Embedding, NotPossibleError
 from ajgdata.types.table import table_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
@@ -37,9 +36,9 @@ RETRIEVED = (1, 5, 10)
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
-    """Return the precision at k of queries from unseen things, in the latent and raw.
+    """Return the precision at k of queries from unseen objects, in the latent and raw.
 
-    Raises ValueError where no network left things out, or none has enough grasps to be found.
+    Raises NotPossibleError if no network left objects out, or too few grasps can be found.
     """
     from ajgdata.evaluate.distances import precision_at
     from ajgdata.evaluate.embedding_data import runs_by_space
@@ -110,73 +109,48 @@ def retrieval_of(results: TaskResults) -> list[Retrieval]:
 
 
 def finding(results: TaskResults) -> str:
-    """Return how often the nearest recording is of the same thing, for each space."""
+    """Return the precision at the smallest k in the last gallery, for each space."""
     rows = retrieval_of(results)
-    gallery = rows[-1].gallery
-    first = min(row.k for row in rows)
-    here = [row for row in rows if (row.gallery, row.k) == (gallery, first)]
-    told = ", ".join(
-        f"{mean_sd(row.score, '%', 100)} ({space_name(space)})"
-        for space in ordered([row.space for row in here])
-        for row in here
-        if row.space == space
+    k = min(row.k for row in rows)
+    here = {r.space: r.score for r in rows if (r.gallery, r.k) == (rows[-1].gallery, k)}
+    values = ", ".join(
+        f"{space_name(space)} {mean_sd(here[space], '%', 100)}" for space in ordered([*here])
     )
-    nearest = "nearest recording is" if first == 1 else f"{first} nearest recordings are"
-    return f"Of a thing never trained on, the {nearest} of the same thing in {told}"
+    return f"Precision at {k} for objects never trained on: {values}"
 
 
 def figure(results: TaskResults) -> Figure:
     """Return precision against k, a panel for each gallery."""
     from ajgdata.report.canvas import WIDTH_IN, new_figure
+    from ajgdata.report.labels import REFERENCES, add_to_legend
 
-    rows = retrieval_of(results)
-    galleries = list(dict.fromkeys(row.gallery for row in rows))
-    drawn = new_figure(
-        (WIDTH_IN, 3.3),
-        finding(results),
-        f"{results.title}: share of the k nearest recordings that are of the same thing, mean ± sd "
-        "over runs",
-        [results.source],
-    )
-    panels = drawn.subplots(1, len(galleries), sharey=True, squeeze=False)[0]
-    for axes, gallery in zip(panels, galleries, strict=True):
-        _panel(axes, [row for row in rows if row.gallery == gallery])
-        axes.set(title=f"gallery: {gallery} things", xlabel="k", ylim=(0, None))
+    rows = sorted(retrieval_of(results), key=lambda row: row.k)
+    subtitle = f"{results.title}: recordings of the same object, mean ± sd over runs"
+    drawn = new_figure((WIDTH_IN, 3.3), finding(results), subtitle, [results.source])
+    panels = drawn.subplots(1, 2, sharey=True)
+    for axes, gallery in zip(panels, ("unseen", "all"), strict=True):
+        here = [row for row in rows if row.gallery == gallery]
+        for space in ordered([row.space for row in here]):
+            own = [row for row in here if row.space == space]
+            draw_space(axes, space, [row.k for row in own], [row.score for row in own])
+        chance = [row for row in here if row.space == here[0].space]
+        x, y = [row.k for row in chance], [100 * row.chance for row in chance]
+        (line,) = axes.plot(x, y, label="chance", **REFERENCES["chance"])
+        add_to_legend(axes, line, "chance")
+        axes.set(title=f"gallery: {gallery} objects", xlabel="k", ylim=(0, None), xticks=x)
     panels[0].set_ylabel("precision at k (%)")
     return drawn
 
 
-def _panel(axes: Axes, here: list[Retrieval]) -> None:
-    """Draw the spaces of one gallery, named at their ends, and chance."""
-    from ajgdata.report.labels import GREY, REFERENCES, label_end
-
-    for space in ordered([row.space for row in here]):
-        own = sorted((row for row in here if row.space == space), key=lambda row: row.k)
-        draw_space(axes, space, [row.k for row in own], [row.score for row in own])
-    chance = sorted({(row.k, 100 * row.chance) for row in here if math.isfinite(row.chance)})
-    axes.plot(*np.reshape(chance, (-1, 2)).T, label="chance", **REFERENCES["chance"])
-    if chance:
-        label_end(axes, *chance[-1], "chance", GREY)
-    axes.set_xticks(sorted({row.k for row in here}))
-
-
-def caption(results: TaskResults) -> Caption:
-    """Return the caption of `figure`."""
-    listed = "; ".join(
-        f"{space_name(row.space)}, k = {row.k}, gallery {row.gallery}: "
-        f"{mean_sd(row.score, '%', 100)}"
-        for row in retrieval_of(results)
-    )
-    return Caption(
-        "Queries are recordings of things that the encoder was never trained on; the "
-        "recordings of the query's own grasp are left out of the gallery.",
-        f"{finding(results)}. Precision at k: {listed}.",
-    )
-
-
 def figures(results: TaskResults) -> list[Illustration]:
     """Return the one figure of all spaces."""
-    return [illustration(results, "", caption(results), partial(figure, results))]
+    caption = (
+        "Share of the k nearest recordings that are of the same object (mean ± sd over runs). "
+        "Queries are recordings of objects that the encoder was never trained on; the gallery "
+        "excludes the grasp of the query."
+    )
+    drawn = partial(figure, results)
+    return [illustration(results, "", Caption(caption, f"{finding(results)}."), drawn)]
 
 
 def highlights(results: TaskResults) -> list[Highlight]:

@@ -124,7 +124,7 @@ def scatter(shown: Projections) -> Figure:
 def space_label(one: Projection) -> str:
     """Return `latent · UMAP`; a space that has two dimensions is shown as it is."""
     name = SPACES.get(one.space, one.space)
-    return f"{name} · {METHODS[one.method]}" if one.method in METHODS else f"{name} · 2-D"
+    return f"{name} · {METHODS[one.method]}"
 
 
 def _places(projection: Projection, rows: NDArray[np.intp]) -> dict[str, list[float]]:

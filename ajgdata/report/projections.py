@@ -17,10 +17,10 @@ SPACES = {
     "pca": "PCA",
     "umap": "UMAP",
 }
-#: Names of projections, in the order of panels.
-METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE"}
 #: The method of a space that has two dimensions and is shown as it is.
 PLANE = "plane"
+#: Names of projections, in the order of panels.
+METHODS = {"pca": "PCA", "umap": "UMAP", "tsne": "t-SNE", PLANE: "2-D"}
 #: Colour of a recording of which it is not known.
 MISSING = "#c8c8c8"
 #: Colour map of numbers.

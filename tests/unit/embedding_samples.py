@@ -92,8 +92,7 @@ def distances(within: dict[str, float] | None = None, narrower: float = 0.0) -> 
         for i, a in enumerate(things)
         for b in things[i:]
     ]
-    members = [{"object": thing, "category": THINGS[thing]} for thing in things]
-    return [listed("categories", rows), listed("objects", objects), listed("members", members)]
+    return [listed("categories", rows), listed("objects", objects)]
 
 
 def retrieval() -> list[Table]:
