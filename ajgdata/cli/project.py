@@ -1,4 +1,4 @@
-"""Commands on a project: `ajgdata info` and `status`, which change nothing, and `run`."""
+"""Commands on a project: `ajgdata info`, `doctor` and `status`, which change nothing, and `run`."""
 
 from __future__ import annotations
 
@@ -22,6 +22,26 @@ def info(
     from ajgdata.pipeline.info import dataset_facts
 
     _print(dataset_facts(find_project(), dataset))
+
+
+@looking.command()
+def doctor() -> None:
+    """Say what a bug report should: versions, backends, threads, disk and caches.
+
+    Exit code 1 if something is wrong.
+    """
+    from ajgdata.paths import find_project
+    from ajgdata.pipeline.doctor import doctor as examine
+
+    try:
+        paths = find_project()
+    except FileNotFoundError:
+        paths = None
+    facts, wrong = examine(paths)
+    _print(facts)
+    for problem in wrong:
+        out.print(f"[red]wrong[/red] {escape(problem)}", soft_wrap=True)
+    raise typer.Exit(bool(wrong))
 
 
 @looking.command(context_settings={"ignore_unknown_options": True})

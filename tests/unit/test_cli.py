@@ -227,6 +227,7 @@ OPTIONS = {
     "seal": [],
     "acquire": ["--source", "--recipe", "--session", "--cores", "--device", "--yes", "--check"],
     "info": [],
+    "doctor": [],
     "status": [],
 }  # fmt: skip
 

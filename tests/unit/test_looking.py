@@ -1,5 +1,6 @@
-"""`ajgdata info` and `status`: what they say is so."""
+"""`ajgdata info`, `doctor` and `status`: what they say is so."""
 
+import os
 import re
 import sys
 
@@ -7,6 +8,7 @@ import pytest
 from worlds import tone
 
 from ajgdata.cli import main
+from ajgdata.pipeline.doctor import doctor, missing
 from ajgdata.pipeline.info import dataset_facts
 from ajgdata.pipeline.status import data_status, summarised, workflow_status
 from ajgdata.types import DataError, Target
@@ -67,6 +69,20 @@ def test_info_of_nothing(project):
     assert dataset_facts(project.paths, "d")["source"].startswith("nothing recorded yet")
     with pytest.raises(DataError, match="no such data set"):
         dataset_facts(project.paths, "e")
+
+
+def test_doctor_says_versions_and_what_is_wrong(project):
+    facts, wrong = doctor(project.paths)
+    assert facts["python"].startswith(".".join(map(str, sys.version_info[:3])))
+    assert re.search(r"numpy \d+\.\d+", facts["packages"])
+    assert facts["cores"].startswith(f"{len(os.sched_getaffinity(0))} of ")
+    assert facts["project"] == str(project.root)
+    assert wrong == []
+    assert doctor(None)[0]["project"] == "none here or above"
+    assert re.fullmatch(
+        r"[\d.]+ GB free on disk; `make clean` removes .*", doctor(project.paths, 1e18)[1][0]
+    )
+    assert missing(["numpy>=1", "nowhere>=2", 'neither; extra == "docs"']) == ["nowhere"]
 
 
 def test_summary_is_grouped_by_rule_and_reason():
