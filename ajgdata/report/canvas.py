@@ -142,11 +142,6 @@ def model_style(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)]}
 
 
-def model_line(index: int) -> dict[str, Any]:
-    """Return the style of a line of the `index`-th of several models: its dashes differ, too."""
-    return {**model_style(index), "ls": DASHES[index % len(DASHES)]}
-
-
 def line_style(index: int) -> dict[str, Any]:
     """Return colour, marker and dashes of the `index`-th of several lines; they repeat late, and
     apart."""

@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import same_color, to_hex, to_rgb
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
-from matplotlib.text import Annotation
 from matplotlib.textpath import text_to_path
 
 GREY = "#6b6b6b"
@@ -85,14 +84,6 @@ def add_to_legend(axes: Axes, handle: Artist, text: str) -> None:
     handles = [*filter(None, old.legend_handles), handle] if old else [handle]
     texts = [*(one.get_text() for one in old.get_texts()), text] if old else [text]
     axes.legend(handles, texts, loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.3)
-
-
-def label_point(
-    axes: Axes, x: float, y: float, text: str, colour: str, reach: float = 0.0, **style: Any
-) -> Annotation:
-    """Write `text` at the upper right of the point (x, y), in data; above its error bar `reach`."""
-    style = {"fontsize": LABEL_PT, "color": ink(colour), "clip_on": False, **style}
-    return axes.annotate(text, (x, y + reach), (4, 3), textcoords="offset points", **style)
 
 
 def reference_line(axes: Axes, kind: Reference, at: float, text: str, axis: str = "y") -> None:

@@ -193,8 +193,8 @@ def rows(picture: Picture) -> Figure:
             axes.set_xscale("log")
             plain_ticks(axes.xaxis)
         axes.grid(False, axis="y")
-        axes.set_title(panel)
-        axes.set_xlabel(_axis_label(picture.axis))
+        axes.set_title(fill(panel, 60 // count), fontsize=9)
+        axes.set_xlabel(_axis_label(picture.axis, 60 // count))
     return _legend(figure, grid)
 
 
@@ -316,9 +316,9 @@ def _legend(figure: Figure, grid: Sequence[Axes]) -> Figure:
     return figure
 
 
-def _axis_label(axis: tuple[str, str]) -> str:
+def _axis_label(axis: tuple[str, str], letters: int = TITLE_LETTERS) -> str:
     title, unit = axis
-    return fill(f"{title} ({unit})" if unit else title, TITLE_LETTERS)
+    return fill(f"{title} ({unit})" if unit else title, letters)
 
 
 def place_text(x: float | str, unit: str) -> str:

@@ -61,8 +61,11 @@ NAMES = ["g1_1", "g1_2", "g2_1", "g2_2", "g3_1", "g3_2"]
 
 
 def content(folder: Path) -> dict[str, bytes]:
+    """Files, without those that a killed process was writing: later writes remove them."""
     return {
-        str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
+        str(p.relative_to(folder)): p.read_bytes()
+        for p in sorted(folder.rglob("*"))
+        if p.is_file() and not p.parent.name.endswith(".tmp")
     }
 
 

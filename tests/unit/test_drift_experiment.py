@@ -97,18 +97,17 @@ def test_figures_tables_and_rows_say_what_was_measured(results):
     label = results.results[0].label
     worst, best = sorted(state.plain["accuracy"].mean for state in states[1:])
     plain_range = f"{worst:.3g} to {best:.3g} %"
-    main, alarm, cost = one.figures(results)
+    main, cost = one.figures(results)
     figure = draw(main)
     said = " ".join(texts(figure))
     assert f"{label}: 100 % right on day 1, {plain_range} in 2 later sessions" in main.caption.alt
     assert "simulated" in said and "air (°C)" in said
-    plain = figure.axes[0].containers[1].lines[0].get_xydata()
+    plain = figure.axes[0].containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(plain[:, 0], [22, 23, 46])
     np.testing.assert_allclose(plain[:, 1], [s.plain["accuracy"].mean for s in states])
-    assert "rings in 1 of 1 sessions" in alarm.caption.alt
-    assert "in 0 of the 1 others, and at 0 of 9 moments of day 1" in alarm.caption.alt
-    points = np.concatenate([line.get_xydata() for line in draw(alarm).axes[0].lines[:2]])
-    np.testing.assert_allclose(points[:, 0], [s.ratio for s in states])
+    summary = one.summary(results)
+    assert "rings in 1 of 1 sessions" in summary
+    assert "in 0 of the 1 others, and at 0 of 9 moments of day 1" in summary
     corrected = [line.accuracy[1] for line in means_of(results.results[0])[:-1]]
     low, high = min(corrected), max(corrected)
     assert low < high == 100

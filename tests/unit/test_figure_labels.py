@@ -12,7 +12,6 @@ from ajgdata.report.canvas import (
     WIDTH_IN,
     encode,
     line_style,
-    model_line,
     new_figure,
     styled,
 )
@@ -21,7 +20,6 @@ from ajgdata.report.labels import (
     CONTRAST,
     ink,
     label_end,
-    label_point,
     reference_line,
     width_in,
     wrapped,
@@ -70,20 +68,6 @@ def test_of_two_lines_of_one_colour_the_one_that_ends_there_is_named():
     assert (upper.get_linestyle(), lower.get_linestyle()) == (":", "--")
 
 
-def test_the_name_of_a_point_stands_beside_it_and_within_the_figure():
-    @styled
-    def drawn():
-        figure = new_figure((WIDTH_IN, 3.0), "Points", "", ["recorded"])
-        axes = figure.subplots()
-        axes.plot([0, 1], [0, 1], "o")
-        label_point(axes, 1, 1, "the last point", COLOURS[0], 0.1)
-        return figure
-
-    figure = drawn()
-    (text,) = figure.axes[0].texts
-    assert text.xy == (1, 1.1) and fits(figure)
-
-
 @pytest.mark.parametrize("colour", [*COLOURS, "white", "#56B4E9"])
 def test_text_can_be_read_on_white(colour):
     assert contrast_with_white(ink(colour)) >= CONTRAST - 0.01
@@ -92,10 +76,9 @@ def test_text_can_be_read_on_white(colour):
 
 
 def test_neighbouring_styles_differ_without_their_colour():
-    for style in (model_line, line_style):
-        looks = [(style(i)["marker"], str(style(i)["ls"])) for i in range(12)]
-        assert all(a[0] != b[0] and a[1] != b[1] for a, b in itertools.pairwise(looks))
-        assert len(set(looks)) == len(looks)
+    looks = [(line_style(i)["marker"], str(line_style(i)["ls"])) for i in range(12)]
+    assert all(a[0] != b[0] and a[1] != b[1] for a, b in itertools.pairwise(looks))
+    assert len(set(looks)) == len(looks)
 
 
 def test_a_long_title_takes_more_lines_and_leaves_the_panels_their_size():

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from ajgdata.experiments.base import SCORES, TaskResults
 from ajgdata.experiments.drift.results import (
@@ -21,12 +18,11 @@ from ajgdata.experiments.drift.results import (
 )
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import mark_of, range_of
-from ajgdata.report.format import Caption, Score, mean_sd, number, with_unit
+from ajgdata.report.format import Score, mean_sd, number, with_unit
 from ajgdata.report.panel import Highlight
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from ajgdata.report.marks import Picture, Point
 
 
 def place(results: TaskResults, state: State) -> str:
@@ -90,155 +86,53 @@ def cost_finding(results: TaskResults) -> str:
     )
 
 
-def figure(results: TaskResults) -> Figure:
-    """Return accuracy against each thing that changes, as it is and corrected."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
+def _sessions(results: TaskResults) -> Picture:
+    """Return accuracy against each thing that changes, uncorrected and corrected."""
+    from ajgdata.report.marks import Point
 
-    drawn = new_figure(
-        (WIDTH_IN, 3.6),
-        finding(results),
-        f"{results.title}: mean ± sd over models that each lack a session of day 1 (upright line); "
-        f"hollow: corrected by {max(results.settings.references)} recordings of nothing",
-        [results.source],
-    )
-    changes = results.settings.changes
-    panels = drawn.subplots(1, len(changes), sharey=True, squeeze=False)[0]
-    for axes, one in zip(panels, changes, strict=True):
-        _panel(axes, results, one, axes is panels[-1])
-    panels[0].set(ylabel="accuracy (%)", ylim=(0, 104))
-    return drawn
-
-
-def _panel(axes: Axes, results: TaskResults, change: Any, last: bool) -> None:
-    """Draw the models against one change; those of the `last` panel are named at their ends."""
-    from ajgdata.report.canvas import model_line
-    from ajgdata.report.labels import REFERENCES, label_end, reference_line
-
-    chance = 100 * float(results.results[0].about["chance"])
-    for i, result in enumerate(results.results):
-        home, *later = states_of(result)
-        states = [home._replace(value=change.day_1)]
-        states += [state for state in later if state.quantity == change.quantity]
-        states.sort(key=lambda state: state.value)
-        x = [state.value for state in states]
-        style: dict[str, Any] = {**model_line(i), "capsize": 2.5, "ms": 4.5}
-        for best in (True, False):
-            y = np.array([(s.best if best else s.plain)["accuracy"][:2] for s in states]).T
-            how = {**style, "mfc": "white", "lw": 0.7} if best else style
-            axes.errorbar(x, y[0], np.nan_to_num(y[1]), **how)
-            if last:
-                name = f"{result.label}, corrected" if best else result.label
-                label_end(axes, x[-1], float(y[0][-1]), name, style["color"])
-    if last:
-        reference_line(axes, "chance", chance, "chance")
-    else:
-        axes.axhline(chance, label="chance", **REFERENCES["chance"])
-    axes.axvline(change.day_1, zorder=1, **REFERENCES["ideal"])
-    unit = f" ({change.unit})" if change.unit else ""
-    axes.set_xlabel(f"{change.quantity}{unit}")
+    points = []
+    for change in results.settings.changes:
+        panel = f"{change.quantity} ({change.unit})" if change.unit else change.quantity
+        for result in results.results:
+            home, *later = states_of(result)
+            mine = [state for state in later if state.quantity == change.quantity]
+            states = [home._replace(value=change.day_1), *mine]
+            for name, key in ((result.label, "plain"), (f"{result.label}, corrected", "best")):
+                points += [
+                    Point(panel, name, state.value, getattr(state, key)["accuracy"])
+                    for state in states
+                ]
+    return _picture(results, finding(results), points, ("value; day 1 is among them", ""))
 
 
-def alarm_figure(results: TaskResults) -> Figure:
-    """Return accuracy against how far references are from day 1, a point for each session."""
-    from ajgdata.report.canvas import COLOURS, MARKERS, WIDTH_IN, new_figure
-    from ajgdata.report.labels import REFERENCES, label_point, reference_line
-
-    drawn = new_figure(
-        (WIDTH_IN, 3.6),
-        alarm_finding(results),
-        f"{results.title}: median over the references of a session, over the limit of the alarm; "
-        "one point a session",
-        [results.source],
-    )
-    panels = drawn.subplots(1, len(results.results), sharey=True, squeeze=False)[0]
-    for axes, result in zip(panels, results.results, strict=True):
-        states = states_of(result)
-        for n, quantity in enumerate(dict.fromkeys(state.quantity for state in states)):
-            mine = [state for state in states if state.quantity == quantity]
-            style = {"color": COLOURS[n], "marker": MARKERS[n], "ls": ""}
-            axes.plot(
-                [s.ratio for s in mine], [s.plain["accuracy"].mean for s in mine],
-                label=quantity or DAY_1, **style,
-            )  # fmt: skip
-            far = max(mine, key=lambda state: state.ratio)
-            label = place(results, far)
-            label_point(axes, far.ratio, far.plain["accuracy"].mean, label, COLOURS[n])
-        reference_line(axes, "ideal", 1.0, "alarm", axis="x")
-        chance = 100 * float(result.about["chance"])
-        axes.axhline(chance, label="chance", **REFERENCES["chance"])
-        axes.set_xlabel("distance of references from day 1, limit = 1")
-        axes.text(0.98, 0.03, result.label, transform=axes.transAxes, ha="right", va="bottom")
-        axes.set_xlim(left=0)
-    panels[0].set(ylabel="accuracy (%)", ylim=(0, 108))
-    return drawn
-
-
-def cost_figure(results: TaskResults) -> Figure:
+def _recordings(results: TaskResults) -> Picture:
     """Return mean accuracy against recordings after the change, a panel for each model."""
-    from ajgdata.report.canvas import WIDTH_IN, line_style, new_figure
-    from ajgdata.report.labels import label_end, reference_line
+    from ajgdata.report.marks import Point
 
-    drawn = new_figure(
-        (WIDTH_IN, 3.6),
-        cost_finding(results),
-        f"{results.title}: mean over {len(states_of(results.results[0])) - 1} later sessions",
-        [results.source],
-    )
-    panels = drawn.subplots(1, len(results.results), sharey=True, squeeze=False)[0]
-    for axes, result in zip(panels, results.results, strict=True):
-        for n, line in enumerate(means_of(result)):
-            style = line_style(n)
-            axes.plot(line.recordings, line.accuracy, label=line.label, **style)
-            if axes is panels[-1]:
-                end = float(line.accuracy[-1])
-                label_end(axes, float(line.recordings[-1]), end, line.label, style["color"])
-        if axes is panels[-1]:
-            reference_line(axes, "chance", 100 * float(result.about["chance"]), "chance")
-        axes.set(xlabel="recordings after the change", title=result.label)
-    panels[0].set(ylabel="accuracy (%)", ylim=(0, 104))
-    return drawn
-
-
-def captions(results: TaskResults) -> tuple[Caption, Caption, Caption]:
-    """Return the captions of `figure`, `alarm_figure` and `cost_figure`."""
-    listed = "; ".join(
-        f"{result.label} at {place(results, state)}: {_accuracy(state.plain)}, "
-        f"corrected {_accuracy(state.best)}"
-        for result in results.results
-        for state in states_of(result)
-    )
-    alarms = "; ".join(
-        f"{place(results, state)}: {number(state.ratio)}" for state in states_of(results.results[0])
-    )
-    rate = results.results[0].tables["alarms"].rows[-1]
-    means = "; ".join(
-        f"{result.label}, {line.label}: "
-        + ", ".join(
-            f"{number(accuracy)} % with {count}"
-            for count, accuracy in zip(line.recordings, line.accuracy, strict=True)
-        )
+    points = [
+        Point(result.label, line.label, float(count), Score(float(accuracy), float("nan")))
         for result in results.results
         for line in means_of(result)
-    )
-    of = f"{results.title}, {results.source}: "
-    return (
-        Caption(
-            f"{of}models of day 1 on the same gripper later. Confidence is scaled as it suits day "
-            "1. The correction undoes what became of references: the stretch of the spectrum, then "
-            "a gain of each bin.",
-            f"{finding(results)}. {listed}.",
-        ),
-        Caption(
-            f"{of}the alarm needs no object and no model. It rings when {rate['in_a_row']} "
-            "references in a row lie beyond 1: if nothing has changed, in at most "
-            f"{number(100 * rate['false_alarm'], 2)} % of cases.",
-            f"{alarm_finding(results)}. Distance of references over the limit: {alarms}.",
-        ),
-        Caption(
-            f"{of}references take no object and no label, and train nothing; calibration grasps "
-            "are labelled, and a model is trained with them.",
-            f"{cost_finding(results)}. {means}.",
-        ),
+        for count, accuracy in zip(line.recordings, line.accuracy, strict=True)
+    ]
+    return _picture(results, cost_finding(results), points, ("recordings after the change", ""))
+
+
+def _picture(
+    results: TaskResults, title: str, points: list[Point], place_name: tuple[str, str]
+) -> Picture:
+    from ajgdata.report.marks import Picture
+
+    chance = 100 * float(results.results[0].about["chance"])
+    panels = dict.fromkeys(point.panel for point in points)
+    return Picture(
+        title=title,
+        subtitle=f"{results.title}: models of day 1, mean ± sd over its sessions",
+        sources=(results.source,),
+        points=tuple(points),
+        axis=("accuracy", "%"),
+        place=place_name,
+        chance=tuple((panel, chance) for panel in panels),
     )
 
 
@@ -246,13 +140,23 @@ def _accuracy(measures: dict[str, Score]) -> str:
     return mean_sd(measures["accuracy"], "%")
 
 
-def figures(results: TaskResults) -> list[Illustration]:
-    """Return accuracy against change, against the alarm, and against what a correction costs."""
-    parts = (((), figure), (("alarm",), alarm_figure), (("cost",), cost_figure))
-    return [
-        Illustration(results.named(*name), caption, partial(draw, results))
-        for (name, draw), caption in zip(parts, captions(results), strict=True)
-    ]
+def figures(results: TaskResults) -> Iterator[Illustration]:
+    """Yield accuracy against change, and against the recordings that a correction needs."""
+    from ajgdata.report.marks import illustration
+
+    alarm = results.results[0].tables["alarms"].rows[-1]
+    yield illustration(
+        results.named(), "lines", _sessions(results),
+        f"{results.title}, {results.source}: models of day 1 on the same gripper later. The "
+        "correction undoes the change of empty-gripper references. The alarm rings when "
+        f"{alarm['in_a_row']} references in a row are beyond its limit: if nothing has changed, in "
+        f"at most {number(100 * alarm['false_alarm'], 2)} % of cases.", "%",
+    )  # fmt: skip
+    yield illustration(
+        results.named("cost"), "lines", _recordings(results),
+        f"{results.title}, {results.source}: references need no object and no label, and train "
+        "nothing; calibration grasps are labelled, and a model is trained with them.", "%",
+    )  # fmt: skip
 
 
 def summary(results: TaskResults) -> str:
