@@ -5,7 +5,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version, validate
 
-from ajgdata.ablations import ablation, possible
+from ajgdata.ablations import possible
 from ajgdata.acquire.recipe import recipe_hash
 from ajgdata.experiments import measure_files, packages_of
 from ajgdata.experiments.embedding_projections import NAME as PROJECTIONS
@@ -72,7 +72,8 @@ ASKED = {
     for one in asked_for(SPECS, MEASURED)
     for kind in one.kinds
 }
-ABLATED = possible([name for name, one in PLANS.items() if one.virtual])
+with errors_stop_snakemake("project"):
+    ABLATED = possible(PATHS, [name for name, one in PLANS.items() if one.virtual])
 # Further pages: why simulation and paper differ, and on the virtual gripper.
 PAGES = [
     name

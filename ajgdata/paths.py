@@ -87,6 +87,11 @@ class Paths:
         return self.reports / "comparisons"
 
     @property
+    def ablation_settings(self) -> Path:
+        """Folder of the ablations, which people write."""
+        return self.reports / "ablations"
+
+    @property
     def reports(self) -> Path:
         """Return the folder of what people edit to change a report; see `store.report_files`."""
         return self.root / "reports"

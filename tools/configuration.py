@@ -24,6 +24,7 @@ from ajgdata.types import (
     Session,
     Source,
 )
+from ajgdata.types.ablation import Ablation
 from ajgdata.types.plan import SortPlan
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -33,6 +34,7 @@ Model = type[BaseModel]
 FILES: dict[str, Model] = {
     "datasets/&lt;name&gt;/dataset.yaml": DatasetSpec,
     "datasets/&lt;name&gt;/source.yaml": Source,
+    "reports/ablations/&lt;name&gt;.yaml": Ablation,
     "session.yaml": Session,
     "recordings.csv": Recording,
     "PLAN.yaml of `ajgdata sort`": SortPlan,

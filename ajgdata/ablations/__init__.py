@@ -1,28 +1,33 @@
 """Why simulation and paper differ: experiments, each of which could refute its hypothesis.
 
-An ablation changes one thing (a setting of the scene, the split, what is trained on) and compares
-errors on the same grasps before and after. Light: Snakemake imports it.
+An ablation is a file `reports/ablations/<name>.yaml`: variants of one evaluation on the same
+grasps, and hypotheses on their differences. Light: Snakemake imports it.
 """
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Sequence
+from collections.abc import Collection
 
-from ajgdata.ablations.base import Ablation
+from pydantic import ValidationError
 
-#: Modules of this package, in the order of the page.
-ABLATIONS = ("variance", "mirror", "grouped_vs_random", "repeatability", "materials", "noise")
-
-
-def ablation(name: str) -> Ablation:
-    """Return an ablation by name. Raises ValueError for an unknown one."""
-    if name not in ABLATIONS:
-        raise ValueError(f"there is no ablation {name!r}: choose among {', '.join(ABLATIONS)}")
-    found: Ablation = importlib.import_module(f"ajgdata.ablations.{name}").ABLATION
-    return found
+from ajgdata.paths import Paths
+from ajgdata.store.files import read_yaml
+from ajgdata.types import describe
+from ajgdata.types.ablation import Ablation
 
 
-def possible(simulated: Sequence[str]) -> list[str]:
+def read_ablations(paths: Paths) -> dict[str, Ablation]:
+    """Return the ablations of a project by name. Raises DataError for a file that is wrong."""
+    ablations = {}
+    for file in sorted(paths.ablation_settings.glob("*.yaml")):
+        try:
+            ablations[file.stem] = Ablation.model_validate(read_yaml(file))
+        except ValidationError as error:
+            raise describe(error, str(file)) from None
+    return ablations
+
+
+def possible(paths: Paths, simulated: Collection[str]) -> dict[str, Ablation]:
     """Return the ablations whose data sets are all among `simulated`."""
-    return [name for name in ABLATIONS if set(ablation(name).datasets) <= set(simulated)]
+    read = read_ablations(paths).items()
+    return {name: one for name, one in read if set(one.datasets) <= set(simulated)}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ajgdata.ablations import ABLATIONS, ablation
-from ajgdata.ablations.base import with_verdicts
+from ajgdata.ablations.verdicts import figures as ablation_figures
+from ajgdata.ablations.verdicts import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
 from ajgdata.report.navigation import Group
@@ -27,7 +27,7 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
     tables = [table for _, some in read for table in some]
     if name == ABLATIONS_PAGE:
         tables = with_verdicts(tables)
-        wanted = [figure for one in ABLATIONS for figure in ablation(one).figures]
+        wanted = list(ablation_figures(tables))
     else:
         wanted = list(FIGURES.get(name, ()))
     placed = placed_figures(wanted, tables)

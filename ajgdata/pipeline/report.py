@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ajgdata.ablations.base import reasons_of, with_verdicts
+from ajgdata.ablations.verdicts import reasons_of, with_verdicts
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Lookup, TaskResults
 from ajgdata.paths import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from ajgdata.ablations import ablation
+from ajgdata.ablations import read_ablations
 from ajgdata.paths import Paths
 from ajgdata.store.provenance import layer_hash, software
 from ajgdata.store.tables import write_tables
@@ -51,10 +51,10 @@ def run_ablation(paths: Paths, name: str, out: Path, *, seed: int, quick: bool =
     Scenes that are simulated for it are kept as those of data sets are. `quick`: fewer grasps and
     the fastest model. Where data sets lack what it asks for, the reason is written instead.
     """
-    from ajgdata.ablations.data import AblationData
+    from ajgdata.ablations.measure import measure
 
     try:
-        tables = ablation(name).measure(AblationData(paths, seed=seed, quick=quick))
+        tables = measure(paths, name, read_ablations(paths)[name], seed=seed, quick=quick)
     except NotPossibleError as error:  # too few grasps, say: a result, and the run goes on
         reason = {"reason": str(error)}
         tables = [table_of(name, f"Not made: {name}", [reason], reason="Reason")]

@@ -112,16 +112,16 @@ def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
         key: value for key, value in base.items() if key not in ("tasks", "embeddings", "level")
     }
     differences = {key: value for key, value in content.items() if key != "from"}
-    return _overridden(_overridden(kept, recipe), differences)
+    return overridden(overridden(kept, recipe), differences)
 
 
-def _overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
+def overridden(base: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
     """Return `base` with the values of `by`; mappings in both are joined in the same way."""
     joined = dict(base)
     for key, value in by.items():
         old = joined.get(key)
         if isinstance(old, dict) and isinstance(value, dict):
-            joined[key] = _overridden(old, value)
+            joined[key] = overridden(old, value)
         else:
             joined[key] = value
     return joined

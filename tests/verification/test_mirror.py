@@ -3,13 +3,20 @@
 import numpy as np
 import pytest
 
-from ajgdata.ablations.data import QUIET
 from ajgdata.features.spectrum import spectrum
-from ajgdata.gripper import SAMPLE_RATE_HZ, Scene, excitation_sweep, record, simulate
+from ajgdata.gripper import (
+    SAMPLE_RATE_HZ,
+    Scene,
+    SignalChain,
+    excitation_sweep,
+    record,
+    simulate,
+)
 from ajgdata.gripper.grippers import GRIPPERS
 from ajgdata.gripper.mirror_symmetry import mirror_plane
 from ajgdata.types import FeatureSettings
 
+QUIET = SignalChain(noise_db_spl=None)
 CALM = {"roughness_mm": 0, "slope_deg": 0, "packing": 0, "force": 0, "temperature_k": 0}
 
 

@@ -26,7 +26,7 @@ rule study:
 rule ablate:
     input:
         stores=lambda wildcards: [
-            PATHS.features(name) for name in ablation(wildcards.ablation).datasets
+            PATHS.features(name) for name in ABLATED[wildcards.ablation].datasets
         ],
     output:
         tables=PATHS.ablation("{ablation}"),
@@ -39,8 +39,9 @@ rule ablate:
     params:
         recipes=lambda wildcards: [
             settings_digest(PLANS[name].spec.recipe, PLANS[name].spec.excitation)
-            for name in ablation(wildcards.ablation).datasets
+            for name in ABLATED[wildcards.ablation].datasets
         ],
+        settings=lambda wildcards: settings_digest(ABLATED[wildcards.ablation]),
         seed=config["seed"],
         quick=config["quick"],
         code=ablation_hash(),

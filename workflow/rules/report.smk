@@ -1,5 +1,5 @@
 # Ablations that the report draws on.
-REASONS = ABLATED if ABLATIONS_PAGE in PAGES else []
+REASONS = list(ABLATED) if ABLATIONS_PAGE in PAGES else []
 
 
 rule report:

@@ -1,0 +1,204 @@
+"""Fold values of the variants of an ablation: recordings as stored, or grasps simulated again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import JsonValue
+
+from ajgdata.ablations.verdicts import Folds, Measured, trial_table, value_table
+from ajgdata.acquire.recipe import plan_session, session_names
+from ajgdata.acquire.solving import SerialSolver
+from ajgdata.acquire.source import Grasp
+from ajgdata.acquire.virtual import VirtualGripper
+from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
+from ajgdata.evaluate.task_data import TaskData, split_withheld, task_data
+from ajgdata.features.bands import within
+from ajgdata.features.spectrum import spectrum
+from ajgdata.gripper import SAMPLE_RATE_HZ
+from ajgdata.gripper.scene import Nuisance
+from ajgdata.gripper.variation import Variation
+from ajgdata.paths import Paths
+from ajgdata.store.features import read_store
+from ajgdata.store.sessions import overridden, read_dataset
+from ajgdata.types import NotPossibleError
+from ajgdata.types.ablation import WITHHELD, Ablation, AblationVariant, Grasps
+from ajgdata.types.table import Table
+
+#: What is drawn anew for each grasp; the correlation lengths are no amounts.
+NUISANCES = ("roughness_mm", "slope_deg", "packing", "force", "grain_force", "temperature_k")
+
+
+def nuisances(factor: float) -> dict[str, JsonValue]:
+    """Return the scatter of grasps, `factor` times the default."""
+    base = Nuisance(**Variation().nuisance({}))
+    return {name: factor * getattr(base, name) for name in NUISANCES}
+
+
+def measure(
+    paths: Paths, name: str, ablation: Ablation, *, seed: int, quick: bool = False
+) -> list[Table]:
+    """Return the tests of an ablation's hypotheses, and the values of all its variants.
+
+    `quick`: without the CNN, and grasps of one session. Raises NotPossibleError for data sets that
+    lack what it asks for.
+    """
+    data = AblationData(paths, ablation, seed, quick)
+    models = [model for model in ablation.models if not quick or model != "cnn"]
+    folds = {
+        model: {
+            f"{variant} on:{tested}" if tested else variant: one
+            for variant, settings in ablation.variants.items()
+            for tested, one in data.evaluated(settings, model).items()
+        }
+        for model in models
+    }
+    measured = Measured(*data.metric, folds)
+    return [f(name, ablation, measured) for f in (trial_table, value_table)]
+
+
+@dataclass(frozen=True)
+class AblationData:
+    """Recordings of the variants of an ablation. `quick`: of one session of the recipe."""
+
+    paths: Paths
+    ablation: Ablation
+    seed: int = 0
+    quick: bool = False
+
+    def evaluated(self, variant: AblationVariant, model: str) -> dict[str, Folds]:
+        """Return the metric of each fold on held-out grasps, by what is tested on ("": its own)."""
+        known, tests = self._rows(variant)
+        task, grouped = self._task(variant.task), variant.split == "grouped"
+        extra = {
+            name: ExtraTestSet(rows.feature, rows.value, rows.group)
+            for name, rows in tests.items()
+            if grouped
+        }
+        result = cross_validate(
+            known.feature, known.value, known.group if grouped else None, kind=task["kind"],
+            model=model, folds=task["folds"], seed=self.seed, period=task["period_deg"],
+            extra_tests=extra,
+        )  # fmt: skip
+        scores = {"": result.scores} | {k: one.scores for k, one in result.extra_tests.items()}
+        metric, seconds = self.metric[0], result.cost.train_cpu_s
+        return {name: Folds(one.per_fold[metric], seconds) for name, one in scores.items()}
+
+    @property
+    def metric(self) -> tuple[str, str]:
+        """Return the metric that is compared, and its unit."""
+        task = self._task()
+        return ("accuracy", "") if task["kind"] == "classification" else ("rmse", task["unit"])
+
+    def _task(self, name: str | None = None) -> dict[str, Any]:
+        spec = read_dataset(self.paths, self.ablation.train)
+        return spec.task_settings(name or self.ablation.task)
+
+    def _rows(self, variant: AblationVariant) -> tuple[TaskData, dict[str, TaskData]]:
+        """Return the recordings to train on, and those to test on as well."""
+        if variant.grasps is not None:
+            grasps = self.planned(variant.grasps)
+            changed = variant.grasps.is_changed
+            return (self.changed if changed else self.recorded)(variant, grasps), {}
+        withhold = self._task(variant.task)["withhold"]
+        trained = [
+            split_withheld(self._stored(name, variant), withhold)
+            for name in variant.train or (self.ablation.train,)
+        ]
+        known, withheld = (_joined(parts) for parts in zip(*trained, strict=True))
+        tests = {WITHHELD: withheld} if len(withhold) else {}
+        for name in self.ablation.test:
+            tests[name] = split_withheld(self._stored(name, variant), withhold)[0]
+        return known, tests
+
+    def _stored(self, dataset: str, variant: AblationVariant) -> TaskData:
+        """Return the recordings of a data set in the order of their names."""
+        shard, task = read_store(self.paths.features(dataset)), self._task(variant.task)
+        rows = task_data(shard, task["target"], task["kind"], task["groups"], task["classes"])
+        rows = rows.where(np.argsort(rows.name))
+        if self.ablation.exclude:
+            rows = rows.where(~np.isin(rows.value, self.ablation.exclude))
+        if variant.one_recording:
+            rows = rows.where(np.sort(np.unique(rows.group, return_index=True)[1]))
+        if variant.band_hz is None:
+            return rows
+        normalisation = read_dataset(self.paths, dataset).features.normalisation
+        band = within(rows.feature, shard.frequency_hz, variant.band_hz, normalisation)
+        return rows._replace(feature=band[0])
+
+    def planned(self, settings: Grasps) -> list[Grasp]:
+        """Return grasps of the recipe, in the order of their names, which are those of the store.
+
+        Raises NotPossibleError for a data set without a recipe.
+        """
+        spec = read_dataset(self.paths, self.ablation.train)
+        if spec.recipe is None:
+            raise NotPossibleError(f"{spec.name} has no recipe: grasps cannot be simulated again")
+        sessions = session_names(spec.recipe)[: 1 if self.quick else settings.sessions]
+        planned = [
+            dataclasses.replace(grasp, grasp_id=f"{session}/{grasp.grasp_id}")
+            for session in sessions
+            for grasp in _first(plan_session(spec.recipe, spec.name, session, ""), settings.each)
+            if not set(map(str, grasp.targets.values())) & set(self.ablation.exclude)
+        ]
+        return sorted(planned, key=lambda grasp: grasp.grasp_id)
+
+    def recorded(self, variant: AblationVariant, grasps: Sequence[Grasp]) -> TaskData:
+        """Return the first recording of each of `grasps` as it is in the store, in their order."""
+        rows = self._stored(self.ablation.train, variant)
+        names, first = np.unique(rows.group, return_index=True)  # rows are in order of names
+        place = dict(zip(names.tolist(), first.tolist(), strict=True))
+        if missing := [g.grasp_id for g in grasps if g.grasp_id not in place]:
+            raise NotPossibleError(f"there is no recording of grasp {missing[0]}")
+        return rows.where(np.array([place[grasp.grasp_id] for grasp in grasps]))
+
+    def changed(self, variant: AblationVariant, grasps: Sequence[Grasp]) -> TaskData:
+        """Return the same grasps simulated with the variant's changes, each recorded once."""
+        spec, change = read_dataset(self.paths, self.ablation.train), variant.grasps or Grasps()
+        recipe, target = spec.recipe, self._task(variant.task)["target"]
+        assert recipe is not None, "planned from it"
+        solver, feature, value = SerialSolver(self.paths.responses), [], []
+        # One for all: what is played is filtered once.
+        source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
+        for grasp in grasps:
+            setup = changed_setup(grasp.setup, change, recipe.vary)
+            take = source.take(dataclasses.replace(grasp, setup=setup), 0)
+            feature.append(spectrum(take.samples, SAMPLE_RATE_HZ, spec.features))
+            value.append(grasp.object if target == "object" else grasp.targets[target])
+        names = np.array([grasp.grasp_id for grasp in grasps])
+        return TaskData(np.array(feature), np.array(value), names, names)
+
+
+def changed_setup(
+    setup: Mapping[str, Any], change: Grasps, varied: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the setup of a grasp with a changed scene, scatter and pose; `varied` are pose keys
+    of the recipe."""
+    changes: dict[str, Any] = dict(change.scene)
+    if change.scatter is not None:
+        scatter = {"nuisance": nuisances(change.scatter)}
+        changes["grasp"] = overridden(changes.get("grasp", {}), scatter)
+    merged = overridden(dict(setup), changes)
+    held = merged["grasp"]
+    nearer = {key: change.pose * held[key] for key in (*varied, "placed_deg") if key in held}
+    if "placed_mm" in held:
+        nearer["placed_mm"] = [change.pose * one for one in held["placed_mm"]]
+    return {**merged, "grasp": {**held, **nearer}}
+
+
+def _first(grasps: Sequence[Grasp], each: int | None) -> Iterator[Grasp]:
+    """Yield the first `each` grasps of every object, or all."""
+    seen: Counter[str] = Counter()
+    for grasp in grasps:
+        seen[grasp.object] += 1
+        if each is None or seen[grasp.object] <= each:
+            yield grasp
+
+
+def _joined(parts: Sequence[TaskData]) -> TaskData:
+    return TaskData(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
