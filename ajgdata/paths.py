@@ -209,12 +209,6 @@ class Paths:
         """Folder of models as files for other computers, unless another one is named."""
         return self.results / "exported"
 
-    def results_of(self, dataset: str) -> tuple[Path, ...]:
-        """Files and folders of `results` that hold nothing but one data set."""
-        kinds = ("acquired", "features", "tasks", "models", "published")
-        folders = (self.results / kind / dataset for kind in kinds)
-        return (self.features(dataset), self.quarantine(dataset), *folders)
-
     @property
     def snakefile(self) -> Path:
         """The workflow, if the project has its own."""

@@ -62,7 +62,7 @@ def main() -> None:
 @app.command()
 def validate(
     dataset: Annotated[
-        list[str] | None, typer.Argument(help="data sets or folders; default: every data set")
+        list[str] | None, typer.Argument(help="data sets; default: every one")
     ] = None,
     notes: Annotated[
         bool, typer.Option("--notes", help="also show what is fine though odd")
@@ -71,15 +71,17 @@ def validate(
         bool, typer.Option("--all", help="show every finding, not a few of each kind")
     ] = False,
 ) -> None:
-    """Check every recording; one line for each finding, with the fix. Exit code 1 if any.
-
-    Also checks a plain folder of audio files before it is imported.
-    """
+    """Check every recording; one line for each finding, with the fix. Exit code 1 if any."""
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.validate import validate_datasets
+    from ajgdata.pipeline.validate import validate_dataset
+    from ajgdata.store.sessions import list_datasets
 
+    paths = find_project()
+    checked, findings = 0, []
     with bar("checking") as started:
-        checked, findings = validate_datasets(find_project, dataset or [], started)
+        for name in dataset or list_datasets(paths):
+            count, issues = validate_dataset(paths, name, started)
+            checked, findings = checked + count, findings + issues
     shown = [f for f in findings if notes or f.level != "note"]
     if shown:
         print_findings(shown, everything=everything)

@@ -1,4 +1,4 @@
-"""Commands on a project: `ajgdata info`, `doctor` and `status`, which change nothing, and `run`."""
+"""Commands on a project: `ajgdata doctor` and `status`, which change nothing, and `run`."""
 
 from __future__ import annotations
 
@@ -11,17 +11,6 @@ from rich.markup import escape
 
 looking = typer.Typer()
 out = Console(emoji=False, highlight=False)
-
-
-@looking.command()
-def info(
-    dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set")],
-) -> None:
-    """Say what a data set is: recordings, labels, sessions, features, tasks, disk."""
-    from ajgdata.paths import find_project
-    from ajgdata.pipeline.info import dataset_facts
-
-    _print(dataset_facts(find_project(), dataset))
 
 
 @looking.command()

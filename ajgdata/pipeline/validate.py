@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.experiments import all_asked
 from ajgdata.paths import AUDIO_FOLDER, DATASET_FILE, Paths
-from ajgdata.pipeline.importing import common_audio
 from ajgdata.pipeline.label_counts import label_issues
 from ajgdata.pipeline.plan import declaration_problems
 from ajgdata.pipeline.progress import Started
@@ -21,45 +19,13 @@ from ajgdata.pipeline.recordings import (
     late_or_early,
     read_excitation,
 )
-from ajgdata.store.audio import Remark, file_sha256
+from ajgdata.store.audio import Remark
 from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.scan import Search, search
+from ajgdata.store.scan import search
 from ajgdata.store.session_audio import WHOLE_SESSION, AudioFile, SessionAudio, check_session
-from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
-
-#: What to do about files of a folder that is no data set yet.
-_FIXES = {
-    "other_rate": "most files here have that rate; after the import the data set can convert it",
-    "channels": "most files here have one; after the import the data set can mix or choose them",
-    "too_short": "record longer, or remove it",
-    "two_labels": "keep the one in the right folder",
-    "copy": "remove all but one",
-}
-
-
-def validate_datasets(
-    project: Callable[[], Paths], names: Sequence[str], started: Started
-) -> tuple[int, list[Finding]]:
-    """Return the number of recordings checked, and all findings, of data sets or folders `names`.
-
-    `project` finds the project; it is asked only when a data set is to be checked. A name that is
-    no data set but a folder is checked as a plain folder of audio files.
-    """
-    folders = [Path(n) for n in names if _is_folder(n) and not _is_dataset(project, n)]
-    count = 0
-    issues: list[Finding] = []
-    for folder in folders:
-        checked, found = validate_folder(folder, started)
-        count, issues = count + checked, issues + found
-    chosen = [n for n in names if Path(n) not in folders]
-    if chosen or not names:
-        paths = project()
-        for name in chosen or list_datasets(paths):
-            checked, found = validate_dataset(paths, name, started)
-            count, issues = count + checked, issues + found
-    return count, issues
+from ajgdata.store.sessions import check_one_kind, list_sessions, read_dataset
+from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 
 
 def validate_dataset(paths: Paths, dataset: str, started: Started) -> tuple[int, list[Finding]]:
@@ -128,37 +94,6 @@ def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
     ]
 
 
-def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]:
-    """Check every audio file below a plain folder against the commonest sample rate among them.
-
-    Returns the number of files and all findings.
-    """
-    found = search(folder)
-    files = [folder.absolute() / path for path in found.audio]
-    name = folder.absolute().name
-    entries = [AudioFile(str(p.relative_to(folder.absolute())), p, "") for p in files]
-    audio, window = common_audio(files), FeatureSettings().window
-    issues = _check_samples(SessionAudio(name, entries), audio, window, started(len(files)))
-    issues += _not_searched(name, found)
-    unusable = {one.recording_id for one in issues if one.level == "error"}
-    usable = [entry for entry in entries if entry.recording_id not in unusable]
-    digests = [file_sha256(entry.path) for entry in usable]
-    labels = [(str(entry.path.parent),) for entry in usable]
-    names = [f"{name}/{entry.recording_id}" for entry in usable]
-    issues += copies(names, digests, labels).values()
-    return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in issues)
-
-
-def _not_searched(name: str, found: Search) -> list[Finding]:
-    """Return warnings for hidden audio files and closed folders, notes for other skipped names."""
-    fix = "nothing to do, unless recordings are there"
-    return [
-        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.closed),
-        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.hidden),
-        *(Finding(name, p, "", "note", "not_searched", r, fix) for p, r in found.skipped),
-    ]
-
-
 def _check_samples(
     session: SessionAudio,
     audio: AudioSettings,
@@ -180,17 +115,3 @@ def _check_samples(
             delays[entry.recording_id] = delay
         advance()
     return issues + late_or_early(name, list(delays), list(delays.values()), audio.sample_rate_hz)
-
-
-def _is_folder(name: str) -> bool:
-    try:
-        return Path(name).is_dir()
-    except OSError:  # a name too long for a file
-        return False
-
-
-def _is_dataset(project: Callable[[], Paths], name: str) -> bool:
-    try:
-        return name in list_datasets(project())
-    except FileNotFoundError:
-        return False

@@ -26,7 +26,7 @@ from ajgdata.pipeline.recipes import (
     recipe_sessions,
     with_recipe,
 )
-from ajgdata.pipeline.validate import validate_datasets
+from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
 from ajgdata.store.responses import LIMIT_VARIABLE
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
@@ -131,7 +131,7 @@ def test_a_grasp_that_cannot_be_is_skipped_and_reported(project):
     rows, findings = read_recordings(project.folder("virtual-01"))
     assert {row.object for row in rows} == {"cube_10"}
     assert not findings
-    _, findings = validate_datasets(lambda: project.paths, ["d"], lambda total: lambda: None)
+    _, findings = validate_dataset(project.paths, "d", lambda total: lambda: None)
     told = [one for one in findings if one.code == "skipped"]
     assert [one.recording_id for one in told] == list(done.skipped)
     assert told[0].fix == "correct the recipe"

@@ -1,74 +1,26 @@
-"""`ajgdata info`, `doctor` and `status`: what they say is so."""
+"""`ajgdata doctor` and `status`, and the counts of labels."""
 
 import os
 import re
 import sys
 
 import pytest
-from worlds import tone
 
 from ajgdata.cli import main
 from ajgdata.pipeline.doctor import doctor, missing
-from ajgdata.pipeline.info import dataset_facts
+from ajgdata.pipeline.label_counts import counts, label_tables
 from ajgdata.pipeline.status import data_status, summarised, workflow_status
-from ajgdata.types import DataError, Target
+from ajgdata.types import DataError
 
 HEADER = "output_file\tdate\trule\tlog-file(s)\tstatus\tplan\n"
-
-
-def test_info_counts_what_there_is(project):
-    project.declare(
-        targets={
-            "edge_mm": {"kind": "regression", "unit": "mm"},
-            "hue": {"kind": "classification"},
-        },
-        tasks={"size": {"target": "edge_mm", "models": ["knn"]}},
-        description="Boxes.",
-    )  # fmt: skip
-    rows = project.session("s1")
-    hues = [
-        r.model_copy(update={"labels": {**r.labels, "hue": h}})
-        for r, h in zip(rows, ["red", "red", ""], strict=True)
-    ]
-    rejected = project.session("s2", {"a": 1250.0})[0].model_copy(
-        update={"quality": "reject", "sha256": ""}
-    )
-    project.write(hues)
-    project.write([rejected], "s2")
-    facts = dataset_facts(project.paths, "d")
-    assert facts["recordings"] == "4 (1 rejected)"
-    assert facts["grasps"] == "4"
-    assert facts["recordings per edge_mm"] == "3 numbers, 3 distinct"
-    assert facts["recordings per hue"] == "red 2; 1 missing"
-    assert facts["features"] == "not made yet; `ajgdata run d` makes them"
-    for session in ("s1", "s2"):
-        project.shard(session)
-    project.merge("s1", "s2", targets={
-        "edge_mm": Target(kind="regression", unit="mm"), "hue": Target(kind="classification")
-    })  # fmt: skip
-    facts = dataset_facts(project.paths, "d")
-    assert facts["source"] == "recorded"
-    assert facts["description"] == "Boxes."
-    assert facts["features"].startswith("3 rows of 129 values, 0 to 4000 Hz, ")
-    assert facts["quarantine"] == "1 rejected"
-    assert facts["task size"] == "edge_mm, 5 folds by grasp_id; knn"
-    audio = sum(f.stat().st_size for f in project.paths.sessions("d").rglob("*") if f.is_file())
-    assert facts["disk"].startswith(f"recordings {audio / 1e6:.1f} MB")
-    assert audio > 4 * 3 * len(tone(500))  # three bytes a sample
 
 
 def test_references_are_not_grasps(project):
     rows = project.session("s1")
     labels = {**rows[0].labels, "reference": "silence"}
     project.write([rows[0].model_copy(update={"labels": labels}), *rows[1:]])
-    facts = dataset_facts(project.paths, "d")
+    facts = counts(label_tables(project.paths, "d"), {})
     assert (facts["recordings"], facts["grasps"], facts["references"]) == ("2", "2", "1")
-
-
-def test_info_of_nothing(project):
-    assert dataset_facts(project.paths, "d")["source"].startswith("nothing recorded yet")
-    with pytest.raises(DataError, match="no such data set"):
-        dataset_facts(project.paths, "e")
 
 
 def test_doctor_says_versions_and_what_is_wrong(project):

@@ -1,18 +1,14 @@
 """`ajgdata validate` says what the workflow would quarantine, and changes nothing."""
 
 import os
-import re
-import socket
 
 import numpy as np
-import pytest
 import soundfile as sf
 from worlds import RATE_HZ, tone, write_tone
 
-from ajgdata.pipeline.validate import validate_dataset, validate_datasets, validate_folder
+from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import write_pcm24
 from ajgdata.store.sessions import read_recordings, read_session, write_session
-from ajgdata.types import DataError
 
 
 def quiet(total):
@@ -112,34 +108,6 @@ def test_a_recording_that_came_late(project):
     assert codes(check(project)[1]) == [("s1", "*", "warning", "bad_excitation")]
 
 
-def test_a_plain_folder(tmp_path):
-    folder = tmp_path / "new recordings"
-    for number in range(3):
-        write_tone(folder / f"{number}.wav", 500 + number, samples=3000)
-    write_pcm24(folder / "deep" / "3.wav", tone(600, 3000), 2 * RATE_HZ)
-    (folder / "x.wav").mkdir()
-    (folder / "4.wav").write_bytes((folder / "1.wav").read_bytes())
-    (folder / "deep" / "5.wav").write_bytes((folder / "2.wav").read_bytes())
-    (folder / "6.m4a").write_bytes(b"....ftypM4A ")
-    (folder / "7.wav").write_bytes(b"")
-    (folder / "8.wav").symlink_to(folder / "nowhere")
-    (folder / "notes.txt").write_text("")
-    checked, findings = validate_folder(folder, quiet)
-    assert checked == 9
-    said = " ".join(f"{f.problem} {f.fix}" for f in findings)
-    assert not re.search(r"dataset\.yaml|declares|\brows?\b|features\.|audio\.", said)
-    assert [(f.recording_id, f.level, f.code) for f in findings] == [
-        ("2.wav", "error", "two_labels"),  # the folder says what a recording is
-        ("4.wav", "warning", "copy"),
-        ("6.m4a", "error", "unsupported_format"),
-        ("7.wav", "error", "empty"),
-        ("8.wav", "error", "missing"),
-        ("deep/3.wav", "error", "other_rate"),
-        ("deep/3.wav", "error", "too_short"),
-        ("deep/5.wav", "error", "two_labels"),
-    ]
-
-
 def test_every_problem_of_a_file_is_listed(project):
     """A stereo file at another rate, shorter than a window, with a NaN in it: four remedies."""
     project.declare(features={"window": 2048})
@@ -153,24 +121,8 @@ def test_every_problem_of_a_file_is_listed(project):
     assert {f.level for f in found} == {"error"}
 
 
-def test_what_only_looks_like_a_file_is_named_and_never_opened(project, tmp_path):
-    """Reading a named pipe would wait for ever; a link of git-annex may lead nowhere."""
-    folder = tmp_path / "new"
-    for name in "abcd":
-        write_tone(folder / f"1_{name}.wav", 500 + ord(name), samples=3000)
-    (folder / "1_b.wav").unlink()
-    (folder / "1_b.wav").symlink_to("../.git/annex/objects/xx/SHA256E-s1.wav")
-    (folder / "1_c.wav").unlink()
-    os.mkfifo(folder / "1_c.wav")
-    (folder / "1_d.wav").unlink()
-    with socket.socket(socket.AF_UNIX) as server:
-        server.bind(os.path.relpath(folder / "1_d.wav"))
-        checked, findings = validate_folder(folder, quiet)
-    assert checked == 4
-    assert [(f.recording_id, f.code) for f in findings] == [
-        (f"1_{name}.wav", "missing") for name in "bcd"
-    ]
-    assert "git annex get" in findings[0].fix
+def test_a_named_pipe_is_never_opened(project):
+    """Reading it would wait for ever."""
     rows = project.session("s1", {"a": 500.0, "b": 510.0})
     (project.folder() / rows[0].file).unlink()
     os.mkfifo(project.folder() / rows[0].file)
@@ -192,26 +144,6 @@ def test_a_file_without_a_row_is_noted(project):
     project.session("s1")
     write_tone(project.folder() / "audio" / "deep" / "z.wav", 777)
     assert codes(check(project)[1]) == [("s1", "deep/z.wav", "note", "no_row")]
-
-
-def test_names_are_data_sets_or_folders(project, tmp_path, monkeypatch):
-    project.session()
-    write_tone(tmp_path / "folder" / "a.wav", 500, samples=3000)
-
-    def find():
-        return project.paths
-
-    assert validate_datasets(find, [], quiet) == (3, [])
-    assert validate_datasets(find, ["d", str(tmp_path / "folder")], quiet) == (4, [])
-    monkeypatch.chdir(project.paths.datasets)  # holds a folder named as the data set
-    assert validate_datasets(find, ["d"], quiet) == (3, [])
-    with pytest.raises(DataError, match="no such data set"):
-        validate_datasets(find, ["other"], quiet)
-
-    def nowhere():
-        raise FileNotFoundError("no project")
-
-    assert validate_datasets(nowhere, [str(tmp_path / "folder")], quiet) == (1, [])
 
 
 def test_progress_counts_every_recording(project):
