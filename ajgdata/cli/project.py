@@ -38,28 +38,22 @@ def status(
     more: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[NAME]... ...",
+            metavar="[NAME]... [OPTION]...",
             help="data sets, as of `ajgdata run`; the rest is handed on to Snakemake, e.g. "
             "--config 'pages=[]'",
         ),
     ] = None,
 ) -> None:
     """Say which results are current, which are not and why, and what no run would mend."""
-    from concurrent.futures import ThreadPoolExecutor
-
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.run import datasets_asked, parted, with_only
+    from ajgdata.pipeline.run import split_arguments, with_datasets
     from ajgdata.pipeline.status import data_status, workflow_status
-    from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
-    names, rest = parted(more or (), list_datasets(paths))
-    asked = with_only(names, rest)
-    with ThreadPoolExecutor(1) as beside:  # while Snakemake looks, in a process of its own
-        found = beside.submit(data_status, paths, datasets_asked(asked))
-        current, groups = workflow_status(paths, asked)
-    for line in found.result():
+    names, rest = split_arguments(more or ())
+    for line in data_status(paths, names or None):
         out.print(escape(line), soft_wrap=True)
+    current, groups = workflow_status(paths, with_datasets(names, rest))
     for group in groups:
         first, others = group.files[0], len(group.files) - 1
         files = f"{first} and {others} more" if others else first
@@ -75,7 +69,7 @@ def run(
     arguments: Annotated[
         list[str],
         typer.Argument(
-            metavar="NAME... ...",
+            metavar="NAME... [OPTION]...",
             help="data sets; the rest is handed on to Snakemake, e.g. --dry-run or --cores 2",
         ),
     ],
@@ -86,14 +80,14 @@ def run(
     and left out. The exit code is 0 only if nothing was skipped that is not declared optional.
     """
     from ajgdata.paths import find_project
-    from ajgdata.pipeline.run import parted
     from ajgdata.pipeline.run import run as run_workflow
-    from ajgdata.store.sessions import list_datasets, read_dataset
+    from ajgdata.pipeline.run import split_arguments
+    from ajgdata.store.sessions import read_dataset
 
     paths = find_project()
-    names, rest = parted(arguments, list_datasets(paths))
-    if not names:
-        read_dataset(paths, arguments[0])  # raises DataError, and says which there are
+    names, rest = split_arguments(arguments)
+    for name in names or arguments[:1]:
+        read_dataset(paths, name)  # raises DataError for an unknown name
     raise typer.Exit(run_workflow(paths, names, rest))
 
 

@@ -3,35 +3,42 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
-from difflib import get_close_matches
+from itertools import takewhile
 from pathlib import Path
 
 from ajgdata.paths import Paths, run_name
 from ajgdata.store.provenance import PACKAGE
-from ajgdata.types import NAME, DataError
+from ajgdata.types import DataError
 
-KEY = "datasets="
-#: Pages on the virtual gripper and trees for others are no part of such a run.
-WITHOUT = ("pages=[]", "publish=[]")
-#: Rules that a person asks for by name begin so.
-REPORT = "report_"
-#: Snakemake's words for what is to be set otherwise than its configuration says.
+#: Snakemake's options that set a configuration.
 CONFIG = ("--config", "-C")
-#: And for looking at what a run would do.
+#: And those that run nothing.
 LOOKING = {"--dry-run", "--dryrun", "-n"}
 #: The summary of a run that skipped tasks ends with a line that begins with this.
 INCOMPLETE = "incomplete:"
 
 
-def only(names: Sequence[str]) -> list[str]:
-    """Return Snakemake's arguments for the data sets `names`: features, tasks, models, and a report
-    of their own."""
-    return ["--config", f"{KEY}[{','.join(names)}]", "alone=True", *WITHOUT] if names else []
+def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the names of data sets, which come first, and the options for Snakemake."""
+    names = list(takewhile(lambda text: not text.startswith("-"), arguments))
+    return names, list(arguments[len(names) :])
+
+
+def with_datasets(names: Sequence[str], more: Sequence[str]) -> list[str]:
+    """Return Snakemake's arguments `more`, limited to the data sets `names`: their features, tasks,
+    models and a report of their own. Raises DataError for a second `--config`, because Snakemake
+    uses only the last one."""
+    if not names:
+        return list(more)
+    if any(text.split("=")[0] in CONFIG for text in more):
+        problem = "is already used to choose the data sets"
+        raise DataError("--config", problem, "call snakemake with your own --config")
+    chosen = f"datasets=[{','.join(names)}]"
+    return [*more, "--config", chosen, "alone=True", "pages=[]", "publish=[]"]
 
 
 def snakefile_of(paths: Paths) -> Path:
@@ -56,48 +63,7 @@ def snakefile_arguments(paths: Paths) -> list[str]:
 
 def command(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> list[str]:
     """Return the equivalent `snakemake` command, to be given in the project's folder."""
-    return ["snakemake", *snakefile_arguments(paths), *with_only(names, more)]
-
-
-def with_only(names: Sequence[str], more: Sequence[str]) -> list[str]:
-    """Return Snakemake's arguments `more` with those for the data sets `names`.
-
-    Of several `--config` Snakemake takes the last alone, hence all stand in one, at the end: what
-    follows it would be taken for values, too. Where both say the same, `more` holds.
-    """
-    config, others, values = only(names)[1:], list[str](), False
-    for one in more:
-        flag, equals, value = one.partition("=")
-        if flag in CONFIG:
-            values = not equals
-            config += [value] if equals else []
-        elif values and not one.startswith("-"):
-            config.append(one)
-        else:
-            values = False
-            others.append(one)
-    return [*others, "--config", *config] if config else others
-
-
-def parted(arguments: Sequence[str], known: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the names of data sets that `arguments` begin with, and the rest, for Snakemake.
-
-    Raises DataError for a word after the names that is no data set, no option, no file and no
-    report: it is misspelt.
-    """
-    count = next((n for n, one in enumerate(arguments) if one not in known), len(arguments))
-    rest = list(arguments[count:])
-    if rest and NAME.match(rest[0]) and not rest[0].startswith(REPORT):
-        near = get_close_matches(rest[0], known, 1)
-        here = f"declared here: {', '.join(known) or 'none'}"
-        raise DataError(rest[0], "no such data set", f"did you mean {near[0]}?" if near else here)
-    return list(arguments[:count]), rest
-
-
-def datasets_asked(arguments: Sequence[str]) -> list[str] | None:
-    """Return the data sets that Snakemake's arguments name (`datasets=[a, b]`), None for all."""
-    given = [one.removeprefix(KEY) for one in arguments if one.startswith(KEY)]
-    return re.findall(r"[\w-]+", given[-1]) if given and given[-1] != "null" else None
+    return ["snakemake", *snakefile_arguments(paths), *with_datasets(names, more)]
 
 
 def run(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> int:
@@ -105,11 +71,11 @@ def run(paths: Paths, names: Sequence[str], more: Sequence[str] = ()) -> int:
 
     If everything was there already, so that no job ran, the summary is told again.
     """
-    asked = command(paths, names, more)
-    print(shlex.join(asked), flush=True)
-    paths = dataclasses.replace(paths, run=run_name(datasets_asked(asked) or ()))
+    arguments = command(paths, names, more)
+    print(shlex.join(arguments), flush=True)
+    paths = dataclasses.replace(paths, run=run_name(names))
     before = modified_ns(paths.complete)
-    line = [sys.executable, "-m", *asked]
+    line = [sys.executable, "-m", *arguments]
     code = subprocess.run(line, check=False, cwd=paths.root).returncode
     unchanged = before == modified_ns(paths.complete)
     if code == 0 and before and unchanged and not LOOKING & set(more):

@@ -9,13 +9,10 @@ from ajgdata.paths import Paths, run_name
 from ajgdata.pipeline import run as running
 from ajgdata.pipeline.run import (
     command,
-    datasets_asked,
     end_run,
     modified_ns,
-    only,
-    parted,
     run,
-    with_only,
+    split_arguments,
 )
 from ajgdata.pipeline.run_summary import complete
 from ajgdata.pipeline.status import workflow_status
@@ -121,27 +118,16 @@ def test_an_optional_task_may_be_skipped(paths, capsys):
 def test_a_run_of_some_data_sets_is_a_command_that_a_person_could_give(tmp_path):
     paths = Paths(tmp_path)
     (tmp_path / "Snakefile").touch()
-    assert parted(["a", "b", "--cores", "2"], ["a", "b", "c"]) == (["a", "b"], ["--cores", "2"])
-    assert parted(["--config", "a"], ["a"]) == ([], ["--config", "a"])
-    asked = ["--config", "datasets=[a,b]", "alone=True", "pages=[]", "publish=[]"]
-    assert only(["a", "b"]) == asked
-    assert command(paths, ["a", "b"], ["-n"]) == ["snakemake", "-n", *asked]
-    assert datasets_asked(asked) == ["a", "b"]
-    assert datasets_asked(["--config", "datasets=[a, b-2]"]) == ["a", "b-2"]
-    assert datasets_asked(["--config", "datasets=null"]) is datasets_asked([]) is None
+    assert split_arguments(["a", "b", "--cores", "2"]) == (["a", "b"], ["--cores", "2"])
+    assert command(paths, ["a", "b"], ["-n"]) == [
+        "snakemake", "-n", "--config", "datasets=[a,b]", "alone=True", "pages=[]", "publish=[]"
+    ]  # fmt: skip
+    assert command(paths, [], ["--config", "quick=True"])[1:] == ["--config", "quick=True"]
+    for given in (["--config", "quick=True"], ["--config=quick=True"], ["-C", "quick=True"]):
+        with pytest.raises(DataError, match="call snakemake with your own --config"):
+            command(paths, ["a"], given)
     (tmp_path / "Snakefile").unlink()
     assert command(paths, ["a"])[1] == "--snakefile"  # that of the package
-
-
-@pytest.mark.parametrize("first", [[], ["esc10"]])
-def test_a_misspelt_data_set_is_named_wherever_it_stands(first):
-    known = ["esc10", "knock_material"]
-    with pytest.raises(DataError, match=r"^knok_material: no such .*; did you mean knock_material"):
-        parted([*first, "knok_material"], known)
-    with pytest.raises(DataError, match=r"declared here: esc10, knock_material$"):
-        parted([*first, "x", "--cores", "2"], known)
-    for rest in (["results/x.nc"], ["report_esc10"], ["--config", "quick=True"], ["-n", "x"]):
-        assert parted([*first, *rest], known) == (first, rest)
 
 
 def test_without_a_workflow_one_line_says_so(tmp_path, monkeypatch):
@@ -153,28 +139,6 @@ def test_without_a_workflow_one_line_says_so(tmp_path, monkeypatch):
     assert "\n" not in str(at.value)
     with pytest.raises(DataError, match="no workflow here"):
         workflow_status(Paths(tmp_path))
-
-
-@pytest.mark.parametrize(
-    "given",
-    [
-        ["--config", "quick=True", "--cores", "2", "results/x.nc"],
-        ["-C", "quick=True", "--cores", "2", "results/x.nc"],
-        ["--cores", "2", "results/x.nc", "--config=quick=True"],
-    ],
-)
-def test_what_a_person_configures_leaves_the_data_sets_as_they_are_named(given):
-    """Snakemake's own reader takes the last `--config` alone, and what follows for its values."""
-    from snakemake.cli import get_argument_parser, parse_config
-
-    read, _ = get_argument_parser().parse_known_args(with_only(["a", "b"], given))
-    assert parse_config(read.config) == {
-        "datasets": ["a", "b"], "alone": True, "pages": [], "publish": [], "quick": True
-    }  # fmt: skip
-    assert (read.targets, str(read.cores)) == (["results/x.nc"], "2")
-    later = with_only(["a"], ["--config", "pages=[accuracy]"])
-    assert parse_config(later[1:])["pages"] == ["accuracy"]
-    assert with_only([], ["--cores", "2"]) == ["--cores", "2"]
 
 
 def test_a_run_of_some_data_sets_is_named_after_them(tmp_path):
