@@ -101,13 +101,6 @@ def edit_rows(tree: Tree, change) -> None:
     write_bytes(tree / tree.METADATA, csv_bytes(header, rows))
 
 
-def edit_json(path: Path, change) -> None:
-    """Change a JSON document in place."""
-    document = json.loads(path.read_text())
-    change(document)
-    path.write_text(json.dumps(document))
-
-
 def repack(tree: Tree, change, method: int = zipfile.ZIP_STORED) -> None:
     """Change the (name, content) pairs of audio.zip in place."""
     with zipfile.ZipFile(tree / tree.ARCHIVE) as old:
@@ -121,14 +114,6 @@ def repack(tree: Tree, change, method: int = zipfile.ZIP_STORED) -> None:
 def recordings(tree: Tree) -> list[Path]:
     """Audio files of a tree."""
     return sorted((tree / "audio").rglob("*.wav"))
-
-
-def claim(tree: Tree, rows: int) -> None:
-    """Let features.nc claim so many spectra; HDF5 writes none of them."""
-    with h5py.File(tree / tree.FEATURES, "r+") as store:
-        bins = store["feature"].shape[1]
-        del store["feature"]
-        store.create_dataset("feature", (rows, bins), "f4", chunks=(128, bins))
 
 
 def flip(path: Path) -> None:

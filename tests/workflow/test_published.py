@@ -8,7 +8,8 @@ import yaml
 from conftest import snakemake_here
 
 from ajgdata.paths import Tree
-from ajgdata.store.publishing.checks import defects
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.publishing.checksums import read_checksums
 
 
 @pytest.mark.slow
@@ -20,7 +21,8 @@ def test_every_data_set_is_published_and_linked(project):
     assert project.planned(page) == {"publish_dataset": 1, "report": 1}
     project.snakemake(page)
     tree = Tree(project.paths.published("tones"))
-    assert defects(tree) == []
+    for name, digest in read_checksums(tree / tree.SUMS).items():
+        assert file_sha256(tree / name) == digest, name
     features = project.paths.features("tones").read_bytes()
     assert (tree / tree.FEATURES).read_bytes() == features
     listed = project.paths.report.with_name("datasets.html")
