@@ -139,8 +139,6 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
         f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
         "computes the features"
     )
-    if done.dropped:
-        _say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
 
 
 def _say(text: str) -> None:

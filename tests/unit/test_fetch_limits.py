@@ -1,10 +1,9 @@
-"""`ajgdata fetch` from a server that is slow, endless, or no host of data at all."""
+"""`ajgdata fetch` from a server that lists too much, or is no host of data at all."""
 
 import hashlib
 import http.server
 import shutil
 import threading
-import time
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -40,21 +39,15 @@ def project(tmp_path, monkeypatch):
 
 
 class Handler(http.server.SimpleHTTPRequestHandler):
-    """Serves a folder with connections that stay open; counts requests and connections."""
+    """Serves a folder and counts requests."""
 
     protocol_version = "HTTP/1.1"
-
-    def setup(self):
-        super().setup()
-        self.server.connections += 1
 
     def do_GET(self):
         self.server.requests += 1
         name = Path(self.translate_path(self.path)).name
         if name in self.server.pages:
             self._send(self.server.pages[name])
-        elif name == self.server.slow:
-            self._drip(name)
         else:
             super().do_GET()
 
@@ -63,18 +56,6 @@ class Handler(http.server.SimpleHTTPRequestHandler):
         self.send_header("Content-Length", str(len(content)))
         self.end_headers()
         self.wfile.write(content)
-
-    def _drip(self, name):
-        """Send the answer, or its header, a byte at a time."""
-        content = (Path(self.directory) / name).read_bytes()
-        head = f"HTTP/1.1 200 OK\r\nContent-Length: {len(content)}\r\n\r\n".encode()
-        if self.server.fast_head:
-            self.wfile.write(head)
-            head = b""
-        for byte in head + content:
-            if self.server.ended.wait(0.1):
-                return
-            self.wfile.write(bytes([byte]))
 
     def log_message(self, *_):
         pass
@@ -86,15 +67,12 @@ def serving(root):
         ("127.0.0.1", 0), partial(Handler, directory=str(root))
     ) as server:
         server.daemon_threads = True
-        server.requests = server.connections = 0
-        server.pages, server.slow, server.fast_head = {}, "", True
-        server.ended = threading.Event()
+        server.requests, server.pages = 0, {}
         thread = threading.Thread(target=server.serve_forever, args=(0.02,))
         thread.start()
         try:
             yield server
         finally:
-            server.ended.set()
             server.shutdown()
             thread.join()
 
@@ -121,24 +99,6 @@ def refusal(done, project):
     return line
 
 
-@pytest.mark.parametrize("name", [Tree.SUMS, Tree.DECLARATION, Tree.ARCHIVE])
-@pytest.mark.parametrize("fast_head", [True, False], ids=["slow body", "slow header"])
-def test_a_slow_server_cannot_block(server, project, monkeypatch, name, fast_head):
-    monkeypatch.setattr("ajgdata.store.publishing.download.START_S", 1.0)
-    server.slow, server.fast_head = name, fast_head
-    begin = time.monotonic()
-    line = refusal(fetched(server), project)
-    assert time.monotonic() - begin < 5
-    assert f"/{name}: the server sent 0 bytes in 1 s; run it again" in line
-
-
-def test_the_whole_download_has_a_time_limit(server, project, monkeypatch):
-    monkeypatch.setattr("ajgdata.store.publishing.download.MAX_S", 1.0)
-    server.slow = Tree.ARCHIVE
-    line = refusal(fetched(server), project)
-    assert "audio.zip: the download took longer than " in line
-
-
 def test_20000_listed_sessions_cause_no_requests(server, project, tree):
     lines = [
         f"{hashlib.sha256(b'').hexdigest()}  sessions/x{n}/session.yaml" for n in range(20_000)
@@ -150,18 +110,6 @@ def test_20000_listed_sessions_cause_no_requests(server, project, tree):
     assert server.requests <= 2
 
 
-def test_requests_are_limited_however_they_come_about(server, project, monkeypatch):
-    monkeypatch.setattr("ajgdata.store.publishing.download.MAX_REQUESTS", 10)
-    assert "needs more than 10 requests" in refusal(fetched(server), project)
-    assert server.requests == 10
-
-
-def test_files_share_one_connection(server, project):
-    assert fetched(server).exit_code == 0
-    assert server.requests == 11
-    assert server.connections <= 3  # for SHA256SUMS, the declaration, and everything else
-
-
 LOGIN = b"\n<!DOCTYPE html><html><title>Sign in</title></html>"
 
 
@@ -169,7 +117,7 @@ LOGIN = b"\n<!DOCTYPE html><html><title>Sign in</title></html>"
 def test_a_login_page_is_named_as_one(server, project, name):
     server.pages = {name: LOGIN}
     line = refusal(fetched(server), project)
-    assert f"/{name}: the server sent a web page (HTML) instead of the file" in line
+    assert f"/{name}: the server sent a web page (HTML)" in line
     assert "login" in line
     assert "publish" not in line.partition(": ")[2]
 
@@ -180,16 +128,8 @@ def test_a_login_page_that_was_saved_as_a_file_is_named_as_one(tree, project):
     assert "SHA256SUMS: is a web page (HTML), not a list of hashes" in line
 
 
-@pytest.mark.parametrize(
-    ("address", "fix"),
-    [
-        ("ftp://example.org/d", "Use https"),
-        ("s3://bucket/d", "Use https"),
-        ("file:///srv/d", "Name the folder without 'file://'"),
-    ],
-)
-def test_addresses_of_another_kind_are_named(project, address, fix):
+@pytest.mark.parametrize("address", ["ftp://example.org/d", "s3://bucket/d", "file:///srv/d"])
+def test_addresses_of_another_kind_are_named(project, address):
     line = refusal(CliRunner().invoke(app, ["fetch", address]), project)
     scheme = address.partition("://")[0]
-    expected = f"{address}: addresses that begin with {scheme}:// are not supported; {fix}"
-    assert line == expected
+    assert line.startswith(f"{address}: addresses that begin with {scheme}:// are not supported; ")
