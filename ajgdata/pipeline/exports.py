@@ -12,20 +12,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import SCORES, STATISTICS, TaskResults
 from ajgdata.paths import TABLES
 from ajgdata.pipeline.collect import IN_UNITS
-from ajgdata.report.blocks import ShownTable
 from ajgdata.report.comparison import PaperComparison
-from ajgdata.report.format import DASH
 from ajgdata.report.page import spectra_name
 from ajgdata.report.render import Picture
 from ajgdata.report.report_data import Report, Spectra
 from ajgdata.store.files import replacing_folder, spreadsheet_cell, write_bytes
 from ajgdata.types.table import Column, Table, Value, table_of
 
-NUMBERS = "|"  #: ends the head of a column of numbers
 #: Tables of a whole report: all results, and those beside the paper.
 RESULTS, BESIDE_PAPER = "results", "beside-paper"
 RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
@@ -55,24 +51,16 @@ def write_exports(report: Report, results: Sequence[TaskResults], folder: Path) 
     return tuple(names)
 
 
-def write_csv(path: Path, table: Table | ShownTable) -> None:
+def write_csv(path: Path, table: Table) -> None:
     """Write one table as CSV: also those of studies and ablations, beside the figures of a page."""
     write_bytes(path, csv_of(table).encode())
 
 
-def csv_of(table: Table | ShownTable) -> str:
-    """Return a table as CSV with Unix line ends.
-
-    Columns of a `Table` are headed by their keys, with the unit in brackets unless the key has it,
-    and numbers keep every digit. Cells of a table for people are as they are shown, but that
-    nothing is empty, and numbers have `-` for minus and no thousands separators.
-    """
-    if isinstance(table, ShownTable):
-        heads = [head.removesuffix(NUMBERS) for head in table.heads]
-        rows = [list(map(_plain_cell, row, table.heads)) for row in table.rows]
-    else:
-        heads = [_keyed(column) for column in table.columns]
-        rows = [[row[column.key] for column in table.columns] for row in table.rows]
+def csv_of(table: Table) -> str:
+    """Return a table as CSV with Unix line ends. Columns are headed by their keys, with the unit
+    in brackets unless the key has it; numbers keep every digit."""
+    heads = [_keyed(column) for column in table.columns]
+    rows = [[row[column.key] for column in table.columns] for row in table.rows]
     text = io.StringIO(newline="")
     cells = [[spreadsheet_cell(cell) for cell in row] for row in (heads, *rows)]
     csv.writer(text, lineterminator="\n").writerows(cells)
@@ -84,19 +72,11 @@ def _keyed(column: Column) -> str:
     return column.key if own else f"{column.key} ({column.unit})"
 
 
-def _plain_cell(cell: str, head: str) -> str:
-    if cell == DASH:
-        return ""
-    if not head.endswith(NUMBERS):
-        return cell
-    return re.sub(r"(?<=\d),(?=\d{3})", "", cell.replace("−", "-"))  # no thousands separators
-
-
-def table_files(results: TaskResults) -> dict[str, Table | ShownTable]:
+def table_files(results: TaskResults) -> dict[str, Table]:
     """Return the tables of an experiment on a task, by file name without suffix.
 
     Those of scores and costs are one, named like the experiment's main figure; others end in their
-    own name; those that people are shown are numbered.
+    own name.
     """
     base, parted = results.named(), len(results.results) > 1
     kept: dict[str, list[Table]] = {}
@@ -104,18 +84,11 @@ def table_files(results: TaskResults) -> dict[str, Table | ShownTable]:
         for table in (*one.tables.values(), *one.cost.values()):
             if table.rows:
                 kept.setdefault(table.name, []).append(_of_model(table, one.model, parted))
-    files: dict[str, Table | ShownTable] = {}
+    files: dict[str, Table] = {}
     for name, parts in kept.items():
         rows = tuple(row for part in parts for row in part.rows)
         files[base if name == SCORES else f"{base}--{_safe(name)}"] = replace(parts[0], rows=rows)
-    for number, shown in enumerate(EXPERIMENTS[results.experiment].tables(results), 1):
-        files[shown_name(base, number)] = shown
     return files
-
-
-def shown_name(base: str, number: int) -> str:
-    """Return the file name of the `number`-th table (from 1) that people are shown of a part."""
-    return f"{base}--shown-{number}"
 
 
 def tables_beside(figure: str, names: Iterable[str]) -> tuple[str, ...]:
@@ -126,7 +99,7 @@ def tables_beside(figure: str, names: Iterable[str]) -> tuple[str, ...]:
     if fits:
         return (max(fits, key=len),)
     base = "--".join(figure.split("--")[:3]) + "--"
-    beside = tuple(n for n in listed if n.startswith(base) and "--shown-" not in n)
+    beside = tuple(n for n in listed if n.startswith(base))
     return beside or tuple(name for name in listed if name == RESULTS)
 
 
@@ -148,9 +121,7 @@ def _safe(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9_]+", "-", name)
 
 
-def report_tables(
-    report: Report, results: Sequence[TaskResults]
-) -> Iterator[tuple[str, Table | ShownTable]]:
+def report_tables(report: Report, results: Sequence[TaskResults]) -> Iterator[tuple[str, Table]]:
     """Yield the tables of a whole report by file name without suffix: all results, those beside
     the paper and the spectra, named like the figures of these."""
     yield RESULTS, results_table(results)

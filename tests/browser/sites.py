@@ -92,11 +92,6 @@ def sample_site(folder: Path) -> Site:
     pages[plot.link] = render_explorer(one, here=plot.link, nav=nav)
     for name, html in pages.items():
         write_bytes(index.parent / name, html.encode())
-    for section in report.sections:
-        for part in section.parts:
-            for number, _ in enumerate(part.tables, start=1):
-                table = f"{TABLES}/{part.name}--shown-{number}.csv"
-                write_bytes(index.parent / table, b"value\n1\n")
     for name, table in report_tables(report, []):
         write_csv(index.parent / TABLES / f"{name}.csv", table)
     for dataset in report.datasets:

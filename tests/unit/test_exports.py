@@ -15,7 +15,6 @@ from ajgdata.pipeline.exports import (
     tables_beside,
     write_exports,
 )
-from ajgdata.report.blocks import ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison, Twin
 from ajgdata.types.table import table_of
 
@@ -37,19 +36,11 @@ def test_numbers_keep_every_digit_and_columns_their_units():
     assert (row["model"], row["on"]) == ("a, b", "")
 
 
-def test_cells_for_people_become_cells_for_programs():
-    shown = ShownTable("c", ("Name", "Number|"), (("−1,500", "−1,500"), ("—", "—"), ("x", "1 ± 2")))
-    assert [list(row.values()) for row in read(csv_of(shown))] == [
-        ["−1,500", "-1500"], ["", ""], ["x", "1 ± 2"],
-    ]  # fmt: skip
-    assert csv_of(shown).startswith("Name,Number\n")
-
-
 def test_tables_of_all_models_are_one_file():
     sizes, kinds = two_tasks()
     files = table_files(sizes)
     base = "cross-validation--size--edge"
-    assert [name for name in files if "shown" not in name] == [base, f"{base}--predictions"]
+    assert list(files) == [base, f"{base}--predictions"]
     scores = read(csv_of(files[base]))
     found = {(r["model"], r["part"], r["metric"], r["statistic"]): r["value"] for r in scores}
     assert found["cnn", "grouped", "rmse", "fold 1"] == "2.5"
@@ -61,8 +52,6 @@ def test_tables_of_all_models_are_one_file():
         "model"
         not in read(csv_of(table_files(kinds)["cross-validation--stones--kind--predictions"]))[0]
     )
-    shown = files[f"{base}--shown-1"]
-    assert isinstance(shown, ShownTable) and shown.rows
 
 
 def test_all_results_stand_in_one_table_with_their_costs():
@@ -90,8 +79,8 @@ def test_all_results_stand_in_one_table_with_their_costs():
     ],
 )
 def test_a_figure_is_given_its_own_table(figure, tables):
-    own = ["a--d--t", "a--d--t--predictions", "a--d--t--objects", "a--d--t--shown-1"]
-    names = ["results", *own, "b--d--t--x", "b--d--t--y", "b--d--t--shown-1"]
+    own = ["a--d--t", "a--d--t--predictions", "a--d--t--objects"]
+    names = ["results", *own, "b--d--t--x", "b--d--t--y"]
     assert list(tables_beside(figure, names)) == tables
 
 
