@@ -17,8 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.files import write_bytes
 from ajgdata.store.models import read_about
-from ajgdata.store.scan import AUDIO_SUFFIXES
-from ajgdata.types import NAME, DataError
+from ajgdata.types import DataError
 
 Started = Callable[[int], Callable[[], object]]
 _EPSILON = float(np.finfo(np.float32).eps)
@@ -94,58 +93,26 @@ class Difference:
         return not self.largest <= self.allowed
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """An exported file compared with the package, over `recordings`.
-
-    `turned` counts recordings of which the file gives another class or verdict than the package
-    for the same feature; `unusable` those that the package itself does not use.
-    """
-
-    recordings: int
-    unusable: int
-    differences: Sequence[Difference] = ()
-    turned: int = 0
-
-    @property
-    def is_wrong(self) -> bool:
-        """True if the file differs from the package, or if nothing was compared."""
-        beyond = any(difference.is_beyond for difference in self.differences)
-        return beyond or bool(self.turned) or not self.recordings
-
-
-def check_export(paths: Paths, file: Path, folder: Path | None, started: Started) -> Comparison:
-    """Compare an exported file with the package.
-
-    Over the recordings of the model's data set, or all audio files in `folder`. Raises DataError
-    for a damaged file, and if the trained model is not there or another one.
-    """
-    _check_packages()
+def check_export(
+    paths: Paths, file: Path, names: Sequence[str], started: Started
+) -> list[Difference]:
+    """Compare an exported file with the trained model `names` (data set, task, model), over the
+    recordings of the data set. `started(total)` returns a function to call per recording."""
     from ajgdata.export.onnx_file import OnnxModel
     from ajgdata.features.spectrum import spectrum
 
-    onnx = OnnxModel(file)
-    names = [str(onnx.about.get(key)) for key in ("data_set", "task", "model")]
-    place = paths.model(*names)
-    if not all(NAME.fullmatch(name) for name in names) or not place.is_dir():
-        problem = f"its trained model ({', '.join(names)}) is not there"
-        raise DataError(file, problem, "run `snakemake`, or check the file where it was written")
-    predictor = read_predictor(place, *names[:2])
-    if onnx.about != describe(predictor, read_about(place)):
-        raise DataError(file, "is not of the trained model as it is now", "export it again")
-    files, features, outputs = _audio_files(paths, names[0], folder), [], []
+    onnx, predictor = OnnxModel(file), read_predictor(paths.model(*names), *names[:2])
+    with load_recordings(names[0], paths.root) as recordings:
+        files = [Path(str(path)) for path in recordings.file.values]
     advance = started(len(files))
+    features, outputs = [], []
     for path in files:
         samples = examine(path, predictor.audio, predictor.features.window).samples
         if samples is not None:
             features.append(spectrum(samples, predictor.sample_rate_hz, predictor.features))
             outputs.append(onnx(samples))
         advance()
-    unusable = len(files) - len(outputs)
-    if not outputs:
-        return Comparison(0, unusable)
-    differences, turned = compare(predictor, np.array(features), outputs, onnx.about["period"])
-    return Comparison(len(outputs), unusable, differences, turned)
+    return compare(predictor, np.array(features), outputs, onnx.about["period"])
 
 
 def compare(
@@ -153,8 +120,8 @@ def compare(
     features: np.ndarray,
     outputs: Sequence[Mapping[str, Any]],
     period: float | None = None,
-) -> tuple[list[Difference], int]:
-    """Return the differences of a file's outputs, and how many classes or verdicts differ.
+) -> list[Difference]:
+    """Return the differences of a file's outputs; for classes and verdicts, how many differ.
 
     `features` (m, f) are the package's. All other quantities are compared for the features of the
     file, so that a vote that the rounding of a feature turns is not an error of the file. They may
@@ -175,7 +142,8 @@ def compare(
         allowed = _ROUNDINGS * amplified + 4 * _EPSILON * float(np.abs(reference).max())
         differences.append(Difference(name, _largest(theirs, reference, turn), allowed))
     pairs = zip(ours, outputs, strict=True)
-    return differences, sum(_is_turned(*pair, predictor.classes) for pair in pairs)
+    turned = sum(_is_turned(*pair, predictor.classes) for pair in pairs)
+    return [*differences, Difference("decisions", turned, 0)]
 
 
 def _values(predictions: Sequence[Prediction], name: str) -> np.ndarray:
@@ -206,14 +174,3 @@ def _feature_difference(ours: np.ndarray, theirs: np.ndarray, window: int) -> Di
     norm = np.linalg.norm(ours.astype(np.float64), axis=1)
     error = np.linalg.norm(theirs.astype(np.float64) - ours, axis=1) / np.where(norm, norm, 1.0)
     return Difference("feature", float(error.max()), 4 * _EPSILON * float(np.log2(window)))
-
-
-def _audio_files(paths: Paths, dataset: str, folder: Path | None) -> list[Path]:
-    """Return the recordings of a data set, or all audio files in a folder."""
-    if folder is None:
-        with load_recordings(dataset, paths.root) as recordings:
-            return [Path(str(file)) for file in recordings.file.values]
-    files = sorted(path for path in folder.rglob("*") if path.suffix.lower() in AUDIO_SUFFIXES)
-    if not files:
-        raise DataError(folder, "contains no recordings", "name the folder of the recordings")
-    return files

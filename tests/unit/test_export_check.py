@@ -1,13 +1,11 @@
 """`ajgdata export` and its check: a small project, trained, exported, and compared file by file."""
 
-import json
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import soundfile
 from exported_models import RATE_HZ, tones
 from typer.testing import CliRunner
 from worlds import Project
@@ -15,7 +13,7 @@ from worlds import Project
 import ajgdata
 from ajgdata.cli.main import app
 from ajgdata.paths import Paths
-from ajgdata.pipeline.export_model import export_model
+from ajgdata.pipeline.export_model import check_export, export_model
 from ajgdata.pipeline.train import train_model
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.types import DataError, Recording, Target
@@ -90,74 +88,38 @@ def exported(trained, tmp_path_factory):
 
 
 @pytest.mark.parametrize(("task", "model"), [("size", "ridge"), ("what", "linear")])
-def test_exported_and_checked(run, exported, task, model):
-    path = exported / f"d-{task}-{model}.onnx"
-    code, output = run("--check", path)
+def test_exported_and_compared(run, tmp_path, task, model):
+    code, output = run("d", task, model, "--out", tmp_path)
     assert code == 0, output
-    assert "agrees with the package; 26 recordings" in output
-    for quantity in ("feature", "novelty", "probability" if task == "what" else "value"):
+    assert "agrees with the package" in output
+    predicted = "probability" if task == "what" else "value"
+    for quantity in ("feature", "novelty", predicted, "decisions"):
         assert f"\n{quantity:12} " in f"\n{output}"
-    assert "classes or verdicts" not in output
 
 
-def changed(path, folder, weight=1.0, **about):
-    """A copy of an exported file with another largest weight or description."""
+def changed(path, folder, weight):
+    """A copy of an exported file with another largest weight."""
     model = onnx.load(path)
     largest = max(model.graph.initializer, key=lambda one: len(one.raw_data))
     array = onnx.numpy_helper.to_array(largest)
     largest.CopyFrom(
         onnx.numpy_helper.from_array((weight * array).astype(array.dtype), largest.name)
     )
-    (metadata,) = model.metadata_props
-    metadata.value = json.dumps(json.loads(metadata.value) | about)
     onnx.save(model, folder / path.name)
     return folder / path.name
 
 
-def test_a_file_with_other_weights_is_found(run, exported, tmp_path):
-    path = changed(exported / "d-what-linear.onnx", tmp_path, weight=1.001)
-    code, output = run("--check", path)
-    assert code == 1
-    assert "not explained by rounding" in output
-    assert "differs from the package" in output
+def test_a_file_with_other_weights_is_found(trained, exported, tmp_path):
+    names = ("d", "what", "linear")
+    for weight, wrong in ((1.0, False), (1.001, True)):
+        path = changed(exported / "d-what-linear.onnx", tmp_path, weight)
+        found = check_export(trained.paths, path, names, lambda total: lambda: None)
+        assert any(one.is_beyond for one in found) is wrong
 
 
-@pytest.mark.parametrize(
-    ("about", "message"),
-    [
-        ({"data_set": "../../elsewhere"}, "(?s)its trained model .* is not there"),
-        ({"task": "/etc"}, "(?s)its trained model .* is not there"),
-        ({"model": "ridge\n"}, "(?s)its trained model .* is not there"),
-        ({"model": None}, "(?s)its trained model .* is not there"),
-        ({"period": 1e-9}, "is not of the trained model as it is now"),
-        ({"provenance": {}}, "is not of the trained model as it is now"),
-    ],
-)
-def test_the_description_of_a_file_is_compared(run, exported, tmp_path, about, message):
-    path = changed(exported / "d-size-ridge.onnx", tmp_path, **about)
-    with pytest.raises(DataError, match=message):
-        run("--check", path)
-
-
-def test_other_recordings(run, exported, tmp_path):
-    folder, path = tmp_path / "mine", exported / "d-size-ridge.onnx"
-    folder.mkdir()
-    with pytest.raises(DataError, match="contains no recordings"):
-        run("--check", path, "--recordings", folder)
-    sounds = tones(3, seed=1)
-    write_pcm24(folder / "a.wav", sounds[0], RATE_HZ)
-    soundfile.write(folder / "b.flac", sounds[1], RATE_HZ)
-    write_pcm24(folder / "c.wav", sounds[2], 44_100)
-    code, output = run("--check", path, "--recordings", folder)
-    assert code == 0
-    assert "2 recordings, 1 unusable" in output  # the rate
-
-
-def test_missing_models_and_arguments(run, tmp_path):
+def test_missing_models(run, tmp_path):
     with pytest.raises(DataError, match="there is no such trained model"):
         run("d", "size", "cnn", "--out", tmp_path)
-    with pytest.raises(DataError, match="needs DATASET TASK MODEL; name all three"):
-        run("d")
 
 
 def test_the_example_with_onnx_runtime(exported, trained, tmp_path):
