@@ -22,8 +22,6 @@ from ajgdata.types import DatasetSpec, left_out
 
 Key = tuple[str, str, str]  #: data set, task or embedding, and kind of measurement
 Result = tuple[str, str, str, dict[str, Any]]  #: the key, and what its file says of it
-#: Lines of one sort that are listed; the report has all of them.
-LISTED = 20
 TRAINING = "training"
 
 
@@ -38,26 +36,28 @@ def complete(
     results = [(*key, read_json(path)) for *key, path in _results(paths, specs, keys)]
     skipped = _skipped(specs, results)
     lines = _data_lines(paths, list(specs))
-    for name, task, _, about in results:
-        if rare := about.get("left_out"):
-            named = ", ".join(f"{label} ({count})" for label, count in rare.items())
-            line = f"left out  of {name}/{task}, classes of fewer groups than min_groups: {named}"
-            lines += [line] if line not in lines else []
+    lines += dict.fromkeys(
+        f"left out  classes of {name}/{task} with fewer groups than min_groups: {', '.join(rare)}"
+        for name, task, _, about in results
+        if (rare := about.get("left_out"))
+    )
     absent = sum(
-        bool(about.get("skipped")) for *_, kind, about in results if not kind.startswith(TRAINING)
+        "skipped" in about and not kind.startswith(TRAINING) for *_, kind, about in results
     )
     lines.append(f"{many(len(keys), 'measurement')}: {len(keys) - absent} made, {absent} skipped")
-    for word, optional in (("skipped ", False), ("optional", True)):
-        part = skipped[skipped["optional"] == optional].groupby(["task", "reason"], sort=False)
-        lines += _listed(
-            [f"{word}  {task}, {_kinds(list(kinds))}: {why}" for (task, why), kinds in part["kind"]]
-        )
+    for (task, reason, optional), rows in skipped.groupby(["task", "reason", "optional"]):
+        word = "optional" if optional else "skipped "
+        lines.append(f"{word}  {task}, {', '.join(rows['kind'])}: {reason}")
     if agreements := read_json(paths.runs).get("agreements", {}):
         lines.append(f"comparison with the paper: {tally_text(agreements)}")
     if cost := run_cost(paths, list(specs), everything=not paths.run):
         lines.append(_cost_line(cost[-1]))
     lines.append(f"report: {paths.report}")
-    lines += _incomplete(list(skipped.loc[~skipped["optional"], "task"].unique()))
+    if missing := list(skipped.loc[~skipped["optional"], "task"].unique()):
+        lines.append(
+            f"{INCOMPLETE} {', '.join(missing)} skipped (reasons above), everything else is done; "
+            "correct the data, or declare `optional: true` for the task in dataset.yaml"
+        )
     write_bytes(out, "".join(f"{line}\n" for line in lines).encode())
 
 
@@ -78,20 +78,13 @@ def _skipped(specs: Mapping[str, DatasetSpec], results: Sequence[Result]) -> pd.
 
 def _data_lines(paths: Paths, names: Sequence[str]) -> list[str]:
     """Return the numbers of used and excluded recordings, and where excluded ones are listed."""
-    used, excluded = 0, {}
+    used, lines = 0, []
     for name in names:
         with open_store(paths.features(name)) as store:
             used += store.sizes["recording"]
-        excluded[name] = len(left_out(read_findings(paths.quarantine(name))))
-    total = f"{many(used, 'recording')} used, {sum(excluded.values())} left out"
-    return [
-        f"{many(len(names), 'data set')}: {total}",
-        *(
-            f"left out  {count} of {name}: {paths.quarantine(name)} says why"
-            for name, count in excluded.items()
-            if count
-        ),
-    ]
+        if excluded := len(left_out(read_findings(paths.quarantine(name)))):
+            lines.append(f"left out  {many(excluded, 'recording')}: {paths.quarantine(name)}")
+    return [f"{many(len(names), 'data set')}: {many(used, 'recording')} used", *lines]
 
 
 def _results(
@@ -128,29 +121,3 @@ def _cost_line(cost: RuleCost) -> str:
 def many(count: int, noun: str) -> str:
     """Return `1 job` or `2,000 jobs`."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
-
-
-def _kinds(kinds: Sequence[str]) -> str:
-    """Return `cross_validation (knn, cnn), reflected_energy` of the names of jobs."""
-    grouped: dict[str, list[str]] = {}
-    for kind in kinds:
-        name, _, model = kind.partition("-")
-        grouped.setdefault(name, []).append(model)
-    models = {name: ", ".join(filter(None, some)) for name, some in grouped.items()}
-    return ", ".join(f"{name} ({some})" if some else name for name, some in models.items())
-
-
-def _listed(told: list[str]) -> list[str]:
-    more = [f"          and {len(told) - LISTED} more"] if len(told) > LISTED else []
-    return told[:LISTED] + more
-
-
-def _incomplete(tasks: Sequence[str]) -> list[str]:
-    """Return the last line of a run that skipped these tasks, if there are any."""
-    if not tasks:
-        return []
-    more = f" and {len(tasks) - 1} more" if len(tasks) > 1 else ""
-    return [
-        f"{INCOMPLETE} {tasks[0]}{more} skipped (reasons above), everything else is done; correct "
-        "the data, or declare `optional: true` for the task in dataset.yaml"
-    ]

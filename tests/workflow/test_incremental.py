@@ -289,7 +289,7 @@ def test_what_was_skipped_reaches_the_console_and_the_exit_code(project):
         assert "job execution failed" not in done.stderr
     assert not list((project.root / ".snakemake" / "locks").glob("*"))
     assert "1 measurement: 0 made, 1 skipped\n" in done.stderr
-    assert "skipped   tones/pitch, cross_validation (knn)" in done.stderr
+    assert "skipped   tones/pitch, cross_validation-knn" in done.stderr
     assert "report: results/report/index.html\n" in done.stderr
     assert "Not evaluated" in project.paths.report.with_name("run.html").read_text()
     tasks["pitch"]["optional"] = True
