@@ -22,7 +22,7 @@ from ajgdata.cli.project import looking
 from ajgdata.cli.publish import publishing
 from ajgdata.pipeline.progress import bar, tracked
 from ajgdata.store.trouble import machine_trouble
-from ajgdata.types import DataError
+from ajgdata.types import DataError, Finding
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -77,7 +77,7 @@ def validate(
     from ajgdata.store.sessions import list_datasets
 
     paths = find_project()
-    checked, findings = 0, []
+    checked, findings = 0, list[Finding]()
     with bar("checking") as started:
         for name in dataset or list_datasets(paths):
             count, issues = validate_dataset(paths, name, started)

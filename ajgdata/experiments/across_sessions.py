@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.sessions import session_of
+from ajgdata.evaluate.task_data import session_of
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,

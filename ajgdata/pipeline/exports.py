@@ -27,7 +27,7 @@ RESULTS, BESIDE_PAPER = "results", "beside-paper"
 RESULT_KEYS = ("dataset", "task", "source", "experiment", "model", "part", "metric", "unit")
 PAPER_KEYS = (
     "figure", "where", "paper", "unit", "paper_text", "dataset", "task", "source", "model",
-    "result", "split", "agrees", "parts_of_band", "train_s", "inference_ms_per_recording",
+    "result", "split", "agrees", "train_s", "inference_ms_per_recording",
 )  # fmt: skip
 #: What is measured of a model, by its name in the results.
 COSTS = ("train_s", "latency_s", "peak_rss_mb")
@@ -200,10 +200,6 @@ def paper_table(rows: Sequence[PaperComparison]) -> Table:
             "result": row.result,
             "split": row.split,
             "agrees": row.agrees,
-            "parts_of_band": "; ".join(
-                f"{twin.band}: {twin.result}" + (f" ({twin.agrees})" if twin.agrees else "")
-                for twin in row.twins
-            ),
             "train_s": row.cost.train_s if row.cost else None,
             "inference_ms_per_recording": row.cost.inference_ms_per_recording if row.cost else None,
         }

@@ -58,14 +58,6 @@ class Cost(NamedTuple):
     inference_ms_per_recording: float
 
 
-class Twin(NamedTuple):
-    """The same result from a part of the band alone, and its verdict ("": no published value)."""
-
-    band: str
-    result: str
-    agrees: Verdict | Literal[""]
-
-
 @dataclass(frozen=True)
 class Change:
     """One change with one model: the metric before and after it."""
@@ -100,7 +92,7 @@ class PaperComparison:
     `model` is the model's name for people, "" where none was trained. Where `cost` is not given,
     the page gives that of training the paper's model on the task. `marks` are drawn, in `unit`
     (default: the paper's); of one part, the paper's number is drawn among them. `label` names the
-    row among others of one figure, `page` is where all is told, `twins` stand beside it. Where the
+    row among others of one figure, `page` is where all is told. Where the
     same values stand there by several splits, `split` says by which, and `note` what that makes.
     """
 
@@ -119,7 +111,6 @@ class PaperComparison:
     note: str = ""
     shown_unit: str | None = None
     page: str = ""
-    twins: tuple[Twin, ...] = ()
 
     @property
     def unit(self) -> str:

@@ -11,17 +11,9 @@ from ajgdata.types.base import ModelName, Name, Strict
 #: The experiment whose settings are the task's own.
 CROSS_VALIDATION = "cross_validation"
 #: Settings of cross-validation among those of a task.
-OWN = ("models", "compare_random", "compare_sessions", "repeats", "test_on", "bands")
+OWN = ("models", "compare_random", "test_on")
 #: Models of which it can be said how many recordings they learn from, and the choice of tuned ones.
 Limited = Literal["cnn", "linear", "ridge", "knn", "svm", "boosting", "forest", "mlp", "choosing"]
-COMPARE_SESSIONS = (
-    "also evaluate folds within each session and across sessions, where there are two or more; "
-    "auto: by k-NN and the plain linear models, and by every model of at most 200 recordings"
-)
-REPEATS = (
-    "grouped splits with other seeds, whose interval is corrected for their overlap; auto: 10 for "
-    "fewer than 100 recordings, else 1"
-)
 
 
 class Task(Strict):
@@ -45,10 +37,6 @@ class Task(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )
-    compare_sessions: Literal["auto", "all", "none"] = Field("auto", description=COMPARE_SESSIONS)
-    repeats: Literal["auto"] | Annotated[int, Field(ge=1, le=100)] = Field(
-        "auto", description=REPEATS
-    )
     withhold: tuple[float, ...] = Field(
         (), description="target values that no fold trains on; every fold's model is tested on them"
     )
@@ -62,11 +50,6 @@ class Task(Strict):
         (),
         description="data sets whose recordings the folds' models are tested on as well, e.g. the "
         "same grasps under noise; of a grasp that both hold, only the fold that holds it out",
-    )
-    bands: tuple[tuple[float, float], ...] = Field(
-        (),
-        description="bands in Hz from which alone models are evaluated as well, e.g. [[60, 6000]]: "
-        "the bins of the stored feature, normalised again",
     )
     experiments: dict[Name, dict[str, JsonValue]] = Field(
         {}, description="what else is measured of it, by name of the experiment, with its settings"
@@ -125,11 +108,6 @@ class Task(Strict):
             raise ValueError("classes lists one twice")
         if len(set(self.models)) != len(self.models):
             raise ValueError("models lists one twice")
-        if len(set(self.bands)) != len(self.bands):
-            raise ValueError("bands lists one twice")
-        for low, high in self.bands:
-            if not 0 <= low < high:
-                raise ValueError(f"bands: [{low:g}, {high:g}] must be 0 <= low < high")
         if more := sorted(set(self.papers) - set(parts)):
             raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self

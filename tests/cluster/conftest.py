@@ -26,8 +26,6 @@ TONES = {
         "pitch": {
             "target": "pitch",
             "folds": 2,
-            "repeats": 1,
-            "compare_sessions": "none",
             "models": ["knn_plain"],
         }
     },
@@ -39,7 +37,7 @@ CUBES = {
     "licence": "CC0-1.0",
     "targets": {"edge_mm": {"kind": "regression", "unit": "mm", "description": "edge length"}},
     "tasks": {
-        "size": {"target": "edge_mm", "folds": 2, "repeats": 1, "models": ["ridge_plain"]}
+        "size": {"target": "edge_mm", "folds": 2, "models": ["ridge_plain"]}
     },
     "recipe": {
         "seed": 1,

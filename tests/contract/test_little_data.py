@@ -77,7 +77,6 @@ def declaration(name: str) -> dict:
             "folds": 3,
             "models": list(FAST),
             "compare_random": True,
-            "repeats": 2,
             "test_on": ["whole"],
             "experiments": {n: s for n, s in named.items() if kind in EXPERIMENTS[n].kinds},
         }

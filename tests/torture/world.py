@@ -52,8 +52,6 @@ DECLARATION = {
         "material": {
             "target": "material",
             "folds": 2,
-            "repeats": 1,
-            "compare_sessions": "none",
             "models": ["knn"],
         }
     },

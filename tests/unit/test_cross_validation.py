@@ -55,7 +55,7 @@ KINDS = {"target": "kind", "kind": "classification", "unit": ""}
 
 def measured(model="linear", settings=None, **changes):
     """Return the tables by name, those of cost, and what else is told."""
-    found = cross_validation.measure(inputs(**changes), settings or Settings(repeats=1), model)
+    found = cross_validation.measure(inputs(**changes), settings or Settings(), model)
     tables, cost = ({t.name: t for t in made} for made in (found.tables, found.cost))
     return tables, cost, found.about
 
@@ -103,7 +103,7 @@ def test_regression():
 
 
 def test_classification_beside_a_random_split():
-    tables, cost, about = measured("knn", Settings(compare_random=True, repeats=1), **KINDS)
+    tables, cost, about = measured("knn", Settings(compare_random=True), **KINDS)
     assert score(tables, "grouped", "accuracy") == 1.0
     assert about["classes"] == ["even", "odd"]
     assert about["parts"]["random"]["groups"] == 36
@@ -113,56 +113,10 @@ def test_classification_beside_a_random_split():
     assert set(cost["scores"].column("part")) == {"cost of grouped", "cost of random"}
 
 
-def test_few_recordings_are_split_again_and_the_interval_is_told():
-    tables, _, about = measured(settings=Settings())
-    assert about["parts"]["repeated"] == {"recordings": 36, "groups": 9, "folds": 30}
-    each = folds_of(tables, "repeated", "rmse")
-    assert each[:3] == folds_of(tables, "grouped", "rmse")
-    low, mean, high = (score(tables, "repeated", "rmse", s) for s in ("low", "mean", "high"))
-    assert mean == pytest.approx(np.mean(each), rel=1e-12)
-    # t(0.975, 29) = 2.04523, tests are half as large as training parts
-    assert high - mean == pytest.approx(
-        2.04523 * np.sqrt((1 / 30 + 1 / 2) * np.var(each, ddof=1)), rel=1e-5
-    )
-    assert low == pytest.approx(2 * mean - high, rel=1e-12) and low > 0
-    rows = tables["predictions"].where(split="repeated").rows
-    assert len(rows) == 360 and {row["fold"] for row in rows} == set(range(30))
-    (one,) = models_of(sizes(Result("linear", "ridge", about, tables, {}), kind="regression"))
-    assert (one.score().mean, one.score().low, one.score().high) == (mean, low, high)
-    assert one.score("grouped").mean == np.mean(each[:3]) and not one.score("grouped").has_interval
-
-
-def of_two_sessions(**columns) -> dict:
-    """The same recordings, of grasps 0 to 4 and 5 to 9."""
-    names = text_column([f"{'ab'[n // 20]}/{n:02d}" for n in range(40)])
-    return KINDS | {"store": store(recording=names, **columns)}
-
-
-def test_sessions_are_compared_where_there_are_two():
-    tables, cost, about = measured("linear_plain", Settings(repeats=1), **of_two_sessions())
-    parts = about["parts"]
-    assert parts["within session"]["folds"] > parts["across sessions"]["folds"] == 2
-    assert about["no_sessions"] == "" and "across sessions, as many" not in parts
-    rows = tables["predictions"].where(split="across sessions").rows
-    assert {(row["recording"][0], row["fold"]) for row in rows} == {("a", 0), ("b", 1)}
-    assert len(rows) == 36
-    assert score(tables, "across sessions", "accuracy") == 1.0
-    assert "cost of across sessions" in cost["scores"].column("part")
-
-
-def test_why_sessions_are_not_compared_is_told_and_nobody_need_ask():
-    alone = "all recordings are of one session: two are needed"
-    assert measured()[2]["no_sessions"] == alone
-    none = Settings(repeats=1, compare_sessions="none")
-    assert set(measured(settings=none, **of_two_sessions())[2]["parts"]) == {"grouped"}
-    kinds = text_column(["x" if n < 20 else "y" for n in range(40)])
-    assert "holds one class alone" in measured(**of_two_sessions(kind=kinds))[2]["no_sessions"]
-
-
 @pytest.mark.parametrize("model", ["linear", "knn"])
 def test_same_bytes_twice(model, tmp_path):
     for name in ("one", "two"):
-        tables, _, about = measured(model, Settings(compare_random=True, repeats=1))
+        tables, _, about = measured(model, Settings(compare_random=True))
         write_tables(tmp_path / name, list(tables.values()), about=about)
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
@@ -264,15 +218,6 @@ def test_intervals_are_those_of_the_stored_predictions_by_grasp():
         assert stored == pytest.approx(ends(*given), rel=1e-9)
         assert stored[0] < score(tables, name, "rmse", "mean") < stored[1]
     assert score(tables, "grouped", "rmse", GRASP_INTERVAL[0]) is None  # of eight grasps
-
-
-def test_parts_of_the_band_have_intervals_of_their_own():
-    shard = store(grasp_id=text_column([f"s/{n}" for n in range(40)]))
-    settings = Settings(bands=((0, 2000),))
-    tables, _, _ = measured(store=shard, settings=settings, withhold=[11.0, 13.0, 15.0])
-    for part in ("grouped", "withheld", "overall"):
-        low, high = (score(tables, f"{part} 0-2000 Hz", "rmse", end) for end in GRASP_INTERVAL)
-        assert 0 < low < score(tables, f"{part} 0-2000 Hz", "rmse", "mean") < high
 
 
 def test_a_target_that_repeats_is_judged_the_shortest_way_round():

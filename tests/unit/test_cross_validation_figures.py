@@ -270,16 +270,6 @@ def test_splits_are_drawn_in_one_unit_where_both_were_measured(drawn):
     assert "random-against-grouped" in illustrated(sizes(size_result(parts=random_split())))
 
 
-def test_sessions_are_drawn_in_the_order_within_as_many_across():
-    names = {"within session": 0.7, "across sessions, as many": 0.5, "across sessions": 0.9}
-    parts = {name: ({"accuracy": Score(v, 0.02, (v, v))}, 0.6) for name, v in names.items()}
-    figure = drawn_of("within-against-across-sessions", kinds(kind_result(parts=parts)))
-    assert markers(figure.axes[0])[:, 0] == pytest.approx([0.75, 1.25, 0.25])
-    # of as many grasps: 1 - 0.75 / 1.25
-    assert title(figure).startswith("Within sessions folds hide 40 to 40 % of the error")
-    assert "within-against-across-sessions" not in illustrated(kinds())
-
-
 def test_labels_are_text_and_figures_are_the_same_bytes():
     task = sizes(size_result(label="$x^{2$ & <b>"))
     svg = encode(drawn_prediction(task), "svg")

@@ -169,29 +169,6 @@ def with_parts():
     )
 
 
-def repeated(score: Score) -> dict:
-    """The parts of ten repeats of five folds, with their interval, and of a single split."""
-    return {"repeated": ({"accuracy": score}, 0.6)}
-
-
-def test_an_interval_is_shown_instead_of_one_split():
-    score = Score(0.72, 0.2, (0.5, 0.94) * 5, 0.55, 0.89)
-    one = kind_result(parts=repeated(score))
-    one.about["parts"]["repeated"] = {"recordings": 10, "groups": 6, "folds": 10}
-    task = kinds(one)
-    (row,) = EXPERIMENT.rows(task)
-    assert row.value == "72 (55 to 89) %, not better than chance"  # 60 %
-    (model,) = models_of(task)
-    error = model.error
-    assert (error.mean, error.low, error.high) == pytest.approx((0.7, 0.275, 1.125))
-    assert error.bars() == [[pytest.approx(0.425)], [pytest.approx(0.425)]]
-    assert model.spread == "mean and 95 % interval of 5 × 2 folds"
-    assert "given as mean and 95 % interval of 5 × 2 folds" in EXPERIMENT.summary(task)
-    *_, table = EXPERIMENT.tables(task)
-    assert table.rows[0][2:] == ("0.72 (0.55 to 0.89)", "0.65", "0.75")
-    assert len(table.heads) == 5 and "first repeat" in table.caption
-
-
 def test_a_result_that_is_not_better_than_chance_says_so():
     """Withheld angles: 54° where a guess errs by 41°; and an interval that contains chance."""
     parts = {
@@ -210,28 +187,6 @@ def test_a_result_that_is_not_better_than_chance_says_so():
     assert better.value == "33.0 ± 5.0°"
     (row,) = beside(task)
     assert (row.result, row.agrees) == ("54 (46.5 to 61.5)°, not better than chance", "worse")
-
-
-def test_sessions_have_rows_and_why_they_have_none_is_said():
-    scores = {"within session": 0.9, "across sessions": 0.5}
-    parts = {name: ({"accuracy": Score(v, 0.1, (v, v))}, 0.6) for name, v in scores.items()}
-    both = kinds(kind_result(parts=parts), kind_result("svm", "SVM"))
-    rows = [(r.label, r.metric, r.value, r.part) for r in EXPERIMENT.rows(both)][2:]
-    assert rows == [
-        ("CNN", "accuracy, within session", "90 ± 10 %", "folds within each session"),
-        (
-            "CNN",
-            "accuracy, across sessions",
-            "50 ± 10 %, not better than chance",
-            "each session by a model of the others",
-        ),
-    ]
-    one = kind_result()
-    one.about["no_sessions"] = "all recordings are of one session: two are needed"
-    said = EXPERIMENT.summary(kinds(one))
-    assert said.endswith(
-        "Sessions are not compared: all recordings are of one session: two are needed."
-    )
 
 
 def test_further_parts_have_rows_of_their_own_beside_the_paper():

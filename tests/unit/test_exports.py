@@ -15,7 +15,7 @@ from ajgdata.pipeline.exports import (
     tables_beside,
     write_exports,
 )
-from ajgdata.report.comparison import Cost, PaperComparison, Twin
+from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.types.table import table_of
 
 THIRD = 1 / 3
@@ -87,7 +87,6 @@ def test_a_figure_is_given_its_own_table(figure, tables):
 def test_a_report_is_written_whole(tmp_path):
     beside = PaperComparison(
         PAPER, "size", "edge", "simulated", "2.2 ± 0.3 mm", "CNN", "no: lower", Cost(3.2, 0.21),
-        twins=(Twin("60–6,000 Hz", "2.4 ± 0.2 mm", "yes"),),
     )  # fmt: skip
     report = dataclasses.replace(sample_report(), comparisons=(beside,))
     tables = tmp_path / "report" / "tables"
@@ -97,7 +96,6 @@ def test_a_report_is_written_whole(tmp_path):
     assert {path.stem for path in tables.iterdir()} == set(names) and len(names) == len(set(names))
     (row,) = read((tables / "beside-paper.csv").read_text(encoding="utf-8"))
     assert (row["paper"], row["agrees"], row["train_s"]) == ("2.6", "no: lower", "3.2")
-    assert row["parts_of_band"] == "60–6,000 Hz: 2.4 ± 0.2 mm (yes)"
     spectra = read((tables / "spectra--size.csv").read_text(encoding="utf-8"))
     assert len(spectra) == 2 * 33 and spectra[33]["group"] == "<b>granite</b>"
     assert float(spectra[1]["frequency_hz"]) == report.datasets[0].spectra.frequency_hz[1]

@@ -12,7 +12,7 @@ from jinja2 import UndefinedError
 from report_samples import PAPER, SCRIPT, dataset, row, sample_report, sections
 
 from ajgdata.paths import Paths
-from ajgdata.report.comparison import Cost, PaperComparison, Twin, mark_of
+from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.format import DASH, Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_pages
@@ -193,28 +193,6 @@ def test_results_stand_beside_the_papers_with_their_cost():
     assert "experiments/size.html" in [a["href"] for a in page.all("a")]
     words = Page(pages["experiments/size.html"]).words
     assert "Paper: RMSE 2.6 mm overall. Ours" in words and ": 0.7 ± 0.1 mm." in words
-
-
-def test_parts_of_the_band_stand_beside_the_whole_one():
-    twins = (
-        Twin("60–6,000 Hz", "0.8 ± 0.1 mm", "better"),
-        Twin("60–1,200 Hz", "2.5 ± 0.3 mm", "agrees"),
-    )
-    fewer = dataclasses.replace(FOUND, dataset="b", twins=twins[1:])
-    found = (dataclasses.replace(FOUND, twins=twins), fewer)
-    report = dataclasses.replace(sample_report(), comparisons=found, paper=(PAPER,))
-    pages = render(report)
-    rows = Page(pages["paper.html"]).rows
-    heads = next(row for row in rows if "Ours" in row)
-    assert heads[2:5] == ["Ours", "Ours, from 60–6,000 Hz", "Ours, from 60–1,200 Hz"]
-    both, one = (row for row in rows if row[0] == "cubes")
-    first, other = (row[row.index("simulated") + 1 : row.index("CNN")] for row in (both, one))
-    assert first == ["0.8 ± 0.1 mm", "better", "2.5 ± 0.3 mm", "agrees"]
-    assert other == [DASH, "2.5 ± 0.3 mm", "agrees"]
-    assert "0.8 ± 0.1 mm from 60–6,000 Hz; 2.5 ± 0.3 mm from 60–1,200 Hz." in " ".join(
-        Page(pages["experiments/size.html"]).words
-    )
-    assert "Ours, from" not in render(sample_report())["paper.html"]
 
 
 def test_the_first_screen_has_a_panel_for_each_figure_of_the_paper():

@@ -7,15 +7,12 @@ import pytest
 from scipy.stats import norm
 
 from ajgdata.evaluate.agreement import why_undefined
-from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.intervals import CONFIDENCE
 from ajgdata.evaluate.resampling import (
     corrected_deviation,
     corrected_interval,
     corrected_reach,
     repeat_seed,
-    repeated,
-    repeats_of,
 )
 
 
@@ -72,44 +69,6 @@ def test_coverage_is_nearer_the_stated_one_than_that_of_the_plain_interval():
     spread = math.sqrt(CONFIDENCE * (1 - CONFIDENCE) / runs)  # of a share of that many runs
     assert plain / runs < CONFIDENCE - 5 * spread
     assert abs(corrected / runs - CONFIDENCE) <= 3 * spread
-
-
-def test_few_recordings_are_split_ten_times_unless_there_is_one_split_alone():
-    assert repeats_of("auto", 99, 50, 5) == 10
-    assert repeats_of("auto", 100, 50, 5) == 1
-    assert repeats_of(3, 5000, 50, 5) == 3
-    assert repeats_of(3, 50, 5, 5) == 1  # each group is a fold, whatever the seed
-
-
-def small() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    generator = np.random.default_rng(1)
-    group = np.repeat(np.arange(12), 2)
-    return generator.uniform(1, 2, (24, 8)), np.array(list("ab"))[group % 2], group
-
-
-def test_no_repeat_has_a_group_on_both_sides_and_all_differ():
-    x, y, group = small()
-
-    def once(seed: int):
-        named = {"kind": "classification", "model": "knn", "folds": 3}
-        return cross_validate(x, y, group, seed=seed, **named)
-
-    first = once(5)
-    found = repeated(once, first, 4, seed=5)
-    fold = found.predictions.fold.reshape(4, 24)
-    assert [sorted(set(one)) for one in fold] == [[3 * n, 3 * n + 1, 3 * n + 2] for n in range(4)]
-    for one in fold:
-        assert all(len(set(one[group == g])) == 1 for g in range(12))
-    parts = {frozenset(frozenset(np.flatnonzero(one == f)) for f in set(one)) for one in fold}
-    assert len(parts) == 4
-    np.testing.assert_array_equal(found.predictions.y_pred[:24], first.predictions.y_pred)
-    right = (found.predictions.y_pred == found.predictions.y_true).reshape(4, 24)
-    each = [np.mean(right[n // 3][fold[n // 3] == n]) for n in range(12)]
-    assert found.scores.per_fold["accuracy"] == pytest.approx(each, rel=1e-12)
-    assert found.scores.mean["accuracy"] == pytest.approx(np.mean(each), rel=1e-12)
-    assert np.sum(found.scores.confusion) == 96
-    again = repeated(once, once(5), 4, seed=5)
-    assert again.scores == found.scores
 
 
 def test_seeds_of_repeats_differ_between_seeds_of_a_task():

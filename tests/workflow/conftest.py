@@ -34,8 +34,6 @@ DECLARATION = {
         "pitch": {
             "target": "pitch",
             "folds": 3,
-            "repeats": 1,
-            "compare_sessions": "none",
             "models": ["knn"],
         }
     },

@@ -13,8 +13,6 @@ from ajgdata.store.tables import read_tables
 TASK = {
     "target": "pitch",
     "folds": 3,
-    "repeats": 1,
-    "compare_sessions": "none",
     "models": ["knn"],
     "test_on": ["copy"],
     "experiments": {

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -24,13 +24,6 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.cross_validation import shown
-from ajgdata.experiments.cross_validation.bands import Band, confined, part_within
-from ajgdata.experiments.cross_validation.further import (
-    ScoreRow,
-    further_splits,
-    grasp_interval_scores,
-    interval_scores,
-)
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     OVERALL,
@@ -43,13 +36,13 @@ from ajgdata.experiments.cross_validation.results import (
 from ajgdata.report.blocks import Illustration
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
-from ajgdata.types.tasks import COMPARE_SESSIONS, REPEATS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ajgdata.evaluate.crossval import CrossValidation, Predictions, Tested
 
+ScoreRow = tuple[str, str, str, str, float]
 MAX_VALUES = 50  #: a target with more distinct values is continuous: no table by value
 PREDICTION_COLUMNS = {
     "recording": "Recording", "split": "Split", "fold": "Fold", "y_true": "Truth",
@@ -70,23 +63,9 @@ class Settings(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )
-    compare_sessions: Literal["auto", "all", "none"] = Field("auto", description=COMPARE_SESSIONS)
-    repeats: Literal["auto"] | Annotated[int, Field(ge=1, le=100)] = Field(
-        "auto", description=REPEATS
-    )
     test_on: tuple[Name, ...] = Field(
         (), description="data sets whose recordings the folds' models are tested on as well"
     )
-    bands: tuple[tuple[float, float], ...] = Field(
-        (), description="bands in Hz from which alone the models are evaluated as well"
-    )
-
-
-class Twin(NamedTuple):
-    """A cross-validation from a part of the band, and the recordings of its parts by name."""
-
-    result: CrossValidation
-    data: dict[str, TaskData]
 
 
 class Evaluation(NamedTuple):
@@ -140,22 +119,16 @@ def _check_magnitude(value: NDArray[Any], target: str) -> None:
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return errors, predictions and cost of `model` on the folds of a task."""
     found = evaluate(inputs, model, settings.test_on, settings.compare_random)
-    further = further_splits(inputs, settings, model, found)
-    splits = found.splits | further.sessions
     parts: dict[str, CrossValidation | Tested] = {}
-    for split, result in splits.items():
+    for split, result in found.splits.items():
         parts |= {split: result, **result.extra_tests}
-    parts |= further.repeated
     known, grouped = found.data[GROUPED], found.splits[GROUPED].scores
-    twins = _twins(inputs, settings, model)
     scores = _scores(model, parts, found.data, inputs)
-    scores += interval_scores(model, further.repeated, grouped.folds)
-    scores += _thinned_scores(model, splits)
+    scores += _thinned_scores(model, found.splits)
     values: Iterable[Mapping[str, Any]] = ()
     if inputs.kind == "regression":
         values = _by_value(found.splits[GROUPED], inputs.period_deg)
         scores += _overall_scores(model, found.splits[GROUPED], found.data, inputs)
-    scores += _twin_scores(model, twins, inputs)
     predicted = (
         row
         for part, one in parts.items()
@@ -169,8 +142,8 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
-        _cost_tables(model, splits | {part_within(*key): one.result for key, one in twins.items()}),
-        {"parts": about, "classes": list(grouped.classes), "no_sessions": further.no_sessions},
+        _cost_tables(model, found.splits),
+        {"parts": about, "classes": list(grouped.classes)},
     )
 
 
@@ -220,26 +193,30 @@ def _overall_scores(
     yield from grasp_interval_scores(model, OVERALL, tests, inputs)
 
 
-def _twins(inputs: Inputs, settings: Settings, model: str) -> dict[tuple[str, Band], Twin]:
-    """Return the cross-validations of a task from each band alone, by split and band."""
-    named = settings.test_on, settings.compare_random
-    twins: dict[tuple[str, Band], Twin] = {}
-    for band in settings.bands:
-        found = evaluate(confined(inputs, band), model, *named)
-        twins |= {(split, band): Twin(one, found.data) for split, one in found.splits.items()}
-    return twins
-
-
-def _twin_scores(
-    model: str, twins: Mapping[tuple[str, Band], Twin], inputs: Inputs
+def grasp_interval_scores(
+    model: str, part: str, tests: Sequence[tuple[Predictions, TaskData]], inputs: Inputs
 ) -> Iterator[ScoreRow]:
-    """Yield rows of scores from each band alone, of every part that the whole band has."""
-    for (split, band), (found, data) in twins.items():
-        rows = _scores(model, {split: found, **found.extra_tests}, data, inputs)
-        if inputs.kind == "regression":
-            rows += _overall_scores(model, found, data, inputs)
-        for name, part, metric, statistic, value in rows:
-            yield name, part_within(part, band), metric, statistic, value
+    """Yield the ends of the interval over grasps of the metric that is read first.
+
+    `tests` are predictions, and the recordings that their rows count in: of known and withheld
+    values together there are two.
+    """
+    from ajgdata.evaluate.agreement import GRASP_INTERVAL
+    from ajgdata.evaluate.intervals import metric_interval
+    from ajgdata.evaluate.metrics import METRICS
+
+    y_true, y_pred, fold = (
+        np.concatenate([getattr(one, key) for one, _ in tests])
+        for key in ("y_true", "y_pred", "fold")
+    )
+    group = np.concatenate([data.group[one.row] for one, data in tests])
+    parts = np.repeat(np.arange(len(tests)), [len(one.row) for one, _ in tests])
+    interval = metric_interval(
+        y_true, y_pred, fold, group, part=parts, kind=inputs.kind, period=inputs.period_deg,
+        seed=inputs.seed,
+    )  # fmt: skip
+    for end, value in zip(GRASP_INTERVAL, interval, strict=True):
+        yield model, part, METRICS[inputs.kind][0], end, value
 
 
 def _by_value(found: CrossValidation, period: float | None) -> list[dict[str, Any]]:

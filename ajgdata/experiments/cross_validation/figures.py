@@ -1,4 +1,4 @@
-"""Figures of cross-validation: predictions, models over their run time, levels, bands and splits.
+"""Figures of cross-validation: predictions, models over their run time, levels and splits.
 
 Each is a picture of one of the shared marks, made of the scores of the models.
 """
@@ -10,9 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import TaskResults
-from ajgdata.experiments.cross_validation.bands import band_label, bands_of, twins
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     RANDOM,
@@ -23,9 +21,7 @@ from ajgdata.experiments.cross_validation.results import (
     elsewhere,
     metric_name,
     models_of,
-    paper_model,
     paper_told,
-    part_label,
     quantity,
 )
 from ajgdata.report.blocks import Illustration
@@ -48,17 +44,11 @@ SPLITS: tuple[tuple[str, dict[str, str], str], ...] = (
         "Grouped: no group on both sides of the split (used everywhere else). Random: groups "
         "ignored.",
     ),
-    (
-        "within-against-across-sessions",
-        {WITHIN: "within sessions", AS_MANY: "as many", ACROSS: "across sessions"},
-        "Within: folds inside each session. Across: each session by a model of all others; as "
-        "many: of no more grasps of each class than within.",
-    ),
 )
 
 
 def illustrations(results: TaskResults) -> Iterator[Illustration]:
-    """Yield the figures of a task: predictions (of the best model open), levels, times, bands."""
+    """Yield the figures of a task: predictions (of the best model open), levels, times."""
     models = models_of(results)
     if not models:
         return
@@ -70,8 +60,6 @@ def illustrations(results: TaskResults) -> Iterator[Illustration]:
         yield _levels(results, models)
     if len(models) >= MANY_MODELS:
         yield _run_time(results, models)
-    if bands_of(results):
-        yield _bands(results, models)
 
 
 def across(results: Sequence[TaskResults]) -> Iterator[Illustration]:
@@ -260,34 +248,6 @@ def _wrong(model: ModelResult) -> Score:
     if model.task.kind == "regression":
         return score
     return Score(100 - score.mean, score.sd, (), 100 - score.high, 100 - score.low)
-
-
-def _bands(results: TaskResults, models: Sequence[ModelResult]) -> Illustration:
-    """Return the metric of each model from the whole band and from parts of it alone."""
-    first = paper_model(results) or best_of(tuple(models))
-    parts = [GROUPED, *(part for part, paper in first.parts[1:] if paper and part != RANDOM)][:3]
-    points = []
-    for part in parts:
-        panel = "held out" if part == GROUPED else part_label(results, part)
-        for model in (one for one in models if one.has(part)):
-            scores = {"whole band": model.score(part)}
-            scores |= {band_label(band): score for band, score in twins(model, part)}
-            points += [
-                Point(panel, model.label, name, _scaled(model, score))
-                for name, score in scores.items()
-            ]
-    own = [f"{first.shown(score)} from {band_label(b)}" for b, score in twins(first, GROUPED)]
-    whole = f"{first.shown(first.score(GROUPED))} from the whole band"
-    picture = Picture(
-        title=f"{first.label}: {', '.join([whole, *own])}",
-        subtitle=f"{results.title}: mean ± sd over {first.count('folds')} folds",
-        sources=(results.source,),
-        points=tuple(points),
-        axis=(metric_name(results), results.shown_unit),
-    )
-    text = f"{results.title}: the same models and folds, from the whole band (as the paper, 0 to "
-    text += "22.05 kHz) and from the bins of a part of it alone, normalised again."
-    return illustration(results.named("bands"), "rows", picture, text, results.shown_unit)
 
 
 # All tasks

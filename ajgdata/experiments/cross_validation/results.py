@@ -17,7 +17,6 @@ from ajgdata.evaluate.agreement import (
     compare,
     is_better_than_chance,
 )
-from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from ajgdata.experiments.base import METRIC_NAMES, SCORES, Result, TaskResults
 from ajgdata.report import comparison
 from ajgdata.report.format import Score, mean_sd, words
@@ -25,9 +24,6 @@ from ajgdata.report.paper import PaperFigure
 from ajgdata.types import Level
 
 GROUPED, RANDOM = "grouped", "random"
-REPEATED = "repeated"  #: the grouped split with other seeds, too
-#: Splits by session, see `evaluate.sessions`.
-SESSION_SPLITS = (WITHIN, ACROSS, AS_MANY)
 WITHHELD = "withheld"  #: part of the recordings that no fold trains on
 OVERALL = "overall"  #: known and withheld recordings together
 #: Metrics of the part "training of SPLIT": recordings that a model learned from, and had.
@@ -107,31 +103,25 @@ class ModelResult:
         return found
 
     @property
-    def leading(self) -> str:
-        """Return the part that is read first: the grouped split, of few recordings repeated."""
-        return REPEATED if self.has(REPEATED) else GROUPED
-
-    @property
     def metrics(self) -> dict[str, Score]:
-        """Return every metric of the part that is read first."""
-        return {m: self.score(part, m) for part, m in self._scores if part == self.leading}
+        """Return every metric of the grouped split."""
+        return {m: self.score(part, m) for part, m in self._scores if part == GROUPED}
 
     def has(self, part: str) -> bool:
         """Return whether a part was evaluated."""
         return (part, self.task.metric) in self._scores
 
     def score(self, part: str = "", metric: str = "") -> Score:
-        """Return a metric of a part; by default those that are read first.
+        """Return a metric of a part; by default the first metric of the grouped split.
 
         Raises ValueError for a part, or a metric, that was not evaluated.
         """
-        part, name = part or self.leading, metric or self.task.metric
+        part, name = part or GROUPED, metric or self.task.metric
         if (part, name) not in self._scores:
             raise ValueError(f"{self.task.title}: no {name} of {part!r} by {self.label}")
         values = self._scores[part, name]
         folds = tuple(v for statistic, v in values.items() if statistic.startswith("fold "))
-        ends = values.get("low", math.nan), values.get("high", math.nan)
-        return Score(values["mean"], values["sd"], folds, *ends)
+        return Score(values["mean"], values["sd"], folds)
 
     @property
     def thinned(self) -> str:
@@ -146,11 +136,11 @@ class ModelResult:
 
     def chance(self, part: str = "") -> float:
         """Return the metric that is read first of a guess that ignores the sound; NaN if untold."""
-        return self._scores[part or self.leading, self.task.metric].get("chance", math.nan)
+        return self._scores[part or GROUPED, self.task.metric].get("chance", math.nan)
 
     def interval(self, part: str = "") -> Interval:
         """Return the 95 % interval over grasps of the metric that is read first."""
-        values = self._scores[part or self.leading, self.task.metric]
+        values = self._scores[part or GROUPED, self.task.metric]
         return Interval(*(values.get(end, math.nan) for end in GRASP_INTERVAL))
 
     def with_interval(self, part: str = "") -> Score:
@@ -190,7 +180,7 @@ class ModelResult:
 
     @property
     def error(self) -> Score:
-        """Return the normalised error of the part that is read first."""
+        """Return the normalised error of the grouped split."""
         return self.normalise(self.score())
 
     @cached_property
@@ -245,7 +235,6 @@ class ModelResult:
         """Return the parts that were tested, the grouped split first, with the paper's figures."""
         named = [(part, self.task.papers.get(p)) for part, p in PAPER_PARTS.items()]
         named += [(elsewhere(name), self.task.papers.get(name)) for name in self.tested_on]
-        named += [(split, None) for split in SESSION_SPLITS]
         return [(part, paper) for part, paper in named if self.has(part)]
 
     def shown(self, score: Score | None = None) -> str:
@@ -255,11 +244,7 @@ class ModelResult:
     @property
     def spread(self) -> str:
         """Return what is given beside the mean, in words."""
-        folds = self.count("folds")
-        if not self.score().has_interval:
-            return f"mean ± sd over {folds} folds"
-        repeats = self.count("folds", REPEATED) // folds
-        return f"mean and 95 % interval of {repeats} × {folds} folds"
+        return f"mean ± sd over {self.count('folds')} folds"
 
     @property
     def shown_chance(self) -> str:
@@ -273,12 +258,7 @@ def part_label(results: TaskResults, part: str) -> str:
         WITHHELD: "values withheld from training",
         OVERALL: "known and withheld values together",
     }
-    told |= {
-        RANDOM: "split by recording: other recordings of a grasp may be trained on",
-        WITHIN: "folds within each session",
-        ACROSS: "each session by a model of the others",
-        AS_MANY: "each session by a model of as many grasps of the others as within",
-    }
+    told |= {RANDOM: "split by recording: other recordings of a grasp may be trained on"}
     tested = {elsewhere(name): f"tested on {o.title}" for name, o in results.others.items()}
     return (told | tested)[part]
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from ajgdata.evaluate.agreement import NO_BETTER, Verdict, together
 from ajgdata.experiments.base import Lookup, TaskResults
-from ajgdata.experiments.cross_validation import bands
 from ajgdata.experiments.cross_validation.results import (
     GROUPED,
     RANDOM,
@@ -32,7 +31,7 @@ from ajgdata.report.comparison import (
     holds,
     mark_of,
 )
-from ajgdata.report.format import DASH, Score, mean_sd, number, words
+from ajgdata.report.format import Score, mean_sd, number, words
 from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 
@@ -85,25 +84,20 @@ def summary(results: TaskResults) -> str:
     counts = f"{first.count('recordings'):,} recordings in {first.count('groups'):,} groups"
     near = ", ".join(m.label for m in close_to_best(models) if m is not top)
     near = f"; within its standard deviation: {near}" if near else ""
-    spread = f", given as {first.spread}" if first.score().has_interval else ""
-    missing = next((why for m in models if (why := m.result.about.get("no_sessions"))), "")
-    alone = f" Sessions are not compared: {missing}." if missing else ""
     thinned = "; ".join(f"{m.label} on {m.thinned}" for m in models if m.thinned)
-    alone += f" Recordings of a fold that were trained on: {thinned}." if thinned else ""
+    thinned = f" Recordings of a fold that were trained on: {thinned}." if thinned else ""
     return (
         f"{results.kind.capitalize()} of {results.target}{unit} from {counts} "
-        f"({results.groups}), {first.count('folds')} folds{spread}. "
-        f"Lowest error: {top.label}, {metric_name(results)} {top.shown()}{near}.{alone}"
+        f"({results.groups}), {first.count('folds')} folds. "
+        f"Lowest error: {top.label}, {metric_name(results)} {top.shown()}{near}.{thinned}"
     )
 
 
 def tables(results: TaskResults) -> Iterator[ShownTable]:
-    """Yield scores by band, the best model's errors by value, and all metrics by fold."""
+    """Yield the best model's errors by value, and all metrics by fold."""
     models = models_of(results)
     if not models:
         return
-    if bands.bands_of(results):
-        yield _bands_table(results, models)
     top, unit = best_of(models), results.unit
     if values := top.result.tables["by_value"].rows:
         yield ShownTable(
@@ -114,12 +108,9 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
             f"{top.label}, value by value",
         )
     folds = (f"Fold {fold + 1}|" for fold in range(models[0].count("folds")))
-    interval = models[0].score().has_interval
-    first = "; the folds are those of the first repeat" if interval else ""
     yield ShownTable(
-        "Shares such as accuracy lie between 0 and 1"
-        f"{f'; errors are in {unit}' if unit else ''}{first}.",
-        ("Model", "Metric", "Mean (95 % interval)|" if interval else "Mean ± sd|", *folds),
+        f"Shares such as accuracy lie between 0 and 1{f'; errors are in {unit}' if unit else ''}.",
+        ("Model", "Metric", "Mean ± sd|", *folds),
         tuple(
             (
                 model.label,
@@ -131,25 +122,6 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
             for name, score in model.metrics.items()
         ),
         "All metrics, fold by fold",
-    )
-
-
-def _bands_table(results: TaskResults, models: tuple[ModelResult, ...]) -> ShownTable:
-    """Return the metric of each model on each part, from the whole band and from parts of it."""
-    names = bands.bands_of(results)
-    rows = []
-    for model in models:
-        for part in (part for part, _ in model.parts if part != RANDOM):
-            scores = {band: model.shown(score) for band, score in bands.twins(model, part)}
-            where = "held out" if part == GROUPED else part_label(results, part)
-            whole = model.shown(model.score(part))
-            rows.append((model.label, where, whole, *(scores.get(one, DASH) for one in names)))
-    return ShownTable(
-        "The same recordings, folds and models; only the bins in the band, normalised again; the "
-        "paper's 1025 bins are the whole band, 0 to 22.05 kHz.",
-        ("Model", "Tested on", "Whole band|", *(f"{bands.band_label(one)}|" for one in names)),
-        tuple(rows),
-        "From parts of the band alone",
     )
 
 
@@ -186,7 +158,7 @@ def paper_comparison(results: TaskResults, lookup: Lookup) -> Iterator[PaperComp
                 agrees = first.verdict(part, paper.value)
             row = _row(paper, first, text, agrees, marks_of(models, first, part))
             split, note = _of_two_splits(first, part)
-            row = replace(row, twins=bands.beside(paper, first, part), split=split, note=note)
+            row = replace(row, split=split, note=note)
             yield replace(row, label=f"known, {split}") if split else row
 
 
@@ -295,7 +267,7 @@ def _baselines(
     """Return k-NN beside the paper's, and which model is best of all."""
     score, best = baseline.with_interval(), best_of(models)
     text = f"{baseline.shown(score)}; lowest error of {len(models)}: {best.label}, {best.shown()}"
-    agrees = baseline.verdict(baseline.leading, paper.value or 0.0)
+    agrees = baseline.verdict(GROUPED, paper.value or 0.0)
     marks = (
         mark_of("ours", baseline.label, score, 100),
         mark_of("baseline", best.label, best.with_interval(), 100),
