@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from ajgdata.gripper.object_materials import Material
 
 Real = NDArray[np.floating]
-Complex = NDArray[np.complexfloating]
 #: m/s².
 GRAVITY = 9.81
 #: What grains are made of. Densities: the paper's balls, 0.2 g of 6 mm and 0.36 g of 4.5 mm, and
@@ -106,62 +105,24 @@ def plane_modulus(young: ArrayLike, poisson: ArrayLike) -> Real:
     return np.asarray(young, float) / (1 - np.square(poisson))
 
 
-def contact_modulus(one: Material, other: Material) -> float:
-    """E* = 1/((1-ν₁²)/E₁ + (1-ν₂²)/E₂) in Pa (Hertz 1882; Johnson 1985, eq. 4.6)."""
-    first, second = (plane_modulus(m.young_pa, m.poisson) for m in (one, other))
-    return float(1 / (1 / first + 1 / second))
-
-
-def hertz_approach(force: ArrayLike, radius: ArrayLike, modulus: ArrayLike) -> Real:
-    """Approach (m) of a sphere and a half-space: (9F²/(16 R E*²))^(1/3) (Johnson, eq. 4.23).
-
-    Of a force (N), radius (m) and `contact_modulus` E* (Pa); the arrays broadcast.
-    """
-    return np.cbrt(9 * np.square(force) / (16 * np.asarray(radius) * np.square(modulus)))
-
-
 def hertz_stiffness(force: ArrayLike, radius: ArrayLike, modulus: ArrayLike) -> Real:
-    """dF/dδ of `hertz_approach`, (6 E*² R F)^(1/3) in N/m, twice E* times the contact's radius;
-    the arrays broadcast."""
+    """Stiffness dF/dδ of a sphere on a half-space, (6 E*² R F)^(1/3) in N/m, of a force (N), radius
+    (m) and modulus E* (Pa); the arrays broadcast. Hertz 1882; Johnson 1985, eq. 4.23."""
     return np.cbrt(6 * np.square(modulus) * np.asarray(radius) * np.asarray(force))
-
-
-def mindlin_ratio(poisson: ArrayLike) -> Real:
-    """Tangential over normal stiffness of two like spheres that do not slip, 2(1-ν)/(2-ν).
-
-    For an array of Poisson's ratios, of its shape. Mindlin, J. Appl. Mech. 16 (1949) 259.
-    """
-    return 2 * (1 - np.asarray(poisson, float)) / (2 - np.asarray(poisson, float))
-
-
-def microslip_loss(tangential: ArrayLike, normal: ArrayLike, friction: ArrayLike) -> Real:
-    """Loss factor of a contact that slips at its rim, 2T/(9π μN), T the amplitude of the force.
-
-    Mindlin & Deresiewicz, J. Appl. Mech. 20 (1953) 327: of the stored T²/(2kₜ) a cycle loses
-    4T/(9μN), to first order in T/μN. It grows with the amplitude: not linear. The arrays broadcast.
-    """
-    ratio = np.asarray(tangential, float) / (np.asarray(friction, float) * np.asarray(normal))
-    return 2 / (9 * np.pi) * ratio
 
 
 #: Powers of χ = √(Rδ)/h by which a bonded incompressible layer is stiffer than a half-space.
 BONDED = np.array([1.0, 1.133, 1.283, 0.769, 0.0975])
 
 
-def layer_force(approach: ArrayLike, radius: float, thickness: float, young: float) -> Real:
-    """Force (N) that presses a rigid sphere by `approach` (m, any shape) into an incompressible
-    layer; its thickness and the radius in m, Young's modulus in Pa.
-
-    16/9 E √R δ^(3/2) (1 + 1.133χ + 1.283χ² + 0.769χ³ + 0.0975χ⁴), χ = √(Rδ)/h: Dimitriadis et
-    al., Biophys. J. 82 (2002) 2798, eq. 13, for a layer bonded to a rigid ground; Hertz as χ → 0.
-    """
-    approach = np.asarray(approach, float)
-    stiffer = np.polynomial.polynomial.polyval(np.sqrt(radius * approach) / thickness, BONDED)
-    return 16 / 9 * young * np.sqrt(radius) * approach**1.5 * stiffer
-
-
 def layer_approach(force: float, radius: float, thickness: float, young: float) -> float:
-    """Inverse of `layer_force`: by Newton's rule in χ, from above, where it cannot overshoot."""
+    """Approach (m) of a rigid sphere that `force` (N) presses into an incompressible layer; its
+    thickness and the radius in m, Young's modulus in Pa.
+
+    Inverts F = 16/9 E √R δ^(3/2) (1 + 1.133χ + 1.283χ² + 0.769χ³ + 0.0975χ⁴), χ = √(Rδ)/h:
+    Dimitriadis et al., Biophys. J. 82 (2002) 2798, eq. 13, for a layer bonded to a rigid ground;
+    Hertz as χ → 0. By Newton's rule in χ, from above, where it cannot overshoot.
+    """
     scale = 16 / 9 * young * thickness**3 / radius
     powers = np.concatenate([np.zeros(3), BONDED])
     slope = np.polynomial.polynomial.polyder(powers)
@@ -176,7 +137,7 @@ def layer_approach(force: float, radius: float, thickness: float, young: float) 
 
 
 def layer_stiffness(force: float, radius: float, thickness: float, young: float) -> float:
-    """dF/dδ of `layer_force` in N/m."""
+    """Return dF/dδ of the layer of `layer_approach` in N/m."""
     chi = np.sqrt(radius * layer_approach(force, radius, thickness, young)) / thickness
     powers = np.concatenate([np.zeros(3), BONDED])
     slope = np.polynomial.polynomial.polyval(chi, np.polynomial.polynomial.polyder(powers))
@@ -234,49 +195,3 @@ def rest(
         return Spring(float(hertz_stiffness(force, radius, plane)) / area, object_.loss)
     sheet, thickness = rubber
     return Spring(layer_stiffness(force, radius, thickness, sheet.young_pa) / area, sheet.loss)
-
-
-def resonance_hz(stiffness: ArrayLike, mass: ArrayLike) -> Real:
-    """√(k/m)/2π in Hz of stiffness (N/m) and mass (kg); the arrays broadcast."""
-    return np.sqrt(np.asarray(stiffness, float) / np.asarray(mass)) / (2 * np.pi)
-
-
-def thermal_admittance(
-    omega: ArrayLike, effusivity_ratio: ArrayLike, sound_speed: float = 344.4
-) -> Complex:
-    """ρc/Z of the thermal boundary layer, (γ-1)√(iωα)/c / (1 + e_air/e_wall), of the shape of
-    `omega` (rad/s).
-
-    Pierce, Acoustics (1981), eq. 10-4.12, for an isothermal wall; continuity of temperature and
-    heat flow with a wall of finite effusivity e = √(κρc_p) gives the last factor.
-    """
-    diffusivity = 2.13e-5
-    isothermal = 0.4 * np.sqrt(1j * np.asarray(omega) * diffusivity) / sound_speed
-    return np.asarray(isothermal / (1 + np.asarray(effusivity_ratio)))
-
-
-def stack_admittance(
-    omega: ArrayLike,
-    frame: Frame,
-    depth: float,
-    seat: Spring,
-    mass_per_area: float,
-    support: Spring | None,
-) -> Complex:
-    """Velocity per pressure (m/s/Pa, of the shape of `omega` in rad/s) of the top of the grains,
-    pressed against a held object.
-
-    A line of length `depth` (m) and impedance √(ρM) that ends on seat, object (a mass per area)
-    and support in series; no `support`: the rigid ground holds the object.
-    """
-    omega = np.asarray(omega, float)
-    iw = 1j * omega
-    ground = np.zeros(omega.shape, complex)
-    if support is not None:
-        held = support.stiffness_n_m3 * (1 + 1j * support.loss) / iw
-        ground = 1 / (held + iw * mass_per_area)
-    end = iw / (seat.stiffness_n_m3 * (1 + 1j * seat.loss)) + ground
-    modulus = frame.modulus_pa * (1 + 1j * frame.loss)
-    impedance, wave = np.sqrt(frame.density * modulus), omega * np.sqrt(frame.density / modulus)
-    tangent = 1j * np.tan(wave * depth)
-    return np.asarray((end + tangent / impedance) / (1 + impedance * end * tangent))

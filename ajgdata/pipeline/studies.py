@@ -13,15 +13,7 @@ from ajgdata.types import NotPossibleError
 from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
-STUDIES: tuple[str, ...] = (
-    "verification",
-    "stability",
-    "accuracy",
-    "omissions",
-    "acoustics",
-    "materials",
-    "effects",
-)
+STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions")
 
 
 def study_hash() -> str:

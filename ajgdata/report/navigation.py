@@ -51,21 +51,6 @@ LEADS = {
         "What a plan leaves out of a scene because a measured table allows it, and what that "
         "changes in scenes that the table does not hold.",
     ),
-    "acoustics": Lead(
-        "Losses, speaker and outside noise",
-        "How fast the gripper falls silent, what is heard of sound from outside, and what is not "
-        "known of walls, transducers and noise does to the feature.",
-    ),
-    "materials": Lead(
-        "Materials",
-        "How far apart materials of the same shape sound, beside how far apart two grasps of one "
-        "object do.",
-    ),
-    "effects": Lead(
-        "What each effect is worth",
-        "How the membrane drapes, how much air it traps, whether a sphere is hollow and a plate as "
-        "thick as it should be: what each does to the sound, beside what another grasp does.",
-    ),
 }
 
 

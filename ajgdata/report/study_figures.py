@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -191,132 +191,6 @@ def omissions(table: Table) -> Picture:
     return picture_of(omissions_finding(table), about, points, CHANGE, limit=limit)
 
 
-def _materials(table: Table) -> list[str]:
-    fixed = {"shape", "step", "scatter"}
-    keys = [column.key for column in table.columns]
-    return [key for key in keys if key not in fixed and not key.endswith("_low")]
-
-
-def distances_finding(table: Table) -> str:
-    """Return how many materials of all shapes lie further from steel than another grasp does."""
-    far, count = [], 0
-    for shape, rows in table.parted("shape").items():
-        scatter = rows.numbers("scatter")
-        known = scatter[~np.isnan(scatter)]
-        for material in _materials(table) if len(known) else ():
-            count += 1
-            if rows.numbers(material)[-1] > known[-1]:
-                far.append(f"{material} ({shape})")
-    listed = f"{len(far)} of {count}: {', '.join(far)}" if far else f"none of {count}"
-    return f"Materials that lie further from steel than another grasp of it: {listed}"
-
-
-def distances(table: Table) -> Picture:
-    """Return the distance of each material from steel as effects are added: a panel per shape."""
-    names = {key: key for key in _materials(table)} | {"scatter": "another grasp"}
-    points = [
-        point._replace(series=name)
-        for key, name in names.items()
-        for point in points_of(table, key, "shape", "step", "shape")
-    ]
-    about = "effects are added from top to bottom"
-    axis = ("relative L2 distance of the feature", "")
-    return picture_of(distances_finding(table), about, points, axis)
-
-
-def effects_finding(table: Table) -> str:
-    """Return how many changes exceed the tolerance, and which is the largest."""
-    change, tolerance = table.numbers("change"), _tolerance(table)[1]
-    above = int(np.sum(change > tolerance))
-    largest = table.rows[int(np.argmax(change))]
-    return (
-        f"{above} of {len(change)} changes of the contact move the feature by more than "
-        f"{number(tolerance)}; most: {largest['effect']} ({largest['object']})"
-    )
-
-
-def effects(table: Table) -> Picture:
-    """Return the change of the feature by each effect, and the distance of two grasps."""
-    names = {"change": "whole band", "change_low": "below 1.2 kHz", "scatter": "two grasps"}
-    rows = [row | {"place": f"{row['effect']}: {row['object']}"} for row in table.rows]
-    named = _table(rows)
-    points = [
-        point._replace(series=name)
-        for key, name in names.items()
-        for point in points_of(named, key, "object", "place", "", LEAST_CHANGE)
-    ]
-    about = "one change of the scene"
-    return picture_of(effects_finding(table), about, points, CHANGE, limit=_tolerance(table))
-
-
-def _octaves(table: Table) -> Mapping[int, str]:
-    """Return the columns of a decay table, by the middle of their octave."""
-    keys = [column.key for column in table.columns if column.key.startswith("hz_")]
-    return {int(key.removeprefix("hz_")): key for key in keys}
-
-
-def decay_finding(table: Table) -> str:
-    """Return how long the empty gripper takes for 60 dB, over octaves and the range of losses."""
-    empty = table.where(medium="air")
-    times = np.array([empty.numbers(key) for key in _octaves(table).values()])
-    if not np.isfinite(times).any():
-        return "The level in the gripper falls faster than its octaves can resolve"
-    low, high = (number(1e3 * float(f(times)), 2) for f in (np.nanmin, np.nanmax))
-    return f"The level in the empty gripper falls by 60 dB in {low} to {high} ms"
-
-
-def decay(table: Table) -> Picture:
-    """Return decay time against octave: a panel per medium, a series per amount of losses."""
-    rows = [
-        {"medium": row["medium"], "losses": f"{row['losses']}: {row['admittance']:g}", "hz": hz,
-         "ms": None if row[key] is None else 1e3 * float(row[key] or 0)}
-        for row in table.rows
-        for hz, key in _octaves(table).items()
-    ]  # fmt: skip
-    points = points_of(_table(rows), "ms", "losses", "hz", "medium")
-    about = "by losses at the walls; hung free"
-    axis, place = ("time to fall by 60 dB", "ms"), ("octave", "Hz")
-    return picture_of(decay_finding(table), about, points, axis, place)
-
-
-def outside_finding(table: Table) -> str:
-    """Return where the solved level differs most from the mass law, in the first scene."""
-    rows = table.where(scene=table.column("scene")[0])
-    row = rows.rows[int(np.argmax(np.abs(rows.numbers("difference"))))]
-    more = "more" if row["difference"] > 0 else "less"
-    return (
-        f"Through membrane and cavity {number(abs(row['difference']), 2)} dB {more} comes in at "
-        f"{row['band']} Hz than by the mass law"
-    )
-
-
-def outside(table: Table) -> Picture:
-    """Return level at the microphone against that outside, by band: a series per scene."""
-    first = table.where(scene=table.column("scene")[0])
-    law = [p._replace(series="mass law") for p in points_of(first, "mass_law", "scene", "hz")]
-    points = [*points_of(table, "solved", "scene", "hz"), *law]
-    about = "level at the microphone against that in the room, sound from all directions"
-    axis, place = ("level", "dB"), ("frequency", "Hz")
-    return picture_of(outside_finding(table), about, points, axis, place, log=False)
-
-
-def choices_finding(table: Table) -> str:
-    """Return how many choices change the feature by less than the tolerance in all scenes."""
-    tolerance = _tolerance(table)[1]
-    largest = {name: rows.numbers("change").max() for name, rows in table.parted("choice").items()}
-    small = [name for name, change in largest.items() if change < tolerance]
-    most = max(largest, key=lambda name: largest[name])
-    few = f"{len(small)} of {len(largest)} choices change" if small else "No choice changes"
-    return f"{few} the feature by less than {number(tolerance)}; largest: {most}"
-
-
-def choices(table: Table) -> Picture:
-    """Return the change of the feature by each choice: a series per scene."""
-    points = points_of(table, "change", "scene", "choice", "", LEAST_CHANGE)
-    about = "against the default, whole band"
-    return picture_of(choices_finding(table), about, points, CHANGE, limit=_tolerance(table))
-
-
 #: Figures by study.
 FIGURES: dict[str, tuple[TableFigure, ...]] = {
     "verification": (
@@ -342,35 +216,6 @@ FIGURES: dict[str, tuple[TableFigure, ...]] = {
             "omissions", "changes", "rows", omissions,
             "The change if each part of each scene is left out. A part that is left out and lies "
             "to the right of the tolerance is an error of the plan.",
-        ),
-    ),
-    "acoustics": (
-        TableFigure(
-            "decay", "decay", "lines", decay,
-            "Decay time by octave, at the least, the default and the most losses at the walls (rho "
-            "c over their impedance).",
-        ),
-        TableFigure(
-            "from_outside", "outside", "lines", outside,
-            "Sound from outside at the microphone, by band, through membrane, grains and cavity as "
-            "they are solved, and through a limp wall of the membrane's mass.",
-        ),
-        TableFigure(
-            "choices", "choices", "rows", choices,
-            "How far each choice moves the feature from that of the default.",
-        ),
-    ),
-    "materials": (
-        TableFigure(
-            "material_distances", "distances", "rows", distances,
-            "Distance of each material from steel, same shape and grasp. A material that is nearer "
-            "than another grasp of the steel object cannot be distinguished by this distance.",
-        ),
-    ),
-    "effects": (
-        TableFigure(
-            "effects", "effects", "rows", effects,
-            "The change of the feature by one change of the scene, and the distance of two grasps.",
         ),
     ),
 }  # fmt: skip

@@ -228,38 +228,6 @@ def test_the_omissions_figure_shows_what_each_part_changes_and_whether_it_is_sol
     assert title == "1 of 3 parts left out changes any third octave by more than 0.01"
 
 
-def test_the_effects_figure_has_a_row_a_change():
-    keys = ("effect", "object", "change", "change_low", "scatter", "tolerance")
-    rows = (
-        ("drape", "cube", 0.2, 0.02, 0.15, 0.01),
-        ("hollow", "ball", 0.003, 1e-6, 0.14, 0.01),
-    )
-    title, points = drawn(table_of("effects", keys, rows), "effects")
-    assert points == [
-        ("", "whole band", "drape: cube", 0.2), ("", "whole band", "hollow: ball", 0.003),
-        ("", "below 1.2 kHz", "drape: cube", 0.02), ("", "below 1.2 kHz", "hollow: ball", 1e-4),
-        ("", "two grasps", "drape: cube", 0.15), ("", "two grasps", "hollow: ball", 0.14),
-    ]  # fmt: skip
-    said = "1 of 2 changes of the contact move the feature by more than 0.01; most: drape (cube)"
-    assert title == said
-
-
-def test_the_distances_figure_has_a_panel_a_shape():
-    keys = ("shape", "step", "wood", "foam", "wood_low", "scatter", "scatter_low")
-    rows = (
-        ("sphere", "rigid", 0.01, 0.2, 9, 0.05, 9),
-        ("sphere", "+ all", 0.02, 0.3, 9, None, 9),
-        ("plate", "rigid", 0.03, 0.4, 9, 0.06, 9),
-    )
-    title, points = drawn(table_of("material_distances", keys, rows), "distances")
-    assert [p[1:] for p in points if p[0] == "sphere"] == [
-        ("wood", "rigid", 0.01), ("wood", "+ all", 0.02), ("foam", "rigid", 0.2),
-        ("foam", "+ all", 0.3), ("another grasp", "rigid", 0.05),
-    ]  # fmt: skip
-    # of the last step: wood 0.02 and foam 0.3 of a sphere, 0.03 and 0.4 of a plate
-    assert title.endswith("another grasp of it: 2 of 4: foam (sphere), foam (plate)")
-
-
 def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
     keys = ("object", "scheme", "dx_mm", "error", "db_0.1_1", "db_1_3", "ratio")
     rows = (
@@ -278,33 +246,6 @@ def test_the_accuracy_figures_show_error_against_time_and_bands_against_grids():
     assert title.endswith("has an error of 0.06 in 0.25 of the plain kernel's time")
     _, points = drawn(table, "bands")
     assert [p[1:] for p in points if p[0] == "db_1_3"] == [("wide", 4, 0.2), ("wide", 2, 0.1)]
-
-
-def test_the_acoustics_figures_show_decays_levels_and_choices():
-    keys = ("medium", "losses", "admittance", "hz_500", "hz_1000")
-    rows = (
-        ("air", "least", 0.001, None, 0.2),
-        ("air", "most", 0.01, 0.05, 0.1),
-        ("plastic", "most", 0.01, 0.03, None),
-    )
-    title, points = drawn(table_of("decay", keys, rows), "decay")
-    assert points == [
-        ("air", "least: 0.001", 1000, 200), ("air", "most: 0.01", 500, 50),
-        ("air", "most: 0.01", 1000, 100), ("plastic", "most: 0.01", 500, 30),
-    ]  # fmt: skip
-    assert title.endswith("in 50 to 200 ms")
-
-    keys = ("scene", "hz", "band", "solved", "mass_law", "difference")
-    rows = (("a", 100.0, "50–200", -3.0, -1.0, -2.0), ("a", 400.0, "200–800", 5.0, -4.0, 9.0))
-    title, points = drawn(table_of("from_outside", keys, rows), "outside")
-    assert [p[3] for p in points] == [-3, 5, -1, -4]
-    assert "9 dB more comes in at 200–800 Hz" in title
-
-    keys = ("choice", "scene", "change", "tolerance")
-    rows = (("x", "a", 0.1, 0.01), ("x", "b", 0.3, 0.01), ("y", "a", 0.002, 0.01))
-    title, points = drawn(table_of("choices", keys, rows), "choices")
-    assert points == [("", "a", "x", 0.1), ("", "b", "x", 0.3), ("", "a", "y", 0.002)]
-    assert title == "1 of 2 choices change the feature by less than 0.01; largest: x"
 
 
 def test_numbers_are_told_from_words():

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from ajgdata.gripper.contact import (
     Latex,
     Pack,
-    contact_modulus,
     hertz_stiffness,
-    mindlin_ratio,
+    plane_modulus,
     seat,
 )
 from ajgdata.gripper.object_materials import MATERIALS, Material
@@ -20,6 +19,16 @@ PLASTIC = MATERIALS["plastic"]
 
 def _solid(young: float, poisson: float = 0.3) -> Material:
     return Material(density_kg_m3=1000.0, young_pa=young, poisson=poisson, loss=0.01)
+
+
+def contact_modulus(one: Material, other: Material) -> float:
+    """E* of two solids, Pa (Johnson 1985, eq. 4.6)."""
+    return float(1 / sum(1 / plane_modulus(m.young_pa, m.poisson) for m in (one, other)))
+
+
+def mindlin_ratio(poisson: float) -> float:
+    """Tangential over normal stiffness of two like spheres that do not slip (Mindlin 1949)."""
+    return 2 * (1 - poisson) / (2 - poisson)
 
 
 def test_walton_is_the_mean_field_of_hertz_and_mindlin_contacts():

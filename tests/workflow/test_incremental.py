@@ -230,7 +230,7 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     redeclare(project, tasks={"other": DECLARATION["tasks"]["pitch"] | few})
     edit_table(project, "day2", lambda rows: rows[0].update(quality="reject"))
     (project.folder("day1") / "session.yaml").write_text("session_id: [")
-    ask = ("--config", "pages=[effects]")
+    ask = ("--config", "pages=[accuracy]")
     made = {
         "features": 1,
         "merge": 1,
@@ -252,9 +252,9 @@ def test_a_whole_run_goes_on_beside_a_broken_session_and_results_of_what_was_dec
     assert set(sessions) == {"day2"}
     page = project.paths.report.with_name("datasets.html")
     assert "not valid YAML" in page.read_text()
-    page = project.paths.page("effects").read_text()
+    page = project.paths.page("accuracy").read_text()
     assert '<a href="index.html">' in page
-    for link in re.findall(r'href="(effects/[^"]+)"', page):
+    for link in re.findall(r'href="(accuracy/[^"]+)"', page):
         assert (project.paths.report.parent / link).is_file()
     assert "passed" in (project.root / "results/verify/summary.txt").read_text()
     edit_table(project, "day2", lambda rows: rows[1].update(pitch="low"))
