@@ -14,11 +14,13 @@ from ajgdata.types.table import table_of
 
 #: Modules of `ajgdata.studies`, in the order of the report.
 STUDIES: tuple[str, ...] = ("verification", "stability", "accuracy", "omissions")
+#: The verification is beside the tests, which assert the same claims on coarser grids.
+VERIFICATION = "known_cases"
 
 
-def study_hash() -> str:
-    """Return the hash of the code of all studies."""
-    return layer_hash("studies", "pipeline/studies.py")
+def study_hash(*files: str) -> str:
+    """Return the hash of the code of all studies and of further `files`."""
+    return layer_hash("studies", "pipeline/studies.py", *files)
 
 
 def ablation_hash() -> str:
@@ -29,10 +31,11 @@ def ablation_hash() -> str:
 def run_study(name: str, out: Path, *, quick: bool = False) -> None:
     """Run the study `name` and write its tables, with what made them, to `out` (JSON).
 
-    `quick`: coarser grids and fewer cases. Raises ValueError for a table whose rows do not have
-    its columns.
+    `quick`: coarser grids and fewer cases. The folder of the tests of the solver must be on the
+    path of Python. Raises ValueError for a table whose rows do not have its columns.
     """
-    tables = importlib.import_module(f"ajgdata.studies.{name}").tables(quick)
+    module = VERIFICATION if name == "verification" else f"ajgdata.studies.{name}"
+    tables = importlib.import_module(module).tables(quick)
     about = {**software(), "code": study_hash()}
     write_tables(out, tables, study=name, quick=quick, **about)
 

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-
-from ajgdata.studies.domains import BOWL, bowl, closed, lossy_bowl
-from ajgdata.studies.verification import CASES
-from ajgdata.studies.verification.identities import (
+from known_cases import CASES
+from known_cases.identities import (
     Adjoint,
     BoxDispersion,
     EnergyConstant,
     WaveDispersion,
 )
+
+from ajgdata.studies.domains import BOWL, bowl, closed, lossy_bowl
 
 #: What a result must keep beside its own limits.
 ALSO = {

@@ -3,8 +3,7 @@
 import math
 
 import pytest
-
-from ajgdata.studies.verification.case import CaseResult, Refinement, fitted_order
+from known_cases.case import CaseResult, Refinement, fitted_order
 
 
 class Parabola(Refinement):

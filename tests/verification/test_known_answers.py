@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from known_cases.resonances import SphereDipole, box_modes
 from scipy.optimize import brentq
 from scipy.special import spherical_jn
 
@@ -12,7 +13,6 @@ from ajgdata.gripper.system import assemble
 from ajgdata.studies.discrete_energy import energies, random_state
 from ajgdata.studies.discrete_operator import frequencies, operator
 from ajgdata.studies.domains import AIR, BOWL, bowl, box, closed, time_step
-from ajgdata.studies.verification.resonances import SphereDipole, box_modes
 
 BOX = (0.060, 0.050, 0.040)
 

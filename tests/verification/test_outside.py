@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from known_cases.membrane import pressed
 
 from ajgdata.gripper import Scene, build_plan, simulate
 from ajgdata.gripper.grid import Cells
@@ -16,7 +17,6 @@ from ajgdata.gripper.outside import (
 )
 from ajgdata.gripper.solver import Patches, at_rest, march
 from ajgdata.gripper.walls import NO_WALLS, WallList
-from ajgdata.studies.verification.membrane import pressed
 
 RATE = 44_100
 

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-
-from ajgdata.studies.domains import AIR
-from ajgdata.studies.verification.piston import (
+from known_cases.piston import (
     LENGTH_M,
     OMEGA,
     PISTONS,
     transfer_function,
     tube,
 )
+
+from ajgdata.studies.domains import AIR
 
 
 @pytest.mark.parametrize("as_mode", [False, True])

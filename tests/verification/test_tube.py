@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-
-from ajgdata.gripper.medium import Packing, fit_fluid
-from ajgdata.studies.domains import AIR, PLASTIC
-from ajgdata.studies.verification.tube import (
+from known_cases.tube import (
     LAYER_M,
     reflection,
 )
+
+from ajgdata.gripper.medium import Packing, fit_fluid
+from ajgdata.studies.domains import AIR, PLASTIC
 
 
 def test_the_analytic_reflection_has_its_limits():

@@ -16,7 +16,8 @@ rule study:
         "../../environment.yml"
     params:
         quick=config["quick"],
-        code=study_hash(),
+        tests=str(HERE / "tests/verification"),
+        code=study_hash(*map(str, (HERE / "tests/verification/known_cases").glob("*.py"))),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:

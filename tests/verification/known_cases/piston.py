@@ -14,7 +14,7 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 from ajgdata.studies.domains import AIR, box, time_step
-from ajgdata.studies.verification.case import Identity, Refinement
+from known_cases.case import Identity, Refinement
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from typing import get_args
 
 from ajgdata.gripper.scene import Precision, Scheme
-from ajgdata.studies.verification.case import Case, CaseResult
-from ajgdata.studies.verification.endurance import (
+from ajgdata.types.table import Column, Table, Value
+from known_cases.case import Case, CaseResult
+from known_cases.endurance import (
     LongRunDriven,
     LongRunLossless,
     SinglePrecision,
     StaticDrift,
 )
-from ajgdata.studies.verification.identities import (
+from known_cases.identities import (
     Adjoint,
     BoxDispersion,
     EnergyConstant,
@@ -23,18 +24,17 @@ from ajgdata.studies.verification.identities import (
     Unused,
     WaveDispersion,
 )
-from ajgdata.studies.verification.membrane import ReciprocityOfMembrane
-from ajgdata.studies.verification.moving import (
+from known_cases.membrane import ReciprocityOfMembrane
+from known_cases.moving import (
     EnergyConstantWithModes,
     EnergyNeverGrowsWithModes,
     ReciprocityWithModes,
     StaticPressure,
 )
-from ajgdata.studies.verification.piston import PISTONS, OnePiston, Piston
-from ajgdata.studies.verification.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
-from ajgdata.studies.verification.time_step import TimeStep
-from ajgdata.studies.verification.tube import BedAgainstTheory, BedLayer
-from ajgdata.types.table import Column, Table, Value
+from known_cases.piston import PISTONS, OnePiston, Piston
+from known_cases.resonances import BoxOffGrid, BoxOnGrid, SphereDipole
+from known_cases.time_step import TimeStep
+from known_cases.tube import BedAgainstTheory, BedLayer
 
 SCHEMES: tuple[Scheme, ...] = get_args(Scheme)
 PRECISIONS: tuple[Precision, ...] = get_args(Precision)

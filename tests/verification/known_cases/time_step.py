@@ -13,7 +13,7 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.system import Packed, System, assemble
 from ajgdata.gripper.walls import NO_WALLS, WallList
 from ajgdata.studies.domains import AIR, box
-from ajgdata.studies.verification.case import Identity
+from known_cases.case import Identity
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

@@ -14,7 +14,7 @@ from ajgdata.gripper.solver import Probe, at_rest, march
 from ajgdata.gripper.solver_plan import stencil_weight
 from ajgdata.gripper.system import Packed, assemble
 from ajgdata.studies.domains import AIR, PLASTIC, box, time_step
-from ajgdata.studies.verification.case import Bound, Refinement
+from known_cases.case import Bound, Refinement
 
 Real = NDArray[np.floating]
 Complex = NDArray[np.complexfloating]

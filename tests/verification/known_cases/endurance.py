@@ -20,7 +20,7 @@ from ajgdata.studies.domains import (
     lossy_bowl,
     two_probes,
 )
-from ajgdata.studies.verification.case import Bound
+from known_cases.case import Bound
 
 Real = NDArray[np.floating]
 H = 6e-3

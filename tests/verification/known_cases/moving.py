@@ -23,8 +23,8 @@ from ajgdata.studies.domains import (
     time_step,
     two_probes,
 )
-from ajgdata.studies.verification.case import Identity
-from ajgdata.studies.verification.identities import (
+from known_cases.case import Identity
+from known_cases.identities import (
     EnergyConstant,
     EnergyNeverGrows,
     Reciprocity,

@@ -25,7 +25,7 @@ from ajgdata.studies.domains import (
     lossy_bowl,
     two_probes,
 )
-from ajgdata.studies.verification.case import EPS, Identity
+from known_cases.case import EPS, Identity
 
 Real = NDArray[np.floating]
 

@@ -13,7 +13,7 @@ from ajgdata.gripper.solver_plan import wide_weight
 from ajgdata.gripper.system import System
 from ajgdata.studies.discrete_operator import frequencies
 from ajgdata.studies.domains import AIR, box, closed, sphere
-from ajgdata.studies.verification.case import Refinement
+from known_cases.case import Refinement
 
 Real = NDArray[np.floating]
 BOX = (0.120, 0.100, 0.080)

@@ -12,7 +12,7 @@ from ajgdata.gripper import Scene, build_plan
 from ajgdata.gripper.scene import Scheme
 from ajgdata.gripper.solver import at_rest, march
 from ajgdata.gripper.solver_plan import Plan
-from ajgdata.studies.verification.case import Identity
+from known_cases.case import Identity
 
 Real = NDArray[np.floating]
 Chosen = NDArray[np.bool_] | int
