@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ajgdata.gripper.parameters import PARAMETERS, Parameter, default_of
+from tools.parameter_ranges import PARAMETERS, Parameter, default_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "parameters.md"
@@ -16,7 +16,7 @@ LEVELS = {
 }
 HEAD = """# Parameters of the simulation
 
-Every physical setting, made from `ajgdata/gripper/parameters.py` by `tools/parameters.py`: do not
+Every physical setting, made from `tools/parameter_ranges.py` by `tools/parameters.py`: do not
 edit. What has a source has its value from there. What has none has a range, and its default is the
 middle of it (the geometric one where the range spans more than a factor of 3), unless the source
 says why not. None was chosen by what a model makes of it.

@@ -67,7 +67,7 @@ class Gripper(SceneModel):
     speaker_mm: tuple[Coordinate, Coordinate] = Field(
         (-35.0, 3.0),
         description="x, y on the roof. At almost the radius of the microphone, so an angle and its"
-        " mirror image give almost the same sound (see mirror_symmetry)",
+        " mirror image give almost the same sound (see docs/virtual-gripper.md)",
     )
     microphone_mm: tuple[Coordinate, Coordinate] = (34.0, -5.0)
     transducer_sigma_mm: Annotated[float, Field(ge=0.5, le=10)] = Field(

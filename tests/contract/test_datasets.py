@@ -5,10 +5,10 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from mirror_symmetry import angle_from_plane, mirror_image, mirror_plane
 
 from ajgdata.acquire.recipe import session_names
 from ajgdata.gripper.grippers import GRIPPERS
-from ajgdata.gripper.mirror_symmetry import angle_from_plane, mirror_image, mirror_plane
 from ajgdata.paths import Paths
 from ajgdata.pipeline.experiments import datasets_of, tasks_by_report
 from ajgdata.pipeline.recipes import planned_grasps

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from ajgdata.gripper import Scene, SignalChain
-from ajgdata.gripper.parameters import PARAMETERS, ROOTS, Parameter, default_of, overrides
-from ajgdata.gripper.variation import Variation
+from ajgdata.gripper import Scene
+from tools.parameter_ranges import PARAMETERS, ROOTS, Parameter, default_of
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Keys of Scene that are not physical settings: what is grasped, how it is solved, and what a
@@ -58,40 +57,6 @@ def test_the_default_agrees_with_its_row(row: Parameter):
         assert row.low < row.high, "an estimate has a range"
         if "default:" not in row.source:
             assert value == pytest.approx(row.middle, rel=ROUNDED)
-
-
-@pytest.mark.parametrize("end", ["low", "high"])
-@pytest.mark.parametrize("row", PARAMETERS, ids=lambda row: row.setting)
-def test_both_ends_of_a_range_make_a_valid_setting(row: Parameter, end: str):
-    value = getattr(row, end)
-    value = int(value) if isinstance(default_of(row.setting), int) else value
-    made = overrides({row.setting: value})
-    scene = Scene.model_validate({"object": "cube_20p7", **made.get("scene", {})})
-    chain = SignalChain.model_validate(made.get("signal", {}))
-    varied = Variation.model_validate(made.get("variation", {}))
-    assert (varied != Variation()) == ("variation" in made and value != row_default(row))
-    assert (scene != Scene(object=scene.object)) == ("scene" in made and value != row_default(row))
-    assert (chain != SignalChain()) == ("signal" in made and value != row_default(row))
-
-
-def row_default(row: Parameter) -> object:
-    # Giving a motor or cases at all is a change: there are none by default.
-    optional = row.setting.startswith(("signal.motor", "gripper.bodies"))
-    return None if optional else default_of(row.setting)
-
-
-def test_what_leads_nowhere_is_refused():
-    for setting in ("gripper.colour", "signal.motor.colour", "nothing"):
-        with pytest.raises(KeyError):
-            overrides({setting: 1.0})
-    with pytest.raises(IndexError):
-        default_of("gripper.port_mm.2")
-
-
-def test_lists_keep_what_is_not_given():
-    made = overrides({"gripper.speaker_mm.1": 4.0, "gripper.speaker_mm.0": -36.0})
-    assert made == {"scene": {"gripper": {"speaker_mm": [-36.0, 4.0]}}}
-    assert overrides({"signal.peaks_db.1": 9.0}) == {"signal": {"peaks_db": [10.0, 9.0]}}
 
 
 def test_units_are_read_from_names():

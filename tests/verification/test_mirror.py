@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mirror_symmetry import mirror_plane
 
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import (
@@ -13,7 +14,6 @@ from ajgdata.gripper import (
     simulate,
 )
 from ajgdata.gripper.grippers import GRIPPERS
-from ajgdata.gripper.mirror_symmetry import mirror_plane
 from ajgdata.types import FeatureSettings
 
 QUIET = SignalChain(noise_db_spl=None)

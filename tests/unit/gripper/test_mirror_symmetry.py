@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-
-from ajgdata.gripper.grippers import GRIPPERS, Gripper
-from ajgdata.gripper.mirror_symmetry import (
+from mirror_symmetry import (
     angle_from_plane,
     mirror_image,
     mirror_plane,
     mirror_planes,
 )
+
+from ajgdata.gripper.grippers import GRIPPERS, Gripper
 from ajgdata.gripper.variation import Variation
 
 #: The paper's distance of speaker and microphone, and how far a design in tenths may miss it.

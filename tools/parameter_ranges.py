@@ -8,7 +8,6 @@ than a factor of 3. Where that is not so, the source says after "default:" why.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -84,30 +83,6 @@ def default_of(setting: str) -> Any:
             inner = models[0]()
         value = inner
     return value
-
-
-def overrides(values: Mapping[str, float]) -> dict[str, dict[str, Any]]:
-    """Return values by setting as recipes hold them, nested by key: `scene`, `signal`, ….
-
-    >>> overrides({"gripper.membrane.mass_kg_m2": 0.2, "signal.gain_db": 3})
-    {'scene': {'gripper': {'membrane': {'mass_kg_m2': 0.2}}}, 'signal': {'gain_db': 3}}
-
-    Numbers of a list that are not given keep their defaults. Raises KeyError as `default_of`.
-    """
-    nested: dict[str, dict[str, Any]] = {}
-    for setting, value in values.items():
-        default_of(setting)
-        first, *rest = setting.split(".")
-        path = [first, *rest] if first in ROOTS else ["scene", first, *rest]
-        inner: Any = nested
-        for key in path[:-2]:
-            inner = inner.setdefault(key, {})
-        if path[-1].isdigit():
-            whole = ".".join(setting.split(".")[:-1])
-            inner.setdefault(path[-2], list(default_of(whole)))[int(path[-1])] = value
-        else:
-            inner.setdefault(path[-2], {})[path[-1]] = value
-    return nested
 
 
 def _is_model(kind: object) -> bool:
