@@ -17,6 +17,9 @@ from pydantic import Field, ValidationError
 from ajgdata.types import DataError
 from ajgdata.types.base import Strict, describe
 
+#: Name of the device of the virtual gripper: what it gives is simulated.
+SIMULATED = "virtual gripper"
+
 
 class CardError(DataError):
     """The sound card cannot go on: nothing more is recorded before somebody mends it."""

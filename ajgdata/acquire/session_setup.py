@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.acquire.simulated_card import DEVICE
+from ajgdata.acquire.card import SIMULATED
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.files import replacing_folder
@@ -53,7 +53,7 @@ def create(
         peak = float(np.abs(excitation).max())
         session = Session(
             session_id=folder.name,
-            source="virtual" if about.get("device") == DEVICE else "soundcard",
+            source="virtual" if about.get("device") == SIMULATED else "soundcard",
             sample_rate_hz=sample_rate_hz,
             excitation=Excitation(
                 file=EXCITATION_FILE,

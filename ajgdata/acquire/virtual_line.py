@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import CardSettings, Heard
+from ajgdata.acquire.card import SIMULATED, CardSettings, Heard
 from ajgdata.acquire.plant import Plant, noise_floor, scene_noise, scene_response
 from ajgdata.acquire.recipe import NEW, new_setup
 from ajgdata.acquire.robot import Placement, Robot
-from ajgdata.acquire.simulated_card import DEVICE, PERIOD
 from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.acquire.virtual import chain_of, scene_of
 from ajgdata.gripper import SAMPLE_RATE_HZ, SceneError, derive_seed
 from ajgdata.types import DataError, Recipe
+
+#: Samples by which it hears late, as a card with buffers of this length.
+PERIOD = 1_024
 
 
 class PlantLine:
@@ -79,7 +81,7 @@ class VirtualTable:
 
     def card(self) -> SoundCard:
         """Return the sound card on which the gripper is heard."""
-        settings = CardSettings(device=DEVICE, sample_rate_hz=SAMPLE_RATE_HZ, loopback_channel=2)
+        settings = CardSettings(device=SIMULATED, sample_rate_hz=SAMPLE_RATE_HZ, loopback_channel=2)
         return SoundCard(PlantLine(self._plant), settings)
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Card, CardSettings, card_settings
+from ajgdata.acquire.card import SIMULATED, Card, CardSettings, card_settings
 from ajgdata.acquire.check_report import kept_check
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
@@ -20,7 +20,6 @@ from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import open_robot
-from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.fetch import folder_sums
 from ajgdata.store.audio import pcm24_bytes, read_audio
@@ -71,7 +70,7 @@ def acquire_live(
     _check_robot(paths, dataset, protocol, allow)
     if not operator.attended:
         _refuse_what_needs_a_person(paths.dataset(dataset), protocol, device["device"])
-    simulated = device["device"] == DEVICE
+    simulated = device["device"] == SIMULATED
     check_one_kind(paths, spec, list_sessions(paths, dataset), adding=simulated)
     session = session or session_name(paths, dataset, protocol)
     if not NAME.fullmatch(session):
@@ -140,7 +139,7 @@ def _refuse_what_needs_a_person(path: Path, protocol: GraspProtocol, device: str
     if asked := [name for name, moment in protocol.ask.items() if moment != "later"]:
         fix = "write `later`, or leave out --yes"
         raise DataError(path, f"protocol.ask: {asked[0]} needs a person", fix)
-    if protocol.robot == "manual" and device != DEVICE:  # the simulated card harms no data
+    if protocol.robot == "manual" and device != SIMULATED:  # the virtual gripper harms no data
         fix = "name the robot that places the objects, or leave out --yes"
         raise DataError(path, "protocol.robot: manual needs a person", fix)
 

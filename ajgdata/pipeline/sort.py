@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from ajgdata.acquire.card import Card
+from ajgdata.acquire.card import SIMULATED, Card
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.robot import Confirm
-from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.live.control import Control
 from ajgdata.live.drift import ReferenceWatch
 from ajgdata.live.events import EventLog, Listener, shown_spectrum
@@ -148,7 +147,7 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
 def _keeping(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> DatasetSpec:
     """Return the data set that keeps the recordings. DataError if its are others."""
     kept_in = read_dataset(paths, plan.keep.dataset or spec.name)
-    simulated = plan.source == VIRTUAL or plan.card.get("device") == DEVICE
+    simulated = plan.source == VIRTUAL or plan.card.get("device") == SIMULATED
     made = kept_in.recipe is not None and kept_in.recipe.source == VIRTUAL
     others = {VIRTUAL} if made else _sources(paths, kept_in.name)
     if others and others != {VIRTUAL if simulated else "recorded"}:
@@ -223,7 +222,7 @@ def _about(
         "looks": plan.looks,
         "device": card.settings.device,
         "robot": plan.robot,
-        "source": "simulated" if card.settings.device == DEVICE else "recorded",
+        "source": "simulated" if card.settings.device == SIMULATED else "recorded",
         **_means(paths.features(spec.name), spec.tasks[plan.task].target, predictor.classes),
     }
 

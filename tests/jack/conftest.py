@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from jack_card import DEVICE, SERVER_VARIABLE, jack_server, load_jack
 
 from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.duplex import load_portaudio
-from ajgdata.acquire.simulated_card import DEVICE, SERVER_VARIABLE, jack_server, load_jack
 from ajgdata.types import DataError
 
 #: Set (to anything) where the tier must not be skipped.
@@ -33,7 +33,7 @@ SERVERS = [f"ajgdata-test-{n}" for n in range(4)]
 CARD = """
 import sys, threading, numpy as np
 from ajgdata.acquire.plant import Plant
-from ajgdata.acquire.simulated_card import jack_server, run_card
+from jack_card import jack_server, run_card
 
 class WatchedPlant(Plant):
     sound = threading.Event()
@@ -136,8 +136,9 @@ def rig(tmp_path: Path, monkeypatch, server) -> Iterator[Callable[..., Rig]]:
 @contextmanager
 def _running(response: Path, numbers: tuple[int, ...], settings: dict) -> Iterator[Rig]:
     command = [*WITH_PARENT, sys.executable, "-c", CARD, str(response), *map(str, numbers)]
+    here = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.PIPE}
-    with subprocess.Popen(command, text=True, **pipes) as process:
+    with subprocess.Popen(command, text=True, env=here, **pipes) as process:
         try:
             said = process.stdout.readline()
             if not said:

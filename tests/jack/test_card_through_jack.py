@@ -8,11 +8,11 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from jack_card import DEVICE, switch
 
 from ajgdata.acquire.card import CardError, CardSettings
 from ajgdata.acquire.line import list_devices, open_card
 from ajgdata.acquire.plant import LEAD, scene_response
-from ajgdata.acquire.simulated_card import DEVICE, switch
 from ajgdata.features.spectrum import spectrum
 from ajgdata.gripper import Scene, SignalChain, excitation_sweep, record, simulate
 from ajgdata.types import FeatureSettings

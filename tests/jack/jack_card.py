@@ -15,31 +15,36 @@ import socket
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, Listener
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ajgdata.acquire.card import SIMULATED as DEVICE
+from ajgdata.acquire.virtual_line import PERIOD
 from ajgdata.gripper import SAMPLE_RATE_HZ
-from ajgdata.paths import simulated_card_socket
 from ajgdata.types import DataError
 
 if TYPE_CHECKING:
     from ajgdata.acquire.plant import Plant
 
-#: Name of the client, hence of the device.
-DEVICE = "virtual gripper"
 #: JACK server of its own, so that none that is used for something else is disturbed.
 SERVER_VARIABLE, SERVER = "JACK_DEFAULT_SERVER", "ajgdata"
 #: Seconds that who asks waits for the card, and the card for who says nothing.
 SWITCH_S, SILENT_S = 10, 1
-#: Without real-time rights, shorter periods are missed.
-PERIOD = 1_024
+
+
+def simulated_card_socket(server: str) -> Path:
+    """Return the socket by which the simulated card on the JACK server `server` is told scenes."""
+    user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has one temporary folder each
+    return Path(tempfile.gettempdir()) / f"ajgdata-{user}-{server}.socket"
 
 
 def load_jack() -> Any:
@@ -190,5 +195,5 @@ def switch(title: str, response: NDArray[Any] | None = None) -> bool:
     except BlockingIOError:
         raise DataError("simulated card", "does not answer", "end it, and start it again") from None
     except (OSError, EOFError):
-        fix = "start one: ajgdata device simulate SCENE"
+        fix = "start one"
         raise DataError("simulated card", "none is running", fix) from None
