@@ -106,7 +106,7 @@ def test_two_runs_through_the_card_are_those_of_the_experiment(project):
     assert compared["largest"] < 0.01
     experiment = {t.name: t for t in read_tables(project.experiment(
         "d", "sorting", "live_sorting-linear"))[1]}  # fmt: skip
-    scaled = experiment["runs"].where(part="scaled", policy="as needed", looks=1)
+    scaled = experiment["runs"].where(part="scaled", looks=1)
     # But for what is unlike anything seen, which ends a run here alone, they are as long.
     for here, there, reason in zip(
         runs.column("sorts"), scaled.column("sorts"), runs.column("reason"), strict=True
