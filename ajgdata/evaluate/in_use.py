@@ -6,7 +6,7 @@ rather more: temperatures, intervals and alarms are rather too wide than too nar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -93,21 +93,20 @@ def calibration(
             problems[name] = str(error)
             return None
 
-    folds, t, half = min(FOLDS, len(np.unique(groups))), None, None
+    t = half = None
+    options: dict[str, Any] = {"model": model, "seed": seed, "limits": limits}
     with threadpool_limits(limits=1):
         if kind == "classification":
             t = found(
-                "temperature",
-                lambda: _temperature(features, target, groups, model, folds, seed, limits),
+                "temperature", lambda: scaling_temperature(features, target, groups, **options)
             )
         else:
             half = found(
                 "half_width",
-                lambda: _half_width(
-                    features, target, groups, coverage, model=model, folds=folds, seed=seed,
-                    period=period, limits=limits,
+                lambda: interval_half_width(
+                    features, target, groups, coverage, period=period, **options
                 ),
-            )  # fmt: skip
+            )
         far = found(
             "novelty_threshold",
             lambda: alarm(features, grasp, groups, false_alarm=false_alarm, seed=seed),
@@ -119,7 +118,7 @@ def calibration(
                 lambda: detection_rate(features, grasp, objects, far.threshold, seed=seed),
             )
     return Calibration(
-        folds=folds,
+        folds=_folds(groups),
         groups=len(np.unique(groups)),
         temperature=t,
         coverage=coverage if half is not None else None,
@@ -132,58 +131,67 @@ def calibration(
     )
 
 
-def _temperature(
+def _folds(groups: np.ndarray) -> int:
+    return min(FOLDS, len(np.unique(groups)))
+
+
+def _held_out(
     features: np.ndarray,
     y: np.ndarray,
     groups: np.ndarray,
-    model: str,
-    folds: int,
-    seed: int,
-    limits: Mapping[str, int] | None,
-) -> float:
-    held_out = held_out_probability(
-        features, y, groups, model=model, folds=folds, seed=seed, limits=limits
-    )
-    return temperature_in_use(held_out, np.unique(y, return_inverse=True)[1], groups)
-
-
-def held_out_probability(
-    features: np.ndarray,
-    y: np.ndarray,
-    groups: np.ndarray,
+    kind: Kind,
     *,
     model: str,
     folds: int,
     seed: int,
+    period: float | None = None,
     limits: Mapping[str, int] | None = None,
-) -> np.ndarray:
-    """Return probabilities (n, n_classes) of classes `y` (n,), each by a `model` that was trained
-    on the other folds of `groups` (n,).
+) -> Iterator[tuple[Any, np.ndarray, np.ndarray]]:
+    """Yield a model for each fold of `groups`, the rows that it was trained on, and the others.
 
-    Raises ValueError for folds that cannot be made, NotPossibleError for a model without
-    probabilities.
+    Raises NotPossibleError for a classifier without probabilities.
     """
-    if not hasattr(make_model(model, "classification", seed), "predict_proba"):
+    if kind == "classification" and not hasattr(make_model(model, kind, seed), "predict_proba"):
         raise NotPossibleError(f"model {model!r} has no probabilities: choose another")
-    probability = np.empty((len(y), len(np.unique(y))))
-    for train, test in grouped_folds(y, groups, "classification", folds, seed):
+    for train, test in grouped_folds(y, groups, kind, folds, seed):
         fitted = fit_named_model(
-            model, "classification", features[train], y[train], groups[train],
-            seed=seed, limits=limits,
+            model, kind, features[train], y[train], groups[train],
+            seed=seed, period=period, limits=limits,
         )  # fmt: skip
-        probability[test] = fitted.predict_proba(features[test])
-    return probability
+        yield fitted, train, test
 
 
-def temperature_in_use(held_out: np.ndarray, label: np.ndarray, groups: np.ndarray) -> float:
-    """Return the temperature of held-out probabilities (n, n_classes) of class numbers `label`
-    (n,), those of all folds together.
+def scaling_temperature(
+    features: np.ndarray, y: np.ndarray, groups: np.ndarray, **options: Any
+) -> float:
+    """Return the temperature of `model`, on held-out probabilities of all folds together.
 
-    One more group, of which nothing is known, counts as any class: without it, where all held-out
-    grasps are told apart, the sharper the better, without end (after Platt 1999).
+    One more group, of which nothing is known, counts as any class: otherwise, if all held-out
+    grasps are classified correctly, the best temperature is 0 (after Platt 1999).
     """
+    classes, label = np.unique(y, return_inverse=True)
+    held_out = np.empty((len(y), len(classes)))
+    parts = _held_out(features, y, groups, "classification", folds=_folds(groups), **options)
+    for fitted, _, test in parts:
+        held_out[test] = fitted.predict_proba(features[test])
     log_p = log_softmax(np.log(np.maximum(held_out, TINIEST)), axis=1)
     return temperature(log_p, label, doubt=1 / (len(np.unique(groups)) + 1))
+
+
+def held_out_residuals(
+    features: np.ndarray,
+    y: np.ndarray,
+    groups: np.ndarray,
+    *,
+    period: float | None = None,
+    **options: Any,
+) -> np.ndarray:
+    """Return |y - prediction| (n,), each by a `model` that was trained on the other folds."""
+    residual = np.empty(len(y))
+    options |= {"folds": _folds(groups), "period": period}
+    for fitted, _, test in _held_out(features, y, groups, "regression", **options):
+        residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
+    return residual
 
 
 def half_width(
@@ -197,29 +205,7 @@ def half_width(
     return half if period is None else min(half, period / 2)
 
 
-def held_out_residuals(
-    features: np.ndarray,
-    y: np.ndarray,
-    groups: np.ndarray,
-    *,
-    model: str,
-    folds: int,
-    seed: int,
-    period: float | None = None,
-    limits: Mapping[str, int] | None = None,
-) -> np.ndarray:
-    """Return |y - prediction| (n,), each by a `model` that was trained on the other folds."""
-    residual = np.empty(len(y))
-    for train, test in grouped_folds(y, groups, "regression", folds, seed):
-        fitted = fit_named_model(
-            model, "regression", features[train], y[train], groups[train],
-            seed=seed, period=period, limits=limits,
-        )  # fmt: skip
-        residual[test] = np.abs(wrapped(y[test] - fitted.predict(features[test]), period))
-    return residual
-
-
-def _half_width(
+def interval_half_width(
     features: np.ndarray,
     y: np.ndarray,
     groups: np.ndarray,
@@ -228,6 +214,7 @@ def _half_width(
     period: float | None,
     **options: Any,
 ) -> float:
+    """Return `half_width` of `held_out_residuals`. Raises NotPossibleError for too few groups."""
     if coverage > 1 - 1 / (count := len(np.unique(groups)) + 1):
         raise NotPossibleError(
             f"{count - 1} groups cannot say where {100 * coverage:g} % of new ones lie: "
@@ -261,21 +248,16 @@ def calibrated(
 
     `features` (n, n_features), `target` (n,) class labels, `groups` (n,). The temperature of a fold
     is computed on its training part exactly as `calibration` computes that of a model in use; the
-    test part is not used. Raises ValueError for a model without probabilities and for folds that
-    cannot be made.
+    test part is not used. Raises NotPossibleError for a model without probabilities.
     """
-    y, group = np.asarray(target), np.asarray(groups)
-    classes = np.unique(y)
-    plain, scaled = (np.empty((len(y), len(classes))) for _ in range(2))
+    classes = np.unique(target)
+    options: dict[str, Any] = {"model": model, "seed": seed, "limits": limits}
+    plain, scaled = (np.empty((len(target), len(classes))) for _ in range(2))
     temperatures = []
     with threadpool_limits(limits=1):
-        for train, test in grouped_folds(y, group, "classification", folds, seed):
-            inner = min(FOLDS, len(np.unique(group[train])))
-            t = _temperature(features[train], y[train], group[train], model, inner, seed, limits)
-            fitted = fit_named_model(
-                model, "classification", features[train], y[train], group[train],
-                seed=seed, limits=limits,
-            )  # fmt: skip
+        parts = _held_out(features, target, groups, "classification", folds=folds, **options)
+        for fitted, train, test in parts:
+            t = scaling_temperature(features[train], target[train], groups[train], **options)
             plain[test] = fitted.predict_proba(features[test])
             scaled[test] = with_temperature(plain[test], t)
             temperatures.append(t)

@@ -1,16 +1,15 @@
-"""Features of a gripper that has changed, brought back by recordings of nothing before and after.
+"""Features of a changed gripper, corrected by empty-gripper references before and after the change.
 
 Warmth makes sound faster by the square root of the absolute temperature, so that all resonances of
-a cavity move by one factor: the spectrum is stretched. That factor is found on the references, as
+a cavity move by one factor: the spectrum is stretched. The factor is computed on the references, as
 in monitoring by ultrasound (optimal stretch: Lu & Michaels, Ultrasonics 43 (2005) 717; Croxford et
-al., Ultrasonics 50 (2010) 442). What is left is taken for a gain of each bin, as of a microphone
-that was replaced, and divided out (as cepstral mean subtraction does: Atal, JASA 55 (1974) 1304).
+al., Ultrasonics 50 (2010) 442). The remaining change is treated as a gain per bin, as of a replaced
+microphone, and divided out (as cepstral mean subtraction does: Atal, JASA 55 (1974) 1304).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,8 +19,6 @@ from ajgdata.features.spectrum import normalised
 from ajgdata.types import NotPossibleError
 
 Float64 = NDArray[np.float64]
-Remedy = Literal["none", "difference", "ratio", "stretch", "stretch and ratio"]
-REMEDIES: tuple[Remedy, ...] = ("none", "difference", "ratio", "stretch", "stretch and ratio")
 #: Stretches that are searched, as logarithms: 6 % is 35 K; and the first steps between them.
 REACH, STEP = 0.06, 0.001
 #: A compressed bin that varies by less does not vary: float32 rounds it away.
@@ -30,40 +27,21 @@ STILL = 1e-6
 
 @dataclass(frozen=True)
 class Change:
-    """What became of a gripper: `stretch` is new frequency over old; the means (f,) of references
-    before and, stretched back, after; and after as they were recorded."""
+    """Change of a gripper: `stretch` is new frequency over old; `gain` (f,) is old level over new,
+    after the stretch is undone; `hz` (f,) are the frequencies of the bins."""
 
     hz: Float64
     stretch: float
-    before: Float64
-    after: Float64
-    recorded: Float64
+    gain: Float64
 
-    def undone(
-        self, features: ArrayLike, remedy: Remedy, normalisation: str = "l1"
-    ) -> NDArray[np.float32]:
-        """Return features (n, f) recorded after the change as they would have been before.
-
-        `difference` subtracts what was added to the references, `ratio` divides by what they were
-        multiplied with; both leave nothing below 0. Then each is divided by its norm again.
-        """
-        found = np.asarray(features, np.float64)
-        if remedy == "none":
-            return found.astype(np.float32)
-        if remedy == "difference":
-            found = np.maximum(found - self.recorded + self.before, 0.0)
-        if remedy.startswith("stretch"):
-            found = stretched(found, self.hz, self.stretch)
-        if remedy.endswith("ratio"):
-            after = self.after if remedy.startswith("stretch") else self.recorded
-            found = found * np.divide(
-                self.before, after, out=np.ones_like(after), where=(after > 0) & (self.before > 0)
-            )
-        return np.array([normalised(one, normalisation) for one in found], np.float32)
+    def undone(self, features: ArrayLike, normalisation: str = "l1") -> NDArray[np.float32]:
+        """Return features (n, f) recorded after the change as they would have been before."""
+        restored = self.gain * stretched(features, self.hz, self.stretch)
+        return np.array([normalised(one, normalisation) for one in restored], np.float32)
 
 
 def change(before: ArrayLike, after: ArrayLike, hz: ArrayLike) -> Change:
-    """Return what became of a gripper between references `before` (r, f) and `after` (s, f).
+    """Return the change of a gripper between references `before` (r, f) and `after` (s, f).
 
     `hz` (f,) are the frequencies of the bins, rising. Raises NotPossibleError for fewer than two
     references before, or none after.
@@ -75,10 +53,10 @@ def change(before: ArrayLike, after: ArrayLike, hz: ArrayLike) -> Change:
             f"{len(known)} references before and {len(new)} after the change: "
             "two and one are needed; record more of the empty gripper"
         )
-    recorded = new.mean(axis=0)
-    factor = _stretch(known, recorded, frequency)
-    back = stretched(recorded, frequency, factor)
-    return Change(frequency, factor, known.mean(axis=0), back, recorded)
+    factor = _stretch(known, new.mean(axis=0), frequency)
+    old, back = known.mean(axis=0), stretched(new.mean(axis=0), frequency, factor)
+    present = (back > 0) & (old > 0)
+    return Change(frequency, factor, np.divide(old, back, out=np.ones_like(back), where=present))
 
 
 def stretched(features: ArrayLike, hz: Float64, factor: float) -> Float64:

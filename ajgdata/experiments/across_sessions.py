@@ -1,4 +1,4 @@
-"""Across sessions: models on a session that they have not met, what helps there and what it needs.
+"""Across sessions: models in held-out sessions, and what corrections need of the session.
 
 The corrections are in `evaluate.new_session` and `evaluate.reference_correction`.
 """
@@ -25,14 +25,13 @@ from ajgdata.types import ModelName, Name, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
 if TYPE_CHECKING:
-    from ajgdata.evaluate.new_session import Point, SessionData
+    from ajgdata.evaluate.new_session import SessionData
 
 #: Of more sessions so many are tested, evenly spaced in their order.
 MOST_SESSIONS = 8
 TITLE = "In a new session"
 #: Recordings of the new session that a correction uses.
 NEEDS = ("labelled", "unlabelled", "references")
-COST = "cost of"  #: begins the parts of the table of costs
 COLUMNS = {
     "session": "Session", "draw": "Draw", "remedy": "Remedy", "labelled": "Labelled",
     "unlabelled": "Unlabelled", "references": "References", "metric": "Metric", "value": "Value",
@@ -41,7 +40,7 @@ COLUMNS = {
 
 
 class Settings(Strict):
-    """Models on sessions that they have not met, and what of the session helps them."""
+    """Models in held-out sessions, and corrections by recordings of the session."""
 
     train_on: tuple[Name, ...] = Field(
         (), description="sessions of the training, the others are tested; default: each session is "
@@ -57,49 +56,33 @@ class Settings(Strict):
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
-    """Return the errors of `model` in each new session, with each remedy."""
+    """Return the errors of `model` in each new session, with each correction."""
     from ajgdata.evaluate.new_session import on_new_sessions
 
     data = _data(inputs)
-    tested = _tested(data, settings.train_on)
-    points = list(
+    rows = list(
         on_new_sessions(
-            data, tested=tested, train_on=settings.train_on, sizes=settings.grasps,
-            draws=settings.draws, model=model, kind=inputs.kind, seed=inputs.seed,
-            period=inputs.period_deg, limits=inputs.most_recordings,
+            data, tested=_tested(data, settings.train_on), train_on=settings.train_on,
+            sizes=settings.grasps, draws=settings.draws, model=model, kind=inputs.kind,
+            seed=inputs.seed, period=inputs.period_deg, limits=inputs.most_recordings,
         )
     )  # fmt: skip
-    rows = [
-        {key: getattr(one, key) for key in ("session", "draw", "remedy", *NEEDS)}
-        | {"metric": metric, "value": value, "chance": one.chance[metric]}
-        for one in points
-        for metric, value in one.scores.items()
-    ]
-    spent = _mean_by_remedy(points)
-    cost = [(model, f"{COST} {name}", "cpu_s", "measured", value) for name, value in spent.items()]
-    missing = [n for n in settings.grasps if n not in {one.grasps for one in points}]
-    about = {"sessions": len(tested), "too_many_grasps": missing}
-    return Outcome(
-        (score_table(_scores(model, points), TITLE), table_of("measured", TITLE, rows, **COLUMNS)),
-        (score_table(cost, TITLE),),
-        about,
-    )
+    measured = table_of("measured", TITLE, rows, **COLUMNS)
+    return Outcome((score_table(_scores(model, measured), TITLE), measured))
 
 
 def _data(inputs: Inputs) -> SessionData:
-    """Return the recordings of the task by session, and those of nothing as references."""
+    """Return the recordings of the task, and empty-gripper references, per session."""
     from ajgdata.evaluate.new_session import SessionData
 
     data, columns = inputs.data(), inputs.store.columns
-    names = columns["recording"].values
-    nothing = ~np.isin(names, inputs.all_data().name)
+    names, references = columns["recording"].values, {}
     if "object" in columns:
-        nothing &= columns["object"].values.astype(str) == ""
-    else:
-        nothing[:] = False
-    every, references = session_of(names), {}
-    for session in np.unique(every[nothing]):
-        references[str(session)] = inputs.store.feature[nothing & (every == session)]
+        empty = ~np.isin(names, inputs.all_data().name)
+        empty &= columns["object"].values.astype(str) == ""
+        sessions = session_of(names)
+        for session in np.unique(sessions[empty]):
+            references[str(session)] = inputs.store.feature[empty & (sessions == session)]
     return SessionData(
         data.feature, data.value, data.group, session_of(data.name), inputs.store.frequency_hz,
         references, inputs.features.normalisation,
@@ -120,39 +103,24 @@ def _tested(data: SessionData, train_on: Sequence[str]) -> list[str]:
     return (left if train_on else left[np.unique(some)]).tolist()
 
 
-def _mean_by_remedy(points: Sequence[Point]) -> dict[str, float]:
-    names = dict.fromkeys(one.remedy for one in points)
-    return {name: float(np.mean([p.cpu_s for p in points if p.remedy == name])) for name in names}
-
-
-def _scores(model: str, points: Sequence[Point]) -> Iterator[tuple[str, str, str, str, float]]:
-    """Yield each session's metrics, mean over draws, by remedy; mean and deviation over them."""
-    for remedy in dict.fromkeys(one.remedy for one in points):
-        own = [one for one in points if one.remedy == remedy]
-        for metric in own[0].scores:
-            sessions = dict.fromkeys(one.session for one in own)
-            values = [
-                float(np.mean([one.scores[metric] for one in own if one.session == session]))
-                for session in sessions
-            ]
-            part = f"sessions: {remedy}"
-            for at, value in enumerate(values):
-                yield model, part, metric, f"fold {at}", value
-            yield model, part, metric, "mean", float(np.mean(values))
-            yield model, part, metric, "sd", _deviation(values)
-            chance = float(np.mean([one.chance[metric] for one in own]))
-            yield model, part, metric, "chance", chance
-
-
-def _deviation(values: Sequence[float]) -> float:
-    return float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+def _scores(model: str, measured: Table) -> Iterator[tuple[str, str, str, str, float]]:
+    """Yield each session's metrics, mean over draws, per correction; mean and deviation."""
+    for remedy, part in measured.parted("remedy").items():
+        for metric, rows in part.parted("metric").items():
+            sessions = rows.parted("session").values()
+            values = [float(one.numbers("value").mean()) for one in sessions]
+            deviation = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+            statistics = {f"fold {at}": value for at, value in enumerate(values)}
+            statistics |= {"mean": float(np.mean(values)), "sd": deviation}
+            statistics["chance"] = float(rows.numbers("chance").mean())
+            for statistic, value in statistics.items():
+                yield model, f"sessions: {remedy}", metric, statistic, value
 
 
 def _needs(table: Table) -> str:
     """Return `64 labelled`, `12 unlabelled`, `6 references`, or `none`."""
-    words = {"labelled": "labelled", "unlabelled": "unlabelled", "references": "references"}
     mean = {key: float(table.numbers(key).mean()) for key in NEEDS}
-    return ", ".join(f"{number(mean[key])} {words[key]}" for key in NEEDS if mean[key]) or "none"
+    return ", ".join(f"{number(count)} {key}" for key, count in mean.items() if count) or "none"
 
 
 def by_session(results: TaskResults) -> Table:
@@ -177,13 +145,6 @@ def by_session(results: TaskResults) -> Table:
     return table_of("by_session", TITLE, rows, **columns)
 
 
-def missing(results: TaskResults) -> str:
-    """Return for which numbers of labelled grasps a class has too few; "" if for none."""
-    counts = results.results[0].about["too_many_grasps"]
-    listed = ", ".join(map(str, counts))
-    return f"A class has too few grasps for {listed} labelled grasps of each." if counts else ""
-
-
 SESSIONS = Plot(
     "rows",
     by_session,
@@ -201,6 +162,5 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(SESSIONS,),
-    summary=missing,
     by_model=True,
 )

@@ -53,7 +53,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
     """Return coverage and width of intervals on held-out grasps for each stated coverage."""
     from threadpoolctl import threadpool_limits
 
-    from ajgdata.evaluate.in_use import FOLDS, half_width, held_out_residuals
+    from ajgdata.evaluate.in_use import half_width, held_out_residuals
     from ajgdata.evaluate.metrics import wrapped
     from ajgdata.evaluate.splits import grouped_folds
     from ajgdata.models import fit_named_model
@@ -68,7 +68,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             begun = time.process_time()
             residual = held_out_residuals(
                 x[train], y[train], group[train], model=model, seed=inputs.seed, period=period,
-                folds=min(FOLDS, len(np.unique(group[train]))), limits=inputs.most_recordings,
+                limits=inputs.most_recordings,
             )  # fmt: skip
             fitted = fit_named_model(
                 model, inputs.kind, x[train], y[train], group[train],

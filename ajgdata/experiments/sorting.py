@@ -1,17 +1,16 @@
-"""Sorting by sound, offline: objects in random order until none is probable enough."""
+"""Sorting by sound with held-out recordings, in random order until no class is probable enough."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.agreement import Verdict, verdict_on_count
+from ajgdata.evaluate.agreement import verdict_on_count
 from ajgdata.experiments.base import (
     Experiment,
     Inputs,
@@ -21,26 +20,29 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.plots import Plot
-from ajgdata.report.blocks import ShownTable
-from ajgdata.report.comparison import Mark, PaperComparison, mark_of
-from ajgdata.report.format import Score, number, with_unit
-from ajgdata.report.panel import Highlight
-from ajgdata.report.paper import PaperFigure
+from ajgdata.experiments.plots import PERCENTILES, Plot
+from ajgdata.report.comparison import Mark, PaperComparison
+from ajgdata.report.format import number, with_unit
 from ajgdata.types import ModelName, Strict
-from ajgdata.types.table import table_of
+from ajgdata.types.table import Table, table_of
 
-if TYPE_CHECKING:
-    pass
-
+Row = dict[str, Any]
+ScoreRow = tuple[str, str, str, str, float]
 RUNS = 500  #: simulated runs of sorting, each with its own seed
-LONGEST_RUN = 1000  #: a run that never hesitates is ended here
-#: What is told of a distribution: the 5th, 50th and 95th percentile.
-PERCENTILES = (5, 50, 95)
+LONGEST_RUN = 1000  #: objects after which a run ends
 PARTS = ("plain", "scaled")  #: probabilities as they are, and scaled by a temperature
-#: Metrics of a run, the main result first, by the field of `Run` that has them.
-RUN_METRICS = {"sorted_before_error": "before_error", "sorts_in_a_row": "sorts"}
-BEFORE_ERROR, PAPERS_RULE = "before the first error", "by the paper's rule"
+#: Results of a run, the main result first: its metric, and its name.
+RUN_METRICS = {
+    "before_error": ("sorted_before_error", "before the first error"),
+    "sorts": ("sorts_in_a_row", "by the paper's rule"),
+}
+SHARE_COLUMNS = {
+    "accuracy": "Accuracy", "accepted": "Accepted", "right": "Correct of those",
+    "wrong": "In a wrong bin", "mean_looks": "Looks",
+}  # fmt: skip
+RUN_COLUMNS = {"run": "Run", "sorts": "Objects sorted by the paper's rule"}
+RUN_COLUMNS |= {"before_error": "Objects sorted before the first error"}
+RUN_COLUMNS |= {"mistakes": "In a wrong bin"}
 
 
 class Settings(Strict):
@@ -51,221 +53,104 @@ class Settings(Strict):
 
 
 def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
-    """Return the calibration of `model`, and runs of sorting what the task is about."""
+    """Return the calibration of `model`, and runs of sorting the objects of the task."""
     from ajgdata.evaluate.calibration import calibration_error, reliability
     from ajgdata.evaluate.in_use import calibrated
-    from ajgdata.evaluate.sorting import accepted, decisions, sort_stream
+    from ajgdata.evaluate.sorting import look, run_of, stream
 
     data = inputs.data()
     found = calibrated(
-        data.feature,
-        data.value,
-        data.group,
-        model=model,
-        folds=inputs.folds,
-        seed=inputs.seed,
+        data.feature, data.value, data.group, model=model, folds=inputs.folds, seed=inputs.seed,
         limits=inputs.most_recordings,
-    )
+    )  # fmt: skip
     label = np.searchsorted(found.classes, data.value)
-    scores: list[tuple[str, str, str, str, float]] = []
-    bins: list[dict[str, Any]] = []
-    runs: list[dict[str, Any]] = []
+    scores: list[ScoreRow] = []
+    bins, conditions, runs = [], [], []
     for name, probability in zip(PARTS, (found.plain, found.scaled), strict=True):
-        right = probability.argmax(axis=1) == label
-        reliable = reliability(probability.max(axis=1), right)
-        taken = decisions(probability, settings.threshold)
-        passed = accepted(taken, label)
-        part = f"sorting, {name}"
-        scores += [
-            (model, part, "accuracy", "pooled", right.mean()),
-            (model, part, "calibration_error", "pooled", calibration_error(reliable)),
-            (model, f"{part}, accepted", "share", "pooled", passed.share),
-            (model, f"{part}, accepted", "accuracy", "pooled", passed.accuracy),
-        ]
+        reliable = reliability(probability.max(axis=1), probability.argmax(axis=1) == label)
         bins += [{"part": name, **dataclasses.asdict(one)} for one in reliable]
-        streams = (sort_stream(taken, label, inputs.seed + n) for n in range(RUNS))
-        for n, run in enumerate(streams):
-            lengths = dataclasses.asdict(run)
-            scores += [(model, part, m, f"run {n}", lengths[key]) for m, key in RUN_METRICS.items()]
-            runs.append({"part": name, "run": n, **lengths})
-    title = "Sorting"
-    fields = {field.name: field.name.replace("_", " ") for field in dataclasses.fields(reliable[0])}
-    columns = {"part": "Part", "run": "Run", "before_error": f"Sorted {BEFORE_ERROR}"}
-    columns |= {"sorts": f"Sorted {PAPERS_RULE}", "mistakes": "In a wrong bin"}
+        decided = look(probability[:, np.newaxis], settings.threshold)
+        condition = {"part": name, **decided.shares(label)}
+        orders = (stream(label, inputs.seed + n) for n in range(RUNS))
+        own = [run_of(decided.taken, label, order) for order in orders]
+        own_rows = [{"part": name, "run": n, **vars(one)} for n, one in enumerate(own)]
+        part, error = f"sorting, {name}", calibration_error(reliable)
+        scores += [(model, part, "calibration_error", "pooled", error)]
+        scores += sorting_scores(model, part, condition, own_rows)
+        conditions.append(condition)
+        runs += own_rows
+    columns = {"part": "Probabilities"}
+    fields = {key: key for key in bins[0]} | {"confidence": "Probability", "accuracy": "Correct"}
     return Outcome(
         (
-            score_table(scores, title),
-            table_of(
-                "reliability", "Are predictions right as often as sure", bins, part="Part", **fields
-            ),
-            table_of("runs", "Simulated runs", runs, **columns),
-        ),
-        about={
-            "temperatures": list(found.temperatures),
-            "recordings": len(label),
-            "objects": found.classes.tolist(),
-        },
-    )
-
-
-class SortingPart(NamedTuple):
-    """Sorting with one kind of probabilities: bins (n,), and objects sorted in each run (runs,)
-    before the first error, and by the paper's rule."""
-
-    label: str
-    confidence: np.ndarray
-    right: np.ndarray
-    accuracy: float
-    calibration_error: float
-    accepted_share: float
-    accepted_accuracy: float
-    before_error: np.ndarray
-    sorts: np.ndarray
-
-    @property
-    def wrong_share(self) -> float:
-        """Return the share of accepted recordings that are in a wrong bin, 0 if none is."""
-        return 1 - self.accepted_accuracy if self.accepted_share else 0.0
-
-
-def parts_of(result: Result) -> list[SortingPart]:
-    """Return sorting with probabilities as they are, and scaled by a temperature."""
-    return [_part(result, name) for name in PARTS]
-
-
-def _part(result: Result, name: str) -> SortingPart:
-    scores, bins = result.tables["scores"], result.tables["reliability"].where(part=name)
-    runs = result.tables["runs"].where(part=name)
-
-    def score(part: str, metric: str) -> float:
-        return float(scores.where(part=part, metric=metric).numbers("value")[0])
-
-    return SortingPart(
-        label="as they are" if name == "plain" else _scaled_label(result),
-        confidence=bins.numbers("confidence"),
-        right=bins.numbers("accuracy"),
-        accuracy=score(f"sorting, {name}", "accuracy"),
-        calibration_error=score(f"sorting, {name}", "calibration_error"),
-        accepted_share=score(f"sorting, {name}, accepted", "share"),
-        accepted_accuracy=score(f"sorting, {name}, accepted", "accuracy"),
-        before_error=runs.numbers("before_error"),
-        sorts=runs.numbers("sorts"),
-    )
-
-
-def _scaled_label(result: Result) -> str:
-    from ajgdata.evaluate.calibration import TEMPERATURES
-
-    temperatures = result.about["temperatures"]
-    middle = float(np.median(temperatures))
-    # where all grasps are told apart no temperature is too low
-    at_end = sum(any(math.isclose(t, e, rel_tol=1e-3) for e in TEMPERATURES) for t in temperatures)
-    ended = f", in {at_end} of {len(temperatures)} folds at the end of the search" if at_end else ""
-    return f"scaled, temperature {middle:.2g}{ended}"
-
-
-def spread(values: np.ndarray) -> str:
-    """Return `12 (3 to 40)`: median, and the 5th and 95th percentile."""
-    low, middle, high = np.percentile(values, PERCENTILES)
-    return f"{number(middle)} ({number(low)} to {number(high)})"
-
-
-def tables(results: TaskResults) -> list[ShownTable]:
-    """Return calibration and runs of each model that sorts."""
-    heads = (
-        "Probabilities", "Calibration error|", "Accepted|", "Right of those|",
-        f"Sorted {BEFORE_ERROR}|", f"Sorted {PAPERS_RULE}|",
-    )  # fmt: skip
-    shown = []
-    for result in results.results:
-        parts = parts_of(result)
-        told = (
-            f"{result.label} on {', '.join(result.about['objects'])}: accuracy "
-            f"{number(100 * parts[0].accuracy)} % of {result.about['recordings']} held-out "
-            "recordings; median of runs, 5th to 95th percentile."
+            score_table(scores, "Sorting"),
+            table_of("reliability", "Reliability", bins, **fields | columns),
+            table_of("conditions", "Decisions", conditions, **columns, **SHARE_COLUMNS),
+            table_of("runs", "Simulated runs", runs, **columns, **RUN_COLUMNS),
         )
-        rows = tuple(
-            (
-                part.label, number(part.calibration_error),
-                f"{number(100 * part.accepted_share)} %",
-                f"{number(100 * part.accepted_accuracy)} %",
-                spread(part.before_error), spread(part.sorts),
-            )
-            for part in parts
-        )  # fmt: skip
-        shown.append(ShownTable(told, heads, rows))
-    return shown
+    )
+
+
+def sorting_scores(
+    model: str, part: str, condition: Mapping[str, Any], runs: Iterable[Row]
+) -> Iterator[ScoreRow]:
+    """Yield the scores of decisions, and of the runs that they lead to."""
+    yield model, part, "accuracy", "pooled", condition["accuracy"]
+    yield model, f"{part}, accepted", "share", "pooled", condition["accepted"]
+    yield model, f"{part}, accepted", "accuracy", "pooled", condition["right"]
+    for run in runs:
+        for key, (metric, _) in RUN_METRICS.items():
+            yield model, part, metric, f"run {run['run']}", run[key]
 
 
 def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperComparison]:
-    """Yield objects sorted before the first error, and by the paper's rule as a second result.
+    """Yield the runs of each model with its plain probabilities; the paper mentions no scaling."""
+    for result in results.results:
+        yield from run_comparison(results, result, LONGEST_RUN, "held-out grasps", part=PARTS[0])
 
-    Of probabilities as they are: the paper does not mention scaling.
-    """
+
+def run_comparison(
+    results: TaskResults, result: Result, longest: int, label: str, **which: Any
+) -> Iterator[PaperComparison]:
+    """Yield both results of the runs `which`, that end at `longest`; the first is compared."""
     paper = results.paper
     if paper is None or paper.value is None:
         return
-    for result in results.results:
-        plain = parts_of(result)[0]
-        yield PaperComparison(
-            paper,
-            results.dataset,
-            results.task,
-            results.source,
-            two_results(paper, plain.before_error, plain.sorts, plain.wrong_share, LONGEST_RUN),
-            result.label,
-            agreement_of_runs(plain.before_error, paper.value),
-            marks=run_marks(result.label, paper.value, plain.before_error, plain.sorts),
-            label="held-out grasps",
-        )
+    (condition,) = result.tables["conditions"].where(**which).rows
+    runs = result.tables["runs"].where(**which)
+    spreads, marks = [], []
+    for key, (_, name) in RUN_METRICS.items():
+        low, middle, high = map(float, np.percentile(runs.numbers(key), PERCENTILES))
+        spreads.append((low, middle, high))
+        ours = Mark("ours", result.label, middle, low, high, name)
+        if middle >= longest:  # a longer run was not tried
+            ours = ours._replace(value=np.inf, low=float(longest))
+        marks += [ours, Mark("paper", "paper", paper.value, paper.value, paper.value, name)]
+    low, middle, high = spreads[0]
+    yield PaperComparison(
+        paper, results.dataset, results.task, results.source,
+        _text(runs, condition, paper.unit, longest), result.label,
+        verdict_on_count(middle, low, high, paper.value), marks=tuple(marks), label=label,
+    )  # fmt: skip
 
 
-def agreement_of_runs(lengths: np.ndarray, published: float) -> Verdict:
-    """Return the verdict on a published length, from the range of `lengths` (runs,)."""
-    low, middle, high = map(float, np.percentile(lengths, PERCENTILES))
-    return verdict_on_count(middle, low, high, published)
-
-
-def two_results(
-    paper: PaperFigure, before: np.ndarray, ruled: np.ndarray, wrong_share: float, longest: int
-) -> str:
-    """Return both results of runs (runs,) as text; `longest`: where runs end at the latest."""
-    text = (
-        f"{with_unit(spread(before), paper.unit)} {BEFORE_ERROR}; {spread(ruled)} {PAPERS_RULE}, "
-        f"{number(100 * wrong_share, 2)} % in a wrong bin"
-    )
-    return f"{text}; runs end at {number(longest, 4)}" if ruled.max() >= longest else text
-
-
-def run_marks(
-    label: str, published: float, before: np.ndarray, ruled: np.ndarray
-) -> tuple[Mark, ...]:
-    """Return marks of both results of runs (runs,), each next to the published value."""
-    marks = []
-    for part, lengths in ((BEFORE_ERROR, before), (PAPERS_RULE, ruled)):
-        low, middle, high = map(float, np.percentile(lengths, PERCENTILES))
-        marks.append(Mark("ours", label, middle, low, high, part))
-        marks.append(Mark("paper", "paper", published, published, published, part))
-    return tuple(marks)
-
-
-def highlights(results: TaskResults) -> Iterator[Highlight]:
-    """Yield how far probabilities are from what they say, before and after scaling."""
-    for result in results.results:
-        plain, scaled = parts_of(result)
-        marks = (
-            mark_of("ours", "scaled", Score(100 * scaled.calibration_error, 0.0)),
-            mark_of("other", "plain", Score(100 * plain.calibration_error, 0.0)),
-        )
-        said = "calibration error"
-        yield Highlight("Scaled p", said, "points", marks)
+def _text(runs: Table, condition: Row, unit: str, longest: int) -> str:
+    """Return both results of runs, with the share of accepted objects in a wrong bin."""
+    said = []
+    for key, (_, name) in RUN_METRICS.items():
+        low, middle, high = map(number, np.percentile(runs.numbers(key), PERCENTILES))
+        said.append(f"{with_unit(f'{middle} ({low} to {high})', unit)} {name}")
+        unit = ""
+    wrong = 1 - condition["right"] if condition["accepted"] else 0.0
+    ends = f"; runs end at {number(longest, 4)}" if runs.numbers("sorts").max() >= longest else ""
+    return f"{'; '.join(said)}, {number(100 * wrong, 2)} % in a wrong bin{ends}"
 
 
 LENGTHS = Plot(
     "histogram",
     "runs",
-    f"objects sorted {BEFORE_ERROR}, in simulated runs on held-out grasps in random order; a run "
-    "ends when no class is probable enough",
+    "objects sorted before the first error, in simulated runs on held-out grasps in random order; "
+    "a run ends when no class is probable enough",
     value="before_error",
     x="run",
     series=("model", "part"),
@@ -275,7 +160,7 @@ LENGTHS = Plot(
 )
 RULE = replace(
     LENGTHS,
-    about=f"objects sorted {PAPERS_RULE} in the same runs; a run ends at {LONGEST_RUN:,} objects",
+    about=f"objects sorted by the paper's rule in the same runs, {LONGEST_RUN:,} at most",
     value="sorts",
     name="rule",
     folded="Sorted by the paper's rule",
@@ -301,8 +186,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(LENGTHS, RULE, RELIABILITY),
-    tables=tables,
-    highlights=highlights,
     paper_comparison=paper_comparison,
     by_model=True,
     kinds=("classification",),

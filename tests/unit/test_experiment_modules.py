@@ -14,7 +14,7 @@ from ajgdata.evaluate.in_use import calibration, half_width
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.experiments import EXPERIMENTS, asked_of
 from ajgdata.experiments.base import Outcome, score_table
-from ajgdata.experiments.sorting import LONGEST_RUN, RUNS, parts_of, spread
+from ajgdata.experiments.sorting import LONGEST_RUN, PARTS, RUNS
 from ajgdata.models import fit_model, make_model
 from ajgdata.report.canvas import draw
 from ajgdata.report.format import Score, mean_sd, number
@@ -116,57 +116,35 @@ def test_how_many_grasps_reach_the_papers_accuracy(value, reached, says, agrees)
 def test_sorting_is_calibrated_and_run_many_times():
     ask, inputs = {"threshold": 0.6}, small_inputs(classes=["ball", "rod"])
     outcome = measured("sorting", inputs, "linear", **ask)
-    assert outcome.about["objects"] == ["ball", "rod"]
-    assert outcome.about["recordings"] == 40
-    assert len(outcome.about["temperatures"]) == 5
-    results = task_results("sorting", {"linear": outcome}, settings=ask)
-    for name, part in zip(("plain", "scaled"), parts_of(results.results[0]), strict=True):
-        assert len(part.sorts) == RUNS
-        assert outcome.tables[1].where(part=name).numbers("count").sum() == 40
-        assert 0 <= part.accepted_share <= 1
-        assert (part.before_error <= part.sorts).all()
-    plain, scaled = parts_of(results.results[0])
-    assert plain.accuracy == scaled.accuracy
+    scores, bins, conditions, runs = outcome.tables
+    for part in PARTS:
+        own = runs.where(part=part)
+        assert len(own.rows) == RUNS
+        assert bins.where(part=part).numbers("count").sum() == 40
+        assert (own.numbers("before_error") <= own.numbers("sorts")).all()
+        sorts = scores.where(part=f"sorting, {part}", metric="sorts_in_a_row")
+        assert sorts.column("value") == own.column("sorts")
+    plain, scaled = conditions.rows
+    assert plain["accuracy"] == scaled["accuracy"]  # a temperature keeps the order of classes
     with pytest.raises(NotPossibleError, match="classes: no recording has the object 'x'"):
         measured("sorting", small_inputs(classes=["x", "rod"]), "linear", **ask)
     with pytest.raises(NotPossibleError, match="no probabilities"):
         measured("sorting", inputs, "svm", **ask)
 
 
-PLAIN_SORTS = np.arange(101)
-SCALED_SORTS = PLAIN_SORTS // 4
-
-
-def sorting_results(
-    scaled_sorts=SCALED_SORTS, temperatures=(2.0,), paper=None, plain_sorts=PLAIN_SORTS,
-    errors=False,
-):  # fmt: skip
+def sorting_results(paper=None, sorts=tuple(range(101)), errors=False):
     """Half of what a run sorts is sorted before the first error; `errors`: up to nine objects."""
-    rows, bins, runs = [], [], []
-    for name, error, sorts in (("plain", 0.2, plain_sorts), ("scaled", 0.05, scaled_sorts)):
-        part = f"sorting, {name}"
-        rows += [("cnn", part, "accuracy", "pooled", 0.85)]
-        rows += [("cnn", part, "calibration_error", "pooled", error)]
-        rows += [("cnn", f"{part}, accepted", "share", "pooled", 0.75)]
-        rows += [("cnn", f"{part}, accepted", "accuracy", "pooled", 0.9)]
-        bins += [{"part": name, "confidence": 0.5, "accuracy": 0.4}]
-        bins += [{"part": name, "confidence": 0.9, "accuracy": 0.8}]
-        before = np.arange(len(sorts)) % 10 if errors else sorts // 2
-        lengths = zip(sorts.tolist(), before.tolist(), strict=True)
-        runs += [
-            {"part": name, "run": n, "sorts": s, "before_error": b}
-            for n, (s, b) in enumerate(lengths)
-        ]
-    outcome = Outcome(
-        (
-            score_table(rows, "s"),
-            table_of("reliability", "r", bins, part="p", confidence="c", accuracy="a"),
-            table_of("runs", "r", runs, part="p", run="r", sorts="s", before_error="b"),
-        ),
-        about={"temperatures": list(temperatures), "recordings": 80, "objects": ["lock", "screw"]},
-    )
+    runs = [
+        {"part": part, "run": n, "sorts": s, "before_error": n % 10 if errors else s // 2}
+        for part in PARTS
+        for n, s in enumerate(sorts)
+    ]
+    bins = [{"part": p, "confidence": c, "accuracy": c - 0.1} for p in PARTS for c in (0.5, 0.9)]
+    conditions = [{"part": part, "accepted": 0.75, "right": 0.9} for part in PARTS]
+    named = {"reliability": bins, "conditions": conditions, "runs": runs}
+    tables = [table_of(n, n, rows, **{k: k for k in rows[0]}) for n, rows in named.items()]
     return task_results(
-        "sorting", {"cnn": outcome},
+        "sorting", {"cnn": Outcome(tuple(tables))},
         papers={"sorting": PAPER.model_copy(update={"value": paper, "unit": "sorts"})},
     )  # fmt: skip
 
@@ -180,20 +158,6 @@ def test_a_sorting_figure_shows_the_share_of_runs_as_long():
     points = draw(reliability).axes[0].containers[0].lines[0]
     np.testing.assert_allclose(points.get_xydata(), [[50, 40], [90, 80]])
     assert "CNN, plain: 25 (2 to 47)" in lengths.caption.alt
-
-
-def test_a_table_of_sorting_has_percentiles_of_the_runs():
-    (table,) = EXPERIMENTS["sorting"].tables(sorting_results())
-    assert table.rows[0] == ("as they are", "0.2", "75 %", "90 %", "25 (2 to 47)", "50 (5 to 95)")
-    assert "accuracy 85 % of 80 held-out recordings" in table.caption
-    assert spread(np.arange(101)) == "50 (5 to 95)"
-
-
-def test_a_temperature_at_the_end_of_the_search_is_told():
-    results = sorting_results(temperatures=(0.05000002, 0.436, 19.9999))
-    label = parts_of(results.results[0])[1].label
-    assert label == "scaled, temperature 0.44, in 2 of 3 folds at the end of the search"
-    assert parts_of(sorting_results(temperatures=[0.9]).results[0])[1].label.endswith(" 0.9")
 
 
 @pytest.mark.parametrize(("paper", "agrees"), [(39, "inconclusive"), (1, "better"), (60, "worse")])
@@ -212,13 +176,14 @@ def test_the_papers_run_is_compared_with_what_is_sorted_before_the_first_error(p
 
 def test_a_model_that_is_never_uncertain_is_not_the_better_one():
     """It sorts as long as objects come, a tenth of them into a wrong bin."""
-    results = sorting_results(paper=39, plain_sorts=np.full(101, LONGEST_RUN), errors=True)
+    results = sorting_results(paper=39, sorts=[LONGEST_RUN] * 101, errors=True)
     (row,) = EXPERIMENTS["sorting"].paper_comparison(results, nothing)
     assert row.agrees == "worse"
     assert row.result == (
         "4 (0 to 9) sorts before the first error; 1,000 (1,000 to 1,000) by the paper's rule, 10 % "
         "in a wrong bin; runs end at 1,000"
     )
+    assert [mark.value for mark in row.marks if mark.role == "ours"] == [4, math.inf]
 
 
 # Reflected energy

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.reference_correction import REMEDIES, change, stretched
+from ajgdata.evaluate.reference_correction import change, stretched
 from ajgdata.types import NotPossibleError
 
 HZ = np.linspace(0, 22_050, 1025)
@@ -34,49 +34,33 @@ def test_a_stretch_is_undone_for_other_spectra_too():
     factor, held = 1.02, (700, 3300, 5000, 8000)
     found = change(noisy(spectrum(), 10), noisy(spectrum(factor), 5), HZ)
     new, old = spectrum(factor, peaks=held), spectrum(peaks=held)
-    away = {r: np.abs(found.undone(new[None], r)[0] - old).sum() for r in REMEDIES}
-    assert away["stretch"] < 0.05 * away["none"]
-    assert away["stretch and ratio"] < 0.1 * away["none"]
-    assert min(away["difference"], away["ratio"]) > 0.5 * away["none"]
+    assert np.abs(found.undone(new[None])[0] - old).sum() < 0.1 * np.abs(new - old).sum()
 
 
-def test_a_gain_is_undone_by_the_ratio():
+def test_a_gain_is_divided_out():
     gain = np.exp(0.5 * np.sin(HZ / 3000))
     before, after = np.array([spectrum()] * 2), np.array([spectrum(gain=gain)])
-    found = change(before * [[0.999], [1.001]], after, HZ)
+    found = change(before * [[0.99], [1.01]], after, HZ)
     held = (700, 3300, 5000, 8000)
     new, old = spectrum(gain=gain, peaks=held), spectrum(peaks=held)
-    np.testing.assert_allclose(found.undone(new[None], "ratio")[0], old, rtol=1e-5)
+    assert np.abs(found.undone(new[None])[0] - old).sum() < 0.1 * np.abs(new - old).sum()
 
 
-def test_what_is_added_is_taken_off_by_the_difference():
-    """A tone that the gripper has got since, the same in each recording; norms left alone."""
-    tone = 0.01 * np.exp(-(((HZ - 4000) / 50) ** 2))
-    before = np.array([spectrum()] * 2) * [[0.999], [1.001]]
-    found = change(before, spectrum()[None] + tone, HZ)
-    held = spectrum(peaks=(700, 3300))
-    undone = found.undone((held + tone)[None], "difference", "none")[0]
-    np.testing.assert_allclose(undone, held, rtol=1e-4)
-
-
-@pytest.mark.parametrize("remedy", REMEDIES)
-def test_where_nothing_has_changed_nothing_is_done(remedy):
+def test_where_nothing_has_changed_nothing_is_done():
     references = noisy(spectrum(), 20)
     found = change(references, references, HZ)
     held = spectrum(peaks=(700, 3300)).astype(np.float32)
     assert found.stretch == pytest.approx(1, abs=1e-4)
     tolerance = 0.01 * held.max()  # of a stretch of 1e-4: a bin's twentieth, a hundredth of a peak
-    np.testing.assert_allclose(found.undone(held[None], remedy)[0], held, atol=tolerance)
+    np.testing.assert_allclose(found.undone(held[None])[0], held, atol=tolerance)
 
 
-@pytest.mark.parametrize("remedy", REMEDIES[1:])
-def test_what_is_undone_has_the_norm_of_the_features_and_nothing_below_zero(remedy):
+@pytest.mark.parametrize(("normalisation", "norm"), [("l1", 1), ("l2", 2), ("max", np.inf)])
+def test_corrected_features_have_the_norm_of_features_and_nothing_below_zero(normalisation, norm):
     found = change(noisy(spectrum(), 5), noisy(spectrum(1.01), 5), HZ)
-    features = noisy(spectrum(1.01, peaks=(700, 3300)), 4)
-    for normalisation, norm in (("l1", 1), ("l2", 2), ("max", np.inf)):
-        undone = found.undone(features, remedy, normalisation)
-        assert undone.dtype == np.float32 and undone.min() >= 0
-        np.testing.assert_allclose(np.linalg.norm(undone, norm, axis=1), 1, rtol=1e-5)
+    undone = found.undone(noisy(spectrum(1.01, peaks=(700, 3300)), 4), normalisation)
+    assert undone.dtype == np.float32 and undone.min() >= 0
+    np.testing.assert_allclose(np.linalg.norm(undone, norm, axis=1), 1, rtol=1e-5)
 
 
 def test_reading_at_other_frequencies_is_linear_and_ends_at_the_last_bin():
