@@ -24,7 +24,7 @@ from ajgdata.pipeline.recordings import (
 from ajgdata.store.audio import Remark, file_sha256
 from ajgdata.store.findings import rejected, without_rejected
 from ajgdata.store.labels import bad_labels, copies
-from ajgdata.store.scan import Search, search
+from ajgdata.store.scan import search
 from ajgdata.store.session_audio import WHOLE_SESSION, AudioFile, SessionAudio, check_session
 from ajgdata.store.sessions import check_one_kind, list_datasets, list_sessions, read_dataset
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, FeatureSettings, Finding
@@ -123,7 +123,7 @@ def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
     fix = "import its folder again, or remove the file"
     return [
         Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
-        for path in search(folder / AUDIO_FOLDER).audio
+        for path in search(folder / AUDIO_FOLDER)[0]
         if (folder / AUDIO_FOLDER / path).absolute() not in known
     ]
 
@@ -133,13 +133,14 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
 
     Returns the number of files and all findings.
     """
-    found = search(folder)
-    files = [folder.absolute() / path for path in found.audio]
+    found, not_searched = search(folder)
+    files = [folder.absolute() / path for path in found]
     name = folder.absolute().name
     entries = [AudioFile(str(p.relative_to(folder.absolute())), p, "") for p in files]
     audio, window = common_audio(files), FeatureSettings().window
     issues = _check_samples(SessionAudio(name, entries), audio, window, started(len(files)))
-    issues += _not_searched(name, found)
+    fix = "nothing to do, unless recordings are there"
+    issues += [Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in not_searched]
     unusable = {one.recording_id for one in issues if one.level == "error"}
     usable = [entry for entry in entries if entry.recording_id not in unusable]
     digests = [file_sha256(entry.path) for entry in usable]
@@ -147,16 +148,6 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
     names = [f"{name}/{entry.recording_id}" for entry in usable]
     issues += copies(names, digests, labels).values()
     return len(files), sorted(replace(one, fix=_FIXES.get(one.code, one.fix)) for one in issues)
-
-
-def _not_searched(name: str, found: Search) -> list[Finding]:
-    """Return warnings for hidden audio files and closed folders, notes for other skipped names."""
-    fix = "nothing to do, unless recordings are there"
-    return [
-        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.closed),
-        *(Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in found.hidden),
-        *(Finding(name, p, "", "note", "not_searched", r, fix) for p, r in found.skipped),
-    ]
 
 
 def _check_samples(

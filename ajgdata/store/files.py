@@ -10,6 +10,7 @@ import json
 import os
 import re
 import shutil
+import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -133,6 +134,12 @@ def read_text(path: Path) -> str:
     if "\0" in text:  # UTF-16 without its mark, or no text at all
         raise DataError(path, "holds NUL characters", "save it as UTF-8")
     return text
+
+
+def plain_text(text: str) -> str:
+    """Return text in Unicode form NFC, with single spaces and without invisible characters."""
+    words = " ".join(unicodedata.normalize("NFC", text).split())
+    return "".join(c for c in words if unicodedata.category(c) not in ("Cf", "Cc")).strip()
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]

@@ -17,11 +17,11 @@ from ajgdata.store.files import (
     csv_bytes,
     line_of,
     numbered_rows,
+    plain_text,
     read_yaml,
     write_if_changed,
     yaml_bytes,
 )
-from ajgdata.store.plain_text import Cleaner
 from ajgdata.types import (
     NAME,
     RECORDING_COLUMNS,
@@ -221,8 +221,8 @@ def read_session(folder: Path) -> Session:
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
-    """Return rows of recordings.csv in order of recording_id, an error for each row that cannot be
-    used, and a warning for each column whose text was cleaned (see `plain_text`).
+    """Return rows of recordings.csv in order of recording_id, and an error for each row that cannot
+    be used. Labels are compared as plain text (see `plain_text`).
 
     Raises DataError when the table itself cannot be read (no such file, a column missing or with a
     name that the feature store cannot take).
@@ -233,10 +233,9 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     extra = [column for column in header if column not in RECORDING_COLUMNS]
     _check_label_columns(path, extra)
     recordings, findings = [], []
-    cleaner = Cleaner()
     texts = [column for column in header if column in _TEXTS or column in extra]
     for line, cells in rows:
-        row = {**cells, **cleaner({column: cells[column] for column in texts})}
+        row = {**cells, **{column: plain_text(cells[column]) for column in texts}}
         known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
         try:
             labels = {c: row[c] for c in extra}
@@ -249,10 +248,6 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
                     "bad_row", f"{RECORDINGS_FILE} row {line}: {problem.problem}", problem.fix,
                 )
             )  # fmt: skip
-    findings += [
-        Finding(folder.name, "*", path.name, "warning", "odd_text", note, f"correct {path.name}")
-        for note in cleaner.notes()
-    ]
     counts = Counter(recording.recording_id for recording in recordings)
     findings += [
         _duplicate(folder, r, counts[r.recording_id])

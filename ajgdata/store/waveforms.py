@@ -17,7 +17,7 @@ from ajgdata.store.audio import (
     AudioError,
     check_layout,
     file_sha256,
-    inspect_header,
+    inspect_audio,
     read_audio,
 )
 from ajgdata.store.features import Column, Shard, concatenate, text_column
@@ -37,11 +37,8 @@ class Take:
 
 
 def look(path: Path, sha256: str, audio: AudioSettings) -> Take:
-    """Return a recording's length, from its header alone if it is a plain WAV.
-
-    Raises AudioError, as `read_audio` does, as far as the header tells.
-    """
-    info = inspect_header(path)
+    """Return a recording's length, from its header alone. Raises AudioError."""
+    info = inspect_audio(path)
     check_layout(path, info, audio)
     return Take(path, sha256, math.ceil(info.frames * audio.sample_rate_hz / info.sample_rate_hz))
 
