@@ -20,9 +20,7 @@ out = Console(emoji=False, highlight=False)
 
 @publishing.command()
 def publish(
-    dataset: Annotated[
-        str, typer.Argument(metavar="NAME", help="data set; with --check: a published folder")
-    ],
+    dataset: Annotated[str, typer.Argument(metavar="NAME", help="data set")],
     folder: Annotated[
         Path | None,
         typer.Option("--out", help="folder to write; default: results/published/NAME"),
@@ -33,19 +31,12 @@ def publish(
     date: Annotated[
         str, typer.Option(help="day of publication, 2026-01-31; default: that of the commit")
     ] = "",
-    check: Annotated[
-        bool, typer.Option("--check", help="only look for defects in the folder NAME")
-    ] = False,
 ) -> None:
     """Write a data set as a folder that other people can use without conversion.
 
     It contains recordings, features, labels and their description for Croissant, Hugging Face,
-    Frictionless, xarray, h5py and people. --check verifies all hashes, reads the folder with these
-    libraries, and prints every defect on one line (exit code 1 if any).
+    Frictionless, xarray, h5py and people. `sha256sum -c SHA256SUMS` verifies it.
     """
-    if check:
-        _check(Path(dataset))
-        return
     from ajgdata.paths import find_project
     from ajgdata.pipeline.publish import publish as write
 
@@ -150,16 +141,6 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
     )
     if done.dropped:
         _say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
-
-
-def _check(folder: Path) -> None:
-    from ajgdata.pipeline.publish import check
-
-    (found,) = check([folder])
-    for defect in found:
-        _say(escape(str(defect)))
-    _say(f"{escape(str(folder))}: {len(found) or 'no'} defects")
-    raise typer.Exit(bool(found))
 
 
 def _say(text: str) -> None:

@@ -35,9 +35,8 @@ from ajgdata.store.files import (
 from ajgdata.store.importing import Imported
 from ajgdata.store.locks import BRINGING, alone
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.archive import DISTRUST
-from ajgdata.store.publishing.checksums import read_checksums
-from ajgdata.store.publishing.download import Download, cache_of, is_web
+from ajgdata.store.publishing.archive import DISTRUST, read_checksums
+from ajgdata.store.publishing.download import cache_of, download, is_web
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
 from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (
@@ -96,9 +95,9 @@ def fetch(
         cache = cache_of(paths.fetched, source) if is_web(source) else None
         if cache:
             locks.enter_context(alone(cache, f"fetching {source}"))
-        download = Download(source, cache, retries) if cache else None
+        address = source.removesuffix(Tree.SUMS) if cache else ""
         tree = Tree(cache or Path(source))
-        hashes = _brought(paths, tree, download, name, sha256, each)
+        hashes = _brought(paths, tree, address, name, sha256, each, retries)
         spec, dropped, removed = _declared(paths, tree, name)
         locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
         rows = _registered(paths, tree, hashes, cache, spec)
@@ -159,14 +158,15 @@ def folder_sums(paths: Paths, dataset: str) -> Path:
 
 
 def _brought(
-    paths: Paths, tree: Tree, download: Download | None, name: str, sha256: str, each: Each
+    paths: Paths, tree: Tree, address: str, name: str, sha256: str, each: Each, retries: int
 ) -> dict[str, str]:
-    """Check every required file of a folder, after downloading it if that is needed; return hashes.
+    """Check every required file of a folder, after downloading it from `address`, unless that is
+    empty; return hashes.
 
     The declaration comes first, so a name that exists ends it before the other files.
     """
-    if download:
-        download.sums(sha256)
+    if address:
+        download(address, tree.root, {Tree.SUMS: sha256}, retries=retries)
     elif not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
@@ -177,12 +177,13 @@ def _brought(
     hashes = read_checksums(tree / tree.SUMS)
     required = _required(tree / tree.SUMS, hashes)
     for names, shown in (([tree.DECLARATION], iter), (required, each)):
-        if download:
-            download.files(hashes, names, shown)
-        for file in names if download else shown(names):
+        if address:
+            known = {file: hashes[file] for file in names}
+            download(address, tree.root, known, each=shown, retries=retries)
+        for file in names if address else shown(names):
             _check_file(tree, file, hashes[file])
         if names is not required:
-            cache = tree.root if download else None
+            cache = tree.root if address else None
             _check_free(paths, name or _declaration(tree)[0].name, tree, cache)
     return hashes
 

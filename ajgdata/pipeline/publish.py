@@ -1,4 +1,4 @@
-"""`ajgdata publish`: write a data set as a folder that others can use, and check such a folder."""
+"""`ajgdata publish`: write a data set as a folder that others can use."""
 
 from __future__ import annotations
 
@@ -24,10 +24,8 @@ from ajgdata.store.locks import alone
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.about import About
-from ajgdata.store.publishing.checks import Defect, defects
-from ajgdata.store.publishing.checksums import checksums_bytes
+from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.store.publishing.documents import croissant, datapackage
-from ajgdata.store.publishing.readers import reader_defects
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
 from ajgdata.store.sessions import audio_path, inside, read_dataset, read_recordings, read_session
 from ajgdata.types import DataError, DatasetSpec, Session
@@ -114,18 +112,6 @@ def publish(
         (tree / tree.SUMS).write_bytes(checksums_bytes(folder))
         size = sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
     return Published(out, len(table.rows), size, *made)
-
-
-def check(folders: Sequence[Path]) -> list[list[Defect]]:
-    """Return the defects of each of these published data sets. Other libraries read only those that
-    are safe to open. Raises DataError for a folder that is not a published data set."""
-    trees = [Tree(folder) for folder in folders]
-    found = [defects(tree) for tree in trees]
-    safe = [
-        tree for tree, one in zip(trees, found, strict=True) if not any(d.is_unsafe for d in one)
-    ]
-    seen = dict(zip(safe, reader_defects(safe), strict=True))
-    return [sorted({*one, *seen.get(tree, ())}) for tree, one in zip(trees, found, strict=True)]
 
 
 def declaration_bytes(spec: DatasetSpec) -> bytes:

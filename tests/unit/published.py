@@ -14,7 +14,7 @@ from worlds import Project, tone, write_tone
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.publish import Published, publish
 from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
-from ajgdata.store.publishing.checksums import checksums_bytes
+from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.types import Recording, Target
 
 TARGETS = {
@@ -121,14 +121,6 @@ def repack(tree: Tree, change, method: int = zipfile.ZIP_STORED) -> None:
 def recordings(tree: Tree) -> list[Path]:
     """Audio files of a tree."""
     return sorted((tree / "audio").rglob("*.wav"))
-
-
-def claim(tree: Tree, rows: int) -> None:
-    """Let features.nc claim so many spectra; HDF5 writes none of them."""
-    with h5py.File(tree / tree.FEATURES, "r+") as store:
-        bins = store["feature"].shape[1]
-        del store["feature"]
-        store.create_dataset("feature", (rows, bins), "f4", chunks=(128, bins))
 
 
 def flip(path: Path) -> None:

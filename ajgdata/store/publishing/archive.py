@@ -1,7 +1,8 @@
-"""audio.zip: written without times and compression; read with limits, as untrusted input."""
+"""SHA256SUMS and audio.zip of a published data set; both are untrusted input when they are read."""
 
 from __future__ import annotations
 
+import re
 import stat
 import zipfile
 import zlib
@@ -11,8 +12,12 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from zipfile import ZipFile
 
+from ajgdata.paths import Tree
+from ajgdata.store.audio import file_sha256
+from ajgdata.store.files import read_text
 from ajgdata.types import DataError
 
+_LINE = re.compile(r"([0-9a-f]{64})  (.+)")
 #: The first day that a ZIP file can hold.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 #: What zipfile raises for damaged, encrypted or unknown archives.
@@ -24,6 +29,43 @@ MAX_TEXT_BYTES = 2**28
 MAX_YAML_BYTES = 2**22
 #: What to do about a data set that looks like an attack.
 DISTRUST = "do not use this data set"
+
+
+def bad_name(name: str) -> str:
+    """Return why `name` cannot be a file inside a tree; empty if it can."""
+    parts = name.split("/")
+    if name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+        return "leaves the folder"
+    is_plain = PurePosixPath(name).as_posix() == name and name.isprintable()
+    return "" if name and is_plain and "." not in parts else "is no plain name of a file"
+
+
+def checksums_bytes(root: Path) -> bytes:
+    """Return SHA256SUMS of the files below `root`, in the format of `sha256sum -c`."""
+    files = {path.relative_to(root).as_posix(): path for path in root.rglob("*") if path.is_file()}
+    names = sorted(files.keys() - {Tree.SUMS})
+    return "".join(f"{file_sha256(files[name])}  {name}\n" for name in names).encode()
+
+
+def read_checksums(path: Path) -> dict[str, str]:
+    """Return hashes by file name.
+
+    Raises DataError for an invalid line, a name that would leave the tree, and a name that is
+    listed twice (ignoring case).
+    """
+    hashes: dict[str, str] = {}
+    seen: set[str] = set()
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        where, match = f"{path}:{number}", _LINE.fullmatch(line)
+        if not match:
+            fix = "fetch the file itself (not a page that shows it), or publish again"
+            raise DataError(where, "is no `sha256  name`", fix)
+        digest, name = match.groups()
+        if problem := bad_name(name) or ("stands twice" if name.lower() in seen else ""):
+            raise DataError(where, f"{name!r} {problem}", DISTRUST)
+        hashes[name] = digest
+        seen.add(name.lower())
+    return hashes
 
 
 def add(archive: ZipFile, name: str, content: bytes) -> None:
@@ -77,13 +119,3 @@ def problems(archive: ZipFile, folder: str) -> Iterator[tuple[str, str]]:
             yield name, "stands in the archive twice"
     if (total := sum(entry.file_size for entry in entries)) > MAX_BYTES:
         yield "*", f"would be {total / 2**30:.0f} GiB"
-
-
-def bad_name(name: str) -> str:
-    """Return why `name` cannot be a file inside a tree; empty if it can."""
-    parts = name.split("/")
-    if name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
-        return "leaves the folder"
-    if not name or any(part in ("", ".") for part in parts) or not name.isprintable():
-        return "is no plain name of a file"
-    return "" if PurePosixPath(name).as_posix() == name else "is no plain name of a file"
