@@ -24,8 +24,10 @@ from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
+    BRINGING,
+    alone,
     has_aliases,
-    line_of,
+    read_model,
     read_text,
     read_yaml,
     replacing_folder,
@@ -33,7 +35,6 @@ from ajgdata.store.files import (
     write_bytes,
 )
 from ajgdata.store.importing import Imported
-from ajgdata.store.locks import BRINGING, alone
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.archive import DISTRUST, read_checksums
 from ajgdata.store.publishing.download import cache_of, download, is_web
@@ -46,7 +47,7 @@ from ajgdata.store.sessions import (
     write_session,
 )
 from ajgdata.store.sources import bring, list_sources, read_source
-from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe, location
+from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
 #: Stored with the recordings, because the licence may require it.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
@@ -178,8 +179,8 @@ def _brought(
     required = _required(tree / tree.SUMS, hashes)
     for names, shown in (([tree.DECLARATION], iter), (required, each)):
         if address:
-            known = {file: hashes[file] for file in names}
-            download(address, tree.root, known, each=shown, retries=retries)
+            chosen = {file: hashes[file] for file in names}
+            download(address, tree.root, chosen, each=shown, retries=retries)
         for file in names if address else shown(names):
             _check_file(tree, file, hashes[file])
         if names is not required:
@@ -198,11 +199,7 @@ def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
     if "from" in content:
         raise DataError(path, "is derived from another one", DISTRUST)
     removed = tuple(_removed(content))
-    try:
-        return DatasetSpec.model_validate(content), removed
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, DatasetSpec, content), removed
 
 
 def _removed(content: dict[str, Any]) -> Iterator[str]:

@@ -14,9 +14,9 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.label_counts import CLASSES_NEEDED
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import AudioInfo, inspect_audio
+from ajgdata.store.files import BRINGING, alone, remove_stale
 from ajgdata.store.importing import Imported, import_scan
 from ajgdata.store.labels import number
-from ajgdata.store.locks import BRINGING, alone, remove_stale
 from ajgdata.store.scan import Scan, scan, session_name, target_column
 from ajgdata.store.sessions import (
     check_one_kind,

@@ -14,13 +14,13 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.files import (
+    alone,
     copy,
     json_bytes,
     replacing_folder,
     sha256_of,
     yaml_bytes,
 )
-from ajgdata.store.locks import alone
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.about import About

@@ -1,4 +1,4 @@
-"""Text files and atomic replacement. Readers raise DataError with file and fix."""
+"""Text files, atomic replacement and locks. Readers raise DataError with file and fix."""
 
 from __future__ import annotations
 
@@ -8,19 +8,29 @@ import io
 import itertools
 import json
 import os
+import platform
 import re
 import shutil
+import tempfile
+import time
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
+from pydantic import BaseModel, ValidationError
 
-from ajgdata.store.locks import own_folder
-from ajgdata.types import DataError
+from ajgdata.types import DataError, describe, location
 
+Model = TypeVar("Model", bound=BaseModel)
+#: End of the names of temporary folders.
+TEMPORARY = ".tmp"
+#: A temporary folder without a change for so long (s) belongs to a process that was killed.
+STALE_S = 3600.0
+#: What imports and fetches do; they exclude each other.
+BRINGING = "bringing recordings into this data set"
 #: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
 #: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
 _FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/()×·−⁻-]*$))")
@@ -32,11 +42,9 @@ _MAX_DEPTH = 200
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file that takes the place of `path` if the block succeeds.
 
-    Whenever the process dies, `path` is the old file or the new one, never something between. What
-    a killed process left is removed after an hour, if the same file is written.
+    Whenever the process dies, `path` is the old file or the new one, never something between.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with own_folder(path) as folder:
+    with _own_folder(path) as folder:
         temporary = folder / path.name
         yield temporary
         with temporary.open("rb+") as stream:
@@ -47,14 +55,55 @@ def replacing(path: Path) -> Iterator[Path]:
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder that takes the place of the folder `path` if the block succeeds."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with own_folder(path) as temporary:
+    with _own_folder(path) as temporary:
         new, old = temporary / "new", temporary / "old"
         new.mkdir()
         yield new
         if path.exists():
             path.rename(old)
         new.rename(path)
+
+
+@contextmanager
+def _own_folder(path: Path) -> Iterator[Path]:
+    """Yield an empty temporary folder next to `path`, which is removed at the end."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    prefix = f".{path.name[:40]}."  # short enough for the file system however long the name is
+    with tempfile.TemporaryDirectory(TEMPORARY, prefix, path.parent, True) as folder:
+        yield Path(folder)
+
+
+def remove_stale(folder: Path) -> None:
+    """Remove the temporary folders below `folder` that killed processes left, after STALE_S."""
+    for path in sorted(folder.rglob(f".*{TEMPORARY}")):
+        with suppress(OSError):  # it does not exist, or belongs to another user
+            if time.time() - path.stat().st_mtime > STALE_S:
+                shutil.rmtree(path, ignore_errors=True)
+
+
+@contextmanager
+def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
+    """Hold the lock of `path`, a file or folder that need not exist, during the work `doing`.
+
+    The system frees the lock when the process ends. Raises DataError with the holder, whose work
+    and process are written in the file of the lock, if another process holds it.
+    """
+    from filelock import FileLock, Timeout  # most importers of this module never lock
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = path.with_name(f".{path.name}.lock")
+    lock = FileLock(file, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        holder = " ".join(file.read_text(encoding="utf-8").split()) or "at it"
+        raise DataError(path, f"another process is {holder}", fix) from None
+    try:
+        file.write_text(f"{doing} (pid {os.getpid()} on {platform.node()})", encoding="utf-8")
+        yield
+    finally:
+        file.write_text("", encoding="utf-8")
+        lock.release()
 
 
 def remove_empty_folders(path: Path) -> None:
@@ -178,6 +227,16 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise DataError(path, "holds no keys", "write it as `key: value` lines")
     return content
+
+
+def read_model(path: Path, model: type[Model], content: Mapping[str, Any] | None = None) -> Model:
+    """Return a YAML file, or its `content` after a change, as a model. Raises DataError with file,
+    line, key, value and fix."""
+    try:
+        return model.model_validate(read_yaml(path) if content is None else content)
+    except ValidationError as error:
+        line = line_of(path, location(error))
+        raise describe(error, f"{path}:{line}") from None
 
 
 def line_of(path: Path, place: Iterable[int | str]) -> int:

@@ -18,6 +18,7 @@ from ajgdata.store.files import (
     line_of,
     numbered_rows,
     plain_text,
+    read_model,
     read_yaml,
     write_if_changed,
     yaml_bytes,
@@ -33,7 +34,6 @@ from ajgdata.types import (
     checked_name,
     describe,
     is_reserved,
-    location,
 )
 
 #: Columns whose text is compared, as labels are.
@@ -86,11 +86,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     content = read_yaml(path)
     if "from" in content:
         content = _derived(path, content)
-    try:
-        return DatasetSpec.model_validate(content)
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, DatasetSpec, content)
 
 
 def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
@@ -209,10 +205,7 @@ def read_session(folder: Path) -> Session:
     path = folder / SESSION_FILE
     if not path.is_file():
         raise DataError(path, "there is no such file", "finish the import or acquisition")
-    try:
-        session = Session.model_validate(read_yaml(path))
-    except ValidationError as error:
-        raise describe(error, path) from None
+    session = read_model(path, Session)
     if session.session_id != folder.name:
         raise DataError(
             path, f"session_id = {session.session_id!r}", f"must be its folder's, {folder.name!r}"

@@ -13,13 +13,10 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from pydantic import ValidationError
-
 from ajgdata.paths import SOURCE_FILE, Paths, brought
-from ajgdata.store.files import line_of, read_yaml, write_if_changed
-from ajgdata.store.locks import alone
+from ajgdata.store.files import alone, read_model, write_if_changed
 from ajgdata.store.publishing.download import AGAIN, download
-from ajgdata.types import DataError, GitOrigin, GitPart, Source, describe, location
+from ajgdata.types import DataError, GitOrigin, GitPart, Source
 
 Each = Callable[[list[str]], Iterable[str]]
 #: Files are stored unchanged: line ends are not converted and no filter of the user is run.
@@ -41,11 +38,7 @@ def read_source(paths: Paths, dataset: str) -> Source:
     if not path.is_file():
         known = ", ".join(list_sources(paths)) or "none"
         raise DataError(path, "there is no such file", f"these can be fetched by name: {known}")
-    try:
-        return Source.model_validate(read_yaml(path))
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, Source)
 
 
 def address_of(source: Source, mirror: str = "") -> str:

@@ -113,17 +113,12 @@ def takes_of(
 
     No sample is read. Raises DataError when a session cannot be read.
     """
-    takes: list[Take] = []
-    parts: list[Shard] = []
-    findings: list[Finding] = []
-    for folder in folders:
-        used, part, left_out = _takes_of_session(folder, spec)
-        takes, parts, findings = takes + used, [*parts, part], findings + left_out
-    if not takes:
-        return takes, {}, findings
-    columns = {name for part in parts for name in part.columns}
-    joined = concatenate([with_columns(part, columns, spec.targets) for part in parts])
-    return takes, joined.columns, findings
+    parts = [_takes_of_session(folder, spec) for folder in folders]
+    takes = [take for used, _, _ in parts for take in used]
+    findings = [finding for _, _, issues in parts for finding in issues]
+    columns = {name for _, part, _ in parts for name in part.columns}
+    shards = [with_columns(part, columns, spec.targets) for _, part, _ in parts]
+    return takes, concatenate(shards).columns if takes else {}, findings
 
 
 def _takes_of_session(folder: Path, spec: DatasetSpec) -> tuple[list[Take], Shard, list[Finding]]:
@@ -131,23 +126,18 @@ def _takes_of_session(folder: Path, spec: DatasetSpec) -> tuple[list[Take], Shar
     recordings, findings = read_recordings(folder)
     table = {row["recording_id"]: row for row in label_rows(session, recordings)}
     takes = {}
-    for recording in recordings:
+    for row in recordings:
         try:
-            takes[recording.recording_id] = look(
-                audio_path(folder, session, recording), recording.sha256, spec.audio
-            )
+            path = audio_path(folder, session, row)
+            takes[row.recording_id] = look(path, row.sha256, spec.audio)
         except DataError as error:
-            findings.append(
-                Finding(
-                    folder.name, recording.recording_id, recording.file, "error",
-                    "unusable", error.problem, error.fix,
-                )
-            )  # fmt: skip
+            issue = ("error", "unusable", error.problem, error.fix)
+            findings.append(Finding(folder.name, row.recording_id, row.file, *issue))  # type: ignore[arg-type]  # the level above
     columns = {
         "recording": text_column(list(takes)),
         "sha256": text_column([t.sha256 for t in takes.values()], long_name="SHA-256 of the file"),
     }
     shard = Shard(np.empty((len(takes), 0), np.float32), np.empty(0), columns, {})
-    kept, more = select(shard, table, spec.targets, folder.name)
+    kept, issues = select(shard, table, spec.targets, folder.name)
     used = [takes[str(name)] for name in kept.columns["recording"].values]
-    return used, labelled(kept, table, spec.targets, folder.name), findings + more
+    return used, labelled(kept, table, spec.targets, folder.name), findings + issues

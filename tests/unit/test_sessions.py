@@ -135,7 +135,7 @@ def test_mistakes_in_session_yaml(tmp_path, keys, said):
     (folder / "session.yaml").write_text(yaml.safe_dump(content))
     with pytest.raises(DataError) as caught:
         read_session(folder)
-    assert str(caught.value).startswith(f"{folder / 'session.yaml'}: ")
+    assert str(caught.value).startswith(f"{folder / 'session.yaml'}:")
     assert said in str(caught.value)
 
 
