@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import errno
 import json
-import math
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,9 +27,6 @@ CHUNK_ROWS = 128
 #: Spectra that are read at once where a file need not be in memory: 17 MB of 1025 bins.
 BLOCK_ROWS = 4096
 CONVENTIONS = "CF-1.11"
-#: Arrays may claim so many times the bytes of their file, plus `SMALL_BYTES`: files may come from
-#: anywhere.
-MAX_GROWTH, SMALL_BYTES = 100, 2**26
 #: What h5netcdf and xarray raise for files that are damaged or of another kind.
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 _FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
@@ -190,7 +186,6 @@ def open_netcdf(path: Path) -> xr.Dataset:
     how: dict[str, Any] = {"mask_and_scale": False, "decode_times": False, "phony_dims": "access"}
     file = xr.open_dataset(path, engine="h5netcdf", **how)
     try:
-        _check_claims(path, file)
         texts = {
             name: (array.dims, np.asarray(array.values, np.str_), array.attrs)
             for name, array in file.coords.items()
@@ -204,13 +199,6 @@ def open_netcdf(path: Path) -> xr.Dataset:
         raise
     dataset.set_close(file.close)
     return dataset
-
-
-def _check_claims(path: Path, file: xr.Dataset) -> None:
-    """Raise ValueError for arrays that are much larger than their file."""
-    shapes = [v.encoding.get("original_shape", v.shape) for v in file.variables.values()]
-    if sum(map(math.prod, shapes)) > MAX_GROWTH * path.stat().st_size + SMALL_BYTES:
-        raise ValueError("claims to be larger than it can be")
 
 
 def columns_of(dataset: xr.Dataset) -> dict[str, Column]:

@@ -18,12 +18,10 @@ import numpy as np
 from ajgdata import gripper
 from ajgdata.store.files import read_model, remove_stale, sha256_of, write_bytes
 from ajgdata.store.provenance import layer_hash
-from ajgdata.types import DataError
 
 log = logging.getLogger(__name__)
 #: Room for about 45,000 responses of the default gripper, 7,000 where it holds no grains.
-DEFAULT_LIMIT_MB = 500.0
-LIMIT_VARIABLE = "AJGDATA_RESPONSES_MB"
+LIMIT_BYTES = 500_000_000
 SUFFIX = ".npz"
 #: Writes of one process between two looks at the size of the folder.
 WRITES_PER_TRIM = 100
@@ -33,13 +31,12 @@ _ARRAYS = ("samples", "outside")
 class ResponseStore:
     """Folder of impulse responses, safe to share between processes.
 
-    It is kept to about `limit_mb` MB (default: the environment's AJGDATA_RESPONSES_MB, else 500; 0
-    keeps nothing); the least recently used files are removed.
+    It is kept to about LIMIT_BYTES; the least recently used files are removed.
     """
 
-    def __init__(self, folder: Path, limit_mb: float | None = None) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.limit_bytes = int(1e6 * (_limit_mb() if limit_mb is None else limit_mb))
+        self._is_writable = True
         self._code = layer_hash("gripper")
         self._writes = 0
         self.solved = 0  #: scenes that were simulated, since they were not in the folder
@@ -69,13 +66,13 @@ class ResponseStore:
 
     def write(self, scene: gripper.Scene, response: gripper.ImpulseResponse) -> None:
         """Keep `response`, unless the folder cannot be written."""
-        if not self.limit_bytes:
+        if not self._is_writable:
             return
         try:
             write_bytes(self.path(scene), _encode(response))
         except OSError as error:
             log.warning("%s cannot be written (%s): unused", self.folder, error.strerror)
-            self.limit_bytes = 0
+            self._is_writable = False
             return
         if self._writes % WRITES_PER_TRIM == 0:
             self._trim()
@@ -89,7 +86,7 @@ class ResponseStore:
             files = [(path.stat(), path) for path in self.folder.glob(f"*/*{SUFFIX}")]
             for status, path in sorted(files, key=lambda file: -file[0].st_mtime_ns):
                 total += status.st_size
-                if total > self.limit_bytes:
+                if total > LIMIT_BYTES:
                     path.unlink(missing_ok=True)
 
 
@@ -123,17 +120,6 @@ def _decode(content: bytes) -> gripper.ImpulseResponse:
     with np.load(io.BytesIO(content)) as file:
         arrays = {key: file.get(key) for key in _ARRAYS}
         return gripper.ImpulseResponse(**json.loads(str(file["about"])), **arrays)
-
-
-def _limit_mb() -> float:
-    given = os.environ.get(LIMIT_VARIABLE, str(DEFAULT_LIMIT_MB))
-    try:
-        limit = float(given)
-    except ValueError:
-        limit = -1.0
-    if not 0 <= limit < float("inf"):
-        raise DataError(LIMIT_VARIABLE, f"= {given!r}", "set a number of megabytes, 0 for none")
-    return limit
 
 
 def read_scene(path: Path) -> gripper.Scene:

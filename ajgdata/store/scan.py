@@ -175,7 +175,7 @@ def _by_table(
 ) -> pd.DataFrame:
     """Return the cells of each row of the table whose file is in the folder, by path."""
     where = folder / settings.table
-    table = _joined(folder, read_label_table(where), settings.join, result)
+    table = _joined(folder, read_label_table(where), settings.join)
     table.index = pd.Index([Path(one) for one in _filled("file", settings.file, table)])
     if twice := table.index[table.index.duplicated()].tolist():
         raise DataError(where, f"{twice[0]} stands in two rows", "keep one of them")
@@ -212,26 +212,20 @@ def read_label_table(path: Path) -> pd.DataFrame:
     return cells.iloc[1:].set_axis(header, axis=1)
 
 
-def _joined(
-    folder: Path, table: pd.DataFrame, tables: Mapping[str, str], result: Scan
-) -> pd.DataFrame:
+def _joined(folder: Path, table: pd.DataFrame, tables: Mapping[str, str]) -> pd.DataFrame:
     """Return a table with the columns of further `tables` (file in `folder`: key column) added.
 
-    Columns that the first table has are not replaced. Raises DataError for a key that is not a
-    column of both tables, or that occurs twice in a joined table.
+    Columns that the first table has are not replaced; a key without a row gives empty cells.
     """
     for file, key in tables.items():
         other = read_label_table(folder / file)
-        for columns in (other.columns, table.columns):
-            if key not in columns:
-                problem = f"{key!r} is not a column of both tables"
-                raise DataError(folder / file, problem, f"there are {columns.tolist()}")
-        if twice := other[key][other[key].duplicated()].tolist():
-            raise DataError(folder / file, f"{key} {twice[0]!r} occurs twice", "keep one row")
-        if absent := sorted(set(table[key]) - set(other[key])):
-            result.notes.append(f"{file} has no row for {len(absent)} {key}, such as {absent[0]!r}")
         added = [key, *(column for column in other.columns if column not in table.columns)]
-        table = table.merge(other[added], on=key, how="left").fillna("")
+        try:
+            table = table.merge(other[added], on=key, how="left", validate="many_to_one")
+        except (KeyError, pd.errors.MergeError) as error:
+            fix = f"both tables need the column {key!r}, and {file} each key once"
+            raise DataError(folder / file, f"cannot be joined ({error})", fix) from None
+        table = table.fillna("")
     return table
 
 

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from ajgdata import gripper
 from ajgdata.gripper import ImpulseResponse, Scene
 from ajgdata.store import responses
-from ajgdata.store.responses import LIMIT_VARIABLE, ResponseStore
-from ajgdata.types import DataError
+from ajgdata.store.responses import ResponseStore
 
 #: The coarsest grid, and a few milliseconds of sound.
 QUICK = {"dx_mm": 6, "max_time_s": 0.004}
@@ -42,7 +41,7 @@ def same(one, other):
 
 @pytest.fixture
 def store(tmp_path):
-    return ResponseStore(tmp_path / "responses", limit_mb=10)
+    return ResponseStore(tmp_path / "responses")
 
 
 def test_a_scene_is_solved_once_and_comes_back_the_same(store, solved):
@@ -73,7 +72,7 @@ def test_every_field_comes_back(store):
 @settings(max_examples=30, deadline=None, derandomize=True)
 @given(st.data())
 def test_a_spoilt_file_is_never_believed(tmp_path_factory, data):
-    store = ResponseStore(tmp_path_factory.mktemp("spoilt"), limit_mb=10)
+    store = ResponseStore(tmp_path_factory.mktemp("spoilt"))
     store.write(scene(), made_up(1, count=20))
     path = store.path(scene())
     spoilt = bytearray(path.read_bytes())
@@ -84,12 +83,11 @@ def test_a_spoilt_file_is_never_believed(tmp_path_factory, data):
         same(read, made_up(1, count=20))
 
 
-
-
 def test_the_least_recently_used_goes_first(tmp_path, monkeypatch):
     monkeypatch.setattr(responses, "WRITES_PER_TRIM", 1)
     size = len(responses._encode(made_up(0))) + 100
-    store = ResponseStore(tmp_path, limit_mb=4.5 * size / 1e6)
+    monkeypatch.setattr(responses, "LIMIT_BYTES", 4.5 * size)
+    store = ResponseStore(tmp_path)
     for seed in range(4):
         store.write(scene(seed), made_up(seed))
         os.utime(store.path(scene(seed)), ns=(seed, seed))
@@ -100,19 +98,8 @@ def test_the_least_recently_used_goes_first(tmp_path, monkeypatch):
     assert held == [0, 4, 5, 6]
 
 
-def test_without_a_limit_nothing_is_kept(tmp_path):
-    nothing = ResponseStore(tmp_path / "none", limit_mb=0)
-    nothing.write(scene(), made_up(0))
-    assert not (tmp_path / "none").exists()
 
 
-@pytest.mark.parametrize("value", ["much", "-1", "nan", "inf"])
-def test_a_limit_must_be_a_number(tmp_path, monkeypatch, value):
-    monkeypatch.setenv(LIMIT_VARIABLE, value)
-    with pytest.raises(DataError, match=rf"{LIMIT_VARIABLE}: = '{value}'; set a number"):
-        ResponseStore(tmp_path)
-    monkeypatch.setenv(LIMIT_VARIABLE, "2.5")
-    assert ResponseStore(tmp_path).limit_bytes == 2_500_000
 
 
 def test_where_nothing_can_be_written_it_works_without(tmp_path, solved, caplog):
@@ -126,11 +113,9 @@ def test_where_nothing_can_be_written_it_works_without(tmp_path, solved, caplog)
     assert said == f"{store.folder} cannot be written (Not a directory): unused"
 
 
-
-
 def churn(folder, seeds, limit_mb):
     """Write and read the same few scenes over and over; every response must be the right one."""
-    store = ResponseStore(folder, limit_mb)
+    store = ResponseStore(folder)
     found = 0
     for seed in seeds:
         store.write(scene(seed), made_up(seed, count=2_000))

@@ -13,24 +13,16 @@ import numpy as np
 from ajgdata.paths import Tree
 from ajgdata.store.features import Shard
 from ajgdata.store.files import csv_bytes, numbered_rows
+from ajgdata.store.labels import MEANINGS
 from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, STORE_NAMES, DataError, Recording
 
 FILE_NAME = "file_name"
 #: Columns that lead, in this order; targets follow, then the others by name.
 FIRST = ("recording", "session_id", "grasp_id", "sample", "object")
 LAST = ("flags", "sha256")
-MEANING = {
+MEANING = MEANINGS | {
     FILE_NAME: "recording, relative to this table",
-    "recording": "name of the recording, unique in the data set",
-    "session_id": "uninterrupted acquisition that it belongs to",
-    "grasp_id": "placement of the object: never split between training and test",
-    "sample": "number of the recording within its grasp",
-    "object": "what was held",
-    "quality": "ok or clipped",
-    "source": "virtual: computed; soundcard or import: recorded",
-    "gripper": "gripper that held the object",
-    "medium": "what fills the gripper",
-    "flags": "codes of what was found odd about it, with commas between them",
+    "flags": "codes of the issues of the recording, with commas between them",
     "delay_samples": "delay that was taken out before the feature was computed",
     "setup_sha256": "digest of the scene and of the settings it was simulated with",
     "sha256": "SHA-256 of the file",
