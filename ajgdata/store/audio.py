@@ -229,11 +229,12 @@ def pcm24_bytes(samples: NDArray[Any], sample_rate_hz: int) -> bytes:
 
 
 def file_sha256(path: Path) -> str:
-    """Return the hexadecimal SHA-256 of a file's bytes. Raises AudioError when it is missing."""
+    """Return the hexadecimal SHA-256 of a file's bytes. Raises AudioError if it cannot be read."""
+    if wrong := why_no_file(path):
+        raise AudioError(path, "missing", *wrong)
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
-    except (FileNotFoundError, IsADirectoryError):
-        raise AudioError(
-            path, "missing", "there is no such file", "restore it, or remove its row"
-        ) from None
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror})"
+        raise AudioError(path, "missing", problem, "check disk and permissions") from None

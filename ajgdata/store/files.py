@@ -152,14 +152,10 @@ def why_no_file(path: Path) -> tuple[str, str] | None:
     if path.is_file():
         return None
     if path.is_symlink() and not path.exists():
-        target = path.readlink()
-        annexed = "annex" in target.parts
-        how = "run `git annex get` where it came from" if annexed else "mend the link"
-        return f"a link to {target}, where nothing is", f"{how}, or remove it"
-    if path.is_dir():
-        return "a folder, not a file", "rename or remove it"
+        fix = "run `git annex get` where it came from, or mend the link"
+        return f"a link to {path.readlink()}, where nothing is", fix
     if path.exists():
-        return "a pipe, socket or device, not a file", "remove it"
+        return "not a file", "rename or remove it"
     return "there is no such file", "restore it or remove its row"
 
 
@@ -307,41 +303,23 @@ def numbered_rows(
     standard name.
     """
     reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
-    rows = []
     try:
-        header = [cell.strip() for cell in next(reader, [])]
-        header = [name.lower() if name.lower() in standard else name for name in header]
-        _check_header(path, header, required)
-        for cells in reader:
-            if not any(cell.strip() for cell in cells):
-                continue
-            if len(cells) != len(header):
-                raise DataError(
-                    f"{path}:{reader.line_num}",
-                    f"{len(cells)} cells, the header has {len(header)}",
-                    "add or remove cells (quote cells that hold commas)",
-                )
-            row = dict(zip(header, (cell.strip() for cell in cells), strict=True))
-            rows.append((reader.line_num, row))
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
-        raise DataError(
-            f"{path}:{reader.line_num}", f"not valid CSV ({error})", "correct the quotes"
-        ) from None
-    return header, rows
-
-
-def _check_header(path: Path, header: Sequence[str], required: Iterable[str]) -> None:
-    if missing := [column for column in required if column not in header]:
-        fix = f"the header is {','.join(header)!r}"
-        if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
-            fix = "save it with commas between the cells"
-        problem = f"column {', '.join(missing)} is missing" if header else "is empty"
-        raise DataError(path, problem, fix if header else f"begin with {', '.join(required)}")
-    if "" in header:
-        problem = f"column {header.index('') + 1} has no name"
-        raise DataError(path, problem, "name it or remove it")
-    if doubled := {column for column in header if header.count(column) > 1}:
-        raise DataError(path, f"column {sorted(doubled)[0]!r} stands twice", "rename one of them")
+        where = f"{path}:{reader.line_num}"
+        raise DataError(where, f"not valid CSV ({error})", "correct the quotes") from None
+    header = lines[0][1] if lines else []
+    header = [name.lower() if name.lower() in standard else name for name in header]
+    missing = [column for column in required if column not in header]
+    if missing or "" in header or len(set(header)) < len(header):
+        problem = f"needs {', '.join(missing) or 'one name per column'}; its header is {header}"
+        raise DataError(path, problem, "correct the header, with commas between the cells")
+    rows = [(line, cells) for line, cells in lines[1:] if any(cells)]
+    for line, cells in rows:
+        if len(cells) != len(header):
+            problem = f"{len(cells)} cells, the header has {len(header)}"
+            raise DataError(f"{path}:{line}", problem, "quote cells that contain commas")
+    return header, [(line, dict(zip(header, cells, strict=True))) for line, cells in rows]
 
 
 def spreadsheet_cell(value: Any) -> Any:

@@ -224,7 +224,9 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     required = ("recording_id", "file", "grasp_id")
     header, rows = numbered_rows(path, required, RECORDING_COLUMNS)
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    _check_label_columns(path, extra)
+    if wrong := [column for column in extra if is_reserved(column) or not NAME.fullmatch(column)]:
+        fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
+        raise DataError(path, f"no label can have the name {wrong[0]!r}", fix)
     recordings, findings = [], []
     texts = [column for column in header if column in _TEXTS or column in extra]
     for line, cells in rows:
@@ -234,39 +236,17 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
             labels = {c: row[c] for c in extra}
             recordings.append(Recording.model_validate({**known, "labels": labels}))
         except ValidationError as error:
-            problem = describe(error, f"row {line}")
-            findings.append(
-                Finding(
-                    folder.name, row["recording_id"] or f"row {line}", row["file"], "error",
-                    "bad_row", f"{RECORDINGS_FILE} row {line}: {problem.problem}", problem.fix,
-                )
-            )  # fmt: skip
+            wrong = describe(error, f"row {line}")
+            problem = f"{RECORDINGS_FILE} row {line}: {wrong.problem}"
+            names = (folder.name, row["recording_id"] or f"row {line}", row["file"])
+            findings.append(Finding(*names, "error", "bad_row", problem, wrong.fix))
     counts = Counter(recording.recording_id for recording in recordings)
-    findings += [
-        _duplicate(folder, r, counts[r.recording_id])
-        for r in recordings
-        if counts[r.recording_id] > 1
-    ]
+    for one in [one for one in recordings if counts[one.recording_id] > 1]:
+        problem = f"{counts[one.recording_id]} rows share this recording_id"
+        issue = ("error", "duplicate_id", problem, "give each row its own")
+        findings.append(Finding(folder.name, one.recording_id, one.file, *issue))  # type: ignore[arg-type]  # the level above
     unique = [r for r in recordings if counts[r.recording_id] == 1]
     return sorted(unique, key=lambda r: r.recording_id), findings
-
-
-def _duplicate(folder: Path, recording: Recording, count: int) -> Finding:
-    problem, fix = f"{count} rows share this recording_id", "give each row its own"
-    name, file = recording.recording_id, recording.file
-    return Finding(folder.name, name, file, "error", "duplicate_id", problem, fix)
-
-
-def _check_label_columns(path: Path, columns: Sequence[str]) -> None:
-    """Raise DataError for a column that cannot be a label."""
-    for column in columns:
-        if is_reserved(column):
-            raise DataError(
-                path, f"column {column!r} has the name of a standard column", "rename it"
-            )
-        if not NAME.fullmatch(column):
-            fix = "rename it (letters, digits, _ and -)"
-            raise DataError(path, f"no label can have the name {column!r}", fix)
 
 
 def table_columns(paths: Paths, dataset: str, sessions: Iterable[str]) -> set[str]:

@@ -14,15 +14,13 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ajgdata.store.audio import (
-    AudioError,
     check_layout,
-    file_sha256,
     inspect_audio,
     read_audio,
 )
 from ajgdata.store.features import Column, Shard, concatenate, text_column
 from ajgdata.store.labels import labelled, select, with_columns
-from ajgdata.store.session_audio import label_rows
+from ajgdata.store.session_audio import checked_sha256, label_rows
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 
@@ -67,10 +65,8 @@ class Waveforms(BackendArray):
 
     def _samples(self, take: Take) -> np.ndarray:
         """Return all samples (n,) of one file, which must be the one that was recorded."""
-        if take.sha256 and file_sha256(take.path) != take.sha256:
-            problem = "its bytes are not those that were recorded (sha256 differs)"
-            fix = "restore the file, or accept it with `ajgdata seal`"
-            raise AudioError(take.path, "changed", problem, fix)
+        if take.sha256:
+            checked_sha256(take.path, take.sha256)
         return read_audio(take.path, self.audio).samples
 
 

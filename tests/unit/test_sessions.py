@@ -199,9 +199,9 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
 @pytest.mark.parametrize(
     ("header", "said"),
     [
-        ("recording_id,file", "column grasp_id is missing"),
-        ("recording_id,file,grasp_id,source", "column 'source' has the name of a standard column"),
-        ("recording_id,file,grasp_id,feature", "column 'feature' has the name"),
+        ("recording_id,file", "needs grasp_id; its header is"),
+        ("recording_id,file,grasp_id,source", "no label can have the name 'source'"),
+        ("recording_id,file,grasp_id,feature", "no label can have the name 'feature'"),
         ("recording_id,file,grasp_id,mass (g)", "no label can have the name 'mass (g)'; rename it"),
         ("recording_id,file,grasp_id,a/b", "no label can have the name 'a/b'"),
     ],
