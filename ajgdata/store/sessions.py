@@ -224,9 +224,11 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     required = ("recording_id", "file", "grasp_id")
     header, rows = numbered_rows(path, required, RECORDING_COLUMNS)
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    if wrong := [column for column in extra if is_reserved(column) or not NAME.fullmatch(column)]:
+    if unusable := [
+        column for column in extra if is_reserved(column) or not NAME.fullmatch(column)
+    ]:
         fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
-        raise DataError(path, f"no label can have the name {wrong[0]!r}", fix)
+        raise DataError(path, f"no label can have the name {unusable[0]!r}", fix)
     recordings, findings = [], []
     texts = [column for column in header if column in _TEXTS or column in extra]
     for line, cells in rows:

@@ -19,7 +19,6 @@ from published import (
     flip,
     make_project,
     published,
-    remake,
     spoil_spectra,
 )
 
@@ -29,7 +28,6 @@ from ajgdata.store.features import Column, Shard, read_store, text_column
 from ajgdata.store.files import read_csv, read_json
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.table import (
-    READ_AS_MISSING,
     file_names,
     read_table,
     recordings_of,
@@ -231,16 +229,6 @@ def test_what_was_not_made_is_not_published(project, tmp_path, what):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_label_that_pandas_takes_for_missing_is_refused(project):
-    project.declare(targets={"object": {"kind": "classification"}})
-    rows = project.session("s1", {"a": 500.0})
-    project.write([rows[0].model_copy(update={"object": "NA"})], "s1")
-    remake(project)
-    store = read_store(project.paths.features("d"))
-    with pytest.raises(DataError, match="object = 'NA', which pandas reads as a missing value"):
-        table_of(store, [".wav"] * len(store.feature), "features.nc")
-
-
 @pytest.mark.parametrize("name", ["audio", "file_name", "mask_file_name"])
 def test_a_label_that_hugging_face_takes_for_audio_is_refused(world, name):
     store = read_store(world[0].paths.features("d"))
@@ -249,9 +237,8 @@ def test_a_label_that_hugging_face_takes_for_audio_is_refused(world, name):
         table_of(dataclasses.replace(store, columns=columns), [".wav"] * 12, "features.nc")
 
 
-#: As recordings.csv gives them: without white space around, not what pandas takes for missing.
-cell = st.text(st.characters(exclude_categories=["C"]), max_size=12).map(str.strip)
-label = cell.filter(lambda text: text not in READ_AS_MISSING)
+#: As recordings.csv gives them: without white space around.
+label = st.text(st.characters(exclude_categories=["C"]), max_size=12).map(str.strip)
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)

@@ -28,13 +28,6 @@ MEANING = MEANINGS | {
     "sha256": "SHA-256 of the file",
 }
 UNDECLARED = "as whoever recorded it wrote it down: dataset.yaml says nothing of it"
-#: Texts that pandas, and whatever reads tables with it, takes for a missing value.
-READ_AS_MISSING = frozenset(
-    (
-        *("#N/A", "#N/A N/A", "#NA", "<NA>", "N/A", "NA", "n/a", "NULL", "null", "None"),
-        *("NaN", "nan", "-NaN", "-nan", "1.#IND", "-1.#IND", "1.#QNAN", "-1.#QNAN"),
-    )
-)
 _LONGEST_NAME = 100
 _AUDIO_COLUMNS = ("file_name", "file_names")
 
@@ -70,8 +63,7 @@ class Table:
 def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
     """Return the table of a store; `suffixes` (with the dot) are those of the recordings' files.
 
-    Raises DataError for a label that common readers would take for a missing value, and for a
-    column that Hugging Face would take for audio.
+    Raises DataError for a column that Hugging Face would take for audio.
     """
     if taken := [n for n in store.columns if n == "audio" or n.endswith(_AUDIO_COLUMNS)]:
         problem = f"a label is named {min(taken)!r}, which Hugging Face takes for the audio"
@@ -83,10 +75,6 @@ def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
     columns = [PublishedColumn(FILE_NAME, "string", description=MEANING[FILE_NAME])]
     columns += [_column(name, store) for name in names]
     cells = {name: _texts(store.columns[name].values) for name in names}
-    for name, texts in cells.items():
-        if bad := READ_AS_MISSING & set(texts):
-            problem = f"{name} = {min(bad)!r}, which pandas reads as a missing value"
-            raise DataError(where, problem, "write it otherwise, or leave the cell empty")
     files = file_names(cells["recording"], suffixes)
     rows = [
         {FILE_NAME: file} | {name: cells[name][row] for name in names}
