@@ -110,28 +110,11 @@ def test_all_24_bit_codes_survive_writing_and_reading(tmp_path_factory, codes):
     assert (path.stat().st_size - 44 - 3 * len(codes)) == len(codes) % 2  # header, data, padding
 
 
-def test_write_rounds_to_the_nearest_code_and_repeats_its_bytes(tmp_path):
-    samples = noise(999)[:, 0]
-    for name in ("a.wav", "b.wav"):
-        write_pcm24(tmp_path / name, samples, 48_000)
-    read = sf.read(tmp_path / "a.wav")[0]
-    assert np.abs(read - samples).max() <= 2.0**-24  # half a code
-    assert file_sha256(tmp_path / "a.wav") == file_sha256(tmp_path / "b.wav")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.wav", "b.wav"]
-    assert inspect_audio(tmp_path / "a.wav").sample_rate_hz == 48_000
-
-
 @pytest.mark.parametrize("bad", [[0, 1.001], [0, -2], [np.nan, 0], [np.inf], [], [[0.1], [0.2]]])
 def test_write_refuses_what_it_would_have_to_alter(tmp_path, bad):
     with pytest.raises(ValueError, match=r"full scale|shape"):
         write_pcm24(tmp_path / "a.wav", np.array(bad, dtype=float), 44_100)
     assert not list(tmp_path.iterdir())
-
-
-def test_float_samples_beyond_full_scale_are_untouched(put):
-    samples = np.array([0, 18.1, -7.5, 1e20, 1e-20], dtype=np.float32)
-    got = read_audio(put(encoded(samples, format="WAV", subtype="FLOAT")), AS_IS)
-    np.testing.assert_array_equal(got.samples, samples)
 
 
 @pytest.mark.parametrize(
@@ -295,12 +278,6 @@ def test_resampling_keeps_a_tone(from_hz):
     expected = np.sin(2 * np.pi * tone_hz * np.arange(len(got)) / to_hz)
     assert len(got) == to_hz
     assert np.abs(got - expected)[100:-100].max() < 2 * 0.0020
-
-
-def test_resampling_lets_nothing_through_above_the_new_half_rate():
-    """The stop band of the same filter: -54 dB."""
-    tone = np.sin(2 * np.pi * 30_000 * np.arange(96_000) / 96_000).astype(np.float32)
-    assert np.abs(resample(tone, 96_000, 44_100))[100:-100].max() < 2 * 0.0020
 
 
 def test_hash_is_that_of_the_bytes(put):

@@ -10,7 +10,6 @@ from worlds import write_tone
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.store.scan import scan
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import (
     list_sessions,
@@ -198,20 +197,6 @@ def test_one_session_that_cannot_be_added_to_stops_before_any_is_written(paths, 
     assert snapshot(paths.root) == before
 
 
-def test_a_session_of_another_source_is_left_alone(paths, kit):
-    run(paths, kit)
-    folder = paths.session("d", KIT)
-    session = read_session(folder).model_copy(update={"source": "virtual"})
-    write_session(folder, session, read_recordings(folder)[0])
-    with pytest.raises(DataError, match=f"session {KIT} is simulated, what is to"):
-        run(paths, kit)
-    write_session(
-        folder, session.model_copy(update={"source": "soundcard"}), read_recordings(folder)[0]
-    )
-    with pytest.raises(DataError, match="this session's source is soundcard"):
-        run(paths, kit)
-
-
 def test_an_interrupted_import_goes_on(paths, kit):
     def stop_at_second():
         stop_at_second.calls += 1
@@ -296,24 +281,6 @@ def test_the_object_can_be_learnt(paths, kit):
     assert import_folder(paths, "e", kit, settings=None, targets=["object"])[2].unchanged == 2
 
 
-def test_decimal_commas_and_tables_of_a_spreadsheet(paths, tmp_path):
-    folder = tmp_path / "stones"
-    lines = ["name;mass"]
-    for number in range(14):
-        write_tone(folder / f"w{number}.wav", 200 + number)
-        lines.append(f"w{number};{100 + number},5")
-    (folder / "t.csv").write_text("\n".join(lines))
-    settings = ImportSettings(table="t.csv", file="{name}.wav")
-    _, found, _ = import_folder(paths, "d", folder, settings=settings, targets=["mass"])
-    assert found.notes == [
-        "target mass: a number (14 distinct numbers, 100.5 to 113.5)",
-        "mass: 14 decimal commas are written as points",
-        "stored, but not a target: name",
-    ]
-    assert rows(paths, "stones")["w3"].labels["mass"] == "103.5"
-    assert import_folder(paths, "d", folder, settings=None)[2].differing == []
-
-
 @pytest.mark.parametrize("recipe", [True, False])
 def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot, recipe):
     objects = [{"name": "a", "shape": {"kind": "cube", "edge_mm": 10}}]
@@ -364,19 +331,3 @@ def test_what_only_looks_like_a_recording_is_named(paths, kit, tmp_path):
     assert found.skipped == [("other", "a link to a folder, not searched: name that folder")]
     assert [name for name, _ in found.missing] == ["4_far.wav", "5_pipe.wav"]
     assert "run `git annex get`" in found.missing[0][1]
-
-
-def test_what_was_declared_while_the_folder_was_read_is_not_replaced(paths, kit, monkeypatch):
-    """Another import of the same name is done just before this one gets the lock."""
-
-    def slow(*arguments, **options):
-        found = scan(*arguments, **options)
-        with monkeypatch.context() as patch:
-            patch.setattr("ajgdata.pipeline.importing.scan", scan)
-            import_folder(paths, "d", kit, settings=None, targets=["object"])
-        return found
-
-    monkeypatch.setattr("ajgdata.pipeline.importing.scan", slow)
-    with pytest.raises(DataError, match=r"was declared again while .* was read; import again"):
-        import_folder(paths, "d", kit, settings=None)
-    assert list(read_dataset(paths, "d").targets) == ["object"]

@@ -98,10 +98,6 @@ def test_the_least_recently_used_goes_first(tmp_path, monkeypatch):
     assert held == [0, 4, 5, 6]
 
 
-
-
-
-
 def test_where_nothing_can_be_written_it_works_without(tmp_path, solved, caplog):
     (tmp_path / "responses").write_text("a file where the folder should be")
     store = ResponseStore(tmp_path / "responses")
@@ -234,39 +230,3 @@ def test_what_nothing_reads_changes_no_bit(store, solved, base, changes):
     assert known == {**two.provenance, "scene_sha256": ""}
     same(store.solve(plain), store.solve(other))
     assert len(solved) == 3
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"gripper": {"wall_admittance": 3e-3}},
-        {"gripper": {"membrane": {"mass_kg_m2": 0.4}}},
-        {"gripper": {"bed_depth_mm": 34}},
-        {"medium": {"kind": "metal"}},
-        {"object": {"kind": "cube", "edge_mm": 21}},
-        {"grasp": {"angle_deg": 3}},
-        {"grasp": {"force_n": 7}},
-        {"grasp": {"seed": 1}},
-        {"grasp": {"nuisance": {"packing_correlation_mm": 4}}},
-        {"grasp": {"nuisance": {"grain_force": 0.1}}},
-        {"grasp": {"history": {"seed": 0}}},
-        {"assembly": {"askew_mm": [0, 1]}},
-        {"assembly": {"fill_slope_deg": [1, 0]}},
-        {**FREE, "assembly": {"askew_mm": [0, 1]}},
-        {"session": {"temperature_k": 1}},
-        {"environment": {"temperature_c": 21}},
-        {"numerics": {**QUICK, "decay_db": 40}},
-        {**AIR, "gripper": {"stiffness_n_m3": 3e5}},
-        {**FREE, "gripper": {"bed_depth_mm": 34}},
-    ],
-    ids=str,
-)
-def test_what_matters_is_another_scene(store, changes):
-    assert store.path(scene()) != store.path(scene(**changes))
-
-
-def test_canonical_is_its_own_and_valid():
-    for base, changes in UNUSED:
-        one = gripper.canonical(Scene.model_validate({**base, **changes}))
-        assert gripper.canonical(one) == one
-        assert Scene.model_validate(one.model_dump(mode="json")) == one

@@ -80,13 +80,6 @@ def test_a_rejected_recording_is_no_mistake(project):
     assert codes(check(project)[1]) == [("s1", "a", "note", "rejected")]
 
 
-def test_a_rejected_copy_is_no_mistake(project):
-    rows = project.session("s1", {"a": 500.0, "b": 500.0})
-    labels = {"edge_mm": "7"}
-    project.write([rows[0], rows[1].model_copy(update={"quality": "Reject", "labels": labels})])
-    assert codes(check(project)[1]) == [("s1", "b", "note", "rejected")]
-
-
 def test_empty_files_are_not_called_copies_of_one_another(project):
     rows = project.session("s1", {"a": 500.0, "b": 510.0})
     for name in "ab":
@@ -197,28 +190,3 @@ def test_names_are_data_sets_or_folders(project, tmp_path, monkeypatch):
         raise FileNotFoundError("no project")
 
     assert validate_datasets(nowhere, [str(tmp_path / "folder")], quiet) == (1, [])
-
-
-def test_progress_counts_every_recording(project):
-    project.session()
-    steps = []
-
-    def started(total):
-        steps.append(total)
-        return lambda: steps.append(1)
-
-    validate_dataset(project.paths, "d", started)
-    assert steps == [3, 1, 1, 1]
-    assert len(read_recordings(project.folder())[0]) == 3
-
-
-def test_an_edit_that_keeps_size_and_time_is_found(project):
-    (row,) = project.session("s1", {"a": 500.0})
-    path = project.folder() / row.file
-    stat, content = path.stat(), bytearray(path.read_bytes())
-    content[-1] ^= 1
-    path.write_bytes(content)
-    os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-    (found,) = check(project)[1]
-    assert (found.recording_id, found.level) == ("a", "error")
-    assert "sha256 differs" in found.problem

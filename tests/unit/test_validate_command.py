@@ -60,18 +60,6 @@ def test_the_highest_sample_reaches_the_features(ajgdata, project, edit):
         assert features.sample.values.tolist() == [0, 2147483647, 2]
 
 
-@pytest.mark.parametrize("column", ["quality", "Quality", "QUALITY"])
-def test_the_column_quality_in_any_case(ajgdata, project, edit, column):
-    project.session()
-    edit({"quality": column}, b={"quality": "Reject"})
-    code, out, _ = ajgdata("validate", "d", "--notes")
-    assert (code, issues(out)) == (0, [("s1/b", "note", "rejected")])
-    project.shard()
-    store, _ = project.merge("s1")
-    assert store.columns["recording"].values.tolist() == ["s1/a", "s1/c"]
-    assert column == "quality" or column not in store.columns
-
-
 @pytest.mark.parametrize("text", ["rejected", "bad", "reject (noise)", "rejct"])
 def test_unknown_values_of_quality(ajgdata, project, edit, text):
     project.session()
