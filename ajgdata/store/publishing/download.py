@@ -5,12 +5,16 @@ from __future__ import annotations
 import hashlib
 import logging
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote, urlsplit
 
 from ajgdata.store.publishing.archive import DISTRUST, MAX_BYTES
 from ajgdata.types import DataError
+
+if TYPE_CHECKING:
+    import requests
 
 AGAIN = "run it again: complete files are kept"
 #: A server that sends nothing for so long has failed.
@@ -48,17 +52,6 @@ def download(
     import pooch
     import requests
 
-    def store(url: str, output: Any, *_: object) -> None:
-        with session.get(url, stream=True, timeout=TIMEOUT_S) as answer:
-            answer.raise_for_status()
-            if urlsplit(url).scheme == "https" != urlsplit(answer.url).scheme:
-                raise DataError(url, f"leads to {answer.url[:200]}, which is not https", DISTRUST)
-            with Path(output).open("wb") as stream:
-                for block in answer.iter_content(2**16):
-                    stream.write(block)
-                    if stream.tell() > MAX_BYTES:
-                        raise DataError(url, "is too large", DISTRUST)
-
     pooch.get_logger().setLevel(logging.ERROR)
     cache.mkdir(parents=True, exist_ok=True)
     for name in (name for name, digest in hashes.items() if not digest):
@@ -71,7 +64,20 @@ def download(
     with requests.Session() as session:
         for name in each(list(hashes)):
             try:
-                fetcher.fetch(name, downloader=store)
+                fetcher.fetch(name, downloader=partial(_store, session))
             except (ValueError, requests.RequestException) as error:
                 problem = f"cannot be fetched ({' '.join(str(error).split())[:200]})"
                 raise DataError(urls[name], problem, AGAIN) from None
+
+
+def _store(session: requests.Session, url: str, output: Any, *_: object) -> None:
+    """Write the answer to `url` to the file `output`."""
+    with session.get(url, stream=True, timeout=TIMEOUT_S) as answer:
+        answer.raise_for_status()
+        if urlsplit(url).scheme == "https" != urlsplit(answer.url).scheme:
+            raise DataError(url, f"leads to {answer.url[:200]}, which is not https", DISTRUST)
+        with Path(output).open("wb") as stream:
+            for block in answer.iter_content(2**16):
+                stream.write(block)
+                if stream.tell() > MAX_BYTES:
+                    raise DataError(url, "is too large", DISTRUST)
