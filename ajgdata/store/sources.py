@@ -1,7 +1,7 @@
 """Public recordings by name: what source.yaml says, and the recordings themselves.
 
-Single files are downloaded by pooch; folders of a git repository by `git`, as a partial clone. The
-hash of a commit covers every byte below it, so a mirror need not be trusted.
+`git` downloads the folders of a repository as a partial clone. The hash of a commit covers every
+byte below it, so a mirror need not be trusted.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from ajgdata.paths import SOURCE_FILE, Paths, brought
 from ajgdata.store.files import alone, read_model, write_if_changed
-from ajgdata.store.publishing.download import AGAIN, download
-from ajgdata.types import DataError, GitOrigin, GitPart, Source
+from ajgdata.store.publishing.download import AGAIN
+from ajgdata.types import DataError, GitPart, Source
 
 Each = Callable[[list[str]], Iterable[str]]
 #: Files are stored unchanged: line ends are not converted and no filter of the user is run.
@@ -43,46 +43,41 @@ def read_source(paths: Paths, dataset: str) -> Source:
 
 def address_of(source: Source, mirror: str = "") -> str:
     """Return the address of a source; `mirror` takes the place of its scheme and host."""
-    origin = source.origin
-    address = origin.repository if isinstance(origin, GitOrigin) else origin.address
+    address = source.origin.repository
     return mirror.rstrip("/") + urlsplit(address).path if mirror else address
 
 
 def bring(dataset: str, source: Source, *, mirror: str, each: Each) -> Path:
-    """Return the folder with the recordings of a source, whole and with the right hashes.
+    """Return the folder with the recordings of a source, each part as in its commit.
 
-    `each` goes through the files or parts that are fetched. Complete ones are left unchanged, so
-    the same call resumes after an interruption.
+    `each` goes through the parts. Complete parts are left unchanged, so the same call resumes after
+    an interruption.
     """
-    folder, origin = brought(dataset), source.origin
-    address = address_of(source, mirror)
-    if isinstance(origin, GitOrigin):
-        _bring_parts(address, folder.absolute(), origin.parts, each)
-    else:
-        download(address, folder, dict(sorted(origin.files.items())), each=each)
-    return folder
-
-
-def _bring_parts(address: str, folder: Path, parts: Sequence[GitPart], each: Each) -> None:
-    """Write the files of each part of a repository, as in its commit."""
+    folder, address = brought(dataset).absolute(), address_of(source, mirror)
     objects = folder.with_name(f"{folder.name}.git")
-    names = {part.into or part.folder or folder.name: part for part in parts}
+    names = {part.into or part.folder or folder.name: part for part in source.origin.parts}
     with alone(objects, "fetching these recordings"):
         _git(objects, "init", "--quiet", "--bare", "--template=", str(objects))
         for stale in objects.glob("*.lock"):  # of a git that was killed
             stale.unlink()
         _git(objects, "config", "remote.origin.url", address)
         write_if_changed(objects / "info" / "attributes", _UNCHANGED)
-        for part in map(names.__getitem__, each(list(names))):
-            words = ("rev-list", "--max-count=1", "--missing=print", part.commit)
-            if _git(objects, *words, may_fail=True) != part.commit:
-                options = ("--quiet", "--no-tags", "--no-write-fetch-head", "--depth=1")
-                _git(objects, "fetch", *options, "--filter=blob:none", "origin", part.commit)
-            target = folder / part.into
-            target.mkdir(parents=True, exist_ok=True)
-            index = f"{part.into.replace('/', '%') or 'all'}.index"
-            tree = f"{part.commit}:{part.folder}"
-            _git(objects, "read-tree", "--reset", "-u", tree, folder=target, index=index)
+        for name in each(list(names)):
+            _check_out(objects, folder, names[name])
+    return folder
+
+
+def _check_out(objects: Path, folder: Path, part: GitPart) -> None:
+    """Write the files of a part, which git downloads now."""
+    words = ("rev-list", "--max-count=1", "--missing=print", part.commit)
+    if _git(objects, *words, may_fail=True) != part.commit:
+        options = ("--quiet", "--no-tags", "--no-write-fetch-head", "--depth=1")
+        _git(objects, "fetch", *options, "--filter=blob:none", "origin", part.commit)
+    target = folder / part.into
+    target.mkdir(parents=True, exist_ok=True)
+    index = f"{part.into.replace('/', '%') or 'all'}.index"
+    tree = f"{part.commit}:{part.folder}"
+    _git(objects, "read-tree", "--reset", "-u", tree, folder=target, index=index)
 
 
 def _git(

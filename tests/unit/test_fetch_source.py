@@ -1,21 +1,16 @@
 """Public recordings by name: every byte right and imported, or one line and nothing imported."""
 
-import http.server
-import threading
-from functools import partial
 from pathlib import Path
 
 import pytest
 import yaml
 from git_mirror import Mirror, sound
-from test_fetch import Handler
 from typer.testing import CliRunner
 
 from ajgdata.cli import app
 from ajgdata.paths import Paths, brought
 from ajgdata.pipeline.fetch import fetch_source
 from ajgdata.pipeline.plan import plan
-from ajgdata.store.audio import file_sha256
 from ajgdata.store.sessions import list_sessions, read_recordings
 from ajgdata.types import DataError, Source
 
@@ -53,7 +48,7 @@ def declare(paths: Paths, origin: dict, **keys: object) -> None:
 
 
 def of_git(paths: Paths, *parts: dict) -> None:
-    declare(paths, {"kind": "git", "repository": ADDRESS, "parts": list(parts)})
+    declare(paths, {"repository": ADDRESS, "parts": list(parts)})
 
 
 def held(paths: Paths) -> dict[str, bytes]:
@@ -147,50 +142,6 @@ def test_changed_bytes_are_not_imported(paths, mirror, files):
     assert not held(paths)
 
 
-@pytest.fixture
-def server(tmp_path, files):
-    """A host of single files, in the layout of `ADDRESS`."""
-    root = tmp_path / "host"
-    for name, content in files.items():
-        path = root / "lab/hits" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-    handler = partial(Handler, directory=str(root))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as made:
-        made.asked, made.cut, made.moved = [], {}, {}
-        made.root = root / "lab/hits"
-        made.url = f"http://127.0.0.1:{made.server_address[1]}"
-        thread = threading.Thread(target=made.serve_forever, args=(0.02,))
-        thread.start()
-        yield made
-        made.shutdown()
-        thread.join()
-
-
-def of_files(paths: Paths, server) -> None:
-    hashes = {name: file_sha256(server.root / name) for name in NAMES}
-    declare(paths, {"kind": "files", "address": ADDRESS, "files": hashes})
-
-
-def test_single_files_by_their_hashes(paths, server, files):
-    of_files(paths, server)
-    _, result = fetch_source(paths, "hits", mirror=server.url)
-    assert (result.added, held(paths)) == (len(files), files)
-    server.asked.clear()
-    fetch_source(paths, "hits", mirror=server.url)
-    assert server.asked == []
-
-
-@pytest.mark.parametrize("what", ["changed", "missing"])
-def test_a_single_file_that_is_wrong_is_named(paths, server, what):
-    of_files(paths, server)
-    if what == "changed":
-        (server.root / NAMES[1]).write_bytes(b"other")
-    else:
-        (server.root / NAMES[1]).unlink()
-    assert Path(NAMES[1]).name in refused(paths, server.url)
-
-
 def test_the_licence_comes_first_and_the_next_step_last(paths, mirror, files, monkeypatch):
     of_git(paths, {"commit": mirror.commit(files)})
     monkeypatch.setenv("AJGDATA_ROOT", str(paths.root))
@@ -229,14 +180,14 @@ def test_what_nobody_fetched_is_not_in_the_plan(paths, mirror, files):
 )  # fmt: skip
 def test_a_part_stays_inside_and_names_its_commit(wrong):
     part = {"commit": "0" * 40, **wrong}
-    origin = {"kind": "git", "repository": ADDRESS, "parts": [part]}
+    origin = {"repository": ADDRESS, "parts": [part]}
     with pytest.raises(ValueError, match=next(iter(wrong))):
         Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
 
 
 def test_two_parts_do_not_share_a_folder():
     parts = [{"commit": "0" * 40, "folder": name} for name in "ab"]
-    origin = {"kind": "git", "repository": ADDRESS, "parts": parts}
+    origin = {"repository": ADDRESS, "parts": parts}
     with pytest.raises(ValueError, match="into one folder"):
         Source.model_validate({"status": "not yet run", "size_mb": 1, "origin": origin})
 
