@@ -36,8 +36,7 @@ from ajgdata.store.files import (
 )
 from ajgdata.store.importing import Imported
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.archive import DISTRUST, read_checksums
-from ajgdata.store.publishing.download import cache_of, download, is_web
+from ajgdata.store.publishing.archive import DISTRUST, cache_of, download, is_web, read_checksums
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
 from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from ajgdata.paths import SOURCE_FILE, Paths, brought
 from ajgdata.store.files import alone, read_model, write_if_changed
-from ajgdata.store.publishing.download import AGAIN
+from ajgdata.store.publishing.archive import AGAIN
 from ajgdata.types import DataError, GitPart, Source
 
 Each = Callable[[list[str]], Iterable[str]]

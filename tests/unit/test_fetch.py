@@ -36,7 +36,7 @@ from ajgdata.pipeline.plan import plan
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import read_store
 from ajgdata.store.files import read_csv
-from ajgdata.store.publishing.download import download
+from ajgdata.store.publishing.archive import download
 from ajgdata.store.sessions import read_dataset, read_session
 from ajgdata.types import DataError
 
