@@ -34,7 +34,7 @@ from ajgdata.acquire.session_setup import (
 from ajgdata.acquire.writer import SETUP_COLUMN
 from ajgdata.paths import AUDIO_FOLDER, RECORDINGS_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.locks import remove_stale
+from ajgdata.store.files import remove_stale
 from ajgdata.store.sessions import read_recordings, read_session, write_recordings, write_session
 from ajgdata.types import DataError, ExcitationSpec, Recording
 

@@ -16,8 +16,7 @@ import numpy as np
 from ajgdata.acquire.card import SIMULATED
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.files import replacing_folder
-from ajgdata.store.locks import alone
+from ajgdata.store.files import alone, replacing_folder
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import Acquisition, DataError, Excitation, ExcitationSpec, Session

@@ -12,7 +12,7 @@ from ajgdata.acquire.session_setup import recording_alone
 from ajgdata.acquire.source import Grasp, GraspError, Source
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
-from ajgdata.store.locks import remove_stale
+from ajgdata.store.files import remove_stale
 from ajgdata.store.provenance import software
 from ajgdata.store.sessions import read_recordings, write_recordings, write_session
 from ajgdata.types import DataError, Excitation, Recording, Session

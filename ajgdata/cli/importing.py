@@ -64,10 +64,6 @@ def import_command(
     reference: Annotated[
         bool, typer.Option("--reference", help="leave the audio where it is instead of copying it")
     ] = False,
-    convert: Annotated[
-        bool,
-        typer.Option("--convert", help="decode other audio (m4a, mp3, aiff, …) into new WAV files"),
-    ] = False,
     on_change: Annotated[
         OnChange,
         typer.Option(
@@ -102,7 +98,6 @@ def import_command(
             targets=target or [],
             copy=not reference,
             on_change=on_change,
-            convert=convert,
             started=started,
         )
     show_import(result, found, dataset, everything=everything)
@@ -138,15 +133,14 @@ def show_summary(paths: Paths, spec: DatasetSpec) -> bool:
 
 def exit_code(result: Imported, found: Scan) -> int:
     """Return 0 for an import of everything that belongs to it by name or table, else INCOMPLETE."""
-    left_out = (*found.missing, *found.wanting, *result.conflicts, *result.failed)
+    left_out = (*found.missing, *result.conflicts, *result.failed)
     return INCOMPLETE if left_out or result.unreadable else 0
 
 
 def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool) -> None:
     """Print the result of an import, the worst first."""
     counts = {"added": result.added, "changed": result.changed, "unchanged": result.unchanged}
-    extra = {"decoded": result.decoded, "removed": result.removed}
-    counts |= {what: count for what, count in extra.items() if count}
+    counts |= {"removed": result.removed} if result.removed else {}
     done = ", ".join(f"{count} {what}" for what, count in counts.items())
     _say(f"{done} in {result.sessions} session(s) of [b]{dataset}[/b]")
     other_bytes = (
@@ -158,7 +152,6 @@ def show_import(result: Imported, found: Scan, dataset: str, *, everything: bool
     told: dict[str, list[tuple[str, str]]] = {
         "[red]failed[/red]": [*found.missing, *result.failed],
         "[yellow]unreadable[/yellow]": result.unreadable,
-        "[yellow]skipped[/yellow]": found.wanting,
         "[yellow]kept[/yellow]": [(name, other_bytes) for name in result.conflicts],
         "[yellow]label[/yellow]": [(name, other_labels) for name in result.differing],
         "[yellow]gone[/yellow]": [(name, gone) for name in result.gone],

@@ -35,7 +35,7 @@ def publish(
     """Write a data set as a folder that other people can use without conversion.
 
     It contains recordings, features, labels and their description for Croissant, Hugging Face,
-    Frictionless, xarray, h5py and people. `sha256sum -c SHA256SUMS` checks it.
+    Frictionless, xarray, h5py and people. `sha256sum -c SHA256SUMS` verifies it.
     """
     from ajgdata.paths import find_project
     from ajgdata.pipeline.publish import publish as write
@@ -139,6 +139,8 @@ def _fetch_published(paths: Paths, source: str, name: str, sha256: str) -> None:
         f"[/b]; its SHA256SUMS has sha256 {done.sums_sha256}; next: ajgdata run {done.name}, which "
         "computes the features"
     )
+    if done.dropped:
+        _say(f"[yellow]not tested on[/yellow] {', '.join(done.dropped)}: not in this project")
 
 
 def _say(text: str) -> None:

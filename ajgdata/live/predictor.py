@@ -20,8 +20,7 @@ from ajgdata.evaluate.novelty import Guard
 from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.prediction import Prediction, Verdict
-from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio
-from ajgdata.store.conversion import resample
+from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio, resample
 from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
 
 if TYPE_CHECKING:

@@ -14,7 +14,6 @@ from pathlib import Path
 from ajgdata.paths import Paths
 from ajgdata.store.files import bytes_below
 from ajgdata.store.provenance import software
-from ajgdata.store.responses import ResponseStore
 
 GB = 1e9
 #: Their versions change results or files.
@@ -53,11 +52,7 @@ def doctor(paths: Paths | None, room_bytes: float = ROOM_BYTES) -> tuple[dict[st
     facts["disk"] = (
         f"{free / GB:.1f} GB free; data {_size(paths.data)}, results {_size(paths.results)}"
     )
-    kept = ResponseStore(paths.responses)
-    facts["caches"] = (
-        f"responses {_size(kept.folder)} of {kept.limit_bytes / GB:.1f} GB, "
-        f"all of .ajgdata {_size(paths.cache)}"
-    )
+    facts["caches"] = f"responses {_size(paths.responses)}, all of .ajgdata {_size(paths.cache)}"
     if free < room_bytes:
         wrong.append(
             f"{free / GB:.1f} GB free on disk; `make clean` removes what can be made again"

@@ -24,8 +24,10 @@ from ajgdata.pipeline.importing import import_folder
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.files import (
+    BRINGING,
+    alone,
     has_aliases,
-    line_of,
+    read_model,
     read_text,
     read_yaml,
     replacing_folder,
@@ -33,11 +35,8 @@ from ajgdata.store.files import (
     write_bytes,
 )
 from ajgdata.store.importing import Imported
-from ajgdata.store.locks import BRINGING, alone
 from ajgdata.store.publishing import archive
-from ajgdata.store.publishing.archive import DISTRUST
-from ajgdata.store.publishing.checksums import read_checksums
-from ajgdata.store.publishing.download import Download, cache_of, is_web
+from ajgdata.store.publishing.archive import DISTRUST, cache_of, download, is_web, read_checksums
 from ajgdata.store.publishing.table import FILE_NAME, read_table, recordings_of
 from ajgdata.store.scan import Scan
 from ajgdata.store.sessions import (
@@ -47,7 +46,7 @@ from ajgdata.store.sessions import (
     write_session,
 )
 from ajgdata.store.sources import bring, list_sources, read_source
-from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe, location
+from ajgdata.types import NAME, DataError, DatasetSpec, Recording, describe
 
 #: Stored with the recordings, because the licence may require it.
 KEPT = (Tree.README, Tree.LICENCE, Tree.CITATION, Tree.SUMS)
@@ -61,6 +60,7 @@ Each = Callable[[list[str]], Iterable[str]]
 class Fetched:
     """The data set that was registered.
 
+    `dropped` are data sets that its tasks are tested on and that this project does not have;
     `removed` are settings that were not taken over, one line each.
     """
 
@@ -68,6 +68,7 @@ class Fetched:
     sums_sha256: str
     recordings: int
     sessions: int
+    dropped: tuple[str, ...]
     removed: tuple[str, ...]
 
 
@@ -91,31 +92,26 @@ def fetch(
     if name:
         _check_name(name)
     with ExitStack() as locks:
-        if name:
-            _check_free(paths, name)
         cache = cache_of(paths.fetched, source) if is_web(source) else None
         if cache:
             locks.enter_context(alone(cache, f"fetching {source}"))
-        download = Download(source, cache, retries) if cache else None
+        address = source.removesuffix(Tree.SUMS) if cache else ""
         tree = Tree(cache or Path(source))
-        hashes = _check_files(paths, tree, download, sha256, each)
-        spec, removed = _declaration(paths, tree, name)
+        hashes = _brought(paths, tree, address, name, sha256, each, retries)
+        spec, dropped, removed = _declared(paths, tree, name)
         locks.enter_context(alone(paths.recordings(spec.name), BRINGING))
-        rows = _register(paths, tree, hashes, spec)
-        write_dataset(paths, spec)  # the last step: until then nothing that was downloaded is lost
-        if cache:
-            shutil.rmtree(cache, ignore_errors=True)
+        rows = _registered(paths, tree, hashes, cache, spec)
     digest = file_sha256(folder_sums(paths, spec.name))
     sessions = len({session for _, session, _ in rows})
-    return Fetched(spec.name, digest, len(rows), sessions, removed)
+    return Fetched(spec.name, digest, len(rows), sessions, dropped, removed)
 
 
-def _register(
-    paths: Paths, tree: Tree, hashes: Mapping[str, str], spec: DatasetSpec
+def _registered(
+    paths: Paths, tree: Tree, hashes: Mapping[str, str], cache: Path | None, spec: DatasetSpec
 ) -> list[tuple[str, str, Recording]]:
-    """Write the recordings of a fetched data set into the project; return its rows."""
+    """Write a fetched data set into the project, then remove its `cache`; return its rows."""
     rows = _rows(tree, hashes)
-    _check_free(paths, spec.name)
+    _check_free(paths, spec.name, tree, cache)
     sessions: dict[str, list[tuple[str, Recording]]] = defaultdict(list)
     for file, session, recording in rows:
         sessions[session].append((file, recording))
@@ -128,6 +124,9 @@ def _register(
             _write_session(tree, hashes, packed, folder / "sessions" / session, members)
         for kept in KEPT:
             write_bytes(folder / "published" / kept, (tree / kept).read_bytes())
+    write_dataset(paths, spec)  # the last step: until then nothing that was downloaded is removed
+    if cache:
+        shutil.rmtree(cache, ignore_errors=True)
     return rows
 
 
@@ -158,12 +157,16 @@ def folder_sums(paths: Paths, dataset: str) -> Path:
     return paths.recordings(dataset) / "published" / Tree.SUMS
 
 
-def _check_files(
-    paths: Paths, tree: Tree, download: Download | None, sha256: str, each: Each
+def _brought(
+    paths: Paths, tree: Tree, address: str, name: str, sha256: str, each: Each, retries: int
 ) -> dict[str, str]:
-    """Check every required file of a folder, after downloading it if needed; return hashes."""
-    if download:
-        download.sums(sha256)
+    """Check every required file of a folder, after downloading it from `address`, unless that is
+    empty; return hashes.
+
+    The declaration comes first, so a name that exists ends it before the other files.
+    """
+    if address:
+        download(address, tree.root, {Tree.SUMS: sha256}, retries=retries)
     elif not (tree / tree.SUMS).is_file():
         known = ", ".join(list_sources(paths)) or "none"
         fix = f"name the folder or the web address of one, or public recordings ({known})"
@@ -173,15 +176,20 @@ def _check_files(
         raise DataError(tree / tree.SUMS, "is not the one with this --sha256", DISTRUST)
     hashes = read_checksums(tree / tree.SUMS)
     required = _required(tree / tree.SUMS, hashes)
-    if download:
-        download.files(hashes, required, each)
-    for name in required if download else each(required):
-        _check_file(tree, name, hashes[name])
+    for names, shown in (([tree.DECLARATION], iter), (required, each)):
+        if address:
+            chosen = {file: hashes[file] for file in names}
+            download(address, tree.root, chosen, each=shown, retries=retries)
+        for file in names if address else shown(names):
+            _check_file(tree, file, hashes[file])
+        if names is not required:
+            cache = tree.root if address else None
+            _check_free(paths, name or _declaration(tree)[0].name, tree, cache)
     return hashes
 
 
-def _declaration(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tuple[str, ...]]:
-    """Return the published declaration as it is registered, and `removed` of `Fetched`.
+def _declaration(tree: Tree) -> tuple[DatasetSpec, tuple[str, ...]]:
+    """Return the published declaration and `removed` of `Fetched`.
 
     Settings are removed before the check, which knows only the robots that are installed here.
     """
@@ -189,25 +197,8 @@ def _declaration(paths: Paths, tree: Tree, name: str) -> tuple[DatasetSpec, tupl
     content = read_yaml(path)
     if "from" in content:
         raise DataError(path, "is derived from another one", DISTRUST)
-    try:
-        removed = (*_removed(content), *_without_absent(content, set(list_datasets(paths))))
-        spec = DatasetSpec.model_validate(content)
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
-    return spec.model_copy(update={"name": name or spec.name}), removed
-
-
-def _without_absent(content: dict[str, Any], present: set[str]) -> Iterator[str]:
-    """Remove tests on data sets that are not `present` from tasks; yield one line per data set."""
-    tasks = DatasetSpec.model_validate(content).tasks
-    absent = sorted({other for task in tasks.values() for other in task.test_on} - present)
-    for task in content["tasks"].values() if absent else ():
-        task["test_on"] = [other for other in task.get("test_on", ()) if other not in absent]
-        if isinstance(paper := task.get("paper"), dict):
-            task["paper"] = {part: row for part, row in paper.items() if part not in absent}
-    for name in absent:
-        yield f"tests on {name} (not in this project)"
+    removed = tuple(_removed(content))
+    return read_model(path, DatasetSpec, content), removed
 
 
 def _removed(content: dict[str, Any]) -> Iterator[str]:
@@ -263,6 +254,28 @@ def _check_file(tree: Tree, name: str, digest: str) -> None:
         _check_text(tree, name)
 
 
+def _declared(
+    paths: Paths, tree: Tree, name: str
+) -> tuple[DatasetSpec, tuple[str, ...], tuple[str, ...]]:
+    """Return the declaration as it is registered, and `dropped` and `removed` of `Fetched`."""
+    spec, removed = _declaration(tree)
+    content = spec.model_dump(mode="json", exclude_defaults=True)
+    content["name"] = name or spec.name
+    present, dropped = set(list_datasets(paths)), set()
+    for task in content.get("tasks", {}).values():
+        absent = set(task.get("test_on", ())) - present
+        dropped |= absent
+        for key in ("test_on", "paper"):
+            if isinstance(value := task.get(key), list):
+                task[key] = [other for other in value if other not in absent]
+            elif isinstance(value, dict):
+                task[key] = {part: row for part, row in value.items() if part not in absent}
+    try:
+        return DatasetSpec.model_validate(content), tuple(sorted(dropped)), removed
+    except ValidationError as error:
+        raise describe(error, tree / tree.DECLARATION) from None
+
+
 def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recording]]:
     """Return name in the tree, session and recording of each row of metadata.csv."""
     _, lines = read_table(tree)
@@ -284,11 +297,13 @@ def _rows(tree: Tree, hashes: Mapping[str, str]) -> list[tuple[str, str, Recordi
         except ValueError as error:
             raise DataError(where, str(error), "publish the data set again") from None
         found.append((file, session, recording))
-    recordings = [f"{session}/{one.recording_id}" for _, session, one in found]
-    files = [f"{session}/{PurePosixPath(file).name.lower()}" for file, session, _ in found]
-    for names in (recordings, files):
+    for what, names in (
+        ("recording", [f"{session}/{one.recording_id}" for _, session, one in found]),
+        ("file", [file.lower() for file, _, _ in found]),
+        ("file", [f"{session}/{PurePosixPath(file).name.lower()}" for file, session, _ in found]),
+    ):
         if doubled := [name for name, count in Counter(names).items() if count > 1]:
-            problem = f"{doubled[0]!r} stands in two rows"
+            problem = f"{what} {doubled[0]!r} stands in two rows"
             raise DataError(tree / tree.METADATA, problem, "publish the data set again")
     return found
 
@@ -301,11 +316,17 @@ def _check_name(name: str) -> None:
         raise describe(error, "--name") from None
 
 
-def _check_free(paths: Paths, name: str) -> None:
-    """Raise DataError if the project already has a data set or recordings of this name."""
-    for there in (paths.dataset(name), paths.recordings(name)):
-        if there.exists():
-            raise DataError(there, "exists already", "give --name, or remove it")
+def _check_free(paths: Paths, name: str, tree: Tree, cache: Path | None) -> None:
+    """Raise DataError if something is there, unless an interrupted `fetch` of the same left it. The
+    cache of one that was registered, but killed before it removed that, is removed."""
+    held, sums = paths.recordings(name), folder_sums(paths, name)
+    same = sums.is_file() and sums.read_bytes() == (tree / tree.SUMS).read_bytes()
+    if paths.dataset(name).exists():
+        if same and cache:
+            shutil.rmtree(cache, ignore_errors=True)
+        raise DataError(paths.dataset(name), "there is a data set of this name", "give --name")
+    if held.exists() and not same:
+        raise DataError(held, "there are recordings of this name", "give --name")
 
 
 def _check_archive(tree: Tree, packed: ZipFile) -> None:

@@ -14,16 +14,14 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.label_counts import CLASSES_NEEDED
 from ajgdata.pipeline.progress import Started
 from ajgdata.store.audio import AudioInfo, inspect_audio
-from ajgdata.store.import_fields import session_name
+from ajgdata.store.files import BRINGING, alone, remove_stale
 from ajgdata.store.importing import Imported, import_scan
 from ajgdata.store.labels import number
-from ajgdata.store.locks import BRINGING, alone, remove_stale
-from ajgdata.store.scan import Scan, scan, target_column
+from ajgdata.store.scan import Scan, scan, session_name, target_column
 from ajgdata.store.sessions import (
     check_one_kind,
     list_sessions,
     read_dataset,
-    read_recordings,
     write_dataset,
 )
 from ajgdata.types import (
@@ -59,24 +57,20 @@ def import_folder(
     targets: Sequence[str] = (),
     copy: bool = True,
     on_change: OnChange = OnChange.KEEP,
-    convert: bool = False,
     started: Started = lambda total: lambda: None,
 ) -> tuple[DatasetSpec, Scan, Imported]:
     """Import `folder` into `dataset`.
 
     `settings` describe how file names or a table are read; the default is `imports` of
-    dataset.yaml, else the starter kit's convention. `convert` decodes other audio formats into new
-    files. `started(total)` returns a function that is called once per recording. The notes of the
-    scan describe how targets were understood. Nothing is written if the folder cannot be
-    understood, nor while another process imports into this data set.
+    dataset.yaml, else the starter kit's convention. `started(total)` returns a function that is
+    called once per recording. The notes of the scan describe how targets were understood. Nothing
+    is written if the folder cannot be understood, nor while another process imports into it.
     """
     folder, declared = Path(folder), _declared(paths, checked_name(dataset))
-    if convert and not copy:
-        raise DataError("--convert", "makes new files", "import without --reference")
     if declared:
         check_one_kind(paths, declared, list_sessions(paths, dataset), adding=False)
     chosen = _chosen(settings, declared)
-    found = scan(folder, chosen, name=session_name(folder.resolve().name), convert=convert)
+    found = scan(folder, chosen, name=session_name(folder.resolve().name))
     if declared:
         _check_declared(paths, declared, targets)
         spec = declared
@@ -95,7 +89,6 @@ def import_folder(
             )  # fmt: skip
         finally:
             if declared is None and list_sessions(paths, dataset):
-                spec = _with_audio(paths, spec) if convert else spec
                 write_dataset(paths, spec)
         remove_stale(paths.recordings(dataset))  # by imports that were killed
     return spec, found, result
@@ -128,15 +121,6 @@ def _understood(found: Scan, spec: DatasetSpec) -> Scan:
     if free := [column for column in columns if column not in spec.targets]:
         found.notes.append(f"stored, but not a target: {', '.join(free)}")
     return found
-
-
-def _with_audio(paths: Paths, spec: DatasetSpec) -> DatasetSpec:
-    """Return a declaration with the rate and channels of the decoded files."""
-    folders = [paths.session(spec.name, name) for name in list_sessions(paths, spec.name)]
-    audio = common_audio(
-        folder / row.file for folder in folders for row in read_recordings(folder)[0]
-    )
-    return spec.model_copy(update={"audio": audio})
 
 
 def _chosen(given: ImportSettings | None, declared: DatasetSpec | None) -> ImportSettings:

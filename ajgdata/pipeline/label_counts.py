@@ -8,13 +8,19 @@ from collections.abc import Mapping, Sequence
 from ajgdata.acquire.protocol import REFERENCE
 from ajgdata.paths import Paths
 from ajgdata.store.findings import is_rejected
-from ajgdata.store.plain_text import listed
 from ajgdata.store.session_audio import label_rows
 from ajgdata.store.sessions import list_sessions, read_recordings, read_session
 from ajgdata.types import DatasetSpec, Finding, Target
 
 Row = Mapping[str, str]
 CLASSES_NEEDED = 2
+_SHOWN = 5
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Return the first texts and the number of the remaining texts."""
+    more = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+    return ", ".join(texts[:_SHOWN]) + more
 
 
 def label_tables(paths: Paths, dataset: str) -> dict[str, list[dict[str, str]]]:

@@ -14,17 +14,17 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.store.audio import file_sha256
 from ajgdata.store.features import Shard, read_labels, spectra_blocks
 from ajgdata.store.files import (
+    alone,
     copy,
     json_bytes,
     replacing_folder,
     sha256_of,
     yaml_bytes,
 )
-from ajgdata.store.locks import alone
 from ajgdata.store.provenance import commit_date, layer_hash, settings_digest, software
 from ajgdata.store.publishing import archive
 from ajgdata.store.publishing.about import About
-from ajgdata.store.publishing.checksums import checksums_bytes
+from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.store.publishing.documents import croissant, datapackage
 from ajgdata.store.publishing.table import FILE_NAME, Table, table_of
 from ajgdata.store.sessions import audio_path, inside, read_dataset, read_recordings, read_session

@@ -17,7 +17,7 @@ import numpy as np
 from ajgdata.features.align import delay_outliers, delay_samples
 from ajgdata.features.checks import check_audio
 from ajgdata.paths import Paths
-from ajgdata.store.audio import AudioError, Remark, check_layout, read_audio
+from ajgdata.store.audio import AudioError, Remark, read_audio
 from ajgdata.store.session_audio import AudioFile, checked_sha256, played_sound
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import (
@@ -53,7 +53,7 @@ def examine(
     try:
         read = read_audio(path, audio)
     except AudioError as error:
-        return Examined(None, (*error.remarks, *_further(path, audio, window, error)))
+        return Examined(None, (error.remark,))
     remarks = tuple(check_audio(read, window))
     if errors := tuple(remark for remark in remarks if remark.level == "error"):
         return Examined(None, errors)  # what else is odd about it no longer matters
@@ -61,29 +61,6 @@ def examine(
         return Examined(read.samples, remarks)
     reach = int(MAX_DELAY_S * audio.sample_rate_hz)
     return Examined(read.samples, remarks, delay_samples(read.samples, excitation, reach))
-
-
-def _further(path: Path, audio: AudioSettings, window: int, error: AudioError) -> Iterable[Remark]:
-    """Return the issues of the samples, and of rate and channels if the file is truncated.
-
-    The length of a truncated file is not checked again.
-    """
-    if error.code not in ("other_rate", "channels", "truncated"):
-        return ()
-    is_cut = error.code == "truncated"
-    anyhow = audio.model_copy(update={"other_rate": "resample", "channel": "mean"})
-    try:
-        read = read_audio(path, anyhow, partial=is_cut)
-    except AudioError as other:
-        return () if is_cut else other.remarks
-    remarks = [remark for remark in check_audio(read, window) if remark.level == "error"]
-    if is_cut:
-        remarks = [remark for remark in remarks if remark.code != "too_short"]
-        try:
-            check_layout(path, read.info, audio)
-        except AudioError as layout:
-            remarks += layout.remarks
-    return remarks
 
 
 def read_excitation(

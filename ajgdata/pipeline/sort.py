@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
 from ajgdata.acquire.card import SIMULATED, Card
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.robot import Confirm
@@ -25,9 +23,9 @@ from ajgdata.pipeline.acquire_live import excitation_of, known_of
 from ajgdata.pipeline.live_source import VIRTUAL, open_hands
 from ajgdata.store.audio import pcm24_bytes, read_audio
 from ajgdata.store.features import read_store
-from ajgdata.store.files import line_of, read_yaml, sha256_of
+from ajgdata.store.files import read_model, sha256_of
 from ajgdata.store.sessions import list_sessions, read_dataset, read_session
-from ajgdata.types import AudioSettings, DataError, DatasetSpec, describe, location
+from ajgdata.types import AudioSettings, DataError, DatasetSpec
 from ajgdata.types.plan import NOTHING, SortPlan
 
 if TYPE_CHECKING:
@@ -38,12 +36,7 @@ _NAME = re.compile(r"sort-(\d+)")
 
 def read_plan(path: Path) -> SortPlan:
     """Return a plan; DataError names file, line, key, value and fix."""
-    content = read_yaml(path)
-    try:
-        return SortPlan.model_validate(content)
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, SortPlan)
 
 
 @dataclass(frozen=True)

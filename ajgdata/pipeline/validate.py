@@ -89,7 +89,7 @@ def _without_row(folder: Path, session: SessionAudio) -> list[Finding]:
     fix = "import its folder again, or remove the file"
     return [
         Finding(folder.name, path.as_posix(), path.name, "note", "no_row", "in no row", fix)
-        for path in search(folder / AUDIO_FOLDER).audio
+        for path in search(folder / AUDIO_FOLDER)[0]
         if (folder / AUDIO_FOLDER / path).absolute() not in known
     ]
 

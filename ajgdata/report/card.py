@@ -12,8 +12,7 @@ from ajgdata.paths import Paths, Tree
 from ajgdata.report.render import environment
 from ajgdata.report.report_data import DatasetSummary
 from ajgdata.store.files import read_text
-from ajgdata.store.publishing.about import CC0_FILE, About
-from ajgdata.store.publishing.examples import examples
+from ajgdata.store.publishing.about import CC0_FILE, About, examples
 from ajgdata.store.publishing.table import Table
 from ajgdata.types import Finding, Session
 

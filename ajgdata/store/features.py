@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import errno
 import json
-import math
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5netcdf
 import numpy as np
 
 from ajgdata.store.files import replacing
@@ -28,9 +26,6 @@ CHUNK_ROWS = 128
 #: Spectra that are read at once where a file need not be in memory: 17 MB of 1025 bins.
 BLOCK_ROWS = 4096
 CONVENTIONS = "CF-1.11"
-#: Arrays may claim so many times the bytes of their file, plus `SMALL_BYTES`: files may come from
-#: anywhere.
-MAX_GROWTH, SMALL_BYTES = 100, 2**26
 #: What h5netcdf and xarray raise for files that are damaged or of another kind.
 DAMAGE = (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError)
 _FREQUENCY = {"units": "Hz", "standard_name": "sound_frequency", "long_name": "frequency"}
@@ -87,57 +82,20 @@ def write_store(path: Path, shard: Shard, feature_attrs: Mapping[str, str]) -> N
 
     Raises ValueError for a spectrum that is not finite and for columns of another length.
     """
-    write_blocks(path, shard, [shard.feature], feature_attrs)
-
-
-def write_blocks(
-    path: Path, labels: Shard, blocks: Iterable[np.ndarray], feature_attrs: Mapping[str, str]
-) -> None:
-    """Write what `write_store` does, with the spectra of `blocks`, each (m, f), in place of those
-    of `labels`: one block is held at a time."""
     import xarray as xr
 
-    rows, bins = len(labels.feature), len(labels.frequency_hz)
-    for name, column in labels.columns.items():
-        if len(column.values) != rows:
-            raise ValueError(f"{path}: column {name} has {len(column.values)} of {rows} rows")
-    axis = {"frequency": ("frequency", labels.frequency_hz, _FREQUENCY)}
+    if not np.isfinite(shard.feature).all():
+        raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
+    spectra = shard.feature.astype(np.float32, copy=False)
     dataset = xr.Dataset(
-        coords=axis | as_coordinates(labels.columns),
-        attrs={"Conventions": CONVENTIONS, **labels.attrs},
+        {"feature": (("recording", "frequency"), spectra, dict(feature_attrs))},
+        {"frequency": ("frequency", shard.frequency_hz, _FREQUENCY)}
+        | as_coordinates(shard.columns),
+        {"Conventions": CONVENTIONS, **shard.attrs},
     )
     with replacing(path) as temporary:
-        check_room(path, rows * bins * 4)
+        check_room(path, spectra.nbytes)
         write_netcdf(temporary, dataset)
-        with h5netcdf.File(temporary, "a") as file:
-            feature = _create_feature(file, rows, bins)
-            names = " ".join(sorted(set(labels.columns) - {"recording"}))
-            feature.attrs.update({**feature_attrs, "coordinates": names})
-            start = 0
-            for spectra in blocks:
-                _check_spectra(path, spectra, bins, rows - start)
-                feature[start : start + len(spectra)] = spectra.astype(np.float32, copy=False)
-                start += len(spectra)
-        if start != rows:
-            raise ValueError(f"{path}: {start} spectra for {rows} rows")
-
-
-def _create_feature(file: h5netcdf.File, rows: int, bins: int) -> h5netcdf.Variable:
-    """Return a new variable for spectra, whose chunks have checksums. Spectra are not compressed:
-    gzip saves a quarter of the file, and reading takes five times as long."""
-    file.attrs.pop("coordinates", None)  # xarray's, which belongs to `feature`
-    stored = {"chunks": (min(CHUNK_ROWS, rows), bins), "fletcher32": True} if rows else {}
-    return file.create_variable("feature", ("recording", "frequency"), "f4", **stored)
-
-
-def _check_spectra(path: Path, spectra: np.ndarray, bins: int, rows_left: int) -> None:
-    """Raise ValueError for spectra that are not finite, or too many, or of another width."""
-    if spectra.shape[1:] != (bins,):
-        raise ValueError(f"{path}: {spectra.shape[1]} bins but ({bins},) frequencies")
-    if len(spectra) > rows_left:
-        raise ValueError(f"{path}: more spectra than rows")
-    if not np.isfinite(spectra).all():
-        raise ValueError(f"{path}: a feature is NaN or infinite; no file is written")
 
 
 def as_coordinates(columns: Mapping[str, Column]) -> dict[str, xr.Variable]:
@@ -151,7 +109,8 @@ def as_coordinates(columns: Mapping[str, Column]) -> dict[str, xr.Variable]:
 
 
 def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
-    """Write a file whose chunks have checksums: text compressed, numbers as they are."""
+    """Write a file whose chunks have checksums: text compressed, numbers as they are, because gzip
+    saves a quarter of the spectra, and reading takes five times as long."""
     encoding: dict[str, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
         if not variable.size:
@@ -159,6 +118,8 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
         is_text = variable.dtype.kind == "U"
         stored = {"dtype": "S1", **_COMPRESSED} if is_text else {"_FillValue": None}
         encoding[str(name)] = {**stored, "fletcher32": True}
+        if name == "feature":
+            encoding[str(name)]["chunksizes"] = (min(CHUNK_ROWS, len(variable)), variable.shape[1])
     dataset.to_netcdf(path, engine="h5netcdf", encoding=encoding)
 
 
@@ -190,7 +151,6 @@ def open_netcdf(path: Path) -> xr.Dataset:
     how: dict[str, Any] = {"mask_and_scale": False, "decode_times": False, "phony_dims": "access"}
     file = xr.open_dataset(path, engine="h5netcdf", **how)
     try:
-        _check_claims(path, file)
         texts = {
             name: (array.dims, np.asarray(array.values, np.str_), array.attrs)
             for name, array in file.coords.items()
@@ -204,13 +164,6 @@ def open_netcdf(path: Path) -> xr.Dataset:
         raise
     dataset.set_close(file.close)
     return dataset
-
-
-def _check_claims(path: Path, file: xr.Dataset) -> None:
-    """Raise ValueError for arrays that are much larger than their file."""
-    shapes = [v.encoding.get("original_shape", v.shape) for v in file.variables.values()]
-    if sum(map(math.prod, shapes)) > MAX_GROWTH * path.stat().st_size + SMALL_BYTES:
-        raise ValueError("claims to be larger than it can be")
 
 
 def columns_of(dataset: xr.Dataset) -> dict[str, Column]:

@@ -1,4 +1,4 @@
-"""Text files and atomic replacement. Readers raise DataError with file and fix."""
+"""Text files, atomic replacement and locks. Readers raise DataError with file and fix."""
 
 from __future__ import annotations
 
@@ -8,18 +8,29 @@ import io
 import itertools
 import json
 import os
+import platform
 import re
 import shutil
+import tempfile
+import time
+import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
+from pydantic import BaseModel, ValidationError
 
-from ajgdata.store.locks import own_folder
-from ajgdata.types import DataError
+from ajgdata.types import DataError, describe, location
 
+Model = TypeVar("Model", bound=BaseModel)
+#: End of the names of temporary folders.
+TEMPORARY = ".tmp"
+#: A temporary folder without a change for so long (s) belongs to a process that was killed.
+STALE_S = 3600.0
+#: What imports and fetches do; they exclude each other.
+BRINGING = "bringing recordings into this data set"
 #: Beginning of a text that a spreadsheet takes for a formula; a number or a word after a sign is
 #: none. Apostrophes count, so that `from_spreadsheet_cell` is the inverse of `spreadsheet_cell`.
 _FORMULA = re.compile(r"'*(?:[=@\t\r]|[+-](?![\w\s.,±%°/()×·−⁻-]*$))")
@@ -31,11 +42,9 @@ _MAX_DEPTH = 200
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file that takes the place of `path` if the block succeeds.
 
-    Whenever the process dies, `path` is the old file or the new one, never something between. What
-    a killed process left is removed after an hour, if the same file is written.
+    Whenever the process dies, `path` is the old file or the new one, never something between.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with own_folder(path) as folder:
+    with _own_folder(path) as folder:
         temporary = folder / path.name
         yield temporary
         with temporary.open("rb+") as stream:
@@ -46,14 +55,55 @@ def replacing(path: Path) -> Iterator[Path]:
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder that takes the place of the folder `path` if the block succeeds."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with own_folder(path) as temporary:
+    with _own_folder(path) as temporary:
         new, old = temporary / "new", temporary / "old"
         new.mkdir()
         yield new
         if path.exists():
             path.rename(old)
         new.rename(path)
+
+
+@contextmanager
+def _own_folder(path: Path) -> Iterator[Path]:
+    """Yield an empty temporary folder next to `path`, which is removed at the end."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    prefix = f".{path.name[:40]}."  # short enough for the file system however long the name is
+    with tempfile.TemporaryDirectory(TEMPORARY, prefix, path.parent, True) as folder:
+        yield Path(folder)
+
+
+def remove_stale(folder: Path) -> None:
+    """Remove the temporary folders below `folder` that killed processes left, after STALE_S."""
+    for path in sorted(folder.rglob(f".*{TEMPORARY}")):
+        with suppress(OSError):  # it does not exist, or belongs to another user
+            if time.time() - path.stat().st_mtime > STALE_S:
+                shutil.rmtree(path, ignore_errors=True)
+
+
+@contextmanager
+def alone(path: Path, doing: str, fix: str = "wait for that one, or stop it") -> Iterator[None]:
+    """Hold the lock of `path`, a file or folder that need not exist, during the work `doing`.
+
+    The system frees the lock when the process ends. Raises DataError with the holder, whose work
+    and process are written in the file of the lock, if another process holds it.
+    """
+    from filelock import FileLock, Timeout  # most importers of this module never lock
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    file = path.with_name(f".{path.name}.lock")
+    lock = FileLock(file, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        holder = " ".join(file.read_text(encoding="utf-8").split()) or "at it"
+        raise DataError(path, f"another process is {holder}", fix) from None
+    try:
+        file.write_text(f"{doing} (pid {os.getpid()} on {platform.node()})", encoding="utf-8")
+        yield
+    finally:
+        file.write_text("", encoding="utf-8")
+        lock.release()
 
 
 def remove_empty_folders(path: Path) -> None:
@@ -102,14 +152,10 @@ def why_no_file(path: Path) -> tuple[str, str] | None:
     if path.is_file():
         return None
     if path.is_symlink() and not path.exists():
-        target = path.readlink()
-        annexed = "annex" in target.parts
-        how = "run `git annex get` where it came from" if annexed else "mend the link"
-        return f"a link to {target}, where nothing is", f"{how}, or remove it"
-    if path.is_dir():
-        return "a folder, not a file", "rename or remove it"
+        fix = "run `git annex get` where it came from, or mend the link"
+        return f"a link to {path.readlink()}, where nothing is", fix
     if path.exists():
-        return "a pipe, socket or device, not a file", "remove it"
+        return "not a file", "rename or remove it"
     return "there is no such file", "restore it or remove its row"
 
 
@@ -133,6 +179,12 @@ def read_text(path: Path) -> str:
     if "\0" in text:  # UTF-16 without its mark, or no text at all
         raise DataError(path, "holds NUL characters", "save it as UTF-8")
     return text
+
+
+def plain_text(text: str) -> str:
+    """Return text in Unicode form NFC, with single spaces and without invisible characters."""
+    words = " ".join(unicodedata.normalize("NFC", text).split())
+    return "".join(c for c in words if unicodedata.category(c) not in ("Cf", "Cc")).strip()
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
@@ -171,6 +223,16 @@ def read_yaml(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise DataError(path, "holds no keys", "write it as `key: value` lines")
     return content
+
+
+def read_model(path: Path, model: type[Model], content: Mapping[str, Any] | None = None) -> Model:
+    """Return a YAML file, or its `content` after a change, as a model. Raises DataError with file,
+    line, key, value and fix."""
+    try:
+        return model.model_validate(read_yaml(path) if content is None else content)
+    except ValidationError as error:
+        line = line_of(path, location(error))
+        raise describe(error, f"{path}:{line}") from None
 
 
 def line_of(path: Path, place: Iterable[int | str]) -> int:
@@ -241,41 +303,23 @@ def numbered_rows(
     standard name.
     """
     reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
-    rows = []
     try:
-        header = [cell.strip() for cell in next(reader, [])]
-        header = [name.lower() if name.lower() in standard else name for name in header]
-        _check_header(path, header, required)
-        for cells in reader:
-            if not any(cell.strip() for cell in cells):
-                continue
-            if len(cells) != len(header):
-                raise DataError(
-                    f"{path}:{reader.line_num}",
-                    f"{len(cells)} cells, the header has {len(header)}",
-                    "add or remove cells (quote cells that hold commas)",
-                )
-            row = dict(zip(header, (cell.strip() for cell in cells), strict=True))
-            rows.append((reader.line_num, row))
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
-        raise DataError(
-            f"{path}:{reader.line_num}", f"not valid CSV ({error})", "correct the quotes"
-        ) from None
-    return header, rows
-
-
-def _check_header(path: Path, header: Sequence[str], required: Iterable[str]) -> None:
-    if missing := [column for column in required if column not in header]:
-        fix = f"the header is {','.join(header)!r}"
-        if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
-            fix = "save it with commas between the cells"
-        problem = f"column {', '.join(missing)} is missing" if header else "is empty"
-        raise DataError(path, problem, fix if header else f"begin with {', '.join(required)}")
-    if "" in header:
-        problem = f"column {header.index('') + 1} has no name"
-        raise DataError(path, problem, "name it or remove it")
-    if doubled := {column for column in header if header.count(column) > 1}:
-        raise DataError(path, f"column {sorted(doubled)[0]!r} stands twice", "rename one of them")
+        where = f"{path}:{reader.line_num}"
+        raise DataError(where, f"not valid CSV ({error})", "correct the quotes") from None
+    header = lines[0][1] if lines else []
+    header = [name.lower() if name.lower() in standard else name for name in header]
+    missing = [column for column in required if column not in header]
+    if missing or "" in header or len(set(header)) < len(header):
+        problem = f"needs {', '.join(missing) or 'one name per column'}; its header is {header}"
+        raise DataError(path, problem, "correct the header, with commas between the cells")
+    rows = [(line, cells) for line, cells in lines[1:] if any(cells)]
+    for line, cells in rows:
+        if len(cells) != len(header):
+            problem = f"{len(cells)} cells, the header has {len(header)}"
+            raise DataError(f"{path}:{line}", problem, "quote cells that contain commas")
+    return header, [(line, dict(zip(header, cells, strict=True))) for line, cells in rows]
 
 
 def spreadsheet_cell(value: Any) -> Any:

@@ -1,5 +1,4 @@
-"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered; other
-formats can be decoded into new files.
+"""Bring a folder of recordings in as sessions. Audio is copied or referenced, never altered.
 
 Rows of a session and files of the folder are matched by sha256, then by path. Where they differ,
 `OnChange` decides which of them holds.
@@ -9,8 +8,8 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,17 +18,12 @@ from pydantic import ValidationError
 
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, RECORDINGS_FILE, SESSION_FILE, Paths
 from ajgdata.store.audio import file_sha256, inspect_audio
-from ajgdata.store.decoding import decoded
-from ajgdata.store.files import remove_empty_folders, sha256_of, write_bytes
+from ajgdata.store.files import remove_empty_folders, write_bytes
 from ajgdata.store.provenance import software
-from ajgdata.store.publishing.archive import bad_name
 from ajgdata.store.scan import Scan, ScannedFile
-from ajgdata.store.sessions import read_recordings, read_session, write_session
+from ajgdata.store.sessions import inside, read_recordings, read_session, write_session
 from ajgdata.types import DataError, Excitation, OnChange, Recording, Session, describe
 
-#: Column of a recording that was decoded: from which file, by what.
-DECODED_FROM = "decoded_from"
-LONGEST_ID = 200
 #: Columns of recordings.csv that a folder tells, in addition to the labels.
 _TOLD = ("grasp_id", "sample", "object", "quality")
 
@@ -47,7 +41,6 @@ class Imported:
     added: int = 0
     changed: int = 0
     unchanged: int = 0
-    decoded: int = 0
     removed: int = 0
     conflicts: list[str] = field(default_factory=list)
     differing: list[str] = field(default_factory=list)
@@ -73,7 +66,7 @@ def import_scan(
     folder. A recording with a known sha256 is the same recording, even if its file was moved. A
     file that cannot be read is listed in `failed`, and nothing of it is written. Whatever ends the
     import, each file that was written is in its session's table. Raises DataError, before anything
-    is written, for a session that cannot be added to and for a disk that is too small.
+    is written, for a session that cannot be added to.
     """
     members: dict[str, list[ScannedFile]] = defaultdict(list)
     for entry in scanned.files:
@@ -83,8 +76,6 @@ def import_scan(
         name: _SessionImport(paths.session(dataset, name), folder, copy, on_change, result)
         for name in sorted(members)
     }
-    if copy:
-        _check_space(paths, folder, scanned.files, sessions)
     for name, session in sessions.items():
         try:
             session.take(members[name], progress)
@@ -110,31 +101,26 @@ class _SessionImport:
         self.files = {row.file for row in self.rows.values()}
         self.taken: set[str] = set()
         self.obsolete: list[Path] = []
-        if self.declared.source != "import":
-            problem = f"this session's source is {self.declared.source}"
-            raise DataError(target, problem, "import with another --session")
-        if self.declared.audio_root != root:
+        if self.declared.source != "import" or self.declared.audio_root != root:
             held = self.declared.audio_root
-            problem = f"this session references {held}" if held else "this session holds copies"
-            fix = "import the same way again, or with another --session"
-            raise DataError(target, problem, fix)
+            problem = f"this session's source is {self.declared.source}, "
+            problem += f"its recordings are in {held}" if held else "with copies of its recordings"
+            raise DataError(target, problem, "import the same way, or with another --session")
 
     def file_of(self, entry: ScannedFile) -> str:
         """Return `file` of a new row: the path in the folder, or below audio/ for a copy."""
-        name = entry.path.as_posix() + (".wav" if entry.decode else "")
-        return f"{AUDIO_FOLDER}/{name}" if self.copy else name
+        return f"{AUDIO_FOLDER}/{entry.path.as_posix()}" if self.copy else entry.path.as_posix()
 
     def take(self, members: Sequence[ScannedFile], progress: Callable[[], object]) -> None:
         """Bring the files of this session in, or list why not."""
         digests: dict[Path, str] = {}
         for entry in members:
             with self._reported(entry.path):
-                digests[entry.path] = self._digest(entry)
+                digests[entry.path] = file_sha256(self.folder / entry.path)
         readable = [entry for entry in members if entry.path in digests]
         known = self._known(readable, digests)
-        stems = Counter(entry.path.with_suffix("") for entry in members)
         for entry in readable:
-            name = known.get(entry.path) or self._new_id(entry, stems)
+            name = known.get(entry.path) or self._new_id(entry)
             self.taken.add(name)
             with self._reported(entry.path):
                 self._take(entry, name, digests[entry.path])
@@ -151,48 +137,32 @@ class _SessionImport:
             reason = f"cannot be read or written ({error.strerror})"
             self.result.failed.append((path.as_posix(), reason))
 
-    def _digest(self, entry: ScannedFile) -> str:
-        """Return the sha256 of a file, or of its decoded form."""
-        path = self.folder / entry.path
-        if entry.sha256 and entry.sha256 != file_sha256(path):
-            raise DataError(entry.path, "its sha256 is not that of the table", "restore the file")
-        return sha256_of(decoded(path)[0]) if entry.decode else entry.sha256 or file_sha256(path)
-
     def _known(
         self, members: Sequence[ScannedFile], digests: Mapping[Path, str]
     ) -> dict[Path, str]:
-        """Return the recording_id of the row of each known file: the row with its path and sha256,
-        else a row with its sha256, else the row with its path or recording_id."""
+        """Return the recording_id of the row of each known file: the row with its sha256 (with its
+        path, too, if there are several), else the row with its path or recording_id."""
         by_file = {row.file: name for name, row in self.rows.items()}
         by_digest: dict[str, list[str]] = defaultdict(list)
         for name, row in sorted(self.rows.items()):
             by_digest[row.sha256].append(name)
         known, free = dict[Path, str](), set(self.rows)
-
-        def match(entry: ScannedFile, names: Iterable[str]) -> None:
-            if name := next((one for one in names if one in free), None):
-                known[entry.path] = name
-                free.remove(name)
-
-        for entry in members:
-            at = by_file.get(self.file_of(entry), "")
-            if at and self.rows[at].sha256 == digests[entry.path]:
-                match(entry, [at])
-        for entry in (one for one in members if one.path not in known):
-            match(entry, by_digest[digests[entry.path]])
-        for entry in (one for one in members if one.path not in known):
-            match(entry, [by_file.get(self.file_of(entry), ""), entry.recording_id])
+        for step in ("same", "moved", "edited"):
+            for entry in (one for one in members if one.path not in known):
+                names, at = by_digest[digests[entry.path]], by_file.get(self.file_of(entry), "")
+                if step == "same":
+                    names = [at] if at in names else []
+                elif step == "edited":
+                    names = [at, entry.recording_id]
+                if name := next((one for one in names if one in free), ""):
+                    known[entry.path] = name
+                    free.remove(name)
         return known
 
-    def _new_id(self, entry: ScannedFile, stems: Mapping[Path, int]) -> str:
-        """Return the id that a table gives, else the path without suffix (with suffix, if two files
-        would share an id). An id that is taken gets a number, one that is too long a digest."""
-        stem = entry.path.with_suffix("")
-        is_free = stems[stem] == 1 and stem.as_posix() not in self.rows
-        name = entry.recording_id or (stem if is_free else entry.path).as_posix()
-        if len(name) > LONGEST_ID:
-            name = f"{name[: LONGEST_ID - 13]}~{sha256_of(name.encode())[:12]}"
-        plain, number = name, 1
+    def _new_id(self, entry: ScannedFile) -> str:
+        """Return the id that a table gives, else the path without suffix; numbered if taken."""
+        plain = entry.recording_id or entry.path.with_suffix("").as_posix()
+        name, number = plain, 1
         while name in self.rows or name in self.taken:
             number += 1
             name = f"{plain}_{number}"
@@ -205,8 +175,9 @@ class _SessionImport:
             self.result.conflicts.append(name)
             return
         new = self._row(entry, name, digest)
-        if self.copy and not self._holds(old, digest):
-            new = self._with_audio(entry, new)
+        is_there = old is not None and old.sha256 == digest and (self.target / old.file).is_file()
+        if self.copy and not is_there:
+            self._copy(entry.path, new.file)
         if old:
             new = self._merged(old, new, told_quality=bool(entry.quality))
         self.rows[name] = new
@@ -214,23 +185,16 @@ class _SessionImport:
         self.result.changed += old not in (None, new)
         self.result.unchanged += old == new
 
-    def _holds(self, old: Recording | None, digest: str) -> bool:
-        """Return True if a row has these bytes, and its copy is there."""
-        return old is not None and old.sha256 == digest and (self.target / old.file).is_file()
-
     def _row(self, entry: ScannedFile, name: str, digest: str) -> Recording:
-        if wrong := bad_name(name):
-            fix = "use letters, digits, '_', '-' and '/'"
-            raise DataError(entry.path, f"recording_id {name!r} {wrong}", fix)
-        file = Path(self.file_of(entry))
+        file = self.file_of(entry)
         if self.copy and name in self.rows:
-            file = Path(self.rows[name].file)
-        elif self.copy and file.as_posix() in self.files:  # of a row whose file was moved
-            file = file.with_name(f"{file.stem}~{digest[:12]}{file.suffix}")
+            file = self.rows[name].file
+        elif self.copy and file in self.files:  # of a file that was moved
+            file = f"{Path(file).with_suffix('')}~{digest[:12]}{entry.path.suffix}"
         try:
             return Recording(
                 recording_id=name,
-                file=file.as_posix(),
+                file=file,
                 sha256=digest,
                 grasp_id=entry.grasp,
                 sample=entry.sample,
@@ -241,26 +205,18 @@ class _SessionImport:
         except ValidationError as error:
             raise describe(error, self.folder / entry.path) from None
 
-    def _with_audio(self, entry: ScannedFile, row: Recording) -> Recording:
-        """Return the row after copying or decoding its file."""
-        destination = self.target / row.file
+    def _copy(self, path: Path, file: str) -> None:
+        """Copy a file of the folder to `file` of the session."""
+        destination = inside(self.target, file)
         temporary = self.target / AUDIO_FOLDER / ".copying"
         temporary.parent.mkdir(parents=True, exist_ok=True)
         try:
-            if entry.decode:
-                content, made_by = decoded(self.folder / entry.path)
-                temporary.write_bytes(content)
-                told = {DECODED_FROM: f"{entry.path.name} ({made_by})"}
-                row = row.model_copy(update={"labels": {**row.labels, **told}})
-                self.result.decoded += 1
-            else:
-                shutil.copyfile(self.folder / entry.path, temporary)
+            shutil.copyfile(self.folder / path, temporary)
             destination.parent.mkdir(parents=True, exist_ok=True)
             temporary.replace(destination)
         finally:
             temporary.unlink(missing_ok=True)
             remove_empty_folders(destination.parent)
-        return row
 
     def _merged(self, old: Recording, new: Recording, *, told_quality: bool) -> Recording:
         """Return the row here with new columns of the folder, and with the folder's cells if
@@ -349,22 +305,3 @@ def _rows_of(target: Path) -> dict[str, Recording]:
         problem = f"{errors[0].problem}; nothing was imported into this session"
         raise DataError(target / RECORDINGS_FILE, problem, errors[0].fix)
     return {row.recording_id: row for row in recordings}
-
-
-def _check_space(
-    paths: Paths,
-    folder: Path,
-    files: Sequence[ScannedFile],
-    sessions: Mapping[str, _SessionImport],
-) -> None:
-    """Raise DataError if the disk is too small for the files that are not copied yet."""
-    needed = 0
-    for entry in files:
-        session = sessions[entry.session]
-        source, copied = folder / entry.path, session.target / session.file_of(entry)
-        size = source.stat().st_size if source.is_file() else 0
-        needed += size if not copied.is_file() or copied.stat().st_size != size else 0
-    free = shutil.disk_usage(paths.data if paths.data.is_dir() else paths.root).free
-    if needed > free:
-        problem = f"{needed / 1e6:.1f} MB are to be copied, {free / 1e6:.1f} MB are free"
-        raise DataError(paths.data, problem, "make room, or import with --reference")

@@ -27,7 +27,6 @@ MEANINGS = {
     "gripper": "gripper",
     "medium": "granular medium in the gripper",
 }
-_NAMED = 3  # recordings that a finding about copies names; there may be thousands
 
 
 def select(
@@ -183,24 +182,17 @@ def copies(
     for row, digest in enumerate(digests):
         rows_of[digest].append(row)
     findings = {}
-    for rows in (rows for rows in rows_of.values() if len(rows) > 1):
+    for rows in rows_of.values():
         differ = len({labels[row] for row in rows}) > 1
         for row in rows if differ else rows[1:]:
             session, _, name = recordings[row].partition("/")
-            named = [recordings[other] for other in rows[: _NAMED + 1] if other != row][:_NAMED]
-            others = ", ".join(named)
-            if len(rows) > _NAMED + 1:
-                others += f" and {len(rows) - 1 - _NAMED} more"
-            findings[row] = (
-                Finding(
-                    session, name, "", "error", "two_labels",
-                    f"the same bytes as {others}, which is labelled otherwise",
-                    "keep the row whose label is right",
-                )
-                if differ
-                else Finding(
-                    session, name, "", "warning", "copy",
-                    f"the same bytes as {others}; left out", "remove all rows but one",
-                )
-            )  # fmt: skip
+            other = recordings[rows[0] if row != rows[0] else rows[1]]
+            problem = f"the same bytes as {other} ({len(rows)} recordings)"
+            if differ:
+                problem = f"{problem}, labelled otherwise"
+                issue = Finding(session, name, "", "error", "two_labels", problem, "correct one")
+            else:
+                fix = "remove all rows but one"
+                issue = Finding(session, name, "", "warning", "copy", f"{problem}; left out", fix)
+            findings[row] = issue
     return findings

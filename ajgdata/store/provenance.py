@@ -68,15 +68,10 @@ def file_hash(path: Path) -> str:
 def software() -> dict[str, str]:
     """Return `ajgdata_version` and `git_commit` (`+` after it: the tree had changes; empty: no
     git)."""
-    return {"ajgdata_version": version("ajgdata"), "git_commit": _commit()}
-
-
-def _commit() -> str:
-    try:
-        _git("ls-files", "--error-unmatch", "paths.py")  # installed below somebody else's tree?
-        return _git("describe", "--always", "--abbrev=40", "--dirty=+")
-    except (OSError, subprocess.SubprocessError):
-        return ""
+    return {
+        "ajgdata_version": version("ajgdata"),
+        "git_commit": _git("describe", "--always", "--abbrev=40", "--dirty=+"),
+    }
 
 
 @functools.cache
@@ -90,21 +85,21 @@ def environment() -> dict[str, Any]:
     return {"python": platform.python_version(), "packages": found}
 
 
-@functools.cache
 def commit_date() -> str:
     """Return the day of the commit, as 2026-01-31; empty: no git. What has a date has this one, so
     that the same commit makes the same bytes."""
-    try:
-        _git("ls-files", "--error-unmatch", "paths.py")
-        return _git("show", "--no-patch", "--format=%cs", "HEAD")
-    except (OSError, subprocess.SubprocessError):
-        return ""
+    return _git("show", "--no-patch", "--format=%cs", "HEAD")
 
 
 def _git(*arguments: str) -> str:
-    command = ["git", "-C", str(PACKAGE), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20)
-    return done.stdout.strip()
+    """Return what git prints about the repository of this package; empty if it is in none."""
+    options = {"cwd": PACKAGE, "capture_output": True, "text": True, "timeout": 20}
+    try:  # an installed package may be below somebody else's repository
+        for words in (("ls-files", "--error-unmatch", "paths.py"), arguments):
+            done = subprocess.run(["git", *words], check=True, **options)  # type: ignore[call-overload]
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return str(done.stdout).strip()
 
 
 def settings_digest(*settings: BaseModel) -> str:

@@ -14,18 +14,14 @@ import os
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
 from ajgdata import gripper
-from ajgdata.store.files import line_of, read_yaml, sha256_of, write_bytes
-from ajgdata.store.locks import remove_stale
+from ajgdata.store.files import read_model, remove_stale, sha256_of, write_bytes
 from ajgdata.store.provenance import layer_hash
-from ajgdata.types import DataError, describe, location
 
 log = logging.getLogger(__name__)
 #: Room for about 45,000 responses of the default gripper, 7,000 where it holds no grains.
-DEFAULT_LIMIT_MB = 500.0
-LIMIT_VARIABLE = "AJGDATA_RESPONSES_MB"
+LIMIT_BYTES = 500_000_000
 SUFFIX = ".npz"
 #: Writes of one process between two looks at the size of the folder.
 WRITES_PER_TRIM = 100
@@ -35,17 +31,14 @@ _ARRAYS = ("samples", "outside")
 class ResponseStore:
     """Folder of impulse responses, safe to share between processes.
 
-    It is kept to about `limit_mb` MB (default: the environment's AJGDATA_RESPONSES_MB, else 500; 0
-    keeps nothing); the least recently used files are removed. If the folder cannot be written, a
-    warning says so once.
+    It is kept to about LIMIT_BYTES; the least recently used files are removed.
     """
 
-    def __init__(self, folder: Path, limit_mb: float | None = None) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.limit_bytes = int(1e6 * (_limit_mb() if limit_mb is None else limit_mb))
+        self._is_writable = True
         self._code = layer_hash("gripper")
         self._writes = 0
-        self._has_warned = False
         self.solved = 0  #: scenes that were simulated, since they were not in the folder
 
     def solve(self, scene: gripper.Scene) -> gripper.ImpulseResponse:
@@ -73,15 +66,13 @@ class ResponseStore:
 
     def write(self, scene: gripper.Scene, response: gripper.ImpulseResponse) -> None:
         """Keep `response`, unless the folder cannot be written."""
-        if not self.limit_bytes:
+        if not self._is_writable:
             return
         try:
             write_bytes(self.path(scene), _encode(response))
         except OSError as error:
-            if not self._has_warned:
-                reason = error.strerror
-                log.warning("%s cannot be written (%s): no response is kept", self.folder, reason)
-            self._has_warned = True
+            log.warning("%s cannot be written (%s): unused", self.folder, error.strerror)
+            self._is_writable = False
             return
         if self._writes % WRITES_PER_TRIM == 0:
             self._trim()
@@ -90,17 +81,13 @@ class ResponseStore:
     def _trim(self) -> None:
         """Remove the least recently used files until the limit is met."""
         remove_stale(self.folder)
-        files = []
-        for path in self.folder.glob(f"*/*{SUFFIX}"):
-            with contextlib.suppress(FileNotFoundError):  # another process removed it
-                status = path.stat()
-                files.append((status.st_mtime_ns, status.st_size, path))
         total = 0
-        for _, size, path in sorted(files, reverse=True):
-            total += size
-            if total > self.limit_bytes:
-                with contextlib.suppress(OSError):
-                    path.unlink()
+        with contextlib.suppress(OSError):  # another process removed a file
+            files = [(path.stat(), path) for path in self.folder.glob(f"*/*{SUFFIX}")]
+            for status, path in sorted(files, key=lambda file: -file[0].st_mtime_ns):
+                total += status.st_size
+                if total > LIMIT_BYTES:
+                    path.unlink(missing_ok=True)
 
 
 def read_response(path: Path) -> gripper.ImpulseResponse | None:
@@ -135,22 +122,6 @@ def _decode(content: bytes) -> gripper.ImpulseResponse:
         return gripper.ImpulseResponse(**json.loads(str(file["about"])), **arrays)
 
 
-def _limit_mb() -> float:
-    given = os.environ.get(LIMIT_VARIABLE, str(DEFAULT_LIMIT_MB))
-    try:
-        limit = float(given)
-    except ValueError:
-        limit = -1.0
-    if not 0 <= limit < float("inf"):
-        raise DataError(LIMIT_VARIABLE, f"= {given!r}", "set a number of megabytes, 0 for none")
-    return limit
-
-
 def read_scene(path: Path) -> gripper.Scene:
     """Return the scene in a YAML or JSON file. Raises DataError with file, line, key and fix."""
-    content = read_yaml(path)
-    try:
-        return gripper.Scene.model_validate(content)
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, gripper.Scene)

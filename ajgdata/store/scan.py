@@ -5,31 +5,32 @@ This is the only place where labels are read out of file names.
 
 from __future__ import annotations
 
+import io
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ajgdata.paths import DATASET_FILE, SESSION_FILE, Paths
-from ajgdata.store.audio import UNREADABLE_SUFFIXES, AudioError, inspect_audio, unsupported
-from ajgdata.store.files import why_no_file
-from ajgdata.store.import_fields import (
-    Fields,
-    check_vocabulary,
-    fields_of,
-    session_name,
-    slug,
-    with_numbered_samples,
-)
-from ajgdata.store.label_tables import joined, read_label_table
-from ajgdata.store.plain_text import Cleaner
-from ajgdata.types import DataError, ImportSettings
+import pandas as pd
 
-AUDIO_SUFFIXES = {".wav", ".wave", ".ogg", ".oga", ".flac"}
+from ajgdata.paths import SESSION_FILE
+from ajgdata.store.files import plain_text, read_text, sha256_of, why_no_file
+from ajgdata.types import HIGHEST_SAMPLE, LONGEST_NAME, DataError, ImportSettings, is_reserved
+
+#: Endings of audio files. libsndfile does not read those of the second line: their recordings are
+#: imported and reported as unusable.
+AUDIO_SUFFIXES = {
+    *(".wav", ".wave", ".flac", ".ogg", ".oga", ".opus", ".mp3", ".aif", ".aiff", ".au", ".caf"),
+    *(".m4a", ".aac", ".wma"),
+}
 STARTER_KIT = r"(?:.*/)?(?P<n>\d+)_(?P<label>[^/]+)\.[^./]+"
-#: Control characters, and bytes of a file name that are not UTF-8: a table cannot hold them.
-_NO_TEXT = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff]")
+#: Column or group in lower case -> its role; every other column or group is a label.
+ROLES = {
+    **{name: name for name in ("recording_id", "grasp", "grasp_id", "object", "sample")},
+    **{"quality": "quality", "session": "session", "session_id": "session"},
+}
+_DELIMITERS = ",;\t"
 Named = list[tuple[str, str]]
 
 
@@ -37,8 +38,7 @@ Named = list[tuple[str, str]]
 class ScannedFile:
     """One recording in the folder: path relative to it, its roles and labels.
 
-    `quality`, `recording_id` and `sha256` are "" if the folder does not specify them. `decode` is
-    True for a file that has to be decoded into a new one. `sample` is the number of `sample_text`.
+    `quality` and `recording_id` are "" if the folder does not specify them.
     """
 
     path: Path
@@ -48,10 +48,7 @@ class ScannedFile:
     sample: int
     labels: Mapping[str, str]
     quality: str = ""
-    decode: bool = False
     recording_id: str = ""
-    sha256: str = ""
-    sample_text: str = ""
 
     def cell(self, column: str) -> str:
         """Return what stands in a column that can be learnt."""
@@ -60,161 +57,95 @@ class ScannedFile:
 
 @dataclass
 class Scan:
-    """Recordings found in a folder, by name and reason what is left out, and notes.
+    """Recordings found in a folder, played sounds by session, and notes.
 
-    `wanting` are files that belong to the recordings by name or table, `skipped` all other files,
-    `missing` names whose content is not there.
+    By name and reason: `missing` are files that belong to the recordings but cannot be imported,
+    `skipped` all other files.
     """
 
     files: list[ScannedFile] = field(default_factory=list)
     excitations: dict[str, Path] = field(default_factory=dict)
-    skipped: Named = field(default_factory=list)
-    wanting: Named = field(default_factory=list)
     missing: Named = field(default_factory=list)
+    skipped: Named = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
-@dataclass
-class Search:
-    """Audio files below a folder, sorted and relative to it; by name and reason: hidden audio
-    files, folders that cannot be searched, and names that do not matter."""
-
-    audio: list[Path] = field(default_factory=list)
-    hidden: Named = field(default_factory=list)
-    closed: Named = field(default_factory=list)
-    skipped: Named = field(default_factory=list)
-
-
-def scan(folder: Path, settings: ImportSettings, name: str, *, convert: bool = False) -> Scan:
+def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     """Return every recording below `folder` (sorted by path), by `settings.pattern` or `.table`.
 
-    `name` is the session of recordings without a session. With `convert`, files in other formats
-    are included. Raises DataError if the folder, the pattern or the table cannot be used, or if
-    nothing in the folder matches.
+    `name` is the session of recordings without a session. Raises DataError if the folder, the
+    pattern or the table cannot be used, or if nothing in the folder matches.
     """
     if not folder.is_dir():
         raise DataError(folder, "is not a folder", "name the folder that holds the recordings")
-    result = Scan()
-    audio, refused = _audio_files(folder, result, convert=convert)
+    audio, skipped = search(folder)
+    if not audio:
+        raise DataError(folder, "holds no audio files", "name a folder with .wav, .flac or .ogg")
+    result = Scan(skipped=skipped)
     if settings.table:
-        _by_table(folder, audio, refused, settings, name, result)
+        cells = _by_table(folder, audio, settings, result)
     else:
-        _by_name(audio, refused, settings, name, result)
-    if result.files:
-        check_vocabulary(result.files, folder / settings.table if settings.table else "--pattern")
-        result.files, notes = with_numbered_samples(result.files)
-        result.notes += notes
-        return result
-    left_out = [*result.missing, *result.wanting, *result.skipped]
-    if not left_out and not result.excitations:
-        fix = f"name a folder with {', '.join(sorted(AUDIO_SUFFIXES))}"
-        raise DataError(folder, "holds no audio files", fix)
-    example = ": {!r} {}".format(*left_out[0]) if left_out else ""
-    fix = "correct --pattern (it must match the whole path inside the folder)"
-    fix = "correct --file (a path inside the folder)" if settings.table else fix
-    raise DataError(folder, f"none of its audio files can be imported{example}", fix)
-
-
-def target_column(text: str) -> str:
-    """Return the column of a target called `text`: `object` is one that every recording has."""
-    return "object" if text.lower() == "object" else slug(text)
-
-
-def search(folder: Path) -> Search:
-    """Search a folder for audio by file name. The recordings and results of a project, the history
-    of git and virtual environments are not searched."""
-    suffixes = {*AUDIO_SUFFIXES, *UNREADABLE_SUFFIXES}
-    result = Search()
-
-    def refused(error: OSError) -> None:
-        where = os.path.relpath(error.filename, folder)
-        result.closed.append((where, f"{error.strerror}: not searched"))
-
-    for root, folders, names in os.walk(folder, onerror=refused):
-        here = Path(root).relative_to(folder)
-        folders[:] = [name for name in folders if _is_searched(Path(root, name), here, result)]
-        for path in (here / name for name in names if Path(name).suffix.lower() in suffixes):
-            if path.name.startswith("._"):
-                reason = "an AppleDouble file of macOS, without sound"
-                result.skipped.append((path.as_posix(), reason))
-            elif any(part.startswith(".") for part in path.parts):
-                result.hidden.append((path.as_posix(), "hidden: rename the file or its folder"))
-            else:
-                result.audio.append(path)
-    result.audio.sort()
-    for found in (result.hidden, result.closed, result.skipped):
-        found.sort()
+        cells = _by_name(audio, settings, name, result)
+    for path in list(cells.index):
+        if wrong := why_no_file(folder / path):
+            result.missing.append((path.as_posix(), "; ".join(wrong)))
+            cells = cells.drop(path)
+    if cells.empty:
+        left_out = [*result.missing, *result.skipped]
+        example = ": {!r} {}".format(*left_out[0]) if left_out else ""
+        fix = "correct --pattern or --file (the whole path inside the folder)"
+        raise DataError(folder, f"none of its audio files can be imported{example}", fix)
+    result.files = list(_recordings(cells.map(plain_text), settings, name, result))
     return result
 
 
-def _is_searched(folder: Path, here: Path, result: Search) -> bool:
-    """Return True for a folder that may contain recordings; others are listed in `result`."""
-    where = (here / folder.name).as_posix()
-    if folder.name == ".git" or (folder / "pyvenv.cfg").is_file():
-        return False
-    if _belongs_to_project(folder):
-        result.skipped.append((where, "recordings or results of a project: not searched"))
-        return False
-    if folder.is_symlink():  # os.walk does not follow it
-        result.closed.append((where, "a link to a folder, not searched: name that folder"))
-    return True
+def search(folder: Path) -> tuple[list[Path], Named]:
+    """Return the audio files below a folder, sorted and relative to it, and what is not searched.
+
+    Hidden files and folders are ignored. Sessions of data sets, virtual environments and links to
+    folders are not searched. Raises DataError for a folder that cannot be read.
+    """
+    audio: list[Path] = []
+    skipped: Named = []
+
+    def refused(error: OSError) -> None:
+        problem = f"cannot be searched ({error.strerror})"
+        raise DataError(error.filename, problem, "check its permissions")
+
+    for root, folders, names in os.walk(folder, onerror=refused):
+        here = Path(root).relative_to(folder)
+        folders[:] = [one for one in folders if not one.startswith(".")]
+        for one in list(folders):
+            if reason := _why_not_searched(Path(root, one)):
+                skipped.append(((here / one).as_posix(), reason))
+                folders.remove(one)
+        for file in (here / one for one in names if not one.startswith(".")):
+            if file.suffix.lower() not in AUDIO_SUFFIXES:
+                continue
+            if not file.as_posix().isprintable() or file.as_posix().strip() != file.as_posix():
+                shown = ascii(file.as_posix())
+                skipped.append((shown, "its name is not plain text: rename it"))
+            else:
+                audio.append(file)
+    wavs = {path.with_suffix("") for path in audio if path.suffix.lower() == ".wav"}
+    for path in [one for one in audio if one.suffix.lower() != ".wav"]:
+        if path.with_suffix("") in wavs:
+            skipped.append((path.as_posix(), "probably the same sound as the WAV of its name"))
+            audio.remove(path)
+    return sorted(audio), sorted(skipped)
 
 
-def _belongs_to_project(folder: Path) -> bool:
-    """Return True for a session of a data set, and for folders that a project writes."""
-    paths = Paths(folder.parent)
-    written = {one.name for one in (paths.data, paths.results, paths.cache)} | {".snakemake"}
-    if folder.name in written and any(paths.datasets.glob(f"*/{DATASET_FILE}")):
-        return True
-    return (folder / SESSION_FILE).is_file()
+def _why_not_searched(folder: Path) -> str:
+    """Return why a folder cannot contain new recordings; empty if it can."""
+    if folder.is_symlink():
+        return "a link to a folder, not searched: name that folder"
+    if (folder / SESSION_FILE).is_file():
+        return "a session of a data set, not searched"
+    return "a virtual environment, not searched" if (folder / "pyvenv.cfg").is_file() else ""
 
 
-def _audio_files(
-    folder: Path, result: Scan, *, convert: bool
-) -> tuple[dict[Path, bool], dict[Path, str]]:
-    """Return audio files that can be imported, True for one that has to be decoded, and files that
-    are not imported although their names may match, with reasons. All other files go to
-    `result`."""
-    files: dict[Path, bool] = {}
-    found = search(folder)
-    refused = {Path(name): reason for name, reason in found.hidden}
-    result.missing += found.closed
-    result.skipped += found.skipped
-    readable = {p.with_suffix("") for p in found.audio if p.suffix.lower() in AUDIO_SUFFIXES}
-    for path in found.audio:
-        name, decode = path.as_posix(), path.suffix.lower() in UNREADABLE_SUFFIXES
-        if name != name.strip() or _NO_TEXT.search(name):
-            reason = "its name is not plain text: rename it"
-            result.wanting.append((_NO_TEXT.sub("?", name), reason))
-        elif wrong := why_no_file(folder / path):
-            result.missing.append((name, "; ".join(wrong)))
-        elif decode and path.with_suffix("") in readable:
-            reason = "probably the same sound as the WAV, FLAC or Ogg file with the same name"
-            result.skipped.append((name, reason))
-        elif decode and not convert:
-            refusal = unsupported(path)
-            refused[path] = f"{refusal.problem}; {refusal.fix}"
-        else:
-            files[path] = decode or (convert and _is_other_audio(folder / path))
-    return files, refused
-
-
-def _is_other_audio(path: Path) -> bool:
-    """Return True for audio in another format than its name shows, which has to be decoded."""
-    try:
-        inspect_audio(path)
-    except AudioError as error:
-        return error.code == "unsupported_format"
-    return False
-
-
-def _by_name(
-    audio: Mapping[Path, bool],
-    refused: Mapping[Path, str],
-    settings: ImportSettings,
-    name: str,
-    result: Scan,
-) -> None:
+def _by_name(audio: list[Path], settings: ImportSettings, name: str, result: Scan) -> pd.DataFrame:
+    """Return the named groups of each file that matches, by path."""
     starter_kit = settings.pattern in ("", "starter-kit")
     try:
         pattern = re.compile(STARTER_KIT if starter_kit else settings.pattern)
@@ -222,115 +153,173 @@ def _by_name(
         raise DataError("--pattern", f"not a regular expression ({error})", "correct it") from None
     if not pattern.groupindex:
         raise DataError("--pattern", "has no named group", r"name the label: (?P<label>[^/]+)")
-    groups = fields_of(list(pattern.groupindex), settings, "--pattern", "group")
-    cleaner = Cleaner()
-    for path in [*refused, *audio]:
-        match, where = pattern.fullmatch(path.as_posix()), path.as_posix()
+    rows = {}
+    for path in audio:
+        match = pattern.fullmatch(path.as_posix())
         if not match:
-            result.skipped.append((where, "does not match the pattern"))
-            continue
-        if path in refused:
-            result.wanting.append((where, refused[path]))
-            continue
-        fields = cleaner({key: value or "" for key, value in match.groupdict().items()})
-        session = session_name(path.parent.as_posix()) if starter_kit and path.parent.name else name
-        if starter_kit and int(fields["n"]) == 0:
-            _take_played(path, session, result, decode=audio[path])
+            result.skipped.append((path.as_posix(), "does not match the pattern"))
+        elif starter_kit and int(match["n"]) == 0:
+            result.excitations.setdefault(_folder_session(path, name), path)
         else:
-            file = _scanned(path, fields, groups, settings, session, decode=audio[path])
-            result.files.append(file)
-    result.notes += [*groups.notes, *cleaner.notes()]
+            rows[path] = match.groupdict(default="")
+    return pd.DataFrame.from_dict(rows, orient="index", columns=list(pattern.groupindex))
 
 
-def _take_played(path: Path, session: str, result: Scan, *, decode: bool) -> None:
-    """Take file number 0 of the starter kit's convention as the played sound of its session."""
-    if decode:
-        result.wanting.append((path.as_posix(), "the played sound has to be a WAV"))
-    elif (played := result.excitations.setdefault(session, path)) != path:
-        result.skipped.append((path.as_posix(), f"the played sound is {played} already"))
+def _folder_session(path: Path, name: str) -> str:
+    """Return the session of a file without a session: its folder, if the scanned one has any."""
+    return session_name(path.parent.as_posix()) if path.parent.name else name
 
 
 def _by_table(
-    folder: Path,
-    audio: Mapping[Path, bool],
-    refused: Mapping[Path, str],
-    settings: ImportSettings,
-    name: str,
-    result: Scan,
-) -> None:
+    folder: Path, audio: list[Path], settings: ImportSettings, result: Scan
+) -> pd.DataFrame:
+    """Return the cells of each row of the table whose file is in the folder, by path."""
     where = folder / settings.table
-    table, notes = joined(folder, read_label_table(where), settings.join)
-    columns = fields_of(table.columns.tolist(), settings, where, "column")
-    cleaner = Cleaner()
-    taken: set[Path] = set()
-    named = {name for name, _ in (*result.missing, *result.wanting, *result.skipped)}
-    for cells in table.itertuples(index=False):
-        row = dict(zip(table.columns, map(str, cells), strict=True))
-        path = Path(_filled("file", settings.file, row))
-        if path.is_absolute() or ".." in path.parts:
-            raise DataError(where, f"{path} leaves the folder", "use paths inside the folder")
-        if path in taken:
-            raise DataError(where, f"{path} stands in two rows", "keep one of them")
-        taken.add(path)
-        if path in audio:
-            file = _scanned(path, cleaner(row), columns, settings, name, decode=audio[path])
-            result.files.append(file)
-        elif str(path) not in named:
-            reason = refused.get(path, f"in {settings.table} but not in the folder")
-            result.wanting.append((str(path), reason))
-    left = sorted({*audio, *refused} - taken)
-    result.skipped += [(str(path), f"no row in {settings.table}") for path in left]
-    result.files.sort(key=lambda one: one.path)
-    result.notes += [*notes, *columns.notes, *cleaner.notes()]
+    table = _joined(folder, read_label_table(where), settings.join)
+    table.index = pd.Index([Path(one) for one in _filled("file", settings.file, table)])
+    if twice := table.index[table.index.duplicated()].tolist():
+        raise DataError(where, f"{twice[0]} stands in two rows", "keep one of them")
+    missing = sorted(set(table.index) - set(audio))
+    reason = f"in {settings.table} but not in the folder"
+    result.missing += [(str(path), reason) for path in missing]
+    result.skipped += [
+        (str(path), f"no row in {settings.table}") for path in sorted(set(audio) - set(table.index))
+    ]
+    return table.drop(missing).sort_index()
 
 
-def _filled(option: str, template: str, fields: Mapping[str, str]) -> str:
-    """Return a template such as '{Grasp no.}' with its fields put in."""
+def read_label_table(path: Path) -> pd.DataFrame:
+    """Return a table with commas, semicolons or tabs; every cell is stripped text.
 
-    def text(match: re.Match[str]) -> str:
-        if match[1] not in fields:
-            raise DataError(f"--{option}", f"names {match[1]!r}", f"there are {sorted(fields)}")
-        return fields[match[1]]
+    Empty rows and columns are dropped. Raises DataError for a table without rows, for a column
+    without a name or with the name of another, and for a row with more cells than the header.
+    """
+    text = read_text(path)
+    mark = max(_DELIMITERS, key=text.partition("\n")[0].count)
+    options = {"header": None, "dtype": str, "keep_default_na": False, "skipinitialspace": True}
+    try:
+        cells = pd.read_csv(io.StringIO(text), sep=mark, **options)  # type: ignore[call-overload]
+    except (pd.errors.EmptyDataError, pd.errors.ParserError) as error:
+        reason = str(error).removeprefix("Error tokenizing data. C error: ").strip()
+        fix = "correct the quotes and the number of cells"
+        raise DataError(path, f"is not a table ({reason})", fix) from None
+    cells = cells.fillna("").map(str.strip)
+    cells = cells.loc[(cells != "").any(axis=1), (cells != "").any(axis=0)]
+    header = cells.iloc[0].tolist() if len(cells) else []
+    if len(cells) < 2 or "" in header or len(set(header)) < len(header):
+        problem = f"needs rows and a different name for each column; its header is {header}"
+        raise DataError(path, problem, "write a line with column names and a line per file")
+    return cells.iloc[1:].set_axis(header, axis=1)
 
-    if {"{", "}"} & set(re.sub(r"\{[^{}]*\}", "", template)):
-        raise DataError(f"--{option}", f"{template!r} is no template", "write it as '{name}'")
-    return re.sub(r"\{([^{}]*)\}", text, template)
+
+def _joined(folder: Path, table: pd.DataFrame, tables: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table with the columns of further `tables` (file in `folder`: key column) added.
+
+    Columns that the first table has are not replaced; a key without a row gives empty cells.
+    """
+    for file, key in tables.items():
+        other = read_label_table(folder / file)
+        added = [key, *(column for column in other.columns if column not in table.columns)]
+        try:
+            table = table.merge(other[added], on=key, how="left", validate="many_to_one")
+        except (KeyError, pd.errors.MergeError) as error:
+            fix = f"both tables need the column {key!r}, and {file} each key once"
+            raise DataError(folder / file, f"cannot be joined ({error})", fix) from None
+        table = table.fillna("")
+    return table
 
 
-def _scanned(
-    path: Path,
-    texts: Mapping[str, str],
-    fields: Fields,
-    settings: ImportSettings,
-    session: str,
-    *,
-    decode: bool,
-) -> ScannedFile:
-    """Return the recording of a file whose columns or groups have these `texts`.
+def slug(text: str) -> str:
+    """Return `text` with everything but letters, digits and - replaced by _."""
+    return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_-") or "x"
+
+
+def session_name(text: str) -> str:
+    """Return `text` as the name of a session; a name that is too long ends in a digest."""
+    name = slug(text)
+    if len(name) <= LONGEST_NAME:
+        return name
+    return f"{name[: LONGEST_NAME - 13]}-{sha256_of(name.encode())[:12]}"
+
+
+def target_column(text: str) -> str:
+    """Return the column of a target called `text`: `object` is one that every recording has."""
+    return "object" if text.lower() == "object" else slug(text)
+
+
+def _filled(option: str, template: str, cells: pd.DataFrame) -> list[str]:
+    """Return a template such as '{Grasp no.}' with the cells of each row put in."""
+    names = re.findall(r"\{([^{}]*)\}", template)
+    if unknown := [name for name in names if name not in cells]:
+        problem = f"{template!r} names {unknown[0]!r}"
+        raise DataError(f"--{option}", problem, f"there are {list(cells.columns)}")
+    parts = re.split(r"\{([^{}]*)\}", template)  # text, name, text, name, …, text
+    columns = [
+        cells[one].tolist() if odd % 2 else [one] * len(cells) for odd, one in enumerate(parts)
+    ]
+    return ["".join(texts) for texts in zip(*columns, strict=True)]
+
+
+def _recordings(
+    cells: pd.DataFrame, settings: ImportSettings, name: str, result: Scan
+) -> Iterator[ScannedFile]:
+    """Yield the recording of each row of `cells`.
 
     A number of a grasp counts within its object, `grasp_id` within its session.
     """
+    named, labels = _with_roles(cells, settings, result)
 
-    def role(name: str, template: str = "") -> str:
-        column = fields.roles.get(name, "")
-        return (_filled(name, template, texts) if template else texts.get(column, "")).strip()
+    def role(name: str, template: str = "") -> list[str]:
+        if template:
+            return _filled(name, template, cells)
+        return named[name].tolist() if name in named else [""] * len(named)
 
-    labels = {column: texts[name] for name, column in fields.labels.items()}
-    label = next((text for column, text in labels.items() if column.lower() == "label"), "")
-    object_name = role("object", settings.object) or label
-    grasp = role("grasp", settings.grasp)
-    if not settings.grasp:
-        grasp = role("grasp_id") or (f"{object_name}/{grasp}" if grasp and object_name else grasp)
-    return ScannedFile(
-        path=path,
-        session=session_name(role("session", settings.session) or session),
-        grasp=grasp or path.with_suffix("").as_posix(),
-        object=object_name,
-        sample=0,
-        labels=labels,
-        quality=role("quality"),
-        decode=decode,
-        recording_id=role("recording_id"),
-        sha256=role("sha256").lower(),
-        sample_text=role("sample"),
-    )
+    objects, sessions = role("object", settings.object), role("session", settings.session)
+    grasp_ids = role("grasp", settings.grasp) if settings.grasp else role("grasp_id")
+    grasps, samples = role("grasp"), _samples(role("sample"))
+    qualities, ids = role("quality"), role("recording_id")
+    label = next((one for one in labels if one.lower() == "label"), "")
+    is_convention = settings.pattern in ("", "starter-kit") and not settings.table
+    for row, (path, texts) in enumerate(zip(cells.index, named.to_dict("records"), strict=True)):
+        object_name = objects[row] or texts.get(label, "")
+        grasp = f"{object_name}/{grasps[row]}" if object_name and grasps[row] else grasps[row]
+        default = _folder_session(path, name) if is_convention else name
+        yield ScannedFile(
+            path=path,
+            session=session_name(sessions[row] or default),
+            grasp=grasp_ids[row] or grasp or path.with_suffix("").as_posix(),
+            object=object_name,
+            sample=samples[row],
+            labels={one: texts[one] for one in labels},
+            quality=qualities[row],
+            recording_id=ids[row],
+        )
+
+
+def _with_roles(
+    cells: pd.DataFrame, settings: ImportSettings, result: Scan
+) -> tuple[pd.DataFrame, list[str]]:
+    """Return the cells with roles and labels as names of the columns, and the labels.
+
+    Raises DataError for two columns with one meaning.
+    """
+    meanings = {str(one): ROLES.get(slug(str(one)).lower(), slug(str(one))) for one in cells}
+    named = cells.rename(columns=meanings)
+    if twice := named.columns[named.columns.duplicated()].tolist():
+        columns = [column for column, meaning in meanings.items() if meaning == twice[0]]
+        problem = f"columns {columns} would all be {twice[0]!r}"
+        raise DataError(settings.table or "--pattern", problem, "rename all but one")
+    others = [one for one in meanings.values() if one not in ROLES.values()]
+    labels = [one for one in others if not is_reserved(one) and len(one) <= LONGEST_NAME]
+    if unused := [one for one in others if one not in labels]:
+        result.notes.append(f"not stored, because no label can have these names: {unused}")
+    return named, labels
+
+
+def _samples(texts: list[str]) -> list[int]:
+    """Return repeats as numbers: whole numbers as they are, else texts in alphabetical order."""
+    numbers = pd.to_numeric(pd.Series(texts).replace("", "0"), errors="coerce")
+    if ((numbers % 1 == 0) & numbers.between(0, HIGHEST_SAMPLE)).all():
+        return numbers.astype(int).tolist()
+    places = {text: place for place, text in enumerate(sorted(set(texts)))}
+    return [places[text] for text in texts]

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from ajgdata.store.audio import file_sha256
-from ajgdata.store.files import why_no_file
+from ajgdata.store.audio import AudioError, file_sha256
 from ajgdata.store.sessions import audio_path, inside, read_recordings, read_session
 from ajgdata.types import SESSION_COLUMNS, DataError, Finding, Recording, Session
 
@@ -47,7 +46,10 @@ def check_session(folder: Path) -> SessionAudio:
     except DataError as error:
         file = Path(error.where.split(":")[0]).name
         problem = f"{file}: {error.problem}"
-        result.findings = [_whole(folder, "error", "bad_session", problem, error.fix, file)]
+        issue = Finding(
+            folder.name, WHOLE_SESSION, file, "error", "bad_session", problem, error.fix
+        )
+        result.findings = [issue]
         return result
     for grasp, reason in session.skipped.items():
         problem, _, fix = reason.rpartition("; ")
@@ -58,12 +60,15 @@ def check_session(folder: Path) -> SessionAudio:
             digest = checked_sha256(path, recording.sha256)
             result.files.append(AudioFile(recording.recording_id, path, digest))
         except DataError as error:
-            result.findings.append(_finding(folder.name, recording, error))
+            code = error.code if isinstance(error, AudioError) else "escapes"
+            names = (folder.name, recording.recording_id, recording.file)
+            result.findings.append(Finding(*names, "error", code, error.problem, error.fix))
     try:
         result.played = played_sound(folder, session)
     except DataError as error:
         problem = f"the played sound cannot be used: {error.problem}"
-        result.findings.append(_whole(folder, "warning", "bad_excitation", problem, error.fix))
+        names = (folder.name, WHOLE_SESSION, "")
+        result.findings.append(Finding(*names, "warning", "bad_excitation", problem, error.fix))
     result.labels = label_rows(session, recordings)
     result.findings.sort()
     return result
@@ -79,34 +84,13 @@ def played_sound(folder: Path, session: Session) -> AudioFile | None:
 
 
 def checked_sha256(path: Path, declared: str) -> str:
-    """Return the sha256 of a file. Raises DataError if it cannot be read or is not `declared`."""
-    if wrong := why_no_file(path):
-        raise DataError("missing", *wrong)
-    try:
-        found = file_sha256(path)
-    except OSError as error:
-        problem = f"cannot be read ({error.strerror})"
-        raise DataError("missing", problem, "check disk and permissions") from None
+    """Return the sha256 of a file. Raises AudioError if it cannot be read or is not `declared`."""
+    found = file_sha256(path)
     if declared and found != declared:
-        raise DataError(
-            "changed",
-            "its bytes are not those that were recorded (sha256 differs)",
-            "restore the file, or accept it with `ajgdata seal`",
-        )
+        problem = "its bytes are not those that were recorded (sha256 differs)"
+        fix = "restore the file, or accept it with `ajgdata seal`"
+        raise AudioError(path, "changed", problem, fix)
     return found
-
-
-def _whole(
-    folder: Path, level: Level, code: str, problem: str, fix: str, file: str = ""
-) -> Finding:
-    return Finding(folder.name, WHOLE_SESSION, file, level, code, problem, fix)
-
-
-def _finding(session: str, recording: Recording, error: DataError) -> Finding:
-    code = error.where if error.where in ("missing", "changed") else "escapes"
-    return Finding(
-        session, recording.recording_id, recording.file, "error", code, error.problem, error.fix
-    )
 
 
 def label_rows(session: Session, recordings: Sequence[Recording]) -> list[dict[str, str]]:

@@ -17,11 +17,12 @@ from ajgdata.store.files import (
     csv_bytes,
     line_of,
     numbered_rows,
+    plain_text,
+    read_model,
     read_yaml,
     write_if_changed,
     yaml_bytes,
 )
-from ajgdata.store.plain_text import Cleaner
 from ajgdata.types import (
     NAME,
     RECORDING_COLUMNS,
@@ -33,7 +34,6 @@ from ajgdata.types import (
     checked_name,
     describe,
     is_reserved,
-    location,
 )
 
 #: Columns whose text is compared, as labels are.
@@ -86,11 +86,7 @@ def read_declaration(path: Path) -> DatasetSpec:
     content = read_yaml(path)
     if "from" in content:
         content = _derived(path, content)
-    try:
-        return DatasetSpec.model_validate(content)
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, DatasetSpec, content)
 
 
 def _derived(path: Path, content: dict[str, Any]) -> dict[str, Any]:
@@ -209,10 +205,7 @@ def read_session(folder: Path) -> Session:
     path = folder / SESSION_FILE
     if not path.is_file():
         raise DataError(path, "there is no such file", "finish the import or acquisition")
-    try:
-        session = Session.model_validate(read_yaml(path))
-    except ValidationError as error:
-        raise describe(error, path) from None
+    session = read_model(path, Session)
     if session.session_id != folder.name:
         raise DataError(
             path, f"session_id = {session.session_id!r}", f"must be its folder's, {folder.name!r}"
@@ -221,8 +214,8 @@ def read_session(folder: Path) -> Session:
 
 
 def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
-    """Return rows of recordings.csv in order of recording_id, an error for each row that cannot be
-    used, and a warning for each column whose text was cleaned (see `plain_text`).
+    """Return rows of recordings.csv in order of recording_id, and an error for each row that cannot
+    be used. Labels are compared as plain text (see `plain_text`).
 
     Raises DataError when the table itself cannot be read (no such file, a column missing or with a
     name that the feature store cannot take).
@@ -231,54 +224,31 @@ def read_recordings(folder: Path) -> tuple[list[Recording], list[Finding]]:
     required = ("recording_id", "file", "grasp_id")
     header, rows = numbered_rows(path, required, RECORDING_COLUMNS)
     extra = [column for column in header if column not in RECORDING_COLUMNS]
-    _check_label_columns(path, extra)
+    if unusable := [
+        column for column in extra if is_reserved(column) or not NAME.fullmatch(column)
+    ]:
+        fix = "rename it (letters, digits, _ and -; not the name of a standard column)"
+        raise DataError(path, f"no label can have the name {unusable[0]!r}", fix)
     recordings, findings = [], []
-    cleaner = Cleaner()
     texts = [column for column in header if column in _TEXTS or column in extra]
     for line, cells in rows:
-        row = {**cells, **cleaner({column: cells[column] for column in texts})}
+        row = {**cells, **{column: plain_text(cells[column]) for column in texts}}
         known = {c: row[c] for c in RECORDING_COLUMNS if c in row and (row[c] or c == "sha256")}
         try:
             labels = {c: row[c] for c in extra}
             recordings.append(Recording.model_validate({**known, "labels": labels}))
         except ValidationError as error:
-            problem = describe(error, f"row {line}")
-            findings.append(
-                Finding(
-                    folder.name, row["recording_id"] or f"row {line}", row["file"], "error",
-                    "bad_row", f"{RECORDINGS_FILE} row {line}: {problem.problem}", problem.fix,
-                )
-            )  # fmt: skip
-    findings += [
-        Finding(folder.name, "*", path.name, "warning", "odd_text", note, f"correct {path.name}")
-        for note in cleaner.notes()
-    ]
+            wrong = describe(error, f"row {line}")
+            problem = f"{RECORDINGS_FILE} row {line}: {wrong.problem}"
+            names = (folder.name, row["recording_id"] or f"row {line}", row["file"])
+            findings.append(Finding(*names, "error", "bad_row", problem, wrong.fix))
     counts = Counter(recording.recording_id for recording in recordings)
-    findings += [
-        _duplicate(folder, r, counts[r.recording_id])
-        for r in recordings
-        if counts[r.recording_id] > 1
-    ]
+    for one in [one for one in recordings if counts[one.recording_id] > 1]:
+        problem = f"{counts[one.recording_id]} rows share this recording_id"
+        issue = ("error", "duplicate_id", problem, "give each row its own")
+        findings.append(Finding(folder.name, one.recording_id, one.file, *issue))  # type: ignore[arg-type]  # the level above
     unique = [r for r in recordings if counts[r.recording_id] == 1]
     return sorted(unique, key=lambda r: r.recording_id), findings
-
-
-def _duplicate(folder: Path, recording: Recording, count: int) -> Finding:
-    problem, fix = f"{count} rows share this recording_id", "give each row its own"
-    name, file = recording.recording_id, recording.file
-    return Finding(folder.name, name, file, "error", "duplicate_id", problem, fix)
-
-
-def _check_label_columns(path: Path, columns: Sequence[str]) -> None:
-    """Raise DataError for a column that cannot be a label."""
-    for column in columns:
-        if is_reserved(column):
-            raise DataError(
-                path, f"column {column!r} has the name of a standard column", "rename it"
-            )
-        if not NAME.fullmatch(column):
-            fix = "rename it (letters, digits, _ and -)"
-            raise DataError(path, f"no label can have the name {column!r}", fix)
 
 
 def table_columns(paths: Paths, dataset: str, sessions: Iterable[str]) -> set[str]:

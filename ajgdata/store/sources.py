@@ -1,21 +1,30 @@
-"""Public recordings by name: what source.yaml says, and the recordings themselves."""
+"""Public recordings by name: what source.yaml says, and the recordings themselves.
+
+`git` downloads the folders of a repository as a partial clone. The hash of a commit covers every
+byte below it, so a mirror need not be trusted.
+"""
 
 from __future__ import annotations
 
-import errno
+import os
+import shutil
+import subprocess
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from pydantic import ValidationError
-
 from ajgdata.paths import SOURCE_FILE, Paths, brought
-from ajgdata.store.files import line_of, read_yaml
-from ajgdata.store.git_folders import AGAIN, GitFolders
-from ajgdata.store.publishing.download import Download
-from ajgdata.types import DataError, GitOrigin, Source, describe, location
+from ajgdata.store.files import alone, read_model, write_if_changed
+from ajgdata.store.publishing.archive import AGAIN
+from ajgdata.types import DataError, GitPart, Source
 
 Each = Callable[[list[str]], Iterable[str]]
+#: Files are stored unchanged: line ends are not converted and no filter of the user is run.
+_UNCHANGED = b"* -text !eol -ident -filter -working-tree-encoding\n"
+_SETTINGS = (
+    "core.autocrlf=false", "core.symlinks=false", "core.hooksPath=", "gc.auto=0",
+    "maintenance.auto=false", "http.lowSpeedLimit=1000", "http.lowSpeedTime=30",
+)  # fmt: skip
 
 
 def list_sources(paths: Paths) -> list[str]:
@@ -29,37 +38,67 @@ def read_source(paths: Paths, dataset: str) -> Source:
     if not path.is_file():
         known = ", ".join(list_sources(paths)) or "none"
         raise DataError(path, "there is no such file", f"these can be fetched by name: {known}")
-    try:
-        return Source.model_validate(read_yaml(path))
-    except ValidationError as error:
-        line = line_of(path, location(error))
-        raise describe(error, f"{path}:{line}") from None
+    return read_model(path, Source)
 
 
 def address_of(source: Source, mirror: str = "") -> str:
     """Return the address of a source; `mirror` takes the place of its scheme and host."""
-    origin = source.origin
-    address = origin.repository if isinstance(origin, GitOrigin) else origin.address
+    address = source.origin.repository
     return mirror.rstrip("/") + urlsplit(address).path if mirror else address
 
 
 def bring(dataset: str, source: Source, *, mirror: str, each: Each) -> Path:
-    """Return the folder with the recordings of a source, whole and with the right hashes.
+    """Return the folder with the recordings of a source, each part as in its commit.
 
-    `each` goes through the files that are fetched. Interrupted, it goes on there.
+    `each` goes through the parts. Complete parts are left unchanged, so the same call resumes after
+    an interruption.
     """
-    folder, origin = brought(dataset), source.origin
-    address = address_of(source, mirror)
-    try:
-        if isinstance(origin, GitOrigin):
-            objects = folder.with_name(f"{dataset}.git")
-            GitFolders(address, folder, objects).bring(origin.parts, each)
-        else:
-            Download(address, folder).files(origin.files, sorted(origin.files), each)
-    except OSError as error:
-        fix = f"make it writable, then {AGAIN}"
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            fix = f"make room, or let AJGDATA_CACHE name a folder on another disk, then {AGAIN}"
-        where = error.filename or folder
-        raise DataError(where, f"cannot be written ({error.strerror})", fix) from None
+    folder, address = brought(dataset).absolute(), address_of(source, mirror)
+    objects = folder.with_name(f"{folder.name}.git")
+    names = {part.into or part.folder or folder.name: part for part in source.origin.parts}
+    with alone(objects, "fetching these recordings"):
+        _git(objects, "init", "--quiet", "--bare", "--template=", str(objects))
+        for stale in objects.glob("*.lock"):  # of a git that was killed
+            stale.unlink()
+        _git(objects, "config", "remote.origin.url", address)
+        write_if_changed(objects / "info" / "attributes", _UNCHANGED)
+        for name in each(list(names)):
+            _check_out(objects, folder, names[name])
     return folder
+
+
+def _check_out(objects: Path, folder: Path, part: GitPart) -> None:
+    """Write the files of a part, which git downloads now."""
+    words = ("rev-list", "--max-count=1", "--missing=print", part.commit)
+    if _git(objects, *words, may_fail=True) != part.commit:
+        options = ("--quiet", "--no-tags", "--no-write-fetch-head", "--depth=1")
+        _git(objects, "fetch", *options, "--filter=blob:none", "origin", part.commit)
+    target = folder / part.into
+    target.mkdir(parents=True, exist_ok=True)
+    index = f"{part.into.replace('/', '%') or 'all'}.index"
+    tree = f"{part.commit}:{part.folder}"
+    _git(objects, "read-tree", "--reset", "-u", tree, folder=target, index=index)
+
+
+def _git(
+    objects: Path, *words: str, may_fail: bool = False, folder: Path | None = None, index: str = ""
+) -> str:
+    """Return what git prints about the repository `objects`. Raises DataError with git's own words
+    if it fails, unless it `may_fail`."""
+    program = shutil.which("git")
+    if program is None:
+        fix = "install git, then run it again"
+        raise DataError("git", "this program downloads the recordings, and is missing", fix)
+    settings = [word for setting in _SETTINGS for word in ("-c", setting)]
+    places = ["--git-dir", str(objects), *(["--work-tree", str(folder)] if folder else [])]
+    variables = {"GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"}
+    variables |= {"GIT_INDEX_FILE": str(objects / index)} if index else {}
+    done = subprocess.run(
+        [program, *settings, *places, *words],
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", check=False,
+        env=os.environ | variables, cwd=folder or objects.parent,
+    )  # fmt: skip
+    if done.returncode and not may_fail:
+        reason = " ".join(done.stderr.split())[:400] or "it gives no reason"
+        raise DataError(objects, f"git failed ({reason})", f"correct the cause, then {AGAIN}")
+    return done.stdout.strip()

@@ -9,33 +9,19 @@ import re
 from ajgdata.types import DataError
 
 AGAIN = "run it again: what is complete is kept"
-_FULL = ("the disk is full", f"make room, then {AGAIN}")
-_DENIED = ("the system does not permit it", "check who owns it and its permissions")
-_FILES = ("too many files are open", f"raise the limit (`ulimit -n 4096`), then {AGAIN}")
-#: What is wrong and what to do, by the system's number.
+#: Numbers of errors that are no bugs.
 _KNOWN = {
-    errno.ENOSPC: _FULL,
-    errno.EDQUOT: ("the disk quota is used up", f"make room, then {AGAIN}"),
-    errno.EROFS: ("it can only be read, not written", "write elsewhere, or mount it for writing"),
-    errno.EACCES: _DENIED,
-    errno.EPERM: _DENIED,
-    errno.EMFILE: _FILES,
-    errno.ENFILE: _FILES,
-    errno.EIO: ("the disk reports an error", "look at the disk; copy what can be read"),
+    *(errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM),
+    *(errno.EMFILE, errno.ENFILE, errno.EIO),
 }
-_MEMORY = f"close other programs, or use fewer processes (`--cores 1`), then {AGAIN}"
-#: How libraries say it that keep the number to themselves (HDF5, torch, threads of Python, the
-#: loader of libraries).
+#: How libraries report a lack of memory without a number (torch, threads, the loader of libraries).
 _NO_MEMORY = re.compile(
     r"can't allocate memory|not enough memory|start new thread|alloc.* failed|failed to map segment"
 )
 
 
 def machine_trouble(error: BaseException) -> DataError | None:
-    """Return what `error` says of the machine, as one line; None for anything else.
-
-    Libraries wrap errors: those that `error` came from are asked, too.
-    """
+    """Return what `error`, or an error that caused it, says of the machine; None for a bug."""
     seen: BaseException | None = error
     while seen is not None:
         if (found := _trouble(seen)) is not None:
@@ -45,24 +31,19 @@ def machine_trouble(error: BaseException) -> DataError | None:
 
 
 def _trouble(error: BaseException) -> DataError | None:
-    if (
-        isinstance(error, MemoryError)
-        or (isinstance(error, OSError) and error.errno == errno.ENOMEM)
-        or (isinstance(error, (RuntimeError, ImportError)) and _NO_MEMORY.search(str(error)))
-    ):
-        return DataError("memory", "there is not enough", _MEMORY)
+    number, text = getattr(error, "errno", None), str(error)
+    is_wrapped = isinstance(error, (RuntimeError, ImportError)) and _NO_MEMORY.search(text)
+    if isinstance(error, MemoryError) or number == errno.ENOMEM or is_wrapped:
+        fix = f"close other programs, or use fewer processes (`--cores 1`), then {AGAIN}"
+        return DataError("memory", "there is not enough", fix)
     if not isinstance(error, (OSError, RuntimeError)):
         return None
-    number = getattr(error, "errno", None)
-    if number not in _KNOWN:
-        said = re.search(r"errno = (\d+)", str(error))
-        number = int(said[1]) if said else None
+    if number not in _KNOWN:  # HDF5 only prints it
+        match = re.search(r"errno = (\d+)", text)
+        number = int(match[1]) if match else None
     if number not in _KNOWN:
         return None
-    return DataError(_place(error, number), *_KNOWN[number])
-
-
-def _place(error: BaseException, number: int) -> object:
-    """Return the file that it is about, if the error knows."""
     name = getattr(error, "filename", None)
-    return os.fsdecode(name) if isinstance(name, (str, bytes)) else os.strerror(number).lower()
+    where = os.fsdecode(name) if isinstance(name, (str, bytes)) else "this machine"
+    fix = f"check free space, permissions and limits, then {AGAIN}"
+    return DataError(where, os.strerror(number).lower(), fix)

@@ -14,15 +14,13 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ajgdata.store.audio import (
-    AudioError,
     check_layout,
-    file_sha256,
-    inspect_header,
+    inspect_audio,
     read_audio,
 )
 from ajgdata.store.features import Column, Shard, concatenate, text_column
 from ajgdata.store.labels import labelled, select, with_columns
-from ajgdata.store.session_audio import label_rows
+from ajgdata.store.session_audio import checked_sha256, label_rows
 from ajgdata.store.sessions import audio_path, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError, DatasetSpec, Finding
 
@@ -37,11 +35,8 @@ class Take:
 
 
 def look(path: Path, sha256: str, audio: AudioSettings) -> Take:
-    """Return a recording's length, from its header alone if it is a plain WAV.
-
-    Raises AudioError, as `read_audio` does, as far as the header tells.
-    """
-    info = inspect_header(path)
+    """Return a recording's length, from its header alone. Raises AudioError."""
+    info = inspect_audio(path)
     check_layout(path, info, audio)
     return Take(path, sha256, math.ceil(info.frames * audio.sample_rate_hz / info.sample_rate_hz))
 
@@ -70,10 +65,8 @@ class Waveforms(BackendArray):
 
     def _samples(self, take: Take) -> np.ndarray:
         """Return all samples (n,) of one file, which must be the one that was recorded."""
-        if take.sha256 and file_sha256(take.path) != take.sha256:
-            problem = "its bytes are not those that were recorded (sha256 differs)"
-            fix = "restore the file, or accept it with `ajgdata seal`"
-            raise AudioError(take.path, "changed", problem, fix)
+        if take.sha256:
+            checked_sha256(take.path, take.sha256)
         return read_audio(take.path, self.audio).samples
 
 
@@ -116,17 +109,12 @@ def takes_of(
 
     No sample is read. Raises DataError when a session cannot be read.
     """
-    takes: list[Take] = []
-    parts: list[Shard] = []
-    findings: list[Finding] = []
-    for folder in folders:
-        used, part, left_out = _takes_of_session(folder, spec)
-        takes, parts, findings = takes + used, [*parts, part], findings + left_out
-    if not takes:
-        return takes, {}, findings
-    columns = {name for part in parts for name in part.columns}
-    joined = concatenate([with_columns(part, columns, spec.targets) for part in parts])
-    return takes, joined.columns, findings
+    parts = [_takes_of_session(folder, spec) for folder in folders]
+    takes = [take for used, _, _ in parts for take in used]
+    findings = [finding for _, _, issues in parts for finding in issues]
+    columns = {name for _, part, _ in parts for name in part.columns}
+    shards = [with_columns(part, columns, spec.targets) for _, part, _ in parts]
+    return takes, concatenate(shards).columns if takes else {}, findings
 
 
 def _takes_of_session(folder: Path, spec: DatasetSpec) -> tuple[list[Take], Shard, list[Finding]]:
@@ -134,23 +122,18 @@ def _takes_of_session(folder: Path, spec: DatasetSpec) -> tuple[list[Take], Shar
     recordings, findings = read_recordings(folder)
     table = {row["recording_id"]: row for row in label_rows(session, recordings)}
     takes = {}
-    for recording in recordings:
+    for row in recordings:
         try:
-            takes[recording.recording_id] = look(
-                audio_path(folder, session, recording), recording.sha256, spec.audio
-            )
+            path = audio_path(folder, session, row)
+            takes[row.recording_id] = look(path, row.sha256, spec.audio)
         except DataError as error:
-            findings.append(
-                Finding(
-                    folder.name, recording.recording_id, recording.file, "error",
-                    "unusable", error.problem, error.fix,
-                )
-            )  # fmt: skip
+            issue = ("error", "unusable", error.problem, error.fix)
+            findings.append(Finding(folder.name, row.recording_id, row.file, *issue))  # type: ignore[arg-type]  # the level above
     columns = {
         "recording": text_column(list(takes)),
         "sha256": text_column([t.sha256 for t in takes.values()], long_name="SHA-256 of the file"),
     }
     shard = Shard(np.empty((len(takes), 0), np.float32), np.empty(0), columns, {})
-    kept, more = select(shard, table, spec.targets, folder.name)
+    kept, issues = select(shard, table, spec.targets, folder.name)
     used = [takes[str(name)] for name in kept.columns["recording"].values]
-    return used, labelled(kept, table, spec.targets, folder.name), findings + more
+    return used, labelled(kept, table, spec.targets, folder.name), findings + issues

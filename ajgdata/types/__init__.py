@@ -57,7 +57,7 @@ from ajgdata.types.session import (
     is_reserved,
 )
 from ajgdata.types.settings import AudioSettings, FeatureSettings, Level, Target
-from ajgdata.types.source import FilesOrigin, GitOrigin, GitPart, Source
+from ajgdata.types.source import GitOrigin, GitPart, Source
 from ajgdata.types.tasks import CROSS_VALIDATION, Task
 
 __all__ = [
@@ -83,7 +83,6 @@ __all__ = [
     "ExcitationKind",
     "ExcitationSpec",
     "FeatureSettings",
-    "FilesOrigin",
     "Finding",
     "GitOrigin",
     "GitPart",

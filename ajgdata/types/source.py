@@ -18,7 +18,6 @@ def _inside(path: str) -> str:
 
 Inside = Annotated[str, AfterValidator(_inside)]
 Address = Annotated[str, Field(pattern=r"^https://[A-Za-z0-9.-]+/[^\s?#]+$")]
-Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class GitPart(Strict):
@@ -32,9 +31,8 @@ class GitPart(Strict):
 
 
 class GitOrigin(Strict):
-    """Folders of a git repository: for recordings whose hashes nobody here knows."""
+    """Folders of a git repository. The hash of a commit covers every byte below it."""
 
-    kind: Literal["git"] = Field(description="folders of a git repository")
     repository: Address = Field(description="its public address")
     parts: tuple[GitPart, ...] = Field(min_length=1, description="what is brought of it")
 
@@ -44,16 +42,6 @@ class GitOrigin(Strict):
         if len({*places}) < len(places):
             raise ValueError("two parts are brought into one folder: give them other names by into")
         return self
-
-
-class FilesOrigin(Strict):
-    """Files below one web address: where each file's hash is known."""
-
-    kind: Literal["files"] = Field(description="single files below a web address")
-    address: Address = Field(description="what stands before each file's name")
-    files: dict[Inside, Sha256] = Field(
-        min_length=1, description="SHA-256 of each file, by its path, which it keeps"
-    )
 
 
 class Source(Strict):
@@ -67,6 +55,4 @@ class Source(Strict):
     republish: bool = Field(
         False, description="whether the licence lets others hand the recordings on"
     )
-    origin: Annotated[GitOrigin | FilesOrigin, Field(discriminator="kind")] = Field(
-        description="where they are brought from"
-    )
+    origin: GitOrigin = Field(description="where they are brought from")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from rounding import U64, gamma, likely, network_error, softmax_error
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
@@ -18,10 +19,10 @@ from ajgdata.models.circular import Circular
 from ajgdata.paths import RUN_VARIABLE, Paths, Tree
 from ajgdata.pipeline.studies import STUDIES as STUDY_NAMES
 from ajgdata.report.study_page import holds
-from ajgdata.store.audio import file_sha256, read_audio
+from ajgdata.store.audio import read_audio
 from ajgdata.store.features import read_labels, read_store
 from ajgdata.store.models import ABOUT_FILE
-from ajgdata.store.publishing.checksums import read_checksums
+from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.store.sessions import read_dataset, recording_paths
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
@@ -33,6 +34,7 @@ pytestmark = pytest.mark.artefact
 MOST_ASKED = 2_000
 PATHS = Paths(run=os.environ.get(RUN_VARIABLE, ""))
 #: Splits whose every test part is of one session.
+WITHIN_SESSIONS = (WITHIN, ACROSS, AS_MANY)
 EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": []}
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
@@ -71,8 +73,7 @@ def test_every_final_model_is_there(run):
 
 @pytest.mark.parametrize("path", TREES, ids=lambda p: p.stem)
 def test_what_is_published_is_whole_and_of_these_results(path):
-    for name, digest in read_checksums(path / Tree.SUMS).items():
-        assert file_sha256(path / name) == digest, name
+    assert (path / Tree.SUMS).read_bytes() == checksums_bytes(path)
     assert (path / Tree.FEATURES).read_bytes() == PATHS.features(path.name).read_bytes()
 
 
@@ -158,11 +159,20 @@ def test_no_group_is_trained_on_where_it_is_tested(key):
     column = about["groups"]
     groups = groups_of(key[0], column)
     rows = tables["predictions"].rows if tables else ()
-    fold_of = {}
+    fold_of, session_of = {}, {}
     for row in rows:
         if row["split"] == "grouped":
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
-    own = {"grouped", "random"}
+        if row["split"] == "repeated":  # folds are numbered on from repeat to repeat
+            repeat = row["fold"] // about["parts"]["grouped"]["folds"]
+            known = fold_of.setdefault((groups[row["recording"]], repeat), row["fold"])
+            assert known == row["fold"]
+        if row["split"] in WITHIN_SESSIONS:  # by models of no other session, or of others alone
+            (session, _, _), fold = row["recording"].partition("/"), row["fold"]
+            assert session_of.setdefault((row["split"], fold), session) == session
+            known = fold_of.setdefault((groups[row["recording"]], session, row["split"]), fold)
+            assert known == fold
+    own = {"grouped", "random", "repeated", *WITHIN_SESSIONS}
     for split in {row["split"] for row in rows} - own:
         theirs = groups_of(split.removeprefix("on:"), column) if "on:" in split else groups
         for row in rows:

@@ -14,7 +14,7 @@ from worlds import Project, tone, write_tone
 from ajgdata.paths import Paths, Tree
 from ajgdata.pipeline.publish import Published, publish
 from ajgdata.store.files import csv_bytes, read_csv, sha256_of, write_bytes
-from ajgdata.store.publishing.checksums import checksums_bytes
+from ajgdata.store.publishing.archive import checksums_bytes
 from ajgdata.types import Recording, Target
 
 TARGETS = {

@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import Noted
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
-from ajgdata.store.locks import alone
+from ajgdata.store.files import alone
 from ajgdata.store.sessions import read_recordings, read_session, write_session
 from ajgdata.types import AudioSettings, DataError, Recording, Session
 

@@ -28,7 +28,6 @@ from ajgdata.pipeline.recipes import (
 )
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.audio import read_audio
-from ajgdata.store.responses import LIMIT_VARIABLE
 from ajgdata.store.sessions import read_dataset, read_recordings, read_session
 from ajgdata.types import AudioSettings, DataError
 
@@ -197,7 +196,7 @@ def test_goes_on_after_kills(project, monkeypatch, kills):
     whole = recordings(project)
     for path in sorted(project.paths.sessions("d").rglob("*"), reverse=True):
         path.unlink() if path.is_file() else path.rmdir()
-    monkeypatch.setenv(LIMIT_VARIABLE, "0")  # nothing comes from the runs before
+    shutil.rmtree(project.paths.responses)  # nothing comes from the run before
     monkeypatch.setenv("AJGDATA_ROOT", str(project.root))
     moments, orphans = random.Random(4), set()
     for _ in range(kills):
@@ -259,15 +258,6 @@ def test_a_lost_process_is_noticed_wherever_it_happens(project):
         for ask in (lambda: solver.solve(some[1]), lambda: solver.expect(some)):
             with pytest.raises(DataError, match="solving scenes: a process was ended from outside"):
                 ask()
-
-
-def test_what_a_process_complains_of_is_said(project, monkeypatch):
-    monkeypatch.setenv(LIMIT_VARIABLE, "much")
-    with (
-        solving(project.paths.responses, 2) as solver,
-        pytest.raises(DataError, match="AJGDATA_RESPONSES_MB: = 'much'; set a number"),
-    ):
-        solver.solve(gripper.Scene.model_validate(QUICK))
 
 
 def _spec(project):

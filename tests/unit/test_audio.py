@@ -12,10 +12,9 @@ from ajgdata.store.audio import (
     file_sha256,
     inspect_audio,
     read_audio,
+    resample,
     write_pcm24,
 )
-from ajgdata.store.containers import ogg_is_whole
-from ajgdata.store.conversion import resample
 from ajgdata.types import AudioSettings, DataError
 
 AS_IS = AudioSettings()
@@ -79,7 +78,6 @@ def test_every_wav_encoding_is_libsndfile_sample_for_sample(
     np.testing.assert_array_equal(got.samples, expected.mean(axis=1))
     assert (got.info.subtype, got.info.channels) == (subtype, channels)
     assert got.info.frames == len(expected)
-    assert not got.info.is_open
 
 
 @pytest.mark.parametrize(
@@ -89,6 +87,8 @@ def test_every_wav_encoding_is_libsndfile_sample_for_sample(
         ("a.ogg", {"format": "OGG", "subtype": "VORBIS"}),
         ("a.WAV", {"format": "WAV", "subtype": "PCM_16"}),
         ("ogg inside.wav", {"format": "OGG", "subtype": "VORBIS"}),
+        ("a.mp3", {"format": "MP3", "subtype": "MPEG_LAYER_III"}),
+        ("a.aif", {"format": "AIFF", "subtype": "PCM_24"}),
     ],
 )
 def test_other_containers(put, name, kind):
@@ -110,28 +110,11 @@ def test_all_24_bit_codes_survive_writing_and_reading(tmp_path_factory, codes):
     assert (path.stat().st_size - 44 - 3 * len(codes)) == len(codes) % 2  # header, data, padding
 
 
-def test_write_rounds_to_the_nearest_code_and_repeats_its_bytes(tmp_path):
-    samples = noise(999)[:, 0]
-    for name in ("a.wav", "b.wav"):
-        write_pcm24(tmp_path / name, samples, 48_000)
-    read = sf.read(tmp_path / "a.wav")[0]
-    assert np.abs(read - samples).max() <= 2.0**-24  # half a code
-    assert file_sha256(tmp_path / "a.wav") == file_sha256(tmp_path / "b.wav")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.wav", "b.wav"]
-    assert inspect_audio(tmp_path / "a.wav").sample_rate_hz == 48_000
-
-
 @pytest.mark.parametrize("bad", [[0, 1.001], [0, -2], [np.nan, 0], [np.inf], [], [[0.1], [0.2]]])
 def test_write_refuses_what_it_would_have_to_alter(tmp_path, bad):
     with pytest.raises(ValueError, match=r"full scale|shape"):
         write_pcm24(tmp_path / "a.wav", np.array(bad, dtype=float), 44_100)
     assert not list(tmp_path.iterdir())
-
-
-def test_float_samples_beyond_full_scale_are_untouched(put):
-    samples = np.array([0, 18.1, -7.5, 1e20, 1e-20], dtype=np.float32)
-    got = read_audio(put(encoded(samples, format="WAV", subtype="FLOAT")), AS_IS)
-    np.testing.assert_array_equal(got.samples, samples)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +125,6 @@ def test_float_samples_beyond_full_scale_are_untouched(put):
         wave(riff=36 + 2 * len(CODES) + 1),
         wave(riff=36 + 2 * len(CODES) - 1),
         wave(riff=0),
-        wave(declared=len(DATA) + 1),
         wave(after=b"\0"),
         wave(extra=struct.pack("<H", 0)),
     ],
@@ -152,7 +134,6 @@ def test_float_samples_beyond_full_scale_are_untouched(put):
         "riff+1",
         "riff-1",
         "riff0",
-        "data+1",
         "stray-byte",
         "fmt18",
     ],
@@ -169,17 +150,14 @@ def test_odd_24_bit_data_without_its_padding(put):
     np.testing.assert_array_equal(got.samples, np.full(3, 2.0**-23))
 
 
-@pytest.mark.parametrize("declared", [0, 0xFFFFFFFF, 0x7FFFF000, 0x7FFFFFFF])
+@pytest.mark.parametrize("declared", [0xFFFFFFFF, 0x7FFFF000])
 @pytest.mark.parametrize("bits", [8, 16])
 def test_streams_that_leave_the_length_open_are_read_to_the_end(put, declared, bits):
     data = bytes(range(100, 118))
-    riff = 36 if declared == 0 else 0xFFFFFFFF
-    got = read_audio(put(wave(data, declared=declared, riff=riff, bits=bits)), AS_IS)
+    got = read_audio(put(wave(data, declared=declared, riff=0xFFFFFFFF, bits=bits)), AS_IS)
     dtype, scale, offset = ("<i2", 32768, 0) if bits == 16 else ("u1", 128, 128)
     expected = (np.frombuffer(data, dtype).astype(float) - offset) / scale
     np.testing.assert_array_equal(got.samples, expected)
-    assert got.info.is_open
-    assert [r.code for r in got.remarks] == ["open_length"]
 
 
 def refusal(path, audio=AS_IS) -> AudioError:
@@ -193,11 +171,9 @@ def refusal(path, audio=AS_IS) -> AudioError:
     return error
 
 
-POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1234\n"
 BROKEN = {
     "empty": (b"", "empty", "record it again"),
-    "pointer": (POINTER, "lfs_pointer", "git lfs pull"),
-    "text": (b"hello, this is no audio at all\n" * 9, "not_audio", "replace"),
+    "text": (b"hello, this is no audio at all\n" * 9, "damaged", "convert it"),
     "header only": (wave(b""), "no_samples", "record it again"),
     "no samples, then a chunk": (wave(b"", after=chunk(b"LIST", b"INFO")), "no_samples", "record"),
     "cut in header": (wave()[:30], "damaged", "record it again"),
@@ -205,14 +181,9 @@ BROKEN = {
     "cut 16": (wave()[:-2], "truncated", "record it again"),
     "cut 8": (wave(bits=8)[:-5], "truncated", "record it again"),
     "cut float": (wave(code=3, bits=32, data=b"\0" * 40)[:-4], "truncated", "record it again"),
-    "aiff": (
-        encoded(noise(10), format="AIFF", subtype="PCM_16"),
-        "unsupported_format",
-        "ajgdata import --convert",
-    ),
     "4 GHz": (wave(rate=4_000_000_000), "damaged", "record it again"),
-    "999 Hz": (wave(rate=999), "implausible", "correct what wrote the header"),
-    "300 channels": (wave(bytes(1200), channels=300, bits=8), "implausible", "correct what wrote"),
+    "999 Hz": (wave(rate=999), "implausible", "correct its header"),
+    "300 channels": (wave(bytes(1200), channels=300, bits=8), "implausible", "correct its header"),
 }
 
 
@@ -225,18 +196,6 @@ def test_broken_files_are_refused_with_a_remedy(put, name):
     assert fix in error.fix
     with pytest.raises(AudioError):
         inspect_audio(path)
-
-
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [("x.m4a", b"\0\0\0\x1cftypM4A " + b"\0" * 64), ("x.wav", BROKEN["aiff"][0])],
-)
-def test_what_is_to_be_converted_is_offered_no_command_that_could_overwrite(put, name, content):
-    """`ffmpeg -i x.wav x.wav` reads what it truncates; `x.m4a` may lie beside another x.wav."""
-    error = refusal(put(content, name))
-    assert error.code == "unsupported_format"
-    assert "ajgdata import --convert" in error.fix
-    assert "ffmpeg" not in error.fix
 
 
 @pytest.mark.parametrize("subtype", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
@@ -254,29 +213,11 @@ def test_big_endian_and_64_bit_wavs_are_read_sample_for_sample(put, kind, subtyp
     assert refusal(path).code == "truncated"
 
 
-@pytest.mark.slow
-def test_a_recording_of_hours_is_named_not_read(put):
-    rows = 3600 * 1000
-    assert read_audio(put(wave(bytes([128]) * rows, bits=8, rate=1000)), ANY).info.frames == rows
-    long = put(wave(bytes([128]) * (rows + 1), bits=8, rate=1000))
-    assert refusal(long, ANY).code == "implausible"
-
-
-def test_everything_that_differs_is_said(put):
-    path = put(encoded(noise(4800, 2), 48_000, format="WAV", subtype="PCM_16"))
-    assert [r.code for r in refusal(path).remarks] == ["other_rate", "channels"]
-
-
 def test_missing_file_and_folder(tmp_path):
     assert refusal(tmp_path / "none.wav").code == "missing"
     assert refusal(tmp_path).code == "missing"
     with pytest.raises(AudioError, match="no such file"):
         file_sha256(tmp_path / "none.wav")
-
-
-def test_truncation_names_what_is_held_and_declared(put):
-    error = refusal(put(wave()[:-5]))
-    assert f"holds {2 * len(CODES) - 5} of the {2 * len(CODES)} bytes" in error.problem
 
 
 @settings(deadline=None)
@@ -287,7 +228,7 @@ def test_no_cut_goes_unnoticed(tmp_path_factory, data):
         st.sampled_from(
             (
                 *("WAV PCM_16", "WAV PCM_U8", "WAVEX PCM_24", "WAV FLOAT", "WAV IMA_ADPCM"),
-                *("FLAC PCM_16", "OGG VORBIS"),
+                *("FLAC PCM_16", "AIFF PCM_16", "AU PCM_16"),
             )
         )
     ).split()
@@ -296,21 +237,6 @@ def test_no_cut_goes_unnoticed(tmp_path_factory, data):
     path.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))])
     with pytest.raises(AudioError):
         read_audio(path, AS_IS)
-
-
-def test_ogg_without_its_last_page(put):
-    """Which libsndfile reads without complaint."""
-    whole = encoded(noise(100_000), format="OGG", subtype="VORBIS")
-    path = put(whole[: whole.rfind(b"OggS")], "a.ogg")
-    assert 0 < len(sf.read(path)[0]) < 100_000
-    assert refusal(path).code == "truncated"
-
-
-def test_an_ogg_whose_samples_contain_the_mark_of_a_page_is_complete():
-    page = b"OggS\0\6" + bytes(20) + bytes([1, 6]) + b"OggS\0\0"
-    assert ogg_is_whole(page)
-    assert ogg_is_whole(page + b"TAG")
-    assert not ogg_is_whole(page[:-1])
 
 
 def test_rate_and_channels_are_rejected_unless_declared(put):
@@ -352,12 +278,6 @@ def test_resampling_keeps_a_tone(from_hz):
     expected = np.sin(2 * np.pi * tone_hz * np.arange(len(got)) / to_hz)
     assert len(got) == to_hz
     assert np.abs(got - expected)[100:-100].max() < 2 * 0.0020
-
-
-def test_resampling_lets_nothing_through_above_the_new_half_rate():
-    """The stop band of the same filter: -54 dB."""
-    tone = np.sin(2 * np.pi * 30_000 * np.arange(96_000) / 96_000).astype(np.float32)
-    assert np.abs(resample(tone, 96_000, 44_100))[100:-100].max() < 2 * 0.0020
 
 
 def test_hash_is_that_of_the_bytes(put):

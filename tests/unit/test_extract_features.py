@@ -137,7 +137,7 @@ def test_broken_recordings_are_findings(project):
     told = {f.recording_id: f for f in project.shard_findings()}
     assert {name: f.code for name, f in told.items()} == {
         "a": "empty", "b": "truncated", "c": "silent", "d": "other_rate", "e": "too_short",
-        "f": "not_audio", "g": "missing",
+        "f": "damaged", "g": "missing",
     }  # fmt: skip
     assert all(f.level == "error" and f.fix and f.session_id == "s1" for f in told.values())
     shard = project.read_shard()

@@ -1,7 +1,5 @@
 """Atomic replacement, and readers that answer bad input with one line."""
 
-import errno
-import fcntl
 import os
 import random
 import signal
@@ -14,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ajgdata.store.files import (
-    bytes_below,
+    alone,
     csv_bytes,
     has_aliases,
     json_bytes,
@@ -24,13 +22,11 @@ from ajgdata.store.files import (
     read_json,
     read_text,
     read_yaml,
+    remove_stale,
     replacing,
-    replacing_folder,
     write_bytes,
-    write_if_changed,
     yaml_bytes,
 )
-from ajgdata.store.locks import STALE_S, alone, remove_stale
 from ajgdata.types import DataError
 
 WRITER = """
@@ -80,21 +76,6 @@ def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
     assert target.read_bytes() == b"old"
 
 
-def test_what_a_killed_process_left_is_removed_after_an_hour(tmp_path):
-    target, folder = tmp_path / "target", tmp_path / ".target.tmp"
-    source = tmp_path / "source"
-    source.write_bytes(b"linked")
-    for age_s, remaining in ((60, [".target.tmp"]), (2 * STALE_S, [])):
-        folder.mkdir(exist_ok=True)
-        (folder / "target").write_bytes(b"half")
-        os.utime(folder, (time.time() - age_s,) * 2)
-        with replacing(target) as temporary:
-            os.link(source, temporary)
-        assert target.read_bytes() == b"linked"
-        names = sorted(path.name for path in tmp_path.iterdir())
-        assert names == sorted([*remaining, "source", "target"])
-
-
 def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
     stale, fresh = tmp_path / "audio" / ".a.tmp", tmp_path / "audio" / ".b.tmp"
     for folder in (stale, fresh):
@@ -104,30 +85,10 @@ def test_stale_folders_are_removed_and_fresh_ones_kept(tmp_path):
     assert list((tmp_path / "audio").iterdir()) == [fresh]
 
 
-def test_two_writers_of_one_file_do_not_share_a_temporary(tmp_path):
-    target = tmp_path / "target"
-    with replacing(target) as one, replacing(target) as other:
-        one.write_bytes(b"one")
-        other.write_bytes(b"other")
-    assert target.read_bytes() == b"one"  # which ended last
-    assert list(tmp_path.iterdir()) == [target]
-
-
 def test_a_name_as_long_as_the_file_system_allows(tmp_path):
     target = tmp_path / ("n" * 251 + ".wav")
     write_bytes(target, b"x")
     assert target.read_bytes() == b"x"
-
-
-def test_equal_content_keeps_the_time(tmp_path):
-    path = tmp_path / "deep" / "file"
-    assert write_if_changed(path, b"one")
-    os.utime(path, ns=(1, 1))
-    assert not write_if_changed(path, b"one")
-    assert path.stat().st_mtime_ns == 1
-    assert write_if_changed(path, b"two")
-    assert path.stat().st_mtime_ns > 1
-    assert path.read_bytes() == b"two"
 
 
 @pytest.mark.parametrize(
@@ -189,13 +150,12 @@ def test_what_cannot_be_opened_is_said_in_one_line(tmp_path):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ("", "is empty; begin with a, b"),
-        ("a,c\n1,2\n", "column b is missing; the header is 'a,c'"),
-        ("a;b\n1;2\n", "save it with commas between the cells"),
-        ("a\tb\n1\t2\n", "save it with commas between the cells"),
-        ("a,b,a\n1,2,3\n", "column 'a' stands twice; rename one of them"),
-        ("a,b,\n1,2,\n", "column 3 has no name; name it or remove it"),
-        ("a,b\n1,2\n1,2,3\n", ":3: 3 cells, the header has 2; add or remove cells"),
+        ("", "needs a, b; its header is []"),
+        ("a,c\n1,2\n", "needs b; its header is ['a', 'c']"),
+        ("a;b\n1;2\n", "with commas between the cells"),
+        ("a,b,a\n1,2,3\n", "needs one name per column"),
+        ("a,b,\n1,2,\n", "needs one name per column"),
+        ("a,b\n1,2\n1,2,3\n", ":3: 3 cells, the header has 2; quote cells"),
         ("a,b\n1\n", ":2: 1 cells, the header has 2"),
         ('a,b\n1,"2\n3,4\n', "not valid CSV (unexpected end of data); correct the quotes"),
         ("a,b\n1,x\0y\n", "holds NUL characters"),
@@ -273,30 +233,8 @@ def test_the_line_of_a_place(tmp_path, place, line):
     assert line_of(path, place) == line
 
 
-def test_folders_whose_names_begin_alike_are_replaced_independently(tmp_path):
-    one, other = (tmp_path / ("n" * 60 + end) for end in "ab")
-    with replacing_folder(one) as new, replacing_folder(other) as also_new:
-        (new / "name").write_text("one")
-        (also_new / "name").write_text("other")
-    with pytest.raises(ValueError, match="disk full"), replacing_folder(one):
-        raise ValueError("disk full")
-    assert {path: (path / "name").read_text() for path in tmp_path.iterdir()} == {
-        one: "one",
-        other: "other",
-    }
-
-
-def test_the_size_of_files_and_folders(tmp_path):
-    (tmp_path / "d/e").mkdir(parents=True)
-    (tmp_path / "d/a").write_bytes(b"123")
-    (tmp_path / "d/e/b").write_bytes(b"12345")
-    assert bytes_below(tmp_path / "d/a") == 3
-    assert bytes_below(tmp_path / "d") == 8
-    assert bytes_below(tmp_path / "absent") == 0
-
-
 def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_path):
-    code = "import sys; from pathlib import Path; from ajgdata.store.locks import alone\n"
+    code = "import sys; from pathlib import Path; from ajgdata.store.files import alone\n"
     code += "with alone(Path(sys.argv[1]), 'baking'): print(flush=True); sys.stdin.readline()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, tmp_path / "cake"],
@@ -309,14 +247,4 @@ def test_a_lock_says_who_holds_it_and_is_free_once_its_process_is_killed(tmp_pat
     process.kill()
     process.communicate()
     with alone(tmp_path / "cake", "eating"):
-        pass
-
-
-@pytest.mark.parametrize("number", [errno.ENOSYS, errno.ENOLCK, errno.ENOTSUP])
-def test_where_there_are_no_locks_writes_go_on(tmp_path, monkeypatch, number):
-    def none(*_):
-        raise OSError(number, os.strerror(number))
-
-    monkeypatch.setattr(fcntl, "flock", none)
-    with alone(tmp_path / "cake", "eating"), alone(tmp_path / "cake", "eating"):
         pass

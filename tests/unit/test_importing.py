@@ -4,15 +4,12 @@ import errno
 import hashlib
 import os
 import shutil
-import struct
-from types import SimpleNamespace
 
 import pytest
 from worlds import write_tone
 
 from ajgdata.paths import Paths
 from ajgdata.pipeline.importing import import_folder
-from ajgdata.store.scan import scan
 from ajgdata.store.session_audio import check_session
 from ajgdata.store.sessions import (
     list_sessions,
@@ -101,14 +98,6 @@ def test_again_changes_nothing(paths, kit, snapshot):
     }
 
 
-def test_again_adds_what_is_new_and_keeps_what_is_gone(paths, kit):
-    run(paths, kit)
-    (kit / "1_no object.wav").unlink()
-    write_tone(kit / "4_ball.wav", 500)
-    assert counts(run(paths, kit)) == (1, 0, 2, [])
-    assert set(rows(paths)) == {"1_no object", "2_cube ä", "3_cube ä", "4_ball"}
-
-
 def test_changed_bytes_are_a_conflict_unless_replaced(paths, kit):
     run(paths, kit)
     before = rows(paths)["3_cube ä"]
@@ -158,40 +147,6 @@ def test_the_played_sound_outlives_a_folder_without_it(paths, kit):
     assert read_session(paths.session("d", KIT)).excitation.sha256 == digest
 
 
-def test_what_people_said_of_a_played_sound_stays(paths, kit):
-    run(paths, kit)
-    folder = paths.session("d", KIT)
-    session = read_session(folder)
-    said = session.excitation.model_copy(update={"description": "20 Hz to 20 kHz in 1 s"})
-    write_session(
-        folder, session.model_copy(update={"excitation": said}), read_recordings(folder)[0]
-    )
-    run(paths, kit)
-    assert read_session(folder).excitation == said
-    digest = write_tone(folder / said.file, 170)  # cleaned here, and sealed
-    seal(paths, "d", KIT)
-    assert run(paths, kit).conflicts == ["0_sweep.wav, the played sound"]
-    assert read_session(folder).excitation.sha256 == digest
-
-
-def test_same_name_with_another_suffix(paths, kit):
-    run(paths, kit)
-    (kit / "2_cube ä.WAV").write_bytes((kit / "1_no object.wav").read_bytes())
-    assert counts(run(paths, kit)) == (1, 0, 3, [])  # the first keeps its id
-    held = rows(paths)
-    assert held["2_cube ä"].file == "audio/2_cube ä.wav"
-    assert held["2_cube ä.WAV"].file == "audio/2_cube ä.WAV"
-    assert counts(run(paths, kit)) == (0, 0, 4, [])
-
-
-def test_both_suffixes_at_once(paths, tmp_path):
-    folder = tmp_path / "both"
-    write_tone(folder / "1_a.wav", 200)
-    write_tone(folder / "1_a.WAV", 300)
-    assert counts(run(paths, folder)) == (2, 0, 0, [])
-    assert set(rows(paths, "both")) == {"1_a.wav", "1_a.WAV"}
-
-
 def test_folders_become_sessions(paths, tmp_path):
     folder = tmp_path / "days"
     for number, day in enumerate(("mon", "Tue 2")):
@@ -222,23 +177,8 @@ def test_reference_leaves_the_audio_where_it_is(paths, kit):
 def test_copies_and_references_do_not_mix(paths, kit, snapshot, first):
     run(paths, kit, copy=first)
     before = snapshot(paths.root)
-    with pytest.raises(DataError, match="import the same way again"):
+    with pytest.raises(DataError, match="import the same way, or"):
         run(paths, kit, copy=not first)
-    assert snapshot(paths.root) == before
-
-
-def test_nothing_is_written_when_the_folder_is_not_understood(paths, kit, snapshot):
-    before = snapshot(paths.root)
-    for settings, said in (
-        (ImportSettings(pattern=r"(?P<label>\d+)\.wav"), "none of its"),
-        (ImportSettings(pattern=r"(?P<label>.*)\.wav", grasp="{nope}"), "--grasp"),
-    ):
-        with pytest.raises(DataError, match=said):
-            run(paths, kit, settings=settings)
-    with pytest.raises(DataError, match="there is no column 'mass'"):
-        run(paths, kit, targets=["mass"])
-    with pytest.raises(DataError, match="'my data': is not the name of a data set"):
-        import_folder(paths, "my data", kit, settings=None)
     assert snapshot(paths.root) == before
 
 
@@ -255,20 +195,6 @@ def test_one_session_that_cannot_be_added_to_stops_before_any_is_written(paths, 
     with pytest.raises(DataError, match="grasp_id is missing; nothing was imported"):
         run(paths, folder)
     assert snapshot(paths.root) == before
-
-
-def test_a_session_of_another_source_is_left_alone(paths, kit):
-    run(paths, kit)
-    folder = paths.session("d", KIT)
-    session = read_session(folder).model_copy(update={"source": "virtual"})
-    write_session(folder, session, read_recordings(folder)[0])
-    with pytest.raises(DataError, match=f"session {KIT} is simulated, what is to"):
-        run(paths, kit)
-    write_session(
-        folder, session.model_copy(update={"source": "soundcard"}), read_recordings(folder)[0]
-    )
-    with pytest.raises(DataError, match="this session's source is soundcard"):
-        run(paths, kit)
 
 
 def test_an_interrupted_import_goes_on(paths, kit):
@@ -323,6 +249,7 @@ def test_unreadable_recordings_are_imported_as_they_are(paths, kit):
     shutil.copy(kit / "1_no object.wav", kit / "6_other.wav")
     assert run(paths, kit).added == 5
     assert (paths.session("d", KIT) / "audio/5_broken.wav").read_bytes() == b"RIFF broken"
+    assert [name for name, _ in run(paths, kit).unreadable] == ["5_broken.wav"]
 
 
 def test_seal_accepts_what_is_there(paths, kit):
@@ -337,13 +264,6 @@ def test_seal_accepts_what_is_there(paths, kit):
     assert rows(paths)["3_cube ä"] == before["3_cube ä"]
     assert read_session(folder).excitation.sha256 == played
     assert seal(paths, "d", KIT) == 0
-
-
-def test_two_folders_with_the_same_file_names_become_two_sessions(paths, tmp_path):
-    for day, hz in (("day 1", 200), ("day 2", 300)):
-        write_tone(tmp_path / day / "1_cube.wav", hz)
-        assert counts(run(paths, tmp_path / day)) == (1, 0, 0, [])
-    assert list_sessions(paths, "d") == ["day_1", "day_2"]
 
 
 def test_the_object_can_be_learnt(paths, kit):
@@ -361,33 +281,6 @@ def test_the_object_can_be_learnt(paths, kit):
     assert import_folder(paths, "e", kit, settings=None, targets=["object"])[2].unchanged == 2
 
 
-def test_a_column_may_have_any_name(paths, kit):
-    (kit / "t.csv").write_text("Name,Grasp no.,a[0],x:y\n1_no object,4,p,q\n2_cube ä,5,p,q\n")
-    settings = ImportSettings(table="t.csv", file="{Name}.wav", grasp="{Grasp no.}-{a[0]}{x:y}")
-    run(paths, kit, settings=settings, targets=["Grasp no."])
-    assert {row.grasp_id for row in rows(paths).values()} == {"4-pq", "5-pq"}
-    assert list(read_dataset(paths, "d").targets) == ["Grasp_no"]
-
-
-def test_decimal_commas_and_tables_of_a_spreadsheet(paths, tmp_path):
-    folder = tmp_path / "stones"
-    lines = ["name;mass"]
-    for number in range(14):
-        write_tone(folder / f"w{number}.wav", 200 + number)
-        lines.append(f"w{number};{100 + number},5")
-    (folder / "t.csv").write_text("\n".join(lines))
-    settings = ImportSettings(table="t.csv", file="{name}.wav")
-    _, found, _ = import_folder(paths, "d", folder, settings=settings, targets=["mass"])
-    assert found.notes == [
-        "each file is one grasp, because nothing names the grasp (see --grasp)",
-        "target mass: a number (14 distinct numbers, 100.5 to 113.5)",
-        "mass: 14 decimal commas are written as points",
-        "stored, but not a target: name",
-    ]
-    assert rows(paths, "stones")["w3"].labels["mass"] == "103.5"
-    assert import_folder(paths, "d", folder, settings=None)[2].differing == []
-
-
 @pytest.mark.parametrize("recipe", [True, False])
 def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot, recipe):
     objects = [{"name": "a", "shape": {"kind": "cube", "edge_mm": 10}}]
@@ -402,18 +295,6 @@ def test_recordings_do_not_go_into_a_simulated_data_set(paths, kit, snapshot, re
     with pytest.raises(DataError, match=said):
         run(paths, kit)
     assert snapshot(paths.root) == before
-
-
-def test_a_name_of_any_length_is_imported(paths, kit):
-    """248 characters, more than an id may have; the longest that file systems take is 255 bytes."""
-    for letter, hz in (("x", 300), ("y", 400)):
-        write_tone(kit / f"4_{'a' * 241}{letter}.wav", hz)
-    assert counts(run(paths, kit)) == (5, 0, 0, [])
-    ids = [name for name in rows(paths) if name.startswith("4_")]
-    assert [len(name) for name in ids] == [200, 200]
-    assert len(set(ids)) == 2
-    assert_all_in_tables(paths)
-    assert counts(run(paths, kit)) == (0, 0, 5, [])
 
 
 def test_what_cannot_be_copied_leaves_nothing_and_stops_nobody(paths, kit, monkeypatch):
@@ -447,61 +328,6 @@ def test_what_only_looks_like_a_recording_is_named(paths, kit, tmp_path):
     (kit / "other").symlink_to(tmp_path)
     _, found, result = import_folder(paths, "d", kit, settings=None)
     assert result.added == 3
-    assert found.missing == [
-        ("other", "a link to a folder, not searched: name that folder"),
-        ("4_far.wav", "a link to .git/annex/objects/4.wav, where nothing is; run `git annex get` "
-         "where it came from, or remove it"),
-        ("5_pipe.wav", "a pipe, socket or device, not a file; remove it"),
-    ]  # fmt: skip
-
-
-def test_a_header_that_lies_about_its_rate_is_not_what_is_declared(paths, kit):
-    content = (kit / "3_cube ä.wav").read_bytes()
-    for name in ("5_x", "6_x", "7_x", "8_x", "9_x"):
-        lie = content[:24] + struct.pack("<I", 4_000_000_000) + content[28:]
-        (kit / f"{name}.wav").write_bytes(lie + name.encode())
-    spec, _, _ = import_folder(paths, "d", kit, settings=None)
-    assert spec.audio.sample_rate_hz == 8000
-    assert read_session(paths.session("d", KIT)).sample_rate_hz == 8000
-
-
-def test_what_the_disk_cannot_take_is_refused_before_anything_is_written(
-    paths, kit, snapshot, monkeypatch
-):
-    free = SimpleNamespace(free=10_000)
-    monkeypatch.setattr("ajgdata.store.importing.shutil.disk_usage", lambda path: free)
-    before = snapshot(paths.root)
-    # three recordings of 44 + 3 * 2000 bytes
-    with pytest.raises(DataError, match=r"data: 0.0 MB are to be copied, 0.0 MB are free; make"):
-        run(paths, kit)
-    assert snapshot(paths.root) == before
-    copied = paths.session("d", KIT) / "audio" / "3_cube ä.wav"  # by an import that was killed
-    copied.parent.mkdir(parents=True)
-    shutil.copyfile(kit / copied.name, copied)
-    free.free = 2 * 6044
-    assert run(paths, kit).added == 3
-    free.free = 0
-    assert run(paths, kit).unchanged == 3
-
-
-def test_what_is_imported_and_cannot_be_read_is_said(paths, kit):
-    (kit / "4_far.wav").write_text("version https://git-lfs.github.com/spec/v1\n")
-    result = run(paths, kit)
-    assert result.added == 4
-    assert result.unreadable == [("4_far.wav", "a Git LFS pointer, not the audio itself")]
-
-
-def test_what_was_declared_while_the_folder_was_read_is_not_replaced(paths, kit, monkeypatch):
-    """Another import of the same name is done just before this one gets the lock."""
-
-    def slow(*arguments, **options):
-        found = scan(*arguments, **options)
-        with monkeypatch.context() as patch:
-            patch.setattr("ajgdata.pipeline.importing.scan", scan)
-            import_folder(paths, "d", kit, settings=None, targets=["object"])
-        return found
-
-    monkeypatch.setattr("ajgdata.pipeline.importing.scan", slow)
-    with pytest.raises(DataError, match=r"was declared again while .* was read; import again"):
-        import_folder(paths, "d", kit, settings=None)
-    assert list(read_dataset(paths, "d").targets) == ["object"]
+    assert found.skipped == [("other", "a link to a folder, not searched: name that folder")]
+    assert [name for name, _ in found.missing] == ["4_far.wav", "5_pipe.wav"]
+    assert "run `git annex get`" in found.missing[0][1]

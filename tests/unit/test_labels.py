@@ -115,8 +115,8 @@ def test_copies():
         3: ("b", "error", "two_labels"),
         4: ("c", "error", "two_labels"),
     }
-    assert told[2].problem == "the same bytes as s1/a; left out"
-    assert told[3].problem == "the same bytes as s2/c, which is labelled otherwise"
+    assert told[2].problem == "the same bytes as s1/a (2 recordings); left out"
+    assert told[3].problem == "the same bytes as s2/c (2 recordings), labelled otherwise"
 
 
 def test_a_missing_label_differs_from_a_given_one():
@@ -139,4 +139,4 @@ def test_thousands_of_copies_take_no_quadratic_time():
     told = copies([f"s/{n}" for n in range(count)], ["0"] * count, [()] * count)
     assert time.perf_counter() - start < 2  # naming all the others would take 400 million names
     assert len(told) == count - 1
-    assert told[9].problem == f"the same bytes as s/0, s/1, s/2 and {count - 4} more; left out"
+    assert told[9].problem == f"the same bytes as s/0 ({count} recordings); left out"

@@ -93,13 +93,6 @@ def test_an_unknown_data_set_names_those_that_there_are(project):
         read_dataset(project.paths, "e")
 
 
-def test_the_value_is_named_though_long(project):
-    project.declare(name=["x" * 1000] * 1000)
-    with pytest.raises(DataError) as caught:
-        read_dataset(project.paths, "d")
-    assert len(str(caught.value)) < 400
-
-
 def test_dataset_round_trip(project):
     spec = DatasetSpec(
         name="d",
@@ -135,7 +128,7 @@ def test_mistakes_in_session_yaml(tmp_path, keys, said):
     (folder / "session.yaml").write_text(yaml.safe_dump(content))
     with pytest.raises(DataError) as caught:
         read_session(folder)
-    assert str(caught.value).startswith(f"{folder / 'session.yaml'}: ")
+    assert str(caught.value).startswith(f"{folder / 'session.yaml'}:")
     assert said in str(caught.value)
 
 
@@ -199,9 +192,9 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
 @pytest.mark.parametrize(
     ("header", "said"),
     [
-        ("recording_id,file", "column grasp_id is missing"),
-        ("recording_id,file,grasp_id,source", "column 'source' has the name of a standard column"),
-        ("recording_id,file,grasp_id,feature", "column 'feature' has the name"),
+        ("recording_id,file", "needs grasp_id; its header is"),
+        ("recording_id,file,grasp_id,source", "no label can have the name 'source'"),
+        ("recording_id,file,grasp_id,feature", "no label can have the name 'feature'"),
         ("recording_id,file,grasp_id,mass (g)", "no label can have the name 'mass (g)'; rename it"),
         ("recording_id,file,grasp_id,a/b", "no label can have the name 'a/b'"),
     ],
@@ -209,10 +202,6 @@ def test_a_bad_row_is_named_and_the_others_are_kept(tmp_path):
 def test_a_table_that_cannot_be_used(tmp_path, header, said):
     with pytest.raises(DataError, match=re.escape(said)):
         read_recordings(table(tmp_path / "s1", header + "\n"))
-
-
-def test_a_table_without_rows_is_an_empty_session(tmp_path):
-    assert read_recordings(table(tmp_path, "recording_id,file,grasp_id\n")) == ([], [])
 
 
 def test_session_round_trip_keeps_times(tmp_path):

@@ -72,7 +72,7 @@ def forbidden_session(project):
     project.folder("day1").chmod(0o755)
 
 
-DENIED = "the system does not permit it"
+DENIED = "permission denied"
 
 
 @pytest.mark.parametrize("looking", [[], ["--dry-run"]])

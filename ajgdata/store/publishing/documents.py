@@ -3,7 +3,7 @@ of a published data set, by the libraries of these formats."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -83,50 +83,51 @@ def _recordings(table: Table) -> Any:
     import mlcroissant as mlc
 
     types = {"string": mlc.DataType.TEXT, "integer": mlc.DataType.INTEGER}
-    fields = [
-        mlc.Field(
-            id=f"{RECORDINGS}/{column.name}",
-            name=column.name,
-            description=(column.description or column.name)
-            + (f" ({column.unit})" if column.unit else ""),
-            data_types=[types.get(column.kind, mlc.DataType.FLOAT)],
-            source=mlc.Source(file_object=Tree.METADATA, extract=mlc.Extract(column=column.name)),
-        )
-        for column in table.columns
-    ]
-    return mlc.RecordSet(
-        id=RECORDINGS,
-        name=RECORDINGS,
-        description="labels, one record per recording",
-        key=[f"{RECORDINGS}/recording"],
-        fields=fields,
-    )
+    fields = []
+    for column in table.columns:
+        unit = f" ({column.unit})" if column.unit else ""
+        source = mlc.Source(file_object=Tree.METADATA, extract=mlc.Extract(column=column.name))
+        text, kind = column.description or column.name, types.get(column.kind, mlc.DataType.FLOAT)
+        fields.append((column.name, f"{text}{unit}", kind, source))
+    return _record_set(RECORDINGS, "labels, one record per recording", "recording", fields)
 
 
 def _audio() -> Any:
     """Return the record set of the files: name (as in the other record set) and bytes."""
     import mlcroissant as mlc
 
-    parts = {
-        FILE_NAME: (mlc.DataType.TEXT, mlc.FileProperty.fullpath, "as in the other record set"),
-        "content": (mlc.DataType.AUDIO_OBJECT, mlc.FileProperty.content, "bytes of the file"),
-    }
+    name, content = (
+        mlc.Source(file_set=_AUDIO_FILES, extract=mlc.Extract(file_property=extracted))
+        for extracted in (mlc.FileProperty.fullpath, mlc.FileProperty.content)
+    )
     fields = [
-        mlc.Field(
-            id=f"{AUDIO}/{name}",
-            name=name,
-            description=description,
-            data_types=[kind],
-            source=mlc.Source(file_set=_AUDIO_FILES, extract=mlc.Extract(file_property=extracted)),
-        )
-        for name, (kind, extracted, description) in parts.items()
+        (FILE_NAME, "as in the other record set", mlc.DataType.TEXT, name),
+        ("content", "bytes of the file", mlc.DataType.AUDIO_OBJECT, content),
     ]
+    return _record_set(AUDIO, "the recordings, one record per file", FILE_NAME, fields)
+
+
+def _record_set(
+    identity: str, description: str, key: str, fields: Sequence[tuple[str, str, Any, Any]]
+) -> Any:
+    """Return a record set of `fields`: name, description, type and source."""
+    import mlcroissant as mlc
+
     return mlc.RecordSet(
-        id=AUDIO,
-        name=AUDIO,
-        description="the recordings, one record per file",
-        key=[f"{AUDIO}/{FILE_NAME}"],
-        fields=fields,
+        id=identity,
+        name=identity,
+        description=description,
+        key=[f"{identity}/{key}"],
+        fields=[
+            mlc.Field(
+                id=f"{identity}/{name}",
+                name=name,
+                description=text,
+                data_types=[kind],
+                source=source,
+            )
+            for name, text, kind, source in fields
+        ],
     )
 
 

@@ -13,36 +13,21 @@ import numpy as np
 from ajgdata.paths import Tree
 from ajgdata.store.features import Shard
 from ajgdata.store.files import csv_bytes, numbered_rows
+from ajgdata.store.labels import MEANINGS
 from ajgdata.types import RECORDING_COLUMNS, SESSION_COLUMNS, STORE_NAMES, DataError, Recording
 
 FILE_NAME = "file_name"
 #: Columns that lead, in this order; targets follow, then the others by name.
 FIRST = ("recording", "session_id", "grasp_id", "sample", "object")
 LAST = ("flags", "sha256")
-MEANING = {
+MEANING = MEANINGS | {
     FILE_NAME: "recording, relative to this table",
-    "recording": "name of the recording, unique in the data set",
-    "session_id": "uninterrupted acquisition that it belongs to",
-    "grasp_id": "placement of the object: never split between training and test",
-    "sample": "number of the recording within its grasp",
-    "object": "what was held",
-    "quality": "ok or clipped",
-    "source": "virtual: computed; soundcard or import: recorded",
-    "gripper": "gripper that held the object",
-    "medium": "what fills the gripper",
-    "flags": "codes of what was found odd about it, with commas between them",
+    "flags": "codes of the issues of the recording, with commas between them",
     "delay_samples": "delay that was taken out before the feature was computed",
     "setup_sha256": "digest of the scene and of the settings it was simulated with",
     "sha256": "SHA-256 of the file",
 }
 UNDECLARED = "as whoever recorded it wrote it down: dataset.yaml says nothing of it"
-#: Texts that pandas, and whatever reads tables with it, takes for a missing value.
-READ_AS_MISSING = frozenset(
-    (
-        *("#N/A", "#N/A N/A", "#NA", "<NA>", "N/A", "NA", "n/a", "NULL", "null", "None"),
-        *("NaN", "nan", "-NaN", "-nan", "1.#IND", "-1.#IND", "1.#QNAN", "-1.#QNAN"),
-    )
-)
 _LONGEST_NAME = 100
 _AUDIO_COLUMNS = ("file_name", "file_names")
 
@@ -78,8 +63,7 @@ class Table:
 def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
     """Return the table of a store; `suffixes` (with the dot) are those of the recordings' files.
 
-    Raises DataError for a label that common readers would take for a missing value, and for a
-    column that Hugging Face would take for audio.
+    Raises DataError for a column that Hugging Face would take for audio.
     """
     if taken := [n for n in store.columns if n == "audio" or n.endswith(_AUDIO_COLUMNS)]:
         problem = f"a label is named {min(taken)!r}, which Hugging Face takes for the audio"
@@ -91,10 +75,6 @@ def table_of(store: Shard, suffixes: Sequence[str], where: object) -> Table:
     columns = [PublishedColumn(FILE_NAME, "string", description=MEANING[FILE_NAME])]
     columns += [_column(name, store) for name in names]
     cells = {name: _texts(store.columns[name].values) for name in names}
-    for name, texts in cells.items():
-        if bad := READ_AS_MISSING & set(texts):
-            problem = f"{name} = {min(bad)!r}, which pandas reads as a missing value"
-            raise DataError(where, problem, "write it otherwise, or leave the cell empty")
     files = file_names(cells["recording"], suffixes)
     rows = [
         {FILE_NAME: file} | {name: cells[name][row] for name in names}
