@@ -28,7 +28,6 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ajgdata.features.windows import periodic_window
 from ajgdata.types import FeatureSettings
 
 Float32 = NDArray[np.float32]
@@ -160,7 +159,9 @@ def _summed(
     """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
     import scipy.fft  # a quarter of what Snakemake waits for when it reads this
 
-    window = np.ldexp(_window(settings.window_shape, settings.window), exponent)
+    window = np.ldexp(
+        periodic_window(settings.window_shape, settings.window).astype(np.float32), exponent
+    )
     frames = sliding_window_view(samples, settings.window)[:: settings.hop]
     step = max(1, _BLOCK // settings.window)
     windowed, absolute = _buffers.of(step, settings.window)
@@ -179,9 +180,11 @@ def _summed(
 
 
 @lru_cache(maxsize=8)
-def _window(shape: str, length: int) -> Float32:
-    """Return a periodic window (length,), float32."""
-    return periodic_window(shape, length).astype(np.float32)
+def periodic_window(shape: str, length: int) -> NDArray[np.float64]:
+    """Return a periodic window (length,)."""
+    from scipy.signal import get_window  # half a second
+
+    return np.asarray(get_window(shape, length))
 
 
 def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
