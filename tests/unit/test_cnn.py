@@ -60,8 +60,8 @@ def test_a_prediction_does_not_depend_on_the_other_rows(model):
         error = network_error(model.module_, x)
     together = outputs(x)
     order = np.random.default_rng(0).permutation(300)
-    for batches in (np.split(np.arange(300), 300), np.split(np.arange(300), 30), [order]):
-        for rows in batches:
+    for parts in (np.split(np.arange(300), 300), np.split(np.arange(300), 30), [order]):
+        for rows in parts:
             assert (np.abs(outputs(x[rows]) - together[rows]) <= 2 * error[rows]).all()
 
 
