@@ -34,17 +34,6 @@ def test_bins_of_a_stored_feature_are_the_feature_of_that_band(normalisation, ba
     assert found.dtype == np.float32
 
 
-def test_a_sound_outside_the_band_changes_nothing_within():
-    hz = np.arange(8.0)
-    feature = np.ones((1, 8), np.float32) / 8
-    louder = feature.copy()
-    louder[0, 6:] *= 50
-    louder /= louder.sum()
-    one, other = (within(f, hz, (1, 4), "l1")[0] for f in (feature, louder))
-    np.testing.assert_allclose(one, other, rtol=1e-6)
-    np.testing.assert_allclose(one, 0.25, rtol=1e-6)
-
-
 def test_a_band_without_bins_is_refused():
     with pytest.raises(ValueError, match=r"no bin of the feature lies within 0\.1 to 0\.9 Hz"):
         within(np.ones((1, 8)), np.arange(8.0), (0.1, 0.9), "l1")
@@ -113,17 +102,6 @@ def test_numbers_have_twins_of_withheld_and_all_values():
     assert {f"{part} 0-19 Hz" for part in ("grouped", "withheld", "overall")} < parts
 
 
-def test_a_split_by_recording_has_twins_as_well():
-    settings = once(bands=((0.0, 19.0),), compare_random=True)
-    found = measure(small_inputs(), settings, "knn_plain")
-    by_recording, by_grasp = (
-        scores(found, f"{split} 0-19 Hz").where(metric="accuracy").numbers("value")[0]
-        for split in ("random", "grouped")
-    )
-    assert by_recording > by_grasp  # the other recording of the grasp is all but a copy
-    assert "cost of random 0-19 Hz" in set(found.cost[0].column("part"))
-
-
 def twinned():
     low = {
         f"grouped {band}": ({"rmse": Score(mean, 0.1, (mean, mean))}, 8.2)
@@ -144,15 +122,6 @@ def test_twins_stand_beside_the_paper_with_verdicts_of_their_own():
     assert [twin.agrees for twin in row.twins] == ["agrees", "worse"]
     (plain,) = EXPERIMENT.paper_comparison(sizes(), lambda *_: None)
     assert plain.twins == ()
-
-
-def test_the_table_has_a_column_for_each_band():
-    table = next(iter(EXPERIMENT.tables(twinned())))
-    assert table.heads == ("Model", "Tested on", "Whole band|", "60–6,000 Hz|", "60–1,200 Hz|")
-    assert table.rows[1] == (
-        "k-NN", "held out", "2.20 ± 0.30 mm", "2.00 ± 0.10 mm", "5.50 ± 0.10 mm"
-    )  # fmt: skip
-    assert "1025 bins are the whole band" in table.caption
 
 
 def test_the_figure_shows_each_model_from_each_band():

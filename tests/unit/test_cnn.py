@@ -207,15 +207,6 @@ def test_state_holds_all_of_a_regressor_and_knows_its_class():
         CnnClassifier.from_state(arrays, about)
 
 
-def test_the_exported_module_does_everything():
-    x, place = peaks(30)
-    model = CnnRegressor(**QUICK).fit(x, 100 * place)
-    with torch.inference_mode():
-        outputs = model.module_(torch.from_numpy(x))[:, 0].numpy()
-    error = network_error(model.module_, x)[:, 0]
-    assert (np.abs(outputs - model.predict(x)) <= 2 * error).all()
-
-
 def test_refuses_what_it_cannot_learn_from():
     x, place = peaks(10)
     with pytest.raises(ValueError, match="one class only, 'wood'"):

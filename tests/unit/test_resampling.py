@@ -4,16 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from ajgdata.evaluate.agreement import why_undefined
 from ajgdata.evaluate.crossval import cross_validate
-from ajgdata.evaluate.intervals import CONFIDENCE
 from ajgdata.evaluate.resampling import (
     corrected_deviation,
     corrected_interval,
-    corrected_reach,
-    repeat_seed,
     repeated,
     repeats_of,
 )
@@ -43,35 +39,6 @@ def test_folds_that_are_all_right_claim_no_certainty():
     for equal in ([1.0] * 50, [0.1 + 0.2, 0.3]):  # which differ by rounding
         assert all(map(math.isnan, corrected_interval(equal, 5, "accuracy")))
     assert "same value" in why_undefined("repeated", "accuracy", "low")
-
-
-def accuracies(x: np.ndarray, y: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Ten repeats of five folds (50,) of a threshold halfway between the means of two classes."""
-    found = []
-    for _ in range(10):
-        for test in np.array_split(generator.permutation(len(x)), 5):
-            train = np.setdiff1d(np.arange(len(x)), test)
-            half = (x[train][y[train] == 1].mean() + x[train][y[train] == 0].mean()) / 2
-            found.append(np.mean((x[test] > half) == y[test]))
-    return np.array(found)
-
-
-def test_coverage_is_nearer_the_stated_one_than_that_of_the_plain_interval():
-    """The truth, the accuracy of such a threshold learnt from 32 rows, is known but for a mean over
-    thresholds: these are normal about the middle with variance 1/32."""
-    generator, shift, runs = np.random.default_rng(0), 1.0, 200
-    y = np.repeat([0, 1], 20)
-    halves = shift / 2 + generator.normal(0, math.sqrt(1 / 32), 20_000)
-    truth = np.mean((norm.cdf(halves) + norm.cdf(shift - halves)) / 2)
-    corrected = plain = 0
-    for _ in range(runs):
-        values = accuracies(shift * y + generator.normal(size=40), y, generator)
-        low, high = corrected_interval(values, 5)
-        corrected += low <= truth <= high
-        plain += abs(values.mean() - truth) <= corrected_reach(values.var(ddof=1), 50, 0.0)
-    spread = math.sqrt(CONFIDENCE * (1 - CONFIDENCE) / runs)  # of a share of that many runs
-    assert plain / runs < CONFIDENCE - 5 * spread
-    assert abs(corrected / runs - CONFIDENCE) <= 3 * spread
 
 
 def test_few_recordings_are_split_ten_times_unless_there_is_one_split_alone():
@@ -110,9 +77,3 @@ def test_no_repeat_has_a_group_on_both_sides_and_all_differ():
     assert np.sum(found.scores.confusion) == 96
     again = repeated(once, once(5), 4, seed=5)
     assert again.scores == found.scores
-
-
-def test_seeds_of_repeats_differ_between_seeds_of_a_task():
-    seeds = [repeat_seed(seed, number) for seed in range(3) for number in range(10)]
-    assert len(set(seeds)) == 30
-    assert [repeat_seed(seed, 0) for seed in range(3)] == [0, 1, 2]
