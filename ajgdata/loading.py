@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -145,12 +146,13 @@ def read_model(folder: Path) -> tuple[BaseEstimator, dict[str, Any]]:
     about = read_about(folder)
     name, kind = about["model"], about["kind"]
     try:
-        if "network" not in about:
-            return read_estimator(folder, trusted_types(name)), about
-        arrays = read_network(folder)
-        return restored_network(name, kind, about["period"], arrays, about["network"]), about
+        trusted = trusted_types(name)
     except ValueError as error:  # of the registry: a package that is no longer there
         raise DataError(folder, str(error), "install the package it came from") from None
+    if "network" not in about:
+        return read_estimator(folder, trusted), about
+    arrays = read_network(folder)
+    return restored_network(name, kind, about["period"], arrays, about["network"]), about
 
 
 def load_predictor(name: str, task: str, model: str = "cnn", project: Project = None) -> Predictor:
@@ -196,7 +198,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
     from ajgdata.evaluate.novelty import Guard
     from ajgdata.live.predictor import Predictor
     from ajgdata.store.models import read_guard
-    from ajgdata.types import AudioSettings, DataError, FeatureSettings
+    from ajgdata.types import AudioSettings, DataError, FeatureSettings, NotPossibleError
 
     estimator, about = read_model(folder)
     if "calibration" not in about:
@@ -218,7 +220,7 @@ def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
             calibration=calibration,
             guard=Guard(**arrays, threshold=threshold) if arrays else absent,
         )
-    except ValueError as error:
+    except NotPossibleError as error:
         raise DataError(folder, str(error), "choose a data set without") from None
 
 
@@ -277,27 +279,16 @@ class Dataset:
         """Names of the tasks, in the order of dataset.yaml."""
         return tuple(self.spec.tasks)
 
-    def features(self) -> xr.Dataset:
-        """Return the features; see `load_features`."""
-        return load_features(self.spec.name, self.paths.root)
-
-    def recordings(self) -> xr.Dataset:
-        """Return the recordings; see `load_recordings`."""
-        return load_recordings(self.spec.name, self.paths.root)
-
-    def all(self, task: str | None = None) -> Part:
-        """Return every recording that has the target of `task` (default: the first task)."""
-        return _part(*self._rows(task or next(iter(self.spec.tasks), "")))
-
-    def to_torch(self, task: str | None = None) -> TensorDataset:
-        """Return every recording of `all`, as pairs for a torch DataLoader; see `Part.to_torch`."""
-        return self.all(task).to_torch()
+    def all(self, task: str) -> Part:
+        """Return every recording that has the target of `task`."""
+        rows, classes = self._rows(task)
+        return Part(*rows, classes)
 
     def withheld(self, task: str) -> Part:
         """Return the recordings whose value no fold trains on; each fold's model may be tested on
         them."""
-        rows, classes = self._rows(task)
-        return _part(self._apart(task, rows)[1], classes)
+        _, withheld, classes = self._apart(task)
+        return Part(*withheld, classes)
 
     def split(self, task: str, fold: int, seed: int = 0) -> tuple[Part, Part]:
         """Return what to train on and what to test on in `fold` (from 0): as the evaluation does.
@@ -311,7 +302,7 @@ class Dataset:
         """
         parts = self.folds(task, seed)
         if not 0 <= fold < len(parts):
-            raise self._wrong(f"task {task} has no fold {fold}", f"0 to {len(parts) - 1} there are")
+            raise self._wrong(f"task {task} has no fold {fold}", f"use 0 to {len(parts) - 1}")
         return parts[fold]
 
     def folds(self, task: str, seed: int = 0) -> list[tuple[Part, Part]]:
@@ -322,60 +313,55 @@ class Dataset:
         Raises DataError for a task that there is not, and when its folds cannot be made.
         """
         from ajgdata.evaluate.splits import grouped_folds
-        from ajgdata.types import NotPossibleError
 
-        rows, classes = self._rows(task)
-        known, _ = self._apart(task, rows)
+        known, _, classes = self._apart(task)
         declared = self.spec.tasks[task]
         number = min(declared.folds, len(set(known.group.tolist())))
         kind = self.spec.targets[declared.target].kind
-        try:
+        with self._possible(task):
             pairs = grouped_folds(known.value, known.group, kind, number, seed)
-        except NotPossibleError as error:
-            raise self._wrong(f"task {task}: {error}", "record more, or lower folds") from None
-        return [(_part(known, classes, a), _part(known, classes, b)) for a, b in pairs]
+        return [
+            (Part(*known.where(train), classes), Part(*known.where(test), classes))
+            for train, test in pairs
+        ]
 
     def _rows(self, task: str) -> tuple[TaskData, tuple[str, ...]]:
         """Return the recordings that have the target of a task, and the target's classes."""
         from ajgdata.evaluate.task_data import frequent_classes, task_data
         from ajgdata.store.features import read_store
-        from ajgdata.types import NotPossibleError
 
         if task not in self.spec.tasks:
-            known = ", ".join(self.spec.tasks) or "none"
-            raise self._wrong(f"there is no task {task!r}", f"declared are: {known}")
+            raise self._wrong(f"there is no task {task!r}", f"use {', '.join(self.spec.tasks)}")
         declared = self.spec.tasks[task]
         kind = self.spec.targets[declared.target].kind
-        store = self.paths.features(self.spec.name)
-        try:
-            shard, classes = read_store(store), declared.classes
-            if rarest := declared.min_groups:
-                named = declared.target, declared.groups, classes
-                classes = tuple(frequent_classes(shard, *named, rarest)[0])
+        shard = read_store(self.paths.features(self.spec.name))
+        named, classes = (declared.target, declared.groups), declared.classes
+        with self._possible(task):
+            if declared.min_groups:
+                classes = tuple(frequent_classes(shard, *named, classes, declared.min_groups)[0])
             rows = task_data(shard, declared.target, kind, declared.groups, classes)
-        except NotPossibleError as error:
-            raise self._wrong(f"task {task}: {error}", "see its quarantine") from None
         present = sorted(set(rows.value.tolist())) if kind == "classification" else []
         return rows, tuple(present)
 
-    def _apart(self, task: str, rows: TaskData) -> tuple[TaskData, TaskData]:
+    def _apart(self, task: str) -> tuple[TaskData, TaskData, tuple[str, ...]]:
+        """Return the known and the withheld recordings of a task, and the target's classes."""
         from ajgdata.evaluate.task_data import split_withheld
+
+        rows, classes = self._rows(task)
+        with self._possible(task):
+            return *split_withheld(rows, self.spec.tasks[task].withhold), classes
+
+    @contextmanager
+    def _possible(self, task: str) -> Iterator[None]:
+        """Raise DataError for what the data lack for a task."""
         from ajgdata.types import NotPossibleError
 
         try:
-            return split_withheld(rows, self.spec.tasks[task].withhold)
+            yield
         except NotPossibleError as error:
-            raise self._wrong(f"task {task}: {error}", "correct withhold") from None
+            raise self._wrong(f"task {task}: {error}", "record more, or change the task") from None
 
     def _wrong(self, problem: str, fix: str) -> DataError:
         from ajgdata.types import DataError
 
         return DataError(self.paths.dataset(self.spec.name), problem, fix)
-
-
-def _part(
-    rows: TaskData, classes: tuple[str, ...], chosen: np.ndarray | slice = slice(None)
-) -> Part:
-    columns = (rows.feature, rows.value, rows.group, rows.name)
-    X, y, groups, names = (column[chosen] for column in columns)
-    return Part(X, y, groups, names, classes)

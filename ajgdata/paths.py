@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +49,30 @@ def run_name(datasets: Sequence[str]) -> str:
     return f"{names[0]}+{len(names) - 1}~{digest[:12]}"
 
 
+class Place:
+    """A file or folder of a project: its pattern below a folder of `Paths`."""
+
+    def __init__(self, pattern: str, below: str = "root") -> None:
+        self.pattern, self.below = pattern, below
+
+    def __get__(self, paths: Paths, owner: type[Paths] | None = None) -> Path:
+        return getattr(paths, self.below) / self.pattern
+
+
+class Places(Place):
+    """Files of which there are several: called with what stands in the braces of the pattern."""
+
+    def __get__(  # type: ignore[override]
+        self, paths: Paths, owner: type[Paths] | None = None
+    ) -> Callable[..., Path]:
+        folder, names = getattr(paths, self.below), re.findall(r"{(\w+)}", self.pattern)
+
+        def place(*texts: str) -> Path:
+            return folder / self.pattern.format_map(dict(zip(names, texts, strict=True)))
+
+        return place
+
+
 @dataclass(frozen=True)
 class Paths:
     """Places of files, relative to a project folder. Patterns keep `{wildcards}` untouched.
@@ -59,256 +84,84 @@ class Paths:
     root: Path = Path()
     run: str = ""
 
-    @property
-    def datasets(self) -> Path:
-        """Declarations of the data sets."""
-        return self.root / "datasets"
+    # Written by people.
+    datasets = Place("datasets")
+    dataset = Places("datasets/{dataset}/" + DATASET_FILE)
+    source = Places("datasets/{dataset}/" + SOURCE_FILE)
+    reports = Place("reports")  #: what people edit to change a report; see `store.report_files`
+    comparisons = Place("reports/comparisons")
+    ablation_settings = Place("reports/ablations")
+    snakefile = Place("Snakefile")  #: the workflow, if the project has its own
 
-    @property
-    def results(self) -> Path:
-        """Everything that the workflow makes."""
-        return self.root / "results"
+    # Written by acquisition and import.
+    data = Place("data")
+    recordings = Places("data/{dataset}")
+    sessions = Places("data/{dataset}/sessions")
+    session = Places("data/{dataset}/sessions/{session}")
+    #: Describes a session: written last, so that it is whole.
+    session_file = Places("data/{dataset}/sessions/{session}/" + SESSION_FILE)
+    recordings_file = Places("data/{dataset}/sessions/{session}/" + RECORDINGS_FILE)
+    events = Places("data/{dataset}/live/{session}/events.jsonl")  #: log of a live run
+
+    # Written by the workflow, per data set.
+    results = Place("results")
+    benchmarks = Place("results/benchmarks")
+    acquired = Places("results/acquired/{dataset}/{session}.done")
+    shard = Places("results/features/{dataset}/{session}.nc")  #: features of one session
+    shard_findings = Places("results/features/{dataset}/{session}.findings.csv")
+    shard_labels = Places("results/features/{dataset}/{session}.labels.csv")
+    features = Places("results/features/{dataset}.nc")  #: features and labels of all sessions
+    quarantine = Places("results/quarantine/{dataset}.csv")
+    #: Tables of one experiment; `kind` is its name, and that of the model if each is measured by
+    #: itself: `learning_curve-cnn`. The same bytes for the same inputs, but for the cost.
+    experiment = Places("results/tasks/{dataset}/{task}/{kind}.json")
+    experiment_cost = Places("results/tasks/{dataset}/{task}/{kind}.cost.json")
+    embedding = Places("results/embed/{dataset}/{embedding}")
+    training_cost = Places("results/embed/{dataset}/{embedding}/cost.json")
+    latents = Places("results/embed/{dataset}/{embedding}/latents.nc")
+    models = Places("results/models/{dataset}")
+    model = Places("results/models/{dataset}/{task}/{model}")
+    exported = Place("results/exported")  #: models as files for other computers
+    published = Places("results/published/{dataset}")  #: see `Tree`
+    #: Checksums of a published data set: written when the rest is whole.
+    published_sums = Places("results/published/{dataset}/SHA256SUMS")
+
+    # Written by the workflow, of the simulation.
+    study = Places("results/gripper/{name}.json")
+    ablation = Places("results/ablations/{name}.json")
+    verified_solver = Place("results/verify/solver.txt")
+
+    # Written by the workflow, of all data sets of a run together.
+    all_metrics = Place("metrics.json", "of_run")
+    metrics_table = Place("metrics.csv", "of_run")
+    predictions = Place("predictions.csv", "of_run")
+    complete = Place("complete.txt", "of_run")
+    verified = Place("verify/summary.txt", "of_run")
+    log = Places("logs/{rule}.log", "of_run")
+    benchmark = Places("benchmarks/{rule}.tsv", "of_run")
+    report = Place("report/" + INDEX, "of_run")
+    runs = Place("report/" + RUNS_FILE, "of_run")  #: data sets and models of the report
+    figure = Places("report/" + FIGURES + "/{name}", "of_run")  #: without suffix
+    page = Places("report/{name}.html", "of_run")
+    page_figures = Places("report/{page}", "of_run")
+    #: Page on which every recording of an embedding is seen and heard.
+    explorer = Places("report/latents/{dataset}/{embedding}.html", "of_run")
+    opening = Place("report/opening/opening.json", "of_run")  #: see `pipeline.opening`
+    report_on = Places("results/report_{experiment}/" + INDEX)
+
+    # May be deleted at any time.
+    cache = Place(".ajgdata")
+    responses = Place(".ajgdata/responses")  #: of the virtual gripper, by scene
+    fetched = Place(".ajgdata/fetched")  #: of published data sets, by hash
 
     @property
     def of_run(self) -> Path:
         """Return the folder of what a run says of all its data sets together."""
         return self.results / "runs" / self.run if self.run else self.results
 
-    @property
-    def comparisons(self) -> Path:
-        """Folder of the comparisons, which people write."""
-        return self.reports / "comparisons"
-
-    @property
-    def ablation_settings(self) -> Path:
-        """Folder of the ablations, which people write."""
-        return self.reports / "ablations"
-
-    @property
-    def reports(self) -> Path:
-        """Return the folder of what people edit to change a report; see `store.report_files`."""
-        return self.root / "reports"
-
-    @property
-    def data(self) -> Path:
-        """Raw sessions of all data sets."""
-        return self.root / "data"
-
-    @property
-    def cache(self) -> Path:
-        """Return the folder that may be deleted at any time."""
-        return self.root / ".ajgdata"
-
-    @property
-    def benchmarks(self) -> Path:
-        """Return the folder of what Snakemake measured of each job."""
-        return self.results / "benchmarks"
-
-    @property
-    def logs(self) -> Path:
-        """What jobs said, by rule."""
-        return self.results / "logs"
-
-    def dataset(self, dataset: str) -> Path:
-        """Declaration of one data set."""
-        return self.datasets / dataset / DATASET_FILE
-
-    def source(self, dataset: str) -> Path:
-        """Return the file that says where a public data set is brought from."""
-        return self.datasets / dataset / SOURCE_FILE
-
-    def sessions(self, dataset: str) -> Path:
-        """Raw sessions of one data set."""
-        return self.data / dataset / "sessions"
-
-    def recordings(self, dataset: str) -> Path:
-        """Return the folder of all that was recorded of one data set."""
-        return self.data / dataset
-
-    def session(self, dataset: str, session: str) -> Path:
-        """One raw session."""
-        return self.sessions(dataset) / session
-
-    def session_file(self, dataset: str, session: str) -> Path:
-        """Return what describes a session: written last, so that it is whole."""
-        return self.session(dataset, session) / SESSION_FILE
-
-    def recordings_file(self, dataset: str, session: str) -> Path:
-        """Return the table of the recordings of a session."""
-        return self.session(dataset, session) / RECORDINGS_FILE
-
-    def acquired(self, dataset: str, session: str) -> Path:
-        """Return the file that says that a run recorded a session of a recipe."""
-        return self.results / "acquired" / dataset / f"{session}.done"
-
-    def events(self, dataset: str, session: str) -> Path:
-        """Return the log of the live run that recorded a session."""
-        return self.data / dataset / "live" / session / "events.jsonl"
-
-    def shard(self, dataset: str, session: str) -> Path:
-        """Features of one session."""
-        return self.results / "features" / dataset / f"{session}.nc"
-
-    def shard_findings(self, dataset: str, session: str) -> Path:
-        """Return the file of what was found wrong or odd while making a shard."""
-        return self.results / "features" / dataset / f"{session}.findings.csv"
-
-    def shard_labels(self, dataset: str, session: str) -> Path:
-        """Labels of a session: joined to its features on merging."""
-        return self.results / "features" / dataset / f"{session}.labels.csv"
-
-    def features(self, dataset: str) -> Path:
-        """Features and labels of a data set: labelled spectra of all sessions."""
-        return self.results / "features" / f"{dataset}.nc"
-
-    def quarantine(self, dataset: str) -> Path:
-        """Recordings that were left out or flagged, with the reason and the fix."""
-        return self.results / "quarantine" / f"{dataset}.csv"
-
-    def experiment(self, dataset: str, task: str, kind: str) -> Path:
-        """Return the tables of one experiment: the same bytes for the same inputs.
-
-        `kind` is the experiment's name, and that of the model if each is measured by itself:
-        `learning_curve-cnn`.
-        """
-        return self.results / "tasks" / dataset / task / f"{kind}.json"
-
-    def experiment_cost(self, dataset: str, task: str, kind: str) -> Path:
-        """Return what it cost, times and memory: measured, hence never the same twice."""
-        return self.results / "tasks" / dataset / task / f"{kind}.cost.json"
-
-    def embedding(self, dataset: str, embedding: str) -> Path:
-        """Folder of what is known of one embedding."""
-        return self.results / "embed" / dataset / embedding
-
-    def training_cost(self, dataset: str, embedding: str) -> Path:
-        """Return the file of what training an embedding's encoders took."""
-        return self.embedding(dataset, embedding) / "cost.json"
-
-    def latents(self, dataset: str, embedding: str) -> Path:
-        """Every recording as every network of an embedding sees it."""
-        return self.embedding(dataset, embedding) / "latents.nc"
-
-    def models(self, dataset: str) -> Path:
-        """Folder of all models of a data set."""
-        return self.results / "models" / dataset
-
-    def model(self, dataset: str, task: str, model: str) -> Path:
-        """Folder of a model trained on all recordings of a task."""
-        return self.models(dataset) / task / model
-
-    @property
-    def exported(self) -> Path:
-        """Folder of models as files for other computers, unless another one is named."""
-        return self.results / "exported"
-
-    @property
-    def snakefile(self) -> Path:
-        """The workflow, if the project has its own."""
-        return self.root / "Snakefile"
-
-    def figure(self, name: str) -> Path:
-        """A figure without its suffix; see FIGURE_FORMATS."""
-        return self.report.parent / FIGURES / name
-
-    @property
-    def all_metrics(self) -> Path:
-        """Every result with fold values, seeds and provenance."""
-        return self.of_run / "metrics.json"
-
-    @property
-    def metrics_table(self) -> Path:
-        """Return the file of the same numbers, one a row."""
-        return self.of_run / "metrics.csv"
-
-    @property
-    def predictions(self) -> Path:
-        """Return every held-out prediction of cross-validation, one a row."""
-        return self.of_run / "predictions.csv"
-
-    @property
-    def runs(self) -> Path:
-        """Return the file that lists the data sets and evaluated models of the report."""
-        return self.report.with_name(RUNS_FILE)
-
-    @property
-    def complete(self) -> Path:
-        """Return the summary of a run that made all that it was asked for."""
-        return self.of_run / "complete.txt"
-
-    @property
-    def verified(self) -> Path:
-        """Return what the checks of a run's results ended with."""
-        return self.of_run / "verify" / "summary.txt"
-
-    @property
-    def verified_solver(self) -> Path:
-        """Return what the long checks of the solver ended with: of no run's results."""
-        return self.results / "verify" / "solver.txt"
-
-    def log(self, rule: str) -> Path:
-        """Return the log of a rule that has one job a run."""
-        return self.of_run / "logs" / f"{rule}.log"
-
-    def benchmark(self, rule: str) -> Path:
-        """Return what Snakemake measured of it."""
-        return self.of_run / "benchmarks" / f"{rule}.tsv"
-
-    @property
-    def report(self) -> Path:
-        """The report."""
-        return self.of_run / "report" / INDEX
-
-    def report_on(self, experiment: str) -> Path:
-        """A report on one experiment alone."""
-        return self.results / f"report_{experiment}" / INDEX
-
-    def study(self, name: str) -> Path:
-        """Figures of one study of the virtual gripper."""
-        return self.results / "gripper" / f"{name}.json"
-
-    def ablation(self, name: str) -> Path:
-        """Tables of one ablation: why simulation and paper differ."""
-        return self.results / "ablations" / f"{name}.json"
-
-    def published(self, dataset: str) -> Path:
-        """A data set as others get it; see `Tree`."""
-        return self.results / "published" / dataset
-
-    def published_sums(self, dataset: str) -> Path:
-        """Return the list of checksums of a published data set: written when the rest is whole."""
-        return self.published(dataset) / Tree.SUMS
-
-    def page(self, name: str) -> Path:
-        """Another page of the report, beside it."""
-        return self.report.with_name(f"{name}.html")
-
-    def explorer(self, dataset: str, embedding: str) -> Path:
-        """Page on which every recording of an embedding is seen and heard."""
-        return self.report.parent / "latents" / dataset / f"{embedding}.html"
-
-    @property
-    def opening(self) -> Path:
-        """Return the file of what the opening picture shows; see `pipeline.opening`."""
-        return self.report.parent / "opening" / "opening.json"
-
     def opening_picture(self, *, narrow: bool = False) -> Path:
         """Return the opening picture, wide or as narrow as a phone, without its suffix."""
         return self.opening.with_name("opening-narrow" if narrow else "opening")
-
-    def page_figures(self, page: str) -> Path:
-        """Folder of the figures of such a page."""
-        return self.report.parent / page
-
-    @property
-    def responses(self) -> Path:
-        """Impulse responses of the virtual gripper, by scene: shared by all data sets."""
-        return self.cache / "responses"
-
-    @property
-    def fetched(self) -> Path:
-        """Files of published data sets, kept by hash until the data set is registered."""
-        return self.cache / "fetched"
 
 
 def brought(name: str) -> Path:

@@ -11,6 +11,7 @@ tried is estimated by that exponent, and marked by ~.
 """
 
 import json
+import resource
 import subprocess
 import sys
 import time
@@ -23,13 +24,16 @@ from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
-from ajgdata.evaluate.cost import memory_mb
 from ajgdata.models import fit_model, limits, make_model
 from ajgdata.store.features import read_store
 
 NOISE = 0.05
 ASKED = 1_000  # recordings that are predicted
 MODELS = "linear_plain,ridge_plain,knn_plain,svm_plain,boosting,forest,mlp,cnn,knn,svm,linear"
+
+
+def peak_mb() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
 
 
 def repeated(store: Path, target: str, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -49,7 +53,7 @@ def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict
     features, y, grasp = repeated(store, target, count)
     most = limits.most_recordings(model, {}) if limited else None
     choosing = None if limited else sys.maxsize
-    before = memory_mb("VmRSS")
+    before = peak_mb()
     with threadpool_limits(limits=1):
         begun = time.process_time()
         unfitted = make_model(model, "classification", choosing=choosing)
@@ -60,7 +64,7 @@ def one(store: Path, target: str, model: str, count: int, limited: bool) -> dict
     return {
         "train_s": trained - begun,
         "predict_s": asked - trained,
-        "memory_mb": memory_mb("VmHWM") - before,
+        "memory_mb": peak_mb() - before,
         "used": min(count, most or count),
     }
 

@@ -48,7 +48,7 @@ def network_error(module: SpectrumCnn, features: np.ndarray) -> np.ndarray:
         z = module.compress(torch.from_numpy(np.asarray(features, np.float64)))
         # a division, asinh (exact to 4 units), a subtraction, a division
         variance = (likely(7) * (z.abs().unsqueeze(1) + module.mean.abs()) / module.std) ** 2
-        z = module.standardise(z)
+        z = module.standardise(z).unsqueeze(1)
         for layer in [*module.convolutions, nn.Flatten(), module.dense]:
             if isinstance(layer, (nn.Conv1d, nn.Linear)):
                 n = layer.weight[0].numel() + 1

@@ -7,26 +7,19 @@ all tests of a page.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ajgdata.models import model_label
-from ajgdata.report.blocks import TableFigure
 from ajgdata.report.comparison import Change, Reason
-from ajgdata.report.format import Score, number, with_unit
 from ajgdata.types.ablation import Ablation, Why
 from ajgdata.types.table import Column, Table, table_of
 
-if TYPE_CHECKING:
-    from ajgdata.report.marks import Picture
-
 METRIC_NAMES = {"rmse": "RMSE", "accuracy": "accuracy"}
 SUPPORTED = "supported"
-#: Ends the name of the table of all values of an ablation.
-VALUES = "_values"
 TRIALS = {
     "hypothesis": "Hypothesis", "change": "What was changed", "expected": "Then it should be",
     "model": "Model", "metric": "Metric", "before": "Before", "before_sd": "sd", "after": "After",
@@ -113,7 +106,7 @@ def value_table(name: str, ablation: Ablation, measured: Measured) -> Table:
     value = f"{METRIC_NAMES[measured.metric]}, {measured.unit}".removesuffix(", ")
     columns = {"model": "Model", "variant": "Variant", "value": value, "value_sd": "sd"}
     note = "Mean and standard deviation over folds."
-    return table_of(f"{name}{VALUES}", f"{ablation.title}: all values", rows, note, **columns)
+    return table_of(f"{name}_values", f"{ablation.title}: all values", rows, note, **columns)
 
 
 def with_verdicts(tables: Sequence[Table]) -> list[Table]:
@@ -172,26 +165,3 @@ def reasons_of(tables: Sequence[Table], page: str) -> list[Reason]:
         Reason(tuple(of.split()), claim, f"{page}.html#{table}", tuple(tests))
         for (table, claim, of), tests in changes.items()
     ]
-
-
-def figures(tables: Sequence[Table]) -> Iterator[TableFigure]:
-    """Yield the figure of each table of values."""
-    for table in tables:
-        if table.name.endswith(VALUES):
-            text = f"{table.title}. {table.note}"
-            yield TableFigure(table.name, table.name, "rows", picture, text)
-
-
-def picture(table: Table) -> Picture:
-    """Return the values of all variants and models."""
-    from ajgdata.report.marks import Picture, Point
-
-    points = tuple(
-        Point("", row["model"], row["variant"], Score(row["value"], row["value_sd"]))
-        for row in table.rows
-    )
-    value = next(column for column in table.columns if column.key == "value")
-    ends = [number(f(table.numbers("value")), 2) for f in (np.min, np.max)]
-    title = f"{value.title}: {with_unit(' to '.join(ends), value.unit)} in {len(points)} cases"
-    subtitle = "mean ± sd over folds, by variant"
-    return Picture(title, subtitle, ("simulated",), points, (value.title, value.unit))

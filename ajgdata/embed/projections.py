@@ -6,13 +6,13 @@ place a further point: it is fitted on all, and shows what it shows of all.
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from ajgdata.embed.compiled import umap
 from ajgdata.types import NotPossibleError
 
 Real = NDArray[np.floating]
@@ -45,8 +45,12 @@ def make_reducer(name: ReducerName, dimension: int, seed: int) -> Reducer:
         from sklearn.decomposition import PCA
 
         return cast(Reducer, PCA(dimension, random_state=seed))
+    with warnings.catch_warnings():  # about TensorFlow, which only parametric UMAP needs
+        warnings.filterwarnings("ignore", "Tensorflow not installed", ImportWarning)
+        from umap import UMAP
+
     seeds = {"random_state": seed, "transform_seed": seed}
-    return cast(Reducer, umap()(n_components=dimension, n_jobs=1, **seeds))
+    return cast(Reducer, UMAP(n_components=dimension, n_jobs=1, **seeds))
 
 
 def reducible(dimension: int, rows: int) -> bool:

@@ -6,6 +6,9 @@ inputs and seed; `Cost` is measured, hence never the same twice.
 
 from __future__ import annotations
 
+import resource
+import statistics
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,14 +16,17 @@ from typing import Any
 
 import numpy as np
 from sklearn.base import BaseEstimator, clone
+from sklearn.utils.validation import check_consistent_length, check_X_y
 from threadpoolctl import threadpool_limits
 
 from ajgdata.evaluate import metrics
-from ajgdata.evaluate.cost import Cost, FoldCost, median_s, memory_mb, total_cost
 from ajgdata.evaluate.splits import Folds, grouped_folds, random_folds
 from ajgdata.models import fit_model, make_model
 from ajgdata.models.limits import CHOOSING, most_recordings
 from ajgdata.types import Kind, NotPossibleError
+
+TIMED = 5  # timed predictions; their median ignores one interruption or two
+TIMING_BUDGET_S = 1.0  # stop repeating a slow prediction after this long
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +92,24 @@ class Tested:
 
     scores: Scores
     predictions: Predictions
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Times and memory of a cross-validation, one thread, on whatever machine this was.
+
+    `train_s` is wall time and `train_cpu_s` processor time of fitting; the latter tells whether
+    something else was using the machine. `inference_s_per_recording`: a whole test part
+    predicted at once; `latency_s`: one recording predicted alone; both the median over repeats,
+    then over folds. `peak_rss_mb` (1e6 bytes) is the largest resident memory that the process
+    ever had, libraries and features included.
+    """
+
+    train_s: float
+    train_cpu_s: float
+    inference_s_per_recording: float
+    latency_s: float
+    peak_rss_mb: float
 
 
 @dataclass(frozen=True)
@@ -162,7 +186,7 @@ def cross_validate(
     estimator, most = _unfitted(model, kind, seed, period, limits or {})
     own_parts: list[_Part] = []
     extra_parts: dict[str, list[_Part]] = {name: [] for name in extra}
-    costs, used, rss_mb = [], [], memory_mb("VmRSS")
+    costs, used = [], []
     with threadpool_limits(limits=1):
         for fold, (train, test) in enumerate(parts):
             inner = inner_groups[fold] if inner_groups else group
@@ -185,7 +209,7 @@ def cross_validate(
         tested[name] = Tested(errors, _predictions(tests, extra_parts[name], in_order=False))
     predictions = _predictions(own, own_parts, in_order=True)
     thinned = tuple(used) if any(some < every for some, every in used) else ()
-    return CrossValidation(scores, predictions, total_cost(costs, rss_mb), tested, thinned)
+    return CrossValidation(scores, predictions, _total_cost(costs), tested, thinned)
 
 
 def _unfitted(
@@ -205,18 +229,8 @@ def _unfitted(
 def _validated(
     features: np.ndarray, target: np.ndarray, kind: Kind
 ) -> tuple[np.ndarray, np.ndarray]:
-    features, target = np.asarray(features), np.asarray(target)
-    if kind not in metrics.METRICS:
-        raise ValueError(f"unknown kind {kind!r}: choose one of {', '.join(metrics.METRICS)}")
-    if features.ndim != 2 or target.ndim != 1 or len(features) != len(target):
-        raise ValueError(f"need features (n, f) and target (n,): {features.shape}, {target.shape}")
-    if not np.isfinite(features).all():
-        raise ValueError("features hold NaN or infinity: leave those recordings out")
-    if kind == "regression":
-        target = target.astype(np.float64)
-    if target.dtype.kind == "f" and not np.isfinite(target).all():
-        raise ValueError("target holds NaN or infinity: leave those recordings out")
-    return features, target
+    features, target = check_X_y(features, target, dtype=None)
+    return features, target.astype(np.float64) if kind == "regression" else target
 
 
 def _checked_extra(
@@ -225,11 +239,10 @@ def _checked_extra(
     """Return the sets as arrays. Raises ValueError for one that cannot be tested on."""
     checked = {}
     for name, tests in given.items():
-        features, target = _validated(tests.features, tests.target, kind)
-        if not len(target):
+        if not len(tests.target):
             raise NotPossibleError(f"{name}: no recording is left to test on")
-        if len(tests.groups) != len(target):
-            raise ValueError(f"{len(target)} extra rows with {len(tests.groups)} groups")
+        features, target = _validated(tests.features, tests.target, kind)
+        check_consistent_length(target, tests.groups)
         if features.shape[1] != width:
             widths = f"{features.shape[1]} features, not {width}"
             raise ValueError(f"{name} has {widths}: give both data sets the same feature settings")
@@ -247,21 +260,35 @@ def _fitted(
     train: Any,
     test: Any,
     most: int | None,
-) -> tuple[Any, FoldCost]:
-    """Return a model trained on the rows `train`, and its cost, with predictions timed on
-    `test`."""
+) -> tuple[Any, tuple[float, ...]]:
+    """Return a model trained on the rows `train`, and the first four numbers of its `Cost`, with
+    predictions timed on `test`."""
     unfitted = clone(model)
     wall, cpu = time.perf_counter(), time.process_time()
     estimator = fit_model(unfitted, features[train], target[train], group[train], most)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     rows, single = features[test], features[test[:1]]
     estimator.predict(rows)  # once untimed: the first call may load something
-    return estimator, FoldCost(
-        wall,
-        cpu,
-        median_s(lambda: estimator.predict(rows)) / len(rows),
-        median_s(lambda: estimator.predict(single)),
-    )
+    return estimator, (
+        wall, cpu, _predicting_s(estimator, rows) / len(rows), _predicting_s(estimator, single)
+    )  # fmt: skip
+
+
+def _predicting_s(estimator: Any, rows: np.ndarray) -> float:
+    """Return the median wall time of some predictions of the rows, in s."""
+    times: list[float] = []
+    while len(times) < TIMED and sum(times) < TIMING_BUDGET_S:
+        start = time.perf_counter()
+        estimator.predict(rows)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def _total_cost(folds: Sequence[tuple[float, ...]]) -> Cost:
+    wall, cpu, together, alone = zip(*folds, strict=True)
+    unit = 1 if sys.platform == "darwin" else 1024
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+    return Cost(sum(wall), sum(cpu), statistics.median(together), statistics.median(alone), peak_mb)
 
 
 def _predict(

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.distance import cdist
 from sklearn.metrics import silhouette_score
 
-from ajgdata.models.limits import thinned
 from ajgdata.types import NotPossibleError
-
-#: Distances that are held at once: 64 MB, and as much again while they are sorted.
-BLOCK = 2**23
-#: Points that a silhouette is measured on.
-MOST_SILHOUETTE = 5_000
 
 
 @dataclass(frozen=True)
@@ -44,34 +38,23 @@ def precision_at(
     recordings to find in the gallery, so that 1 can be reached. Ties keep the gallery's order.
     Raises ValueError when no query is left.
     """
-    found, shares = [], []
-    for some in in_blocks(queries, len(gallery)):
-        own = grasp[some][:, None] == grasp[gallery][None]
-        wanted = (instance[some][:, None] == instance[gallery][None]) & ~own
-        enough = wanted.sum(axis=1) >= max(at)
-        distance = cdist(space[some[enough]], space[gallery])
-        distance[own[enough]] = np.inf
-        order = np.argsort(distance, axis=1, kind="stable")[:, : max(at)]
-        found.append(np.take_along_axis(wanted[enough], order, axis=1))
-        shares.append(wanted[enough].sum(axis=1) / (~own[enough]).sum(axis=1))
-    if not sum(map(len, found)):
+    own = grasp[queries][:, None] == grasp[gallery][None]
+    wanted = (instance[queries][:, None] == instance[gallery][None]) & ~own
+    enough = wanted.sum(axis=1) >= max(at)
+    if not enough.any():
         raise NotPossibleError(
             f"no thing has {max(at)} recordings besides those of a query's grasp"
         )
-    is_same_thing = np.concatenate(found)
+    own, wanted = own[enough], wanted[enough]
+    distance = cdist(space[queries[enough]], space[gallery])
+    distance[own] = np.inf
+    order = np.argsort(distance, axis=1, kind="stable")[:, : max(at)]
+    is_same_thing = np.take_along_axis(wanted, order, axis=1)
     return Retrieved(
         precision=tuple(float(is_same_thing[:, :k].mean()) for k in at),
-        chance=float(np.mean(np.concatenate(shares))),
+        chance=float(np.mean(wanted.sum(axis=1) / (~own).sum(axis=1))),
         queries=len(is_same_thing),
     )
-
-
-def in_blocks(rows: np.ndarray, others: int) -> Iterator[np.ndarray]:
-    """Yield row numbers (n,) in turn, so few at once that distances to `others` points fit into
-    BLOCK; at least one."""
-    size = max(1, BLOCK // max(others, 1))
-    for start in range(0, len(rows), size):
-        yield rows[start : start + size]
 
 
 def mean_distances(
@@ -83,21 +66,15 @@ def mean_distances(
     NaN where there is none. The diagonal holds the distances within a label.
     """
     member = (label[:, None] == names[None]).astype(float)  # (n, c)
-    number, total = np.zeros((2, len(names), len(names)))
-    for rows in in_blocks(np.arange(len(space)), len(space)):
-        counts = (apart[rows][:, None] != apart[None]).astype(float)
-        number += member[rows].T @ counts @ member
-        total += member[rows].T @ (cdist(space[rows], space) * counts) @ member
+    counts = (apart[:, None] != apart[None]).astype(float)
+    number = member.T @ counts @ member
+    total = member.T @ (cdist(space, space) * counts) @ member
     return np.where(number > 0, total / np.where(number > 0, number, 1), np.nan)
 
 
 def silhouette(space: np.ndarray, label: np.ndarray) -> float:
     """Return the mean silhouette (Rousseeuw 1987) of points (n, d) with labels (n,), NaN unless
-    there are 2 to n - 1 labels; of more than MOST_SILHOUETTE points that of so many, of each label
-    evenly spaced."""
-    if len(label) > MOST_SILHOUETTE:
-        some = thinned(label, MOST_SILHOUETTE)
-        space, label = space[some], label[some]
+    there are 2 to n - 1 labels."""
     if not 2 <= len(np.unique(label)) < len(label):
         return float("nan")
     return float(silhouette_score(space, label))

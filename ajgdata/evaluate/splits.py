@@ -8,20 +8,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 
 import numpy as np
 from sklearn.model_selection import (
-    GroupKFold,
     KFold,
     LeaveOneGroupOut,
-    StratifiedGroupKFold,
     StratifiedKFold,
 )
 
+from ajgdata.models.tuning import Folds, whole_groups
 from ajgdata.types import Kind, NotPossibleError
-
-Folds = list[tuple[np.ndarray, np.ndarray]]
 
 
 def grouped_folds(
@@ -55,11 +51,8 @@ def grouped_folds(
         )
     if count == folds:
         pairs = list(LeaveOneGroupOut().split(y, y, group))
-    elif kind == "regression":
-        splitter = GroupKFold(folds, shuffle=True, random_state=seed)
-        pairs = list(splitter.split(y, y, group))
     else:
-        pairs = _stratified(y, group, folds, seed)
+        pairs = whole_groups(y, group, folds, kind == "classification", seed)
     return _checked(pairs, y, kind, group)
 
 
@@ -74,41 +67,14 @@ def random_folds(y: Sequence | np.ndarray, kind: Kind, folds: int, seed: int) ->
         raise NotPossibleError(
             f"{len(y)} rows cannot make {folds} folds: lower folds, or record more"
         )
-    cls = KFold if kind == "regression" or _rarest(y) < 2 else StratifiedKFold
-    if cls is StratifiedKFold and np.bincount(_codes(y)).max() < folds:
-        cls = KFold  # scikit-learn refuses to stratify when every class is rarer than the folds
+    counts = np.unique(y, return_counts=True)[1]
+    # scikit-learn refuses to stratify when every class is rarer than the folds
+    plain = kind == "regression" or counts.min() < 2 or counts.max() < folds
+    cls = KFold if plain else StratifiedKFold
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The least populated class", UserWarning)
         pairs = list(cls(folds, shuffle=True, random_state=seed).split(y, y))
     return _checked(pairs, y, kind, np.arange(len(y)))
-
-
-def _stratified(y: np.ndarray, group: np.ndarray, folds: int, seed: int) -> Folds:
-    """Return StratifiedGroupKFold, or plain GroupKFold where it refuses or leaves a fold empty."""
-    return _known_stratified(y.dtype.str, tuple(y.tolist()), tuple(group.tolist()), folds, seed)
-
-
-@lru_cache(maxsize=4)
-def _known_stratified(dtype: str, values: tuple, groups: tuple, folds: int, seed: int) -> Folds:
-    """Make them once: each model of an experiment meets the same, and sklearn weighs each group in
-    each fold (0.1 s of 300 groups)."""
-    y, group = np.array(values, dtype), np.array(groups)
-    plain = GroupKFold(folds, shuffle=True, random_state=seed)
-    if np.bincount(_codes(y)).max() < folds:
-        return list(plain.split(y, y, group))
-    splitter = StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The least populated class", UserWarning)
-        pairs = list(splitter.split(y, y, group))
-    return pairs if all(len(test) for _, test in pairs) else list(plain.split(y, y, group))
-
-
-def _codes(y: np.ndarray) -> np.ndarray:
-    return np.unique(y, return_inverse=True)[1]
-
-
-def _rarest(y: np.ndarray) -> int:
-    return int(np.bincount(_codes(y)).min())
 
 
 def _checked(pairs: Iterable, y: np.ndarray, kind: Kind, group: np.ndarray) -> Folds:

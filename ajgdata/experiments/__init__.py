@@ -44,7 +44,7 @@ def _built_in() -> dict[str, Experiment]:
     return {module.EXPERIMENT.name: module.EXPERIMENT for module in modules}
 
 
-EXPERIMENTS = Registry("experiment", "ajgdata.experiments", Experiment, _built_in())
+EXPERIMENTS = Registry("experiment", "ajgdata.experiments", _built_in())
 
 
 @dataclass(frozen=True)

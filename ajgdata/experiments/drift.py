@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from ajgdata.evaluate.sessions import session_of
-from ajgdata.evaluate.task_data import TaskData
+from ajgdata.evaluate.task_data import TaskData, session_of
 from ajgdata.experiments.base import Experiment, Inputs, Outcome, TaskResults, score_table
 from ajgdata.experiments.plots import Plot
 from ajgdata.types import ModelName, Name, NotPossibleError, Strict

@@ -104,7 +104,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         table_of("points", TITLE, points, note, space="Space", method="Method", x="x", y="y"),
     )
     about = {"fold": FOLD, "init": INIT, "dimension": settings.shown, **data.thinned}
-    return Outcome(tables, about=about | _silhouette_counts(latents))
+    return Outcome(tables, about=about)
 
 
 def _silhouettes(
@@ -126,16 +126,6 @@ def _silhouette_scores(rows: Iterable[dict[str, Any]]) -> Iterator[ScoreRow]:
     for row in rows:
         metric = f"silhouette of {row['label']}"
         yield from run_scores(row["space"], "silhouette", metric, row["values"])
-
-
-def _silhouette_counts(latents: Latents) -> dict[str, int]:
-    """Return the number of points of a silhouette if it is not measured on all of a run."""
-    from ajgdata.evaluate import distances
-
-    tested = int(np.bincount(latents.validation_fold).max())
-    if tested <= distances.MOST_SILHOUETTE:
-        return {}
-    return {"silhouette_on": distances.MOST_SILHOUETTE, "silhouette_of": tested}
 
 
 def _seven_digits(value: float) -> float:
@@ -268,11 +258,8 @@ def tables(results: TaskResults) -> Iterator[ShownTable]:
     scores = silhouettes_of(results)
     spaces = ordered([space for space, _ in scores])
     labels = dict.fromkeys(label for _, label in scores)
-    about = results.results[0].about
-    is_subset = "silhouette_on" in about
-    on = " ({silhouette_on:,} of {silhouette_of:,} in a run)".format(**about) if is_subset else ""
     yield ShownTable(
-        f"Silhouettes (Rousseeuw 1987) of validation points{on}.",
+        "Silhouettes (Rousseeuw 1987) of validation points.",
         ("silhouette of", *(f"{space_name(space)}|" for space in spaces)),
         tuple((words(x), *(mean_sd(scores[space, x]) for space in spaces)) for x in labels),
     )

@@ -21,7 +21,7 @@ from ajgdata.evaluate.calibration import TINIEST
 from ajgdata.evaluate.novelty import Guard
 from ajgdata.export.torch_model import Compress, Standardise, squared_distances, torch_model
 from ajgdata.features.checks import TOO_QUIET
-from ajgdata.features.windows import periodic_window
+from ajgdata.features.spectrum import periodic_window
 from ajgdata.live.predictor import Predictor
 from ajgdata.types import DataError, FeatureSettings
 
@@ -137,7 +137,7 @@ class Deployed(nn.Module):
 def onnx_bytes(predictor: Predictor, about: Mapping[str, Any]) -> bytes:
     """Return the ONNX file of a model; `about` is stored in its metadata.
 
-    Raises CannotExportError for models without a torch module.
+    Raises NotPossibleError for models without a torch module.
     """
     from onnx.helper import set_model_props
 

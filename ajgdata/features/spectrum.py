@@ -13,14 +13,13 @@ the power, W = sum_j w[j]^2. `features.sweep_tracking` sums the few frames alone
 S is cropped to `band_hz` and divided by its own 1-norm, 2-norm or maximum. Window length, sum
 over time and "normalised" are the paper's; the other choices are settings (FeatureSettings).
 
-Everything is float32 in buffers that stay in the cache. So that no amplitude overflows or vanishes,
+Everything is float32, a block of frames at a time. So that no amplitude overflows or vanishes,
 the samples are scaled by the power of two nearest to their peak, which is exact.
 """
 
 from __future__ import annotations
 
 import math
-import threading
 from functools import lru_cache
 from typing import Any
 
@@ -28,31 +27,11 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ajgdata.features.windows import periodic_window
 from ajgdata.types import FeatureSettings
 
 Float32 = NDArray[np.float32]
 
 _BLOCK = 65_536  # samples transformed at once: 32 frames of 2048, 256 KiB, fits a core's L2 cache
-
-
-class _Buffers(threading.local):
-    """Arrays of one thread: fresh ones would be handed back to, and faulted in by, the kernel."""
-
-    shape: tuple[int, int] = (0, 0)
-    windowed: Float32
-    absolute: Float32
-
-    def of(self, rows: int, window: int) -> tuple[Float32, Float32]:
-        """Return frames (rows, window) and their transforms' magnitudes (rows, window/2 + 1)."""
-        if self.shape != (rows, window):
-            self.shape = rows, window
-            self.windowed = np.empty((rows, window), np.float32)
-            self.absolute = np.empty((rows, window // 2 + 1), np.float32)
-        return self.windowed, self.absolute
-
-
-_buffers = _Buffers()
 
 
 def frequencies_hz(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:
@@ -129,16 +108,6 @@ def in_band(
     return np.asarray(values[_band(sample_rate_hz, settings)], np.float64)
 
 
-def spectra(recordings: NDArray[Any], sample_rate_hz: float, settings: FeatureSettings) -> Float32:
-    """Return spectra (m, n_bins) of recordings (m, n), one by one: a joint batch would leave the
-    cache."""
-    bins = _band(sample_rate_hz, settings)
-    result = np.empty((len(recordings), bins.stop - bins.start), np.float32)
-    for row, samples in zip(result, recordings, strict=True):
-        row[:] = spectrum(samples, sample_rate_hz, settings)
-    return result
-
-
 def _check(samples: NDArray[Any], settings: FeatureSettings) -> int | None:
     """Return the exponent of two of the peak of usable samples, None when they are silent."""
     if samples.ndim != 1:
@@ -160,28 +129,28 @@ def _summed(
     """Return the sum over time (window/2 + 1,) of the transform of 2**exponent samples."""
     import scipy.fft  # a quarter of what Snakemake waits for when it reads this
 
-    window = np.ldexp(_window(settings.window_shape, settings.window), exponent)
+    window = np.ldexp(
+        periodic_window(settings.window_shape, settings.window).astype(np.float32), exponent
+    )
     frames = sliding_window_view(samples, settings.window)[:: settings.hop]
     step = max(1, _BLOCK // settings.window)
-    windowed, absolute = _buffers.of(step, settings.window)
     total = np.zeros(settings.window // 2 + 1)
     for start in range(0, len(frames), step):
-        block = frames[start : start + step]
-        rows = len(block)
-        np.multiply(block, window, out=windowed[:rows])
-        np.abs(scipy.fft.rfft(windowed[:rows]), out=absolute[:rows])
+        size = np.abs(scipy.fft.rfft(frames[start : start + step] * window))
         if settings.quantity != "magnitude":
-            np.square(absolute[:rows], out=absolute[:rows])
+            size = np.square(size)
         if counted is not None:
-            absolute[:rows] *= counted[start : start + rows]
-        total += absolute[:rows].sum(axis=0)
+            size *= counted[start : start + step]
+        total += size.sum(axis=0)
     return np.sqrt(total) if settings.quantity == "root_power" else total
 
 
 @lru_cache(maxsize=8)
-def _window(shape: str, length: int) -> Float32:
-    """Return a periodic window (length,), float32."""
-    return periodic_window(shape, length).astype(np.float32)
+def periodic_window(shape: str, length: int) -> NDArray[np.float64]:
+    """Return a periodic window (length,)."""
+    from scipy.signal import get_window  # half a second
+
+    return np.asarray(get_window(shape, length))
 
 
 def _all_frequencies(sample_rate_hz: float, settings: FeatureSettings) -> NDArray[np.float64]:

@@ -26,8 +26,7 @@ import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from ajgdata.features.spectrum import Float32, spectrum
-from ajgdata.features.windows import periodic_window
+from ajgdata.features.spectrum import Float32, periodic_window, spectrum
 from ajgdata.types import FeatureSettings
 
 #: Energy over the largest in the bin, or over the mean of all bins: -40 dB, as the transfer

@@ -21,7 +21,7 @@ from ajgdata.features.checks import BEYOND, check_audio
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.live.prediction import Prediction, Verdict
 from ajgdata.store.audio import Audio, AudioInfo, check_layout, read_audio, resample
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind
+from ajgdata.types import AudioSettings, DataError, FeatureSettings, Kind, NotPossibleError
 
 if TYPE_CHECKING:
     from sklearn.base import BaseEstimator
@@ -56,7 +56,9 @@ class Predictor:
         """Refuse features that need more than one recording."""
         if self.features.needs_excitation:
             key = "align" if self.features.align else f"kind: {self.features.kind}"
-            raise ValueError(f"features.{key} needs the played sound, which one recording lacks")
+            raise NotPossibleError(
+                f"features.{key} needs the played sound, which one recording lacks"
+            )
 
     @property
     def sample_rate_hz(self) -> int:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from itertools import islice
-from typing import Any, Literal, Self, get_args
+from typing import Any, Literal, Self
 
 import numpy as np
 import torch
@@ -21,27 +21,11 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ajgdata.models.network import SpectrumCnn, in_chunks, reproducible
-from ajgdata.models.training import Descent, batches
+from ajgdata.models.network import Descent, SpectrumCnn, batches, in_chunks, reproducible
 from ajgdata.types import Kind, NotPossibleError
 
-#: Bins are centred and divided each by its own deviation, all by one, or both side by side.
-Scaling = Literal["per_bin", "global", "both"]
-
-
-def scales(compressed: np.ndarray, scaling: Scaling) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and deviation of compressed bins (n, n_features), as `SpectrumCnn` holds them:
-    (n_features,), or (2, n_features) of "both". Raises ValueError for an unknown scaling."""
-    if scaling not in get_args(Scaling):
-        known = ", ".join(get_args(Scaling))
-        raise ValueError(f"unknown scaling {scaling!r}: choose one of {known}")
-    each = StandardScaler().fit(compressed)
-    mean = float(compressed.mean(dtype=np.float64))
-    std = float(compressed.std(dtype=np.float64)) or 1.0
-    one = np.full_like(each.mean_, mean), np.full_like(each.scale_, std)
-    if scaling == "both":
-        return np.stack([each.mean_, one[0]]), np.stack([each.scale_, one[1]])
-    return one if scaling == "global" else (each.mean_, each.scale_)
+#: Bins are centred and divided each by its own deviation, or all by one.
+Scaling = Literal["per_bin", "global"]
 
 
 class _Cnn(BaseEstimator):
@@ -59,7 +43,7 @@ class _Cnn(BaseEstimator):
         stride: int = 4,  # 2 is no better in three times the time; pooling errs far more often
         dropout: float = 0.5,  # before the dense layer; 0.2 does as well
         compression: float = 1.0,  # of the mean: louder bins count by their logarithm
-        scaling: Scaling = "per_bin",  # one scale, or both, are no better
+        scaling: Scaling = "per_bin",  # one scale is no better
         epochs: int = 10,  # one learning-rate cycle; 20 are no better in twice the time
         min_steps: int = 300,  # so that 20 recordings are not left with 30 updates
         batch_size: int = 8,  # more updates per epoch than a larger one, which err more often
@@ -93,23 +77,26 @@ class _Cnn(BaseEstimator):
             mean = np.abs(X).mean(dtype=np.float64)
             module.scale.fill_(float(mean * self.compression) or 1.0)
             compressed = torch.cat([module.compress(x) for x in in_chunks(X)])
-            mean, std = scales(compressed.numpy(), self.scaling)
-            module.mean.copy_(torch.from_numpy(mean))
-            module.std.copy_(torch.from_numpy(std))
+            self._learn_scale(module, compressed.numpy())
             target = self._encoded(module, y)
             self._train(module, module.standardise(compressed), target)
         self.module_ = module.eval()
         return self
 
+    def _learn_scale(self, module: SpectrumCnn, compressed: np.ndarray) -> None:
+        """Give a network mean and deviation of compressed bins (n, n_features)."""
+        if self.scaling == "per_bin":
+            each = StandardScaler().fit(compressed)
+            module.mean.copy_(torch.from_numpy(each.mean_))
+            module.std.copy_(torch.from_numpy(each.scale_))
+        else:
+            module.mean.fill_(float(compressed.mean(dtype=np.float64)))
+            module.std.fill_(float(compressed.std(dtype=np.float64)) or 1.0)
+
     def _module(self, n_features: int) -> SpectrumCnn:
+        outputs = self._n_outputs()
         return SpectrumCnn(
-            n_features,
-            self._n_outputs(),
-            self.channels,
-            self.kernel,
-            self.stride,
-            self.dropout,
-            inputs=2 if self.scaling == "both" else 1,
+            n_features, outputs, self.channels, self.kernel, self.stride, self.dropout
         )
 
     def descent(self, module: nn.Module, steps: int) -> Descent:
@@ -118,7 +105,7 @@ class _Cnn(BaseEstimator):
         return Descent(weights, steps=steps, peak=peak, weight_decay=self.weight_decay)
 
     def _train(self, module: SpectrumCnn, inputs: Tensor, target: Tensor) -> None:
-        """Train on standardised bins (n, inputs, n_features) and encoded targets (n, ...)."""
+        """Train on standardised bins (n, n_features) and encoded targets (n, ...)."""
         per_epoch = math.ceil(len(inputs) / self.batch_size)
         steps = max(self.epochs * per_epoch, self.min_steps)
         descent = self.descent(module, steps)

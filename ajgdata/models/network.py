@@ -1,8 +1,10 @@
-"""The paper's network: three 1-D convolutions and one fully connected layer, and how it is run."""
+"""The paper's network: three 1-D convolutions and one fully connected layer, how it is run, and
+Adam over one cycle of the learning rate, by which it is trained."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -17,8 +19,7 @@ class SpectrumCnn(nn.Module):
 
     Input (n, n_features), output (n, n_outputs), float32. Buffers hold what is learned from the
     training rows by counting, not by gradient: `scale` () of the compression, `mean` and `std`
-    of the compressed bins, (n_features,), or (inputs, n_features) of an input scaled in several
-    ways side by side; `target_mean` and `target_std` (n_outputs,) of regression.
+    (n_features,) of the compressed bins; `target_mean` and `target_std` (n_outputs,) of regression.
     """
 
     scale: Tensor
@@ -35,11 +36,10 @@ class SpectrumCnn(nn.Module):
         kernel: int,
         stride: int,
         dropout: float,
-        inputs: int = 1,
     ) -> None:
         super().__init__()
         layers: list[nn.Module] = []
-        length, before = n_features, inputs
+        length, before = n_features, 1
         for width in channels:
             layers.append(nn.Conv1d(before, width, kernel, stride, padding=kernel // 2))
             layers += [nn.BatchNorm1d(width), nn.ReLU()]
@@ -48,9 +48,8 @@ class SpectrumCnn(nn.Module):
         self.dropout = nn.Dropout(dropout)
         self.dense = nn.Linear(before * length, n_outputs)
         self.register_buffer("scale", torch.ones(()))
-        shape = (n_features,) if inputs == 1 else (inputs, n_features)
-        self.register_buffer("mean", torch.zeros(shape))
-        self.register_buffer("std", torch.ones(shape))
+        self.register_buffer("mean", torch.zeros(n_features))
+        self.register_buffer("std", torch.ones(n_features))
         self.register_buffer("target_mean", torch.zeros(n_outputs))
         self.register_buffer("target_std", torch.ones(n_outputs))
 
@@ -60,14 +59,12 @@ class SpectrumCnn(nn.Module):
         return torch.asinh(x / self.scale)
 
     def standardise(self, z: Tensor) -> Tensor:
-        """Return compressed bins (n, n_features) standardised, (n, inputs, n_features)."""
-        return (z.unsqueeze(1) - self.mean) / self.std
+        """Return compressed bins (n, n_features) standardised."""
+        return (z - self.mean) / self.std
 
     def trunk(self, z: Tensor) -> Tensor:
-        """Return scores (n, n_outputs) of standardised bins (n, inputs, n_features), or
-        (n, n_features) of one input."""
-        z = z.unsqueeze(1) if z.ndim == 2 else z
-        z = self.convolutions(z)  # -> (n, channels, length)
+        """Return scores (n, n_outputs) of standardised bins (n, n_features)."""
+        z = self.convolutions(z.unsqueeze(1))  # -> (n, channels, length)
         z = z.flatten(1)  # -> (n, channels * length)
         return self.dense(self.dropout(z))  # -> (n, n_outputs)
 
@@ -98,3 +95,33 @@ def reproducible(seed: int) -> Iterator[None]:
             yield
         finally:
             torch.set_num_threads(threads)
+
+
+def batches(rows: int, batch_size: int) -> Iterator[Tensor]:
+    """Yield row numbers in a new random order per epoch, without end.
+
+    The batches of an epoch differ by at most one row, so that no batch consists of a single row,
+    which would have no variance.
+    """
+    parts = math.ceil(rows / batch_size)
+    while True:
+        order = torch.randperm(rows)
+        yield from (order[part::parts] for part in range(parts))
+
+
+class Descent:
+    """Adam with `weight_decay` in the gradient, over one cycle of the learning rate up to `peak`
+    (Smith, Topin 2019), which `step` can be called `steps` times for."""
+
+    def __init__(
+        self, weights: Iterable[Tensor], *, steps: int, peak: float, weight_decay: float
+    ) -> None:
+        self._adam = torch.optim.Adam(weights, lr=peak, weight_decay=weight_decay, fused=True)
+        self._cycle = torch.optim.lr_scheduler.OneCycleLR(self._adam, peak, steps)
+
+    def step(self, loss: Tensor) -> None:
+        """Change the weights by the gradient of a loss."""
+        self._adam.zero_grad()
+        loss.backward()
+        self._adam.step()
+        self._cycle.step()

@@ -184,12 +184,18 @@ def inner_folds(y: np.ndarray, groups: np.ndarray, classes: bool, seed: int) -> 
     count = min(wanted, groups_given)
     if count < 2:
         return []
-    plain = GroupKFold(count, shuffle=True, random_state=seed)
-    if not classes or np.unique(y, return_counts=True)[1].max() < count:
-        return list(plain.split(y, y, group))
-    splitter = StratifiedGroupKFold(count, shuffle=True, random_state=seed)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The least populated class", UserWarning)
-        pairs = list(splitter.split(y, y, group))
-    # it may leave a fold empty where groups are few
-    return pairs if all(len(test) for _, test in pairs) else list(plain.split(y, y, group))
+    return whole_groups(y, group, count, classes, seed)
+
+
+def whole_groups(y: np.ndarray, group: np.ndarray, folds: int, classes: bool, seed: int) -> Folds:
+    """Return folds that divide no group (n,); classes y (n,) are spread evenly, unless that leaves
+    a fold empty or every class is rarer than the folds."""
+    plain = GroupKFold(folds, shuffle=True, random_state=seed)
+    if classes and np.unique(y, return_counts=True)[1].max() >= folds:
+        splitter = StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "The least populated class", UserWarning)
+            pairs = list(splitter.split(y, y, group))
+        if all(len(test) for _, test in pairs):
+            return pairs
+    return list(plain.split(y, y, group))

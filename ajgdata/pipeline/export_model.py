@@ -17,7 +17,7 @@ from ajgdata.paths import Paths
 from ajgdata.pipeline.recordings import examine
 from ajgdata.store.files import write_bytes
 from ajgdata.store.models import read_about
-from ajgdata.types import DataError
+from ajgdata.types import DataError, NotPossibleError
 
 Started = Callable[[int], Callable[[], object]]
 _EPSILON = float(np.finfo(np.float32).eps)
@@ -37,13 +37,12 @@ def export_model(paths: Paths, dataset: str, task: str, model: str, *, folder: P
         raise DataError(place, "there is no such trained model", "correct the name or `snakemake`")
     _check_packages()
     from ajgdata.export.onnx_file import onnx_bytes
-    from ajgdata.export.torch_model import CannotExportError
 
     predictor = read_predictor(place, dataset, task)
     try:
         content = onnx_bytes(predictor, describe(predictor, read_about(place)))
-    except CannotExportError as error:
-        raise DataError(place, str(error), "choose another model") from None
+    except NotPossibleError as error:
+        raise DataError(place, str(error), "export cnn, linear or ridge") from None
     file = folder / f"{dataset}-{task}-{model}.onnx"
     write_bytes(file, content)
     return file

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ajgdata.ablations.verdicts import figures as ablation_figures
 from ajgdata.ablations.verdicts import with_verdicts
 from ajgdata.paths import ABLATIONS_PAGE, Paths
 from ajgdata.pipeline.exports import write_csv
@@ -27,10 +26,7 @@ def build_page(paths: Paths, name: str, files: Sequence[Path], nav: Sequence[Gro
     tables = [table for _, some in read for table in some]
     if name == ABLATIONS_PAGE:
         tables = with_verdicts(tables)
-        wanted = list(ablation_figures(tables))
-    else:
-        wanted = list(FIGURES.get(name, ()))
-    placed = placed_figures(wanted, tables)
+    placed = placed_figures(FIGURES.get(name, ()), tables)
     listed = [one for some in placed.values() for one in some]
     figures = draw_figures(listed, paths.page_figures(name))
     for table in tables:

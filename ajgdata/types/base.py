@@ -6,7 +6,7 @@ import dataclasses
 import re
 import reprlib
 from collections.abc import Collection, Iterable
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
@@ -24,6 +24,16 @@ _NAME_RULE = (
 Name = Annotated[str, Field(pattern=NAME.pattern, description="letters, digits, _ and -")]
 ModelName = Annotated[Name, AfterValidator(MODELS.checked)]
 SourceName = Annotated[Name, AfterValidator(SOURCES.checked)]
+
+
+def distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return values, or objects with names. Raises ValueError if two are equal."""
+    if len({getattr(one, "name", one) for one in values}) < len(values):
+        raise ValueError("lists one twice")
+    return values
+
+
+Distinct = AfterValidator(distinct)
 
 
 class DataError(Exception):
@@ -114,13 +124,8 @@ def describe(error: ValidationError, where: object) -> DataError:
     more = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
         return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
-    if first["type"] == "union_tag_not_found":
-        key = f"{key}.{first['ctx']['discriminator']}".replace("'", "")
-    if first["type"] in ("missing", "union_tag_not_found"):
+    if first["type"] == "missing":
         return DataError(where, f"{key} is missing{more}", f"add {key}")
-    if first["type"] == "union_tag_invalid":
-        said = "{discriminator} {tag!r} is none of {expected_tags}".format_map(first["ctx"])
-        return DataError(where, f"{key}: {said}{more}", "correct the value")
     value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
     message = " or ".join(
         [_message(first), *(_message(e, "Input should be ") for e in alternatives)]

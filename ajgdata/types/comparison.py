@@ -88,12 +88,8 @@ class Comparison(Strict):
     @model_validator(mode="after")
     def _consistent(self) -> Comparison:
         names = [variant.name for variant in self.all_variants]
-        if len(names) < 2:
-            raise ValueError("a comparison needs at least two variants")
-        if "" in names:
-            raise ValueError("variants: every variant needs a name")
-        if len(set(names)) != len(names):
-            raise ValueError("variants: two have the same name")
+        if len(names) < 2 or "" in names or len(set(names)) != len(names):
+            raise ValueError("variants: give at least two, each with a name of its own")
         if self.axis and self.axis not in self.vary:
             raise ValueError(f"axis: {self.axis!r} is not a key of vary")
         if self.test and any(one.split == "random" for one in self.all_variants):

@@ -62,6 +62,13 @@ TRAINING = (
 )
 
 
+#: Keys of a task that its kind has no use for.
+NOT_FOR: dict[Kind, tuple[str, ...]] = {
+    "classification": ("withhold", "period_deg"),
+    "regression": ("classes", "min_groups"),
+}
+
+
 class DatasetSpec(Strict):
     """dataset.yaml: what a data set is."""
 
@@ -135,14 +142,10 @@ class DatasetSpec(Strict):
         for name, task in self.tasks.items():
             if task.target not in self.targets:
                 raise ValueError(f"task {name}: target {task.target!r} is not among the targets")
-            if self.targets[task.target].kind == "classification":
-                for key in ("withhold", "period_deg"):
-                    if getattr(task, key):
-                        raise ValueError(f"task {name}: {key} is for a number, not for classes")
-            elif task.classes:
-                raise ValueError(f"task {name}: classes are those of a class, not of a number")
-            elif task.min_groups:
-                raise ValueError(f"task {name}: min_groups is for classes, not for a number")
+            kind = self.targets[task.target].kind
+            for key in NOT_FOR[kind]:
+                if getattr(task, key):
+                    raise ValueError(f"task {name}: {key} is not for a {kind}")
         return self
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from ajgdata.types.base import Strict
+from ajgdata.types.base import Distinct, Strict
 
 Dimension = Annotated[int, Field(ge=1, le=256)]
 
@@ -25,7 +25,7 @@ class Embedding(Strict):
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
     folds: int = Field(5, ge=2, description="of the cross-validation")
     inits: int = Field(2, ge=1, description="initialisations of each fold's network")
-    dimensions: tuple[Dimension, ...] = Field(
+    dimensions: Annotated[tuple[Dimension, ...], Distinct] = Field(
         (2, 3, 4, 6, 8, 12, 16, 32, 64), min_length=1, description="of the latent, for k-NN"
     )
     shown: Dimension = Field(8, description="dimension of what is measured further (paper: 8)")
@@ -62,6 +62,4 @@ class Embedding(Strict):
     def _consistent(self) -> Embedding:
         if self.shown not in self.dimensions:
             raise ValueError(f"shown {self.shown} is not among the dimensions")
-        if len(set(self.dimensions)) != len(self.dimensions):
-            raise ValueError("dimensions lists one twice")
         return self

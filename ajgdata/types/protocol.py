@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, JsonValue, field_validator, model_validator
 
-from ajgdata.types.base import Name, Strict
+from ajgdata.types.base import Distinct, Name, Strict
 from ajgdata.types.registry import ROBOTS
 
 RobotName = Annotated[Name, AfterValidator(ROBOTS.checked)]
@@ -55,7 +55,9 @@ class GraspProtocol(Strict):
 
     gripper: str = Field("unknown", description="name of the gripper")
     medium: str = Field("unknown", description="what the gripper is filled with")
-    objects: tuple[ProtocolObject, ...] = Field(min_length=1, description="what is grasped")
+    objects: Annotated[tuple[ProtocolObject, ...], Distinct] = Field(
+        min_length=1, description="what is grasped"
+    )
     grasps_per_object: int = Field(12, ge=1, description="in one session")
     samples_per_grasp: int = Field(1, ge=1, description="recordings while one grasp is held")
     order: Literal["rounds", "random"] = Field(
@@ -80,11 +82,8 @@ class GraspProtocol(Strict):
 
     @field_validator("objects")
     @classmethod
-    def _distinct(cls, objects: tuple[ProtocolObject, ...]) -> tuple[ProtocolObject, ...]:
-        names = [one.name for one in objects]
-        if len(set(names)) != len(names):
-            raise ValueError("two objects share a name")
-        if taken := {"empty", "silence"} & set(names):
+    def _no_reference(cls, objects: tuple[ProtocolObject, ...]) -> tuple[ProtocolObject, ...]:
+        if taken := {"empty", "silence"} & {one.name for one in objects}:
             raise ValueError(f"an object is called {taken.pop()}, as references are: rename it")
         return objects
 

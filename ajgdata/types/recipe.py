@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, JsonValue, field_validator, model_validator
+from pydantic import Field, JsonValue, model_validator
 
-from ajgdata.types.base import Name, SourceName, Strict
+from ajgdata.types.base import Distinct, Name, SourceName, Strict
 
 #: Stands in the grasp_id of a reference, where nothing is held.
 EMPTY = "empty"
@@ -72,15 +72,9 @@ class Recipe(Strict):
     vary: dict[str, tuple[float, float]] = Field(
         {}, description="grasp settings drawn uniformly for each grasp, e.g. angle_deg: [-10, 10]"
     )
-    objects: tuple[RecipeObject, ...] = Field(min_length=1, description="what is grasped")
-
-    @field_validator("objects")
-    @classmethod
-    def _distinct(cls, objects: tuple[RecipeObject, ...]) -> tuple[RecipeObject, ...]:
-        names = [o.name for o in objects]
-        if len(set(names)) != len(names):
-            raise ValueError("two objects share a name")
-        return objects
+    objects: Annotated[tuple[RecipeObject, ...], Distinct] = Field(
+        min_length=1, description="what is grasped"
+    )
 
     @model_validator(mode="after")
     def _drawable(self) -> Recipe:

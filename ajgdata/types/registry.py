@@ -9,7 +9,6 @@ of installed packages is read; what it stands for is imported when it is used.
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -80,8 +79,8 @@ class Registry(Generic[Entry]):
     Of two of one name ours counts.
     """
 
-    def __init__(self, noun: str, group: str, kind: type[Entry], own: Mapping[str, Entry]) -> None:
-        self.noun, self.group, self.kind, self.own = noun, group, kind, dict(own)
+    def __init__(self, noun: str, group: str, own: Mapping[str, Entry]) -> None:
+        self.noun, self.group, self.own = noun, group, dict(own)
 
     def names(self) -> list[str]:
         """Return every name: ours in their order, then the others sorted."""
@@ -89,8 +88,6 @@ class Registry(Generic[Entry]):
 
     def checked(self, name: str) -> str:
         """Return `name`. Raises ValueError, which lists the names, if nothing has it."""
-        if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
-            raise ValueError(f"{self.noun} {name!r}: names are small letters, digits and _")
         if name not in self.own and name not in self._registered():
             known = ", ".join(self.names())
             raise ValueError(f"unknown {self.noun} {name!r}: choose one of {known}")
@@ -100,139 +97,105 @@ class Registry(Generic[Entry]):
         """Return the entry, imported now. Raises ValueError if there is none or it is broken."""
         if self.checked(name) in self.own:
             return self.own[name]
-        point, *others = self._registered()[name]
-        where = f"{self.noun} {name!r} of {_package(point)}"
-        if others:
-            raise ValueError(f"{where} is also of {_package(others[0])}: uninstall one of them")
-        try:
-            entry = point.load()
-        except Exception as error:  # whatever somebody else's module does while it is imported
-            reason = " ".join(f"{type(error).__name__}: {error}".split())
-            raise ValueError(f"{where} cannot be imported ({reason}): mend or remove it") from None
-        if not isinstance(entry, self.kind):
-            raise ValueError(f"{where} is of type {type(entry).__name__}, not {self.kind.__name__}")
+        entry = resolve(self._registered()[name].value)
+        kind = type(next(iter(self.own.values())))
+        if not isinstance(entry, kind):
+            raise ValueError(f"{self.noun} {name!r} of {self.origin(name)} is no {kind.__name__}")
         return entry
 
     def origin(self, name: str) -> str:
         """Return the package and version that registers `name`; "" for ours."""
-        return "" if self.checked(name) in self.own else _package(self._registered()[name][0])
+        if self.checked(name) in self.own:
+            return ""
+        package = self._registered()[name].dist
+        return f"{package.name} {package.version}" if package else name
 
-    def _registered(self) -> dict[str, list[EntryPoint]]:
+    def _registered(self) -> dict[str, EntryPoint]:
         return _entry_points(self.group, tuple(sys.path))
 
 
 @cache
-def _entry_points(group: str, path: tuple[str, ...]) -> dict[str, list[EntryPoint]]:
+def _entry_points(group: str, path: tuple[str, ...]) -> dict[str, EntryPoint]:
     """Return entry points by name; read once, since that takes some 10 ms (again if `path`
     changes)."""
-    points: dict[str, list[EntryPoint]] = {}
-    for point in entry_points(group=group):
-        points.setdefault(point.name, []).append(point)
-    return points
-
-
-def _package(point: EntryPoint) -> str:
-    return f"{point.dist.name} {point.dist.version}" if point.dist else point.value
+    return {point.name: point for point in entry_points(group=group)}
 
 
 def resolve(place: str) -> Any:
     """Return what `module:name` names. Raises ValueError, in one line, if it cannot be imported."""
     try:
         return resolve_name(place)
-    except Exception as error:  # as above: an import runs what it likes
+    except Exception as error:  # an import of another package's module runs what it likes
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(f"{place} cannot be imported ({reason}): mend or remove it") from None
 
 
-_SCALED = (
+#: Types in the files of our models that skops does not know to be harmless.
+_TRUSTED = (
     "ajgdata.models.baselines.Compress",
     "ajgdata.models.scaling.AtLeast",
     "ajgdata.models.scaling.OneScale",
-)
-_TREES = (*_SCALED, "sklearn.tree._tree.Tree")
-_BOOSTED = (*_SCALED, "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor")
-_ADAM = (*_SCALED, "sklearn.neural_network._stochastic_optimizers.AdamOptimizer")
-# sorts of scikit-learn's own that skops does not know to be harmless
-_METRICS = (
-    *_SCALED,
+    "sklearn.tree._tree.Tree",
+    "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
+    "sklearn.neural_network._stochastic_optimizers.AdamOptimizer",
     "sklearn.metrics._dist_metrics.ManhattanDistance64",
     # of up to 15 features, as after a projection of few recordings
     "sklearn.metrics._dist_metrics.EuclideanDistance64",
     "sklearn.neighbors._kd_tree.KDTree",
 )
-
-
 #: Recordings that models are trained on at most: the kernel of support vectors and the neighbours
 #: of k-NN cost as their square, networks take more than one step for each, and others hold the
 #: features three times in float64 (25 kB each).
 _SVM, _NETWORK, _KNN, _OTHER = 5_000, 10_000, 20_000, 30_000
 
 
-def _baseline(
-    function: str,
-    classification: str,
-    regression: str,
+def _model(
+    make: str,
+    label: str,
     most: int = _OTHER,
     *,
+    regression: str = "",
     several: bool = True,
-    trusted: tuple[str, ...] = _SCALED,
+    plain: str = "",
 ) -> Model:
-    make = f"ajgdata.models.baselines:{function}"
-    return Model(make, classification, regression, several, trusted, most_recordings=most)
-
-
-def _tuned(
-    function: str,
-    classification: str,
-    regression: str,
-    plain: str,
-    most: int = _OTHER,
-    *,
-    several: bool = True,
-    trusted: tuple[str, ...] = _SCALED,
-) -> Model:
-    make = f"ajgdata.models.candidates:{function}"
-    return Model(make, classification, regression, several, trusted, plain, most)
-
-
-def _cnn(function: str, label: str) -> Model:
-    return Model(f"ajgdata.models.cnn:{function}", label, label, most_recordings=_NETWORK)
+    """Return a model of ours; `regression` is its name for numbers, if it has another one."""
+    make = f"ajgdata.models.{make}"
+    return Model(make, label, regression or label, several, _TRUSTED, plain, most)
 
 
 MODELS = Registry(
     "model",
     "ajgdata.models",
-    Model,
     {
-        "cnn": _cnn("cnn", "CNN"),
-        "linear": _tuned("linear", "logistic regression", "ridge", "linear_plain"),
-        "ridge": _tuned("ridge", "ridge classifier", "ridge", "ridge_plain"),
-        "knn": _tuned("nearest_neighbours", "k-NN", "k-NN", "knn_plain", _KNN, trusted=_METRICS),
-        "svm": _tuned("support_vectors", "SVM", "SVM", "svm_plain", _SVM, several=False),
-        "boosting": _baseline(
-            "boosting", "gradient boosting", "gradient boosting", several=False, trusted=_BOOSTED
+        "cnn": _model("cnn:cnn", "CNN", _NETWORK),
+        "linear": _model(
+            "candidates:linear", "logistic regression", regression="ridge", plain="linear_plain"
         ),
-        "forest": _baseline("forest", "random forest", "random forest", trusted=_TREES),
-        "mlp": _baseline("perceptron", "MLP", "MLP", _NETWORK, trusted=_ADAM),
-        "linear_plain": _baseline("logistic", "logistic regression, plain", "ridge, plain"),
-        "ridge_plain": _baseline("ridge", "ridge classifier, plain", "ridge, plain"),
-        "knn_plain": _baseline(
-            "nearest_neighbours", "k-NN, plain", "k-NN, plain", _KNN, trusted=_METRICS
+        "ridge": _model(
+            "candidates:ridge", "ridge classifier", regression="ridge", plain="ridge_plain"
         ),
-        "svm_plain": _baseline("support_vectors", "SVM, plain", "SVM, plain", _SVM, several=False),
-        "cnn_one_scale": _cnn("cnn_one_scale", "CNN, one scale"),
+        "knn": _model("candidates:nearest_neighbours", "k-NN", _KNN, plain="knn_plain"),
+        "svm": _model("candidates:support_vectors", "SVM", _SVM, several=False, plain="svm_plain"),
+        "boosting": _model("baselines:boosting", "gradient boosting", several=False),
+        "forest": _model("baselines:forest", "random forest"),
+        "mlp": _model("baselines:perceptron", "MLP", _NETWORK),
+        "linear_plain": _model(
+            "baselines:logistic", "logistic regression, plain", regression="ridge, plain"
+        ),
+        "ridge_plain": _model(
+            "baselines:ridge", "ridge classifier, plain", regression="ridge, plain"
+        ),
+        "knn_plain": _model("baselines:nearest_neighbours", "k-NN, plain", _KNN),
+        "svm_plain": _model("baselines:support_vectors", "SVM, plain", _SVM, several=False),
+        "cnn_one_scale": _model("cnn:cnn_one_scale", "CNN, one scale", _NETWORK),
     },
 )
 SOURCES = Registry(
-    "source",
-    "ajgdata.sources",
-    SourceMaker,
-    {"virtual": SourceMaker("ajgdata.acquire.virtual:open_virtual")},
+    "source", "ajgdata.sources", {"virtual": SourceMaker("ajgdata.acquire.virtual:open_virtual")}
 )
 ROBOTS = Registry(
     "robot",
     "ajgdata.robots",
-    RobotMaker,
     {
         "manual": RobotMaker("ajgdata.acquire.robot:open_manual"),
         "command": RobotMaker("ajgdata.acquire.robot_command:open_command"),

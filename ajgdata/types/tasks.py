@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, JsonValue, model_validator
 
-from ajgdata.types.base import ModelName, Name, Strict
+from ajgdata.types.base import Distinct, ModelName, Name, Strict
 
 #: The experiment whose settings are the task's own.
 CROSS_VALIDATION = "cross_validation"
@@ -20,12 +20,12 @@ class Task(Strict):
     """Target + split: one row of the report for each model."""
 
     target: str = Field(description="which of the targets")
-    classes: tuple[str, ...] = Field(
+    classes: Annotated[tuple[str, ...], Distinct] = Field(
         (), description="classes that the task is about, at least two; default: all of the target"
     )
     groups: str = Field("grasp_id", description="column whose values never straddle folds")
     folds: int = Field(5, ge=2, description="of the cross-validation; at most one a group")
-    models: tuple[ModelName, ...] = Field(
+    models: Annotated[tuple[ModelName, ...], Distinct] = Field(
         ("cnn", "linear", "knn"), description="models that are trained and evaluated"
     )
     most_recordings: dict[Limited, Annotated[int, Field(ge=10)]] = Field(
@@ -37,7 +37,7 @@ class Task(Strict):
     compare_random: bool = Field(
         False, description="also evaluate a split that ignores the groups, to show what it flatters"
     )
-    withhold: tuple[float, ...] = Field(
+    withhold: Annotated[tuple[float, ...], Distinct] = Field(
         (), description="target values that no fold trains on; every fold's model is tested on them"
     )
     period_deg: float | None = Field(
@@ -94,20 +94,14 @@ class Task(Strict):
         return ({"known": given} if given else {}) if isinstance(given, str) else given
 
     @model_validator(mode="after")
-    def _distinct(self) -> Task:
-        if len(set(self.withhold)) != len(self.withhold):
-            raise ValueError("withhold lists a value twice")
+    def _consistent(self) -> Task:
         parts = ("known", *(("unknown", "overall") if self.withhold else ()), *self.test_on)
         parts += ("known_by_recording",) if self.compare_random else ()
         parts += tuple(self.experiments)
         if CROSS_VALIDATION in self.experiments:
             raise ValueError(f"{CROSS_VALIDATION} has its settings in the task itself: models, ...")
-        if self.classes and len(set(self.classes)) < 2:
+        if len(self.classes) == 1:
             raise ValueError("classes: name at least two, or none for all")
-        if len(set(self.classes)) != len(self.classes):
-            raise ValueError("classes lists one twice")
-        if len(set(self.models)) != len(self.models):
-            raise ValueError("models lists one twice")
         if more := sorted(set(self.papers) - set(parts)):
             raise ValueError(f"paper.{more[0]} is no part of this task: it has {', '.join(parts)}")
         return self

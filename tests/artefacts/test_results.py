@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ajgdata.evaluate.sessions import ACROSS, AS_MANY, WITHIN
 from rounding import U64, gamma, likely, network_error, softmax_error
 from sklearn.metrics import accuracy_score, root_mean_squared_error
 
@@ -34,7 +33,6 @@ pytestmark = pytest.mark.artefact
 MOST_ASKED = 2_000
 PATHS = Paths(run=os.environ.get(RUN_VARIABLE, ""))
 #: Splits whose every test part is of one session.
-WITHIN_SESSIONS = (WITHIN, ACROSS, AS_MANY)
 EMPTY: dict[str, list] = {"datasets": [], "runs": [], "pages": [], "published": []}
 #: Only what this run is about: results of what was declared once may still lie about.
 RUNS = json.loads(PATHS.runs.read_text()) if PATHS.runs.is_file() else EMPTY
@@ -159,20 +157,11 @@ def test_no_group_is_trained_on_where_it_is_tested(key):
     column = about["groups"]
     groups = groups_of(key[0], column)
     rows = tables["predictions"].rows if tables else ()
-    fold_of, session_of = {}, {}
+    fold_of = {}
     for row in rows:
         if row["split"] == "grouped":
             assert fold_of.setdefault(groups[row["recording"]], row["fold"]) == row["fold"]
-        if row["split"] == "repeated":  # folds are numbered on from repeat to repeat
-            repeat = row["fold"] // about["parts"]["grouped"]["folds"]
-            known = fold_of.setdefault((groups[row["recording"]], repeat), row["fold"])
-            assert known == row["fold"]
-        if row["split"] in WITHIN_SESSIONS:  # by models of no other session, or of others alone
-            (session, _, _), fold = row["recording"].partition("/"), row["fold"]
-            assert session_of.setdefault((row["split"], fold), session) == session
-            known = fold_of.setdefault((groups[row["recording"]], session, row["split"]), fold)
-            assert known == fold
-    own = {"grouped", "random", "repeated", *WITHIN_SESSIONS}
+    own = {"grouped", "random"}
     for split in {row["split"] for row in rows} - own:
         theirs = groups_of(split.removeprefix("on:"), column) if "on:" in split else groups
         for row in rows:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ajgdata.evaluate.in_use import Calibration
 from ajgdata.evaluate.novelty import Guard
-from ajgdata.features.spectrum import spectra
+from ajgdata.features.spectrum import spectrum
 from ajgdata.live.predictor import Predictor
 from ajgdata.models import make_model
 from ajgdata.types import AudioSettings, FeatureSettings
@@ -102,4 +102,4 @@ def predictor_of(
 
 def features_of(recordings: np.ndarray, settings: FeatureSettings = FEATURES) -> np.ndarray:
     """The package's features (n, n_bins)."""
-    return spectra(recordings, RATE_HZ, settings)
+    return np.array([spectrum(one, RATE_HZ, settings) for one in recordings])

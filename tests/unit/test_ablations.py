@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import yaml
-from drawn_figures import fits
 from experiment_samples import small_store
 
 from ajgdata.ablations import possible, read_ablations
@@ -11,10 +10,8 @@ from ajgdata.ablations.measure import NUISANCES, AblationData, measure, nuisance
 from ajgdata.ablations.verdicts import (
     Folds,
     Measured,
-    figures,
     reasons_of,
     trial_table,
-    value_table,
     with_verdicts,
 )
 from ajgdata.evaluate.crossval import cross_validate
@@ -23,7 +20,6 @@ from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.pipeline.studies import run_ablation
-from ajgdata.report.canvas import draw
 from ajgdata.store.features import write_store
 from ajgdata.store.tables import read_tables
 from ajgdata.types import DataError
@@ -257,19 +253,3 @@ def test_reasons_are_supported_changes_towards_the_paper():
     assert helps.explains(low=False)  # ours is too high, and the change lowers it
     assert not helps.explains(low=True)
     assert not nothing.explains(low=False)
-
-
-def test_the_figure_has_the_values_of_all_variants_and_models():
-    folds = {"plain": Folds(BEFORE, 1.5), "changed on:made": Folds((2.0,) * 5, 2.5)}
-    measured = Measured("rmse", "mm", {"linear": folds, "knn": folds})
-    table = value_table("noise", Ablation.model_validate(SETTINGS), measured)
-    (figure,) = figures([trials(1.0), table])
-    points = [(p.series, p.x, p.score.mean) for p in figure.picture(table).points]
-    assert points == [
-        (model, variant, value)
-        for model in ("ridge", "k-NN")
-        for variant, value in (("plain", 5.0), ("changed on:made", 2.0))
-    ]
-    illustration = figure.of(table)
-    assert illustration.caption.alt.startswith("RMSE: 2 to 5 mm in 4 cases")
-    assert fits(draw(illustration))

@@ -37,23 +37,10 @@ def test_a_knock_does_not_decide(delay):
     assert delay_samples(heard, SWEEP, 4000) == delay
 
 
-def test_a_resonance_moves_the_delay_by_less_than_its_period():
-    pole = 0.98 * np.exp(2j * np.pi * 500 / RATE)
-    heard = scipy.signal.lfilter([1], np.real(np.poly([pole, pole.conj()])), delayed(700))
-    assert abs(delay_samples(heard, SWEEP, 2000) - 700) < RATE / 500
-
-
 def test_search_stays_within_max_delay():
     assert abs(delay_samples(delayed(900), SWEEP, 500)) <= 500
     assert delay_samples(delayed(900), SWEEP, 0) == 0
     assert delay_samples(delayed(900), SWEEP, 10**9) == 900
-
-
-def test_recording_may_be_longer_or_shorter_than_the_excitation():
-    heard = np.zeros(3 * RATE)
-    heard[10_000:18_000] = SWEEP
-    assert delay_samples(heard, SWEEP, 20_000) == 10_000
-    assert delay_samples(SWEEP[1000:5000], SWEEP, 4_000) == -1000
 
 
 @pytest.mark.parametrize("bad", [np.zeros(RATE), np.r_[SWEEP, np.nan], np.zeros(0), SWEEP[None]])
@@ -91,13 +78,6 @@ def test_shift_moves_and_pads_with_silence():
 )
 def test_delays_that_do_not_belong_to_the_session(delays, outliers):
     assert np.flatnonzero(delay_outliers(delays, 44_100)).tolist() == outliers
-
-
-@pytest.mark.parametrize("delay", [0, 700])
-def test_integers_have_no_end_of_range(delay):
-    """Of 16-bit codes the lowest has no absolute value; here it is the only one beside 0."""
-    codes = np.where(delayed(delay) < 0, -(2**15), 0).astype(np.int16)
-    assert delay_samples(codes, SWEEP, 2000) == delay
 
 
 def test_the_last_sample_is_within_reach_and_what_lies_beyond_is_not():

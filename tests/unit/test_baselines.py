@@ -54,29 +54,6 @@ def test_models_are_estimators_of_their_kind_that_learn_the_obvious(name, kind):
         assert (abs(predicted - target[40:]) < 5).all()
 
 
-@pytest.mark.parametrize(("name", "kind"), EVERY)
-def test_the_unit_of_the_features_does_not_matter(name, kind):
-    x, y = blobs(40)
-    factor = np.float32(2.0**-66)
-    plain = make_model(name, kind, 0).fit(x, y).predict(x)
-    scaled = make_model(name, kind, 0).fit(x * factor, y).predict(x * factor)
-    assert np.array_equal(plain, scaled)
-
-
-@pytest.mark.parametrize("kind", ["classification", "regression"])
-@pytest.mark.parametrize("name", ["cnn", "boosting", "forest", "mlp"])
-def test_models_with_chance_in_them_get_the_seed(name, kind):
-    settings = make_model(name, kind, seed=7).get_params()
-    assert {v for k, v in settings.items() if k.split("__")[-1] == "random_state"} == {7}
-
-
-def test_the_cnn_with_one_scale_differs_in_its_scaling_only():
-    each, one = (
-        make_model(name, "regression", 7).get_params() for name in ("cnn", "cnn_one_scale")
-    )
-    assert one == each | {"scaling": "global"} and each["scaling"] == "per_bin"
-
-
 def test_unknown_names_are_refused():
     with pytest.raises(
         ValueError, match="unknown model 'tree': choose one of cnn, linear, ridge, knn"

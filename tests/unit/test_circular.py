@@ -35,16 +35,6 @@ def test_every_model_finds_its_way_across_the_seam(model):
     assert metrics.regression(truth[seam], found, 180.0)["rmse"] < 12
 
 
-def test_only_the_angle_within_the_period_matters():
-    x, angle = bar()
-    turns = np.random.default_rng(2).integers(-3, 4, len(angle))
-    here, there = (
-        make_model("linear", "regression", 0, period=180.0).fit(x, y).predict(x)
-        for y in (angle, angle + 180 * turns)
-    )
-    assert np.abs(metrics.wrapped(here - there, 180.0)).max() < 1e-9  # rounding of 2 pi k
-
-
 def test_predictions_stay_below_the_period():
     class Below:
         def predict(self, X):

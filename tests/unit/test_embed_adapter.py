@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from ajgdata.evaluate import distances
 from ajgdata.evaluate.embedding_data import embedding_data
 from ajgdata.evaluate.neighbours import score_latent, score_raw, score_reduced
 from ajgdata.experiments import EXPERIMENTS
@@ -202,14 +201,6 @@ def test_silhouettes_are_of_objects_and_categories(made):
     assert list(silhouettes) == [(s, x) for s in ("latent", "raw") for x in ("object", "kind")]
     score = silhouettes["latent", "object"]
     assert told["latent", "silhouette", "silhouette of object", "sd"] == score.sd
-    assert "silhouette_on" not in found.about  # on all of them
-
-
-def test_a_silhouette_of_some_says_on_how_many_of_how_many(made, monkeypatch):
-    monkeypatch.setattr(distances, "MOST_SILHOUETTE", 13)
-    about = measured(made, "embedding_projections").about
-    assert about["silhouette_on"] == 13
-    assert about["silhouette_of"] == 2 * THINGS * GRASPS * 2 // SETTINGS.folds  # two sessions
 
 
 def test_retrieval_is_of_unseen_things(made):

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ajgdata.evaluate import distances
 from ajgdata.evaluate.distances import mean_distances, precision_at, silhouette
 
 
@@ -61,13 +60,3 @@ def test_silhouette_of_far_clusters_is_nearly_1():
     assert silhouette(space, np.repeat([0, 1], 5)) == 1.0
     assert np.isnan(silhouette(space, np.zeros(10)))
     assert np.isnan(silhouette(space, np.arange(10)))
-
-
-def test_a_silhouette_of_some_is_of_all_sessions(monkeypatch):
-    """Two things lie apart in the first session, and are exchanged in the second."""
-    session, thing = np.repeat([0, 1], 20), np.arange(40) % 2
-    space = np.where(session == thing, 0.0, 9.0)[:, None]
-    whole = silhouette(space, thing)
-    assert whole < 0
-    monkeypatch.setattr(distances, "MOST_SILHOUETTE", 20)
-    assert silhouette(space, thing) < 0  # of the first session alone it is 1

@@ -162,15 +162,6 @@ def test_things_have_colours_of_their_own():
     assert "" not in text_colours(np.array(["", "a"]))
 
 
-def test_a_silhouette_of_some_points_says_of_how_many():
-    found = results("embedding_projections")
-    about = {"silhouette_on": 5000, "silhouette_of": 12_000}
-    some = dataclasses.replace(found, results=(dataclasses.replace(found.results[0], about=about),))
-    (silhouettes,) = EXPERIMENTS["embedding_projections"].tables(some)
-    assert silhouettes.rows == (("object", "0.30 ± 0.14", "-0.10 ± 0.14"),)
-    assert silhouettes.caption.endswith("of validation points (5,000 of 12,000 in a run).")
-
-
 def test_precision_falls_with_k_in_its_gallery(drawn):
     figure = drawn["embedding_retrieval", ""]
     assert [axes.get_title() for axes in figure.axes] == [

@@ -38,14 +38,6 @@ def test_same_seed_same_latent(spectra):
     assert not np.allclose(first, other)
 
 
-def test_torch_is_left_as_it_was(spectra):
-    torch.manual_seed(5)
-    before, threads = torch.get_rng_state(), torch.get_num_threads()
-    trained(spectra)
-    assert torch.equal(torch.get_rng_state(), before)
-    assert torch.get_num_threads() == threads
-
-
 def test_things_come_apart_and_grasps_together(spectra):
     features, thing, grasp = spectra
     new = grasp % GRASPS == GRASPS - 1  # the last grasp of each thing is not trained on
@@ -88,13 +80,6 @@ def test_networks_side_by_side_are_each_what_they_were(spectra):
         torch.testing.assert_close(found, latent, rtol=1e-5, atol=1e-5)
 
 
-def test_layers_that_cannot_be_joined_are_refused():
-    network = new_network(64, 2)
-    network.convolutions.append(torch.nn.Tanh())
-    with pytest.raises(TypeError, match="Tanh"):
-        StackedEncoders([network, network])
-
-
 def test_batches_hold_things_in_different_grasps(spectra):
     _, thing, grasp = spectra
     batches = draw_batches(
@@ -107,18 +92,6 @@ def test_batches_hold_things_in_different_grasps(spectra):
         assert len(np.unique(of_thing[:, 0])) == 3
         assert len(np.unique(of_grasp)) == 12
     assert len(np.unique(batches)) > 0.75 * len(thing)  # 1 - (1/2)^2 = 3/4 of them on average
-
-
-def test_a_thing_of_few_grasps_stands_there_with_them_twice():
-    thing, grasp = np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 3, 3])
-    batches = draw_batches(
-        thing, grasp, instances=8, recordings=4, epochs=3, generator=np.random.default_rng(0)
-    )
-    for rows in batches:
-        assert sorted(thing[rows]) == [0] * 4 + [1] * 4
-        weights = pair_weights(thing[rows], grasp[rows])
-        assert weights.similar.sum() == pytest.approx(1)
-        assert not weights.similar[np.ix_(thing[rows] == 1, thing[rows] == 1)].any()
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from experiment_samples import measured, small_inputs
-from scipy.spatial.distance import cdist
 
-from ajgdata.evaluate import distances
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.curves import learning_curve
 from ajgdata.models import chosen, fit_model, limits, make_model
@@ -46,17 +43,6 @@ def test_every_class_of_a_session_that_is_sorted_by_class_loses_some():
     assert (np.bincount(session[rows]) == 1250).all()
     gaps = np.diff(rows[:62])  # of the first class: every second
     assert gaps.max() <= 3
-
-
-def test_numbers_of_a_session_are_thinned_over_their_whole_range():
-    session = np.repeat([0, 1], 1000)
-    size = np.tile(np.linspace(10, 60, 1000), 2)  # no two of a session alike
-    rows = limits.thinned(session, 100, size)
-    for number in (0, 1):
-        kept = np.sort(size[rows][session[rows] == number])
-        assert len(kept) == 50
-        assert np.diff(kept).max() <= 21 / 999 * 50  # every 20th
-        assert kept[0] < 11.1 and kept[-1] > 58.9
 
 
 def test_sessions_that_cannot_keep_all_classes_keep_others_each():
@@ -111,29 +97,6 @@ def test_a_learning_curve_says_how_many_were_learned_from():
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 1, "limits": {"knn": 16}}
     points = learning_curve(x, y, group, sizes=(2, 8), **ask).points
     assert [point.recordings for point in points] == [12, 16]
-
-
-def test_metrics_say_on_how_many_of_how_many():
-    inputs = small_inputs(most_recordings={"knn": 6})
-    scores = measured("cross_validation", inputs, model="knn_plain").tables[0]
-    told = {r["metric"]: r["value"] for r in scores.where(part="training of grouped").rows}
-    assert told["trained_on"] == 6 < told["available"]
-
-
-def test_blocks_of_distances_are_all_distances(monkeypatch):
-    generator = np.random.default_rng(2)
-    space, thing = generator.normal(size=(30, 4)), np.repeat(np.arange(5), 6)
-    grasp, rows = np.arange(30) // 2, np.arange(30)
-    named = {"queries": rows, "gallery": rows, "at": (1, 3)}
-    whole = distances.precision_at(space, thing, grasp, **named)
-    means = distances.mean_distances(space, thing, np.arange(5), grasp)
-    monkeypatch.setattr(distances, "BLOCK", 70)  # two rows at once
-    assert distances.precision_at(space, thing, grasp, **named) == whole
-    np.testing.assert_allclose(
-        distances.mean_distances(space, thing, np.arange(5), grasp), means, rtol=1e-13
-    )
-    two = cdist(space[:6], space[6:12]).mean()  # of other things, hence of other grasps
-    assert means[0, 1] == pytest.approx(two, rel=1e-13)
 
 
 def test_a_task_can_limit_each_model_that_has_a_limit():

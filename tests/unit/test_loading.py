@@ -211,11 +211,11 @@ def test_to_torch_gives_features_and_labels(evaluated):
     loaded = ajgdata.load_dataset("d", evaluated.root)
     part = loaded.all("what")
     assert part.classes == ("a", "b")
-    features, labels = next(iter(DataLoader(loaded.to_torch("what"), batch_size=24)))
+    features, labels = next(iter(DataLoader(part.to_torch(), batch_size=24)))
     assert (features.dtype, labels.dtype) == (torch.float32, torch.int64)
     np.testing.assert_array_equal(features, part.X)
     assert [part.classes[label] for label in labels] == part.y.tolist()
-    _, edge = loaded.to_torch()[0]  # the first task
+    _, edge = loaded.all("size").to_torch()[0]
     assert (edge.dtype, edge.item()) == (torch.float32, loaded.all("size").y[0])
     # a part without one of the classes numbers them as all parts do
     only_b = loaded.all("what")
@@ -228,9 +228,9 @@ def test_to_torch_gives_features_and_labels(evaluated):
 def test_what_there_is_not(evaluated):
     loaded = ajgdata.load_dataset("d", evaluated.root)
     assert loaded.tasks == ("size", "what")
-    with pytest.raises(DataError, match="there is no task 'shape'; declared are: size, what"):
+    with pytest.raises(DataError, match="there is no task 'shape'; use size, what"):
         loaded.split("shape", 0)
-    with pytest.raises(DataError, match="task size has no fold 3; 0 to 2 there are"):
+    with pytest.raises(DataError, match="task size has no fold 3; use 0 to 2"):
         loaded.split("size", 3)
     with pytest.raises(DataError, match="no fold -1"):
         loaded.split("size", -1)
@@ -239,7 +239,7 @@ def test_what_there_is_not(evaluated):
         ajgdata.load_dataset("d", evaluated.root).split("size", 0)
     evaluated.paths.features("d").unlink()
     with pytest.raises(DataError, match="has not been made; run `snakemake` first"):
-        loaded.to_torch()
+        loaded.all("size")
 
 
 def test_plain_xarray_finds_labels_and_units(evaluated):

@@ -110,7 +110,7 @@ def test_rows_of_no_plan_are_left_alone():
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"objects": [{"name": "a"}, {"name": "a"}]}, "two objects share a name"),
+        ({"objects": [{"name": "a"}, {"name": "a"}]}, "lists one twice"),
         ({"objects": [{"name": "empty"}]}, "an object is called empty"),
         ({"objects": []}, "at least 1 item"),
         ({"sequence": ["approach", "jam"]}, "needs `sense` once"),

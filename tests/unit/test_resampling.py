@@ -2,16 +2,12 @@
 
 import math
 
-import numpy as np
 import pytest
-from scipy.stats import norm
 
 from ajgdata.evaluate.agreement import why_undefined
-from ajgdata.evaluate.intervals import CONFIDENCE
 from ajgdata.evaluate.resampling import (
     corrected_deviation,
     corrected_interval,
-    corrected_reach,
     repeat_seed,
 )
 
@@ -40,35 +36,6 @@ def test_folds_that_are_all_right_claim_no_certainty():
     for equal in ([1.0] * 50, [0.1 + 0.2, 0.3]):  # which differ by rounding
         assert all(map(math.isnan, corrected_interval(equal, 5, "accuracy")))
     assert "same value" in why_undefined("repeated", "accuracy", "low")
-
-
-def accuracies(x: np.ndarray, y: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Ten repeats of five folds (50,) of a threshold halfway between the means of two classes."""
-    found = []
-    for _ in range(10):
-        for test in np.array_split(generator.permutation(len(x)), 5):
-            train = np.setdiff1d(np.arange(len(x)), test)
-            half = (x[train][y[train] == 1].mean() + x[train][y[train] == 0].mean()) / 2
-            found.append(np.mean((x[test] > half) == y[test]))
-    return np.array(found)
-
-
-def test_coverage_is_nearer_the_stated_one_than_that_of_the_plain_interval():
-    """The truth, the accuracy of such a threshold learnt from 32 rows, is known but for a mean over
-    thresholds: these are normal about the middle with variance 1/32."""
-    generator, shift, runs = np.random.default_rng(0), 1.0, 200
-    y = np.repeat([0, 1], 20)
-    halves = shift / 2 + generator.normal(0, math.sqrt(1 / 32), 20_000)
-    truth = np.mean((norm.cdf(halves) + norm.cdf(shift - halves)) / 2)
-    corrected = plain = 0
-    for _ in range(runs):
-        values = accuracies(shift * y + generator.normal(size=40), y, generator)
-        low, high = corrected_interval(values, 5)
-        corrected += low <= truth <= high
-        plain += abs(values.mean() - truth) <= corrected_reach(values.var(ddof=1), 50, 0.0)
-    spread = math.sqrt(CONFIDENCE * (1 - CONFIDENCE) / runs)  # of a share of that many runs
-    assert plain / runs < CONFIDENCE - 5 * spread
-    assert abs(corrected / runs - CONFIDENCE) <= 3 * spread
 
 
 def test_seeds_of_repeats_differ_between_seeds_of_a_task():

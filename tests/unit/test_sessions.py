@@ -69,7 +69,7 @@ def recipe(**keys):
         ),
         ({"imports": {"table": "y"}}, "table needs file"),
         (recipe(objects=[]), "recipe.objects = []"),
-        (recipe(objects=RECIPE["objects"] * 2), "two objects share a name"),
+        (recipe(objects=RECIPE["objects"] * 2), "lists one twice"),
         (recipe(vary={"angle_deg": [10, -10]}), "vary.angle_deg = [10, -10] must be [low, high]"),
         (recipe(scene={"grasp": 3}), "scene.grasp must hold keys"),
         (recipe(scene={"grasp": {"x": float("nan")}}), "should be a finite number"),

@@ -95,14 +95,6 @@ def test_as_many_groups_as_folds_makes_each_group_a_fold_in_sorted_order(kind):
     assert [test.tolist() for _, test in parts] == [[1, 3], [0, 4], [2, 5]]
 
 
-def test_a_class_with_two_groups_is_tested_in_few_folds_and_learned_in_all():
-    y = np.array([1, 1] + [0] * 18)
-    groups = np.arange(20)
-    parts = grouped_folds(y, groups, "classification", 5, 0)
-    assert sum(1 in y[test] for _, test in parts) == 2
-    assert all(1 in y[train] for train, _ in parts)
-
-
 def test_impossible_folds_are_refused_with_the_reason():
     with pytest.raises(ValueError, match="3 groups cannot make 5 folds"):
         grouped_folds(np.zeros(9), np.arange(9) % 3, "regression", 5, 0)

@@ -21,7 +21,7 @@ def spec(kind: str, **task: object) -> DatasetSpec:
 @pytest.mark.parametrize("key", [{"withhold": [1, 2]}, {"period_deg": 180}])
 def test_what_is_for_numbers_is_refused_for_classes(key):
     assert spec("regression", **key).task_settings("t").items() >= key.items()
-    with pytest.raises(ValidationError, match=f"task t: {next(iter(key))} is for a number"):
+    with pytest.raises(ValidationError, match=f"task t: {next(iter(key))} is not for a"):
         spec("classification", **key)
 
 
@@ -29,11 +29,11 @@ def test_a_task_may_be_about_some_of_the_classes():
     task = spec("classification", classes=["a", "b"])
     assert task.task_settings("t")["classes"] == task.training("t")["classes"] == ["a", "b"]
     assert spec("classification").training("t")["classes"] == []
-    with pytest.raises(ValidationError, match="task t: classes are those of a class"):
+    with pytest.raises(ValidationError, match="task t: classes is not for a regression"):
         spec("regression", classes=["a", "b"])
     with pytest.raises(ValidationError, match="name at least two, or none for all"):
         spec("classification", classes=["a"])
-    with pytest.raises(ValidationError, match="classes lists one twice"):
+    with pytest.raises(ValidationError, match="lists one twice"):
         spec("classification", classes=["a", "b", "a"])
 
 
@@ -56,12 +56,12 @@ def test_the_papers_figures_by_part():
     assert Task(target="x", paper=both, compare_random=True).papers == both
     with pytest.raises(ValidationError, match=r"paper.known_by_recording is no part of this task"):
         Task(target="x", paper=both)
-    with pytest.raises(ValidationError, match="withhold lists a value twice"):
+    with pytest.raises(ValidationError, match="lists one twice"):
         Task(target="x", withhold=(1.0, 2.0, 1.0))
 
 
 def test_rare_classes_may_be_left_out_and_are_told():
-    with pytest.raises(ValidationError, match="task t: min_groups is for classes"):
+    with pytest.raises(ValidationError, match="task t: min_groups is not for a regression"):
         spec("regression", min_groups=2)
     assert spec("classification", min_groups=2).training("t")["min_groups"] == 2
     label = ["a"] * 4 + ["b"] * 4 + ["c"] * 2 + [""]

@@ -1,7 +1,6 @@
 """A trained model comes back from disk as it was, and nothing else does."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ import pytest
 from ajgdata.loading import read_model
 from ajgdata.models import chosen, fit_model, make_model
 from ajgdata.paths import Paths
-from ajgdata.pipeline.train import train_model, train_models
+from ajgdata.pipeline.train import train_model
 from ajgdata.store.features import Column, Shard, read_store, text_column, write_store
 from ajgdata.store.models import read_estimator, write_estimator
 from ajgdata.types import MODELS, DataError, NotPossibleError
@@ -99,32 +98,6 @@ def test_a_model_of_a_repeating_target_comes_back_whole(store, model):
         "detection_rate": "one object only: none is left to hold out",
     }
     assert about["calibration"]["coverage"] is None
-
-
-def test_a_network_is_the_same_bytes_twice(store):
-    os.umask(umask := os.umask(0))
-    folders = [train(store, "kind", "cnn", name) for name in ("a", "b")]
-    for file in ("model.json", "model.safetensors", "guard.safetensors"):
-        assert (folders[0] / file).read_bytes() == (folders[1] / file).read_bytes()
-        assert (folders[0] / file).stat().st_mode & 0o777 == 0o666 & ~umask
-
-
-def test_models_trained_one_after_the_other_are_those_trained_alone(store):
-    alone = train(store, "kind", "cnn", "alone")
-    settings = {"target": "kind", "kind": "classification", "unit": "", "groups": "grasp_id"}
-    tasks = {"what": {"models": ["forest", "cnn"], "settings": settings}}
-    steps = []
-    folder = store.parent / "all"
-    train_models(
-        store, tasks=tasks, seed=3, folder=folder,
-        progress=lambda total: lambda: steps.append(total),
-    )  # fmt: skip
-    assert steps == [2, 2]
-    assert (folder / "what/forest/model.skops").is_file()
-    for file in ("model.safetensors", "guard.safetensors"):
-        assert (folder / "what/cnn" / file).read_bytes() == (alone / file).read_bytes()
-    about, own = (json.loads((f / "model.json").read_text()) for f in (folder / "what/cnn", alone))
-    assert about == own | {"task": "what"}
 
 
 def test_what_cannot_be_trained_says_why(store):

@@ -48,19 +48,6 @@ def test_a_sequence_gives_the_response_back_to_its_regularisation(length_s):
     assert np.linalg.norm(error) > 0.5 * REGULARISATION * np.linalg.norm(h)
 
 
-@pytest.mark.parametrize("snr_db", [0, 20, 40])
-def test_noise_makes_the_error_that_the_energy_played_allows(snr_db):
-    """White excitation: E|error|² = M σ²/Σx², M the taps; its relative spread is sqrt(2/M), 6 %."""
-    played = excitation_samples(MaximumLengthSequence(length_s=0.5), RATE)
-    solver, h = Deconvolution(played, TAPS), response()
-    clean = heard(played, h)
-    sigma = clean.std() * 10 ** (-snr_db / 20)
-    noise = sigma * np.random.default_rng(1).standard_normal(len(clean))
-    error = taken_apart(solver, solver.impulse_response(clean + noise), h)
-    expected = TAPS * sigma**2 / np.sum(played**2)
-    assert np.sum(error**2) == pytest.approx(expected, rel=0.25)  # four deviations
-
-
 @pytest.mark.parametrize("kind", [LogSweep, LinearSweep, Multitone, ChirpTrain])
 def test_every_kind_gives_the_transfer_function_back_within_its_band(kind):
     """Shrunk by λ/(|X(f)|² + λ); least energy per hertz has the logarithmic sweep at the top, 8 dB
@@ -132,15 +119,6 @@ def test_a_feature_has_the_axis_of_the_stft_and_its_normalisation():
     size = settings.model_copy(update={"normalisation": "none"})
     of_power, of_size = (feature_maker(s, RATE, played)(recording) for s in (power, size))
     assert np.allclose(of_power, of_size**2, rtol=1e-5)
-
-
-def test_a_recording_of_another_length_is_of_the_same_response():
-    played, h = excitation_samples(MaximumLengthSequence(length_s=0.25), RATE), response()
-    longer = fftconvolve(played, h)
-    solver = Deconvolution(played, TAPS)
-    for recording in (longer, longer[:6_000]):
-        error = taken_apart(solver, solver.impulse_response(recording), h)
-        assert np.linalg.norm(error) < 1e-3 * np.linalg.norm(h)
 
 
 def test_what_cannot_be_solved_is_said():

@@ -13,7 +13,6 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 from ajgdata.evaluate.crossval import cross_validate
 from ajgdata.evaluate.splits import grouped_folds
 from ajgdata.models import chosen, fit_model, make_model
-from ajgdata.models.candidates import SCALINGS
 from ajgdata.models.circular import Circular
 from ajgdata.models.scaling import AtLeast, OneScale
 from ajgdata.models.tuning import (
@@ -24,7 +23,6 @@ from ajgdata.models.tuning import (
     ONE_GROUP,
     ONE_ROW,
     Tuned,
-    inner_folds,
 )
 from ajgdata.types import MODELS, NotPossibleError
 
@@ -93,22 +91,6 @@ def test_inner_folds_see_no_row_of_the_outer_test_part_and_divide_no_group(rows)
             assert set(fit) | set(held) == set(train)
 
 
-def test_inner_folds_divide_no_session_where_that_is_asked_for():
-    x = np.arange(48, dtype=float)[:, None]
-    y, groups, session = np.arange(48) // 2 % 2, np.arange(48) // 2, np.arange(48) // 12
-    parts = [(np.flatnonzero(session != one), np.flatnonzero(session == one)) for one in range(4)]
-    Spy.seen.clear()
-    cross_validate(
-        x, y, groups, kind="classification", model=Tuned([("a", Spy()), ("b", Spy())]),
-        parts=parts, inner_groups=[session] * 4,
-    )  # fmt: skip
-    assert len(Spy.seen) == 4 * 7  # two candidates on three inner folds, the best on the whole
-    for number, (fit, held) in enumerate(Spy.seen):
-        known = set(session[fit.astype(int)].tolist())
-        assert len(known) == (3 if number % 7 == 6 else 2)
-        assert not known & set(session[held.astype(int)].tolist())
-
-
 def leaking(groups=24, repeats=6):
     """Two bins that nearly tell the class, and two that tell the group exactly and nothing else."""
     generator = np.random.default_rng(2)
@@ -146,18 +128,6 @@ def amplitudes(matter, kind="classification", rows=96, seed=3):
     return x, y, np.arange(rows) // 2
 
 
-@pytest.mark.parametrize("matter", [False, True])
-def test_the_norm_is_divided_by_where_loudness_hides_and_kept_where_it_tells(matter):
-    x, y, group = amplitudes(matter)
-    fitted = fit_model(make_model("knn", "classification"), x, y, group)
-    scores = fitted.inner_scores_
-    assert ("L2" in fitted.choice_) == (not matter)
-    right, wrong = ("stored, k = 5", "L2, k = 5")[:: 1 if matter else -1]
-    assert scores[right] == 1
-    assert scores[wrong] < 0.95
-    assert scores[fitted.choice_] == 1
-
-
 @pytest.mark.parametrize("kind", ["classification", "regression"])
 @pytest.mark.parametrize("name", TUNED)
 def test_what_is_kept_is_the_chosen_candidate_and_nothing_more(name, kind):
@@ -175,23 +145,6 @@ def test_what_is_kept_is_the_chosen_candidate_and_nothing_more(name, kind):
         np.testing.assert_array_equal(one.predict(x), plain.predict(x))
 
 
-def test_the_first_candidate_is_what_was_there_before_there_was_a_choice():
-    for name in ("linear", "ridge", "svm"):
-        for kind in ("classification", "regression"):
-            first = make_model(name, kind).candidates[0][1]
-            assert repr(first) == repr(make_model(MODELS[name].plain, kind))
-
-
-def test_what_makes_choosing_cheaper_is_not_in_what_is_kept():
-    x, y, group = leaking()
-    rough = {"max_iter": 3, "tol": 1e9}
-    model = Tuned([("a", LogisticRegression(C=9)), ("b", LogisticRegression())], None, 0, rough)
-    fitted = model.fit(x, y, groups=group)
-    assert fitted.best_estimator_.tol == LogisticRegression().tol
-    assert fitted.best_estimator_.n_iter_[0] > 3
-    assert [one.tol for _, one in model.candidates] == [LogisticRegression().tol] * 2
-
-
 def test_an_error_of_a_candidate_is_an_error():
     class Broken(Spy):
         def predict(self, X):
@@ -200,13 +153,6 @@ def test_an_error_of_a_candidate_is_an_error():
     x, y, group = leaking()
     with pytest.raises(ValueError, match="broken"):
         Tuned([("a", Spy()), ("b", Broken())]).fit(x, y, groups=group)
-
-
-def test_a_setting_that_no_candidate_has_is_an_error():
-    x, y, group = leaking()
-    model = Tuned([("a", LogisticRegression())], None, 0, {"toll": 1.0})
-    with pytest.raises(ValueError, match="Invalid parameter 'toll'"):
-        model.fit(x, y, groups=group)
 
 
 def test_what_makes_choosing_cheaper_reaches_candidates_that_are_wrapped():
@@ -259,16 +205,3 @@ def test_numbers_that_repeat_are_compared_the_shortest_way_round():
     fitted = model.fit(np.zeros((12, 1)), y, groups=np.arange(12))
     assert fitted.choice_ == "near"
     assert fitted.inner_scores_["near"] == pytest.approx(-2.5)  # (1 + 1 + 4 + 4) / 4
-
-
-def test_classes_are_spread_over_inner_folds():
-    y, group = np.repeat(["a", "b"], 12), np.arange(24) // 2
-    for train, test in inner_folds(y, group, True, 0):
-        assert set(y[train]) == set(y[test]) == {"a", "b"}
-
-
-def test_scalings_named_as_logarithms_are():
-    x = np.array([[1.0, 2.0, 4.0, 8.0], [3.0, 5.0, 7.0, 2.0]])
-    (log,) = SCALINGS["log"]()
-    differences = np.diff(log.fit_transform(x), axis=1)
-    np.testing.assert_allclose(differences, np.diff(np.log(x), axis=1), atol=4e-6)

@@ -142,7 +142,7 @@ def measure(inputs: Inputs, settings: Settings, model: str) -> Outcome:
             table_of("by_value", "Errors value by value", values, **VALUE_COLUMNS),
             table_of("predictions", "Held-out predictions", predicted, **PREDICTION_COLUMNS),
         ),
-        _cost_tables(model, found.splits),
+        (_cost_table(model, found.splits),),
         {"parts": about, "classes": list(grouped.classes)},
     )
 
@@ -237,23 +237,14 @@ def _rows(data: TaskData, part: str, found: Predictions) -> Iterator[dict[str, A
         yield row | {"y_true": true, "y_pred": predicted, "probability": p}
 
 
-def _cost_tables(model: str, splits: Mapping[str, CrossValidation]) -> tuple[Table, ...]:
-    """Return what training and predicting took, and the training time of each fold."""
-    costs = {split: dataclasses.asdict(result.cost) for split, result in splits.items()}
-    per_fold = {split: cost.pop("train_s_per_fold") for split, cost in costs.items()}
+def _cost_table(model: str, splits: Mapping[str, CrossValidation]) -> Table:
+    """Return what training and predicting took."""
     measured = (
         (model, f"cost of {split}", name, "measured", value)
-        for split, cost in costs.items()
-        for name, value in cost.items()
+        for split, result in splits.items()
+        for name, value in dataclasses.asdict(result.cost).items()
     )
-    times = (
-        {"split": split, "fold": fold, "train_s": seconds}
-        for split, folds in per_fold.items()
-        for fold, seconds in enumerate(folds)
-    )
-    columns = {"split": "Split", "fold": "Fold", "train_s": "Training, s"}
-    title = "Training time of each fold"
-    return score_table(measured, "Cost"), table_of("train_s_per_fold", title, times, **columns)
+    return score_table(measured, "Cost")
 
 
 def _figures(results: TaskResults) -> Iterable[Illustration]:
