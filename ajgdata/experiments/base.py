@@ -32,7 +32,6 @@ from ajgdata.experiments.plots import (
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import Cost, PaperComparison
 from ajgdata.report.format import Source
-from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.types import AudioSettings, FeatureSettings, Kind, Level, Strict
 from ajgdata.types.table import Column, Table, table_of
@@ -288,11 +287,6 @@ def nothing_across(_: Sequence[TaskResults]) -> Iterable[Illustration]:
     return ()
 
 
-def no_highlights(_: TaskResults) -> Iterable[Highlight]:
-    """Return nothing: an experiment without a finding for the first screen."""
-    return ()
-
-
 def no_tests(_: TaskResults) -> Sequence[float]:
     """Return nothing: an experiment without a significance test."""
     return ()
@@ -318,8 +312,7 @@ class Experiment:
     that the task cannot have.
 
     `p_values` are those of its significance tests, which a page corrects for their number.
-    `highlights` are what the first screen says of it, beyond what the paper has. An experiment with
-    its `own_page` does not stand on that of its task.
+    An experiment with its `own_page` does not stand on that of its task.
 
     Those `of_embedding` are made of embeddings, whose declaration is their settings;
     `asks(settings)` is False for an embedding that does not ask for it. On data sets that stand
@@ -336,7 +329,6 @@ class Experiment:
     rows: Callable[[TaskResults], Iterable[ResultRow]] = by_plots
     paper_comparison: Callable[[TaskResults, Lookup], Iterable[PaperComparison]] = no_comparison
     p_values: Callable[[TaskResults], Sequence[float]] = no_tests
-    highlights: Callable[[TaskResults], Iterable[Highlight]] = no_highlights
     summary: Callable[[TaskResults], str] = no_summary
     across: Callable[[Sequence[TaskResults]], Iterable[Illustration]] = nothing_across
     training_cost: Callable[[TaskResults, str], Cost | None] = lambda results, label: None

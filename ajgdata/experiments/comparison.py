@@ -24,10 +24,8 @@ from ajgdata.experiments.base import (
     fold_scores,
     score_table,
 )
-from ajgdata.experiments.plots import Plot, illustrations, means, points_for, shown_tables
+from ajgdata.experiments.plots import Plot, illustrations, shown_tables
 from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.comparison import mark_of, range_of
-from ajgdata.report.panel import Highlight
 from ajgdata.types import (
     DEFAULT_EXCITATION,
     ExcitationSpec,
@@ -336,23 +334,6 @@ def summary(results: TaskResults) -> str:
     return " ".join(asked[result.model].question for result in results.results)
 
 
-def highlights(results: TaskResults) -> Iterator[Highlight]:
-    """Yield the range of the first model over all variants, next to the reference."""
-    for one, (plot, *_) in _each(results):
-        comparison = results.settings.comparisons[one.results[0].model]
-        first, *others = [v.name.rpartition(":")[2] for v in comparison.all_variants]
-        which = {"model": comparison.models[0], "tested": results.dataset_title}
-        variants = replace(plot, value="error", series=("variant",), x="", panel="")
-        values = [v for name in others for v in means(one, variants, variant=name, **which)]
-        reference = points_for(one, variants, variant=first, **which)
-        if values and reference:
-            marks = (
-                range_of("ours", f"{len(values)} variants", values),
-                mark_of("other", first, reference[0].score),
-            )
-            yield Highlight(comparison.title, "error, exploratory", results.shown_unit, marks)
-
-
 EXPERIMENT = Experiment(
     name="comparison",
     order=70,
@@ -362,7 +343,6 @@ EXPERIMENT = Experiment(
     figures=figures,
     tables=tables,
     summary=summary,
-    highlights=highlights,
     check=check,
     by_model=True,
     reads_recordings=True,

@@ -18,13 +18,9 @@ from ajgdata.experiments.base import (
     Experiment,
     Inputs,
     Outcome,
-    TaskResults,
     score_table,
 )
-from ajgdata.experiments.plots import Plot, points_for
-from ajgdata.report.comparison import mark_of
-from ajgdata.report.format import Score
-from ajgdata.report.panel import Highlight
+from ajgdata.experiments.plots import Plot
 from ajgdata.types import ModelName, Strict
 from ajgdata.types.table import table_of
 
@@ -119,18 +115,6 @@ WIDTH = Plot(
 )
 
 
-def highlights(results: TaskResults) -> list[Highlight]:
-    """Return the coverage of the first model, next to the stated coverage nearest to the usual."""
-    stated = min(results.settings.coverages, key=lambda one: abs(one - USUAL))
-    first = results.results[0].label
-    (point,) = points_for(results, COVERAGE, model=first, coverage=stated)
-    marks = (
-        mark_of("ours", first, point.score),
-        mark_of("other", "stated", Score(100 * stated, 0.0)),
-    )
-    return [Highlight("Coverage", f"true values inside, {first}", "%", marks)]
-
-
 EXPERIMENT = Experiment(
     name="conformal_intervals",
     order=35,
@@ -138,7 +122,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(COVERAGE, WIDTH),
-    highlights=highlights,
     own_page=True,
     by_model=True,
     kinds=("regression",),

@@ -20,7 +20,7 @@ from ajgdata.experiments.base import (
     score_table,
 )
 from ajgdata.experiments.cross_validation.results import PAPER_MODEL
-from ajgdata.experiments.plots import Plot, chance_for, means, points_for, table_for
+from ajgdata.experiments.plots import Plot, chance_for, points_for, table_for
 from ajgdata.report.comparison import (
     PaperComparison,
     holds,
@@ -28,7 +28,6 @@ from ajgdata.report.comparison import (
     range_of,
 )
 from ajgdata.report.format import Score, mean_sd, words
-from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
@@ -131,23 +130,6 @@ def home_points(results: TaskResults, label: str) -> list[Point]:
     return points_for(results, plot)
 
 
-def highlights(results: TaskResults) -> list[Highlight]:
-    """Return the first model on all other grippers, with the most and with the fewest grasps."""
-    few, most = min(results.settings.grasps), max(results.settings.grasps)
-    label = results.results[0].label
-    uncalibrated, calibrated = (
-        means(results, GRIPPERS, model=label, grasps=count) for count in (few, most)
-    )
-    if few == most:
-        return []
-    marks = (
-        range_of("ours", f"{most} grasps", calibrated),
-        range_of("other", f"{few} grasps" if few else "none", uncalibrated),
-    )
-    text = f"{label}, {words(results.dataset)}, mean and range of {len(calibrated)} grippers"
-    return [Highlight("Calibrated there", text, results.shown_unit, marks)]
-
-
 EXPERIMENT = Experiment(
     name="cross_gripper",
     order=60,
@@ -155,7 +137,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(GRIPPERS,),
-    highlights=highlights,
     paper_comparison=paper_comparison,
     by_model=True,
 )

@@ -19,9 +19,7 @@ from ajgdata.experiments.embedding import (
     trained,
 )
 from ajgdata.report.blocks import Illustration
-from ajgdata.report.comparison import mark_of
 from ajgdata.report.format import Caption, Score, mean_sd
-from ajgdata.report.panel import Highlight
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding, NotPossibleError
 from ajgdata.types.table import table_of
@@ -153,29 +151,12 @@ def figures(results: TaskResults) -> list[Illustration]:
     return [illustration(results, "", Caption(caption, f"{finding(results)}."), drawn)]
 
 
-def highlights(results: TaskResults) -> list[Highlight]:
-    """Return how precisely things never trained on are found, among as many as are looked at."""
-    rows = retrieval_of(results)
-    most = max((row.k for row in rows), default=0)
-    found = {row.space: row for row in rows if row.k == most and row.gallery == rows[0].gallery}
-    if not {"latent", "raw"} <= set(found):
-        return []
-    latent, raw = found["latent"], found["raw"]
-    marks = (
-        mark_of("ours", "latent", latent.score, 100),
-        mark_of("other", "raw", raw.score, 100),
-        mark_of("chance", "chance", Score(latent.chance, 0.0), 100),
-    )
-    return [Highlight("New objects", f"right of {most} nearest", "%", marks)]
-
-
 EXPERIMENT = Experiment(
     name="embedding_retrieval",
     title=TITLE,
     settings=Embedding,
     measure=measure,
     figures=figures,
-    highlights=highlights,
     of_embedding=True,
     asks=lambda settings: settings.leaves_things_out,
     order=84,

@@ -29,9 +29,7 @@ from ajgdata.experiments.base import (
     TaskResults,
     score_table,
 )
-from ajgdata.experiments.plots import Plot, points_for
-from ajgdata.report.comparison import mark_of
-from ajgdata.report.panel import Highlight
+from ajgdata.experiments.plots import Plot
 from ajgdata.types import ModelName, NotPossibleError, Strict
 from ajgdata.types.table import Table, table_of
 
@@ -322,17 +320,6 @@ NOTHING = Plot(
 )
 
 
-def highlights(results: TaskResults) -> Iterator[Highlight]:
-    """Yield what the distance detects of new objects, beside its false alarms."""
-    which: dict[str, Any] = {"judge": DISTANCE, "stated": shown_rate(results)}
-    (detected,), (alarms,) = (points_for(results, one, **which) for one in (SHARES, FALSE_ALARMS))
-    marks = (
-        mark_of("ours", "new", detected.score),
-        mark_of("other", "known", alarms.score),
-    )
-    yield Highlight("Novel objects", "detected by distance", "%", marks)
-
-
 EXPERIMENT = Experiment(
     name="novelty",
     order=45,
@@ -340,7 +327,6 @@ EXPERIMENT = Experiment(
     settings=Settings,
     measure=measure,
     plots=(SHARES, FALSE_ALARMS, CLASSES, NOTHING),
-    highlights=highlights,
     own_page=True,
     kinds=("classification",),
 )

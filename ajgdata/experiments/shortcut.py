@@ -23,7 +23,6 @@ from ajgdata.experiments.cross_validation.results import (
 )
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.format import Caption, Score, number, sentence, with_unit
-from ajgdata.report.panel import Highlight
 from ajgdata.types import ModelName, Name, Strict
 from ajgdata.types.table import table_of
 
@@ -268,22 +267,12 @@ def figures(results: TaskResults) -> list[Illustration]:
     return [Illustration(results.named(), caption(results), lambda: figure(results))]
 
 
-def highlights(results: TaskResults) -> list[Highlight]:
-    """Return how many models are flagged by what they tell from silence."""
-    flagged = [bool(row["flagged"]) for _, row in tests_of(results)]
-    if not any(flagged):
-        return []
-    said = f"{sum(flagged)} of {len(flagged)} flagged by silence"
-    return [Highlight("Shortcut found", said, "", ())]
-
-
 EXPERIMENT = Experiment(
     name="shortcut",
     title="Shortcut",
     settings=Settings,
     measure=measure,
     figures=figures,
-    highlights=highlights,
     by_model=True,
     order=15,
     p_values=p_values,

@@ -27,9 +27,8 @@ from ajgdata.pipeline.run_summary import run_cost
 from ajgdata.pipeline.site import pages_of
 from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, Reason, in_papers_order, tally
-from ajgdata.report.format import Source, value, with_unit, words
+from ajgdata.report.format import value, with_unit, words
 from ajgdata.report.navigation import Group, experiment_link
-from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure, parse_paper
 from ajgdata.report.report_data import (
     Checks,
@@ -126,7 +125,6 @@ def _assembled(
         sections=tuple(_sections(paths, specs, results, page)),
         pages=tuple(pages_of(paths, specs, tasks)),
         comparisons=tuple(comparisons(results, paper, reasons)),
-        highlights=tuple(_highlights(results)),
         across={"": tuple(_across(results))}
         | {name: tuple(_across(own, name)) for name, own in _by_page(results).items()},
         paper=tuple(paper.values()),
@@ -178,16 +176,6 @@ def _across(results: Sequence[TaskResults], page: str = "") -> Iterator[Illustra
         own = [one for one in results if one.experiment == name]
         for drawing in EXPERIMENTS[name].across(own):
             yield drawing._replace(name=f"{drawing.name}--{page}" if page else drawing.name)
-
-
-def _highlights(results: Sequence[TaskResults]) -> Iterator[tuple[Highlight, str, Source]]:
-    """Yield findings beyond the paper, the first of each title and source, with their page."""
-    seen = set()
-    for one in results:
-        for found in EXPERIMENTS[one.experiment].highlights(one):
-            if (found.title, one.source) not in seen:
-                seen.add((found.title, one.source))
-                yield found, experiment_link(one.page), one.source
 
 
 def _checks(studies: Mapping[str, Sequence[Table]]) -> Iterator[Checks]:

@@ -17,6 +17,16 @@ from ajgdata.report.paper import PaperFigure
 
 #: The paper's words for a model that does no better than a guess.
 NEAR_CHANCE = "near chance"
+#: Sign and word of each verdict: never colour alone.
+SIGNS: dict[Verdict | Literal["absent"], tuple[str, str]] = {
+    "agrees": ("✓", "agrees"),
+    "partly agrees": ("◐", "partly agrees"),
+    "better": ("▲", "better"),
+    "worse": ("▼", "worse"),
+    "inconclusive": ("?", "inconclusive"),
+    "disagrees": ("≠", "disagrees"),
+    "absent": ("–", "not in this run"),
+}
 #: Standard deviations beyond which a difference is not noise.
 REACH = 2.0
 

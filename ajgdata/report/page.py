@@ -10,21 +10,25 @@ from typing import Any
 
 from ajgdata.paths import INDEX, Paths
 from ajgdata.report.blocks import Illustration, ResultRow
-from ajgdata.report.comparison import evidence
+from ajgdata.report.comparison import SIGNS, evidence
 from ajgdata.report.format import DASH
 from ajgdata.report.navigation import FIXED, Group, experiment_link
-from ajgdata.report.panel import SIGNS, Panel, highlight_panel, panels
 from ajgdata.report.render import Picture, all_shown, render, web_link
 from ajgdata.report.report_data import ExperimentPage, Report
 
+#: Figure of the first screen, see `report.skill`.
+SKILL = "beside-paper"
 #: A page is to open quickly: further findings are in the file that it points to.
 MAX_FINDINGS = 2000
 
 
 def illustrations(report: Report) -> Iterator[Illustration]:
     """Yield every figure of the report, in the order of its pages; nothing is drawn yet."""
+    from ajgdata.report.skill import skill_figure
     from ajgdata.report.spectra import spectra_caption, spectra_figure
 
+    if first := skill_figure(report.comparisons):
+        yield first
     for drawings in report.across.values():
         yield from drawings
     for d in report.datasets:
@@ -69,13 +73,11 @@ def render_pages(
         "web_link": web_link,
         "page_of_section": lambda section: experiment_link(section.parts[0].page),
     }
-    beside, beyond = overview(report)
-    shown = [*beside, *beyond]
     own = {
-        INDEX: ("index.html.j2", {"beside": beside, "beyond": beyond}),
+        INDEX: ("index.html.j2", {"figure": figures.get(SKILL)}),
         **{link.link: (f"{name}.html.j2", {}) for name, link in FIXED.items()},
         **{
-            experiment_link(page.name): ("experiment.html.j2", _on(page, report, shown))
+            experiment_link(page.name): ("experiment.html.j2", _on(page, report))
             for page in report.pages
         },
     }
@@ -87,15 +89,7 @@ def render_pages(
     return pages
 
 
-def overview(report: Report) -> tuple[list[Panel], list[Panel]]:
-    """Return the panels of the first screen: beside the paper, the tall ones first, so that no room
-    is lost, and beyond it."""
-    beyond = [highlight_panel(*one) for one in report.highlights]
-    beside = panels(report.comparisons, report.paper) if report.comparisons else []
-    return sorted(beside, key=lambda panel: not panel.tall), beyond
-
-
-def _on(page: ExperimentPage, report: Report, shown: Sequence[Panel]) -> dict[str, Any]:
+def _on(page: ExperimentPage, report: Report) -> dict[str, Any]:
     """Return what the template of a page on an experiment is given."""
     link = experiment_link(page.name)
     sections = report.on(page.name)
@@ -105,7 +99,6 @@ def _on(page: ExperimentPage, report: Report, shown: Sequence[Panel]) -> dict[st
         "page": page,
         "sections": sections,
         "first": [one for s in sections for part in s.parts for one in part.figures][:1],
-        "panels": [panel for panel in shown if panel.link == link],
         "comparisons": [one for one in report.comparisons if one.page == link],
         "across": report.across.get(page.name, ()),
         "sources": sorted({section.source for section in sections}),

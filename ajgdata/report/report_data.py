@@ -14,7 +14,6 @@ import numpy as np
 from ajgdata.report.blocks import Illustration, ResultRow, ShownTable
 from ajgdata.report.comparison import PaperComparison, tally
 from ajgdata.report.format import Source
-from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 from ajgdata.store.benchmarks import RuleCost
 from ajgdata.types import FeatureSettings, Finding, flagged, left_out
@@ -182,7 +181,6 @@ class Report:
     sections: tuple[TaskSection, ...] = ()
     pages: tuple[ExperimentPage, ...] = ()
     comparisons: tuple[PaperComparison, ...] = ()
-    highlights: tuple[tuple[Highlight, str, Source], ...] = ()  #: with page and source
     #: figures of several tasks together, by the page that they stand on ("": of all)
     across: Mapping[str, Sequence[Illustration]] = field(default_factory=dict)
     opening: OpeningPicture | None = None

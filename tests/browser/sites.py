@@ -17,7 +17,6 @@ from ajgdata.report.explorer import Explored, render_explorer
 from ajgdata.report.format import Score
 from ajgdata.report.navigation import EXPLORERS, Link, experiment_link, navigation
 from ajgdata.report.page import illustrations, render_pages
-from ajgdata.report.panel import Highlight
 from ajgdata.report.render import draw_figures
 from ajgdata.report.report_data import Clip, Report
 from ajgdata.store.audio import write_pcm24
@@ -113,11 +112,9 @@ def full_report(sounds: Path) -> Report:
         marks=marks, page=page,
     )  # fmt: skip
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
-    beyond = Highlight("Sure", "held by intervals", "%", marks[:2]), page, "simulated"
     write_pcm24(sounds / "tone.wav", TONE, RATE_HZ)
     first, *others = report.sections
     first = dataclasses.replace(first, clips=(Clip("s1/0", SCRIPT, f"{SOUNDS}/tone.wav"),))
     return dataclasses.replace(
         report, sections=(first, *others), comparisons=(found,), paper=(PAPER, absent),
-        highlights=(beyond,),
     )  # fmt: skip

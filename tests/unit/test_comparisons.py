@@ -251,8 +251,6 @@ def test_a_comparison_with_levels_is_drawn_over_them(outcome):
     assert one.name == "comparison--d--t--noise"
     (table,) = EXPERIMENT.tables(results)
     assert len(table.rows) == 8
-    (highlight,) = EXPERIMENT.highlights(results)
-    assert highlight.marks[1].value == pytest.approx(mean(outcome, "feature:own"))
     assert EXPERIMENT.summary(results) == "How much noise?"
 
 

@@ -145,11 +145,6 @@ def test_its_figure_and_tables_say_what_was_measured():
     tables = list(one.tables(results))
     assert len(tables) == 4
     assert tables[-1].rows[0][-1].startswith("100")
-    (highlight,) = one.highlights(results)
-    never_met, known = highlight.marks
-    assert never_met.value == pytest.approx(expected[0])
-    assert never_met.low < never_met.value < never_met.high  # over classes
-    assert known.low <= known.value < known.high  # over grasps
     assert f"{expected[0]:.3g} (" in detected.caption.alt
 
 

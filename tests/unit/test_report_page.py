@@ -16,9 +16,9 @@ from ajgdata.report.comparison import Cost, PaperComparison, mark_of
 from ajgdata.report.format import DASH, Score
 from ajgdata.report.navigation import Link, navigation
 from ajgdata.report.page import MAX_FINDINGS, illustrations, paper_cells, render_pages
-from ajgdata.report.panel import Highlight
 from ajgdata.report.render import picture, setting
 from ajgdata.report.report_data import Report, Skipped
+from ajgdata.report.skill import skill_figure
 from ajgdata.types import Finding
 
 NAV = navigation([Link("experiments/size.html", "How large?", "Paper's")], ["accuracy"], [])
@@ -195,28 +195,28 @@ def test_results_stand_beside_the_papers_with_their_cost():
     assert "Paper: RMSE 2.6 mm overall. Ours" in words and ": 0.7 ± 0.1 mm." in words
 
 
-def test_the_first_screen_has_a_panel_for_each_figure_of_the_paper():
+def test_the_first_screen_has_a_figure_and_a_row_for_each_result():
     absent = PAPER.model_copy(update={"id": "x", "where": "angles", "text": "8°"})
     report = dataclasses.replace(sample_report(), comparisons=(FOUND,), paper=(PAPER, absent))
-    report = dataclasses.replace(
-        report, highlights=((Highlight("Sure", "held", "%", ()), "run.html", "recorded"),)
-    )
     html = render(report)["index.html"]
     page = Page(html)
-    panels = [a for _, a in page.tags if "panel" in a.get("class", "").split()]
-    assert [(a["class"], a.get("href")) for a in panels] == [
-        ("panel better simulated", "experiments/size.html"), ("panel absent", None),
-        ("panel beyond recorded", "run.html"),
-    ]  # fmt: skip
-    told = [a["aria-label"] for _, a in page.tags if a.get("role") == "img"]
-    assert told == ["CNN 0.7 mm, k-NN 0.9 mm, chance 5.2 mm, paper 2.6 mm. better."]
-    assert {"▲", "better", "not in this run"} <= set(page.words)
+    row = page.row(["cubes", "RMSE 2.6 mm overall"])
+    assert row[-1] == "▲ better" and "0.7 ± 0.1 mm" in row[2]
+    assert "experiments/size.html" in [a["href"] for a in page.all("a")]
     tally = html[html.index('class="tally"') : html.index("</ul>", html.index('class="tally"'))]
     counts = re.findall(r'<li class="([\w-]+)"><b>(\d)</b>', tally)
     assert counts == [("better", "1"), ("absent", "1")]
-    # the largest value and a little room: 5.2 × 1.06 = 5.512
-    places = [float(at) for at in re.findall(r'<i class="\w+" style="left:([\d.]+)%"', html)]
-    assert places == pytest.approx([100 * v / 5.512 for v in (0.7, 0.9, 5.2, 2.6)], abs=0.01)
+
+
+def test_skill_is_0_at_chance_and_1_without_error():
+    """Chance 5.2 mm; ours 0.7 ± 0.1 mm, k-NN 0.9 ± 0.2 mm, the paper 2.6 mm."""
+    picture = skill_figure([FOUND]).draw.args[1]
+    found = {point.series: point.score for point in picture.points}
+    assert found["ours"].mean == pytest.approx(1 - 0.7 / 5.2)
+    assert (found["ours"].low, found["ours"].high) == pytest.approx((1 - 0.8 / 5.2, 1 - 0.6 / 5.2))
+    assert found["best other model"].mean == pytest.approx(1 - 0.9 / 5.2)
+    assert found["paper"].mean == pytest.approx(0.5)
+    assert skill_figure([dataclasses.replace(FOUND, marks=())]) is None
 
 
 @pytest.mark.parametrize(

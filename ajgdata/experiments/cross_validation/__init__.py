@@ -271,7 +271,6 @@ EXPERIMENT = Experiment(
     rows=shown.rows,
     summary=shown.summary,
     paper_comparison=shown.paper_comparison,
-    highlights=shown.highlights,
     across=_across,
     training_cost=training_cost,
     order=1,

@@ -32,7 +32,6 @@ from ajgdata.report.comparison import (
     mark_of,
 )
 from ajgdata.report.format import Score, mean_sd, number, words
-from ajgdata.report.panel import Highlight
 from ajgdata.report.paper import PaperFigure
 
 #: The model whose figure the paper gives among its baselines.
@@ -213,18 +212,6 @@ def _well_told(model: ModelResult) -> str:
     true, predicted = held_out.y_true, held_out.y_pred
     shares = [np.mean(predicted[true == one] == one) for one in np.unique(true)]
     return f"{sum(share >= WELL for share in shares)} of {len(shares)} classes at 90 % or more"
-
-
-def highlights(results: TaskResults) -> Iterator[Highlight]:
-    """Yield what a split that ignores the groups would have said of the paper's model."""
-    first = paper_model(results)
-    if first and (random := first.random):
-        marks = (
-            mark_of("ours", "grouped", first.score(GROUPED), results.scale),
-            mark_of("other", "random", random, results.scale),
-        )
-        said = f"{metric_name(results)}, {words(results.task)}"
-        yield Highlight("Random split", said, results.shown_unit, marks)
 
 
 def _failing(paper: PaperFigure, model: ModelResult, part: str, lookup: Lookup) -> PaperComparison:
