@@ -133,14 +133,17 @@ def validate_folder(folder: Path, started: Started) -> tuple[int, list[Finding]]
 
     Returns the number of files and all findings.
     """
-    found, not_searched = search(folder)
+    found, closed, skipped = search(folder)
     files = [folder.absolute() / path for path in found]
     name = folder.absolute().name
     entries = [AudioFile(str(p.relative_to(folder.absolute())), p, "") for p in files]
     audio, window = common_audio(files), FeatureSettings().window
     issues = _check_samples(SessionAudio(name, entries), audio, window, started(len(files)))
     fix = "nothing to do, unless recordings are there"
-    issues += [Finding(name, p, "", "warning", "not_searched", r, fix) for p, r in not_searched]
+    issues += [
+        Finding(name, path, "", "warning", "not_searched", reason, fix)
+        for path, reason in (*closed, *skipped)
+    ]
     unusable = {one.recording_id for one in issues if one.level == "error"}
     usable = [entry for entry in entries if entry.recording_id not in unusable]
     digests = [file_sha256(entry.path) for entry in usable]
