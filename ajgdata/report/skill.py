@@ -47,7 +47,8 @@ def _points(row: PaperComparison) -> Iterator[Point]:
     if chance is None or "ours" not in marks:
         return
     if row.paper.value is not None:
-        marks["paper"] = Mark("paper", "paper", *[row.paper.value] * 3)
+        value = row.paper.value
+        marks["paper"] = Mark("paper", "paper", value, value, value)
     perfect = PER_CENT if row.unit == "%" else 0.0
 
     def skill(value: float) -> float:

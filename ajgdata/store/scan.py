@@ -78,10 +78,10 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     """
     if not folder.is_dir():
         raise DataError(folder, "is not a folder", "name the folder that holds the recordings")
-    audio, skipped = search(folder)
+    audio, closed, skipped = search(folder)
     if not audio:
         raise DataError(folder, "holds no audio files", "name a folder with .wav, .flac or .ogg")
-    result = Scan(skipped=skipped)
+    result = Scan(missing=closed, skipped=skipped)
     if settings.table:
         cells = _by_table(folder, audio, settings, result)
     else:
@@ -99,24 +99,30 @@ def scan(folder: Path, settings: ImportSettings, name: str) -> Scan:
     return result
 
 
-def search(folder: Path) -> tuple[list[Path], Named]:
-    """Return the audio files below a folder, sorted and relative to it, and what is not searched.
+def search(folder: Path) -> tuple[list[Path], Named, Named]:
+    """Return the audio files below a folder, sorted and relative to it, folders that may contain
+    recordings but cannot be searched, and other files and folders that are skipped.
 
     Hidden files and folders are ignored. Sessions of data sets, virtual environments and links to
-    folders are not searched. Raises DataError for a folder that cannot be read.
+    folders are not searched. A folder that does not exist holds nothing.
     """
     audio: list[Path] = []
+    closed: Named = []
     skipped: Named = []
 
     def refused(error: OSError) -> None:
-        problem = f"cannot be searched ({error.strerror})"
-        raise DataError(error.filename, problem, "check its permissions")
+        if not isinstance(error, FileNotFoundError):
+            where = os.path.relpath(error.filename, folder)
+            closed.append((where, f"cannot be searched ({error.strerror})"))
 
     for root, folders, names in os.walk(folder, onerror=refused):
         here = Path(root).relative_to(folder)
         folders[:] = [one for one in folders if not one.startswith(".")]
         for one in list(folders):
-            if reason := _why_not_searched(Path(root, one)):
+            if Path(root, one).is_symlink():  # os.walk does not follow it
+                reason = "a link to a folder, not searched: name that folder"
+                closed.append(((here / one).as_posix(), reason))
+            elif reason := _why_not_searched(Path(root, one)):
                 skipped.append(((here / one).as_posix(), reason))
                 folders.remove(one)
         for file in (here / one for one in names if not one.startswith(".")):
@@ -127,18 +133,22 @@ def search(folder: Path) -> tuple[list[Path], Named]:
                 skipped.append((shown, "its name is not plain text: rename it"))
             else:
                 audio.append(file)
-    wavs = {path.with_suffix("") for path in audio if path.suffix.lower() == ".wav"}
-    for path in [one for one in audio if one.suffix.lower() != ".wav"]:
-        if path.with_suffix("") in wavs:
-            skipped.append((path.as_posix(), "probably the same sound as the WAV of its name"))
-            audio.remove(path)
-    return sorted(audio), sorted(skipped)
+    copies = _copies_of_wavs(audio)
+    skipped += [
+        (file.as_posix(), "probably the same sound as the WAV of its name") for file in copies
+    ]
+    return sorted(set(audio) - copies), sorted(closed), sorted(skipped)
+
+
+def _copies_of_wavs(audio: list[Path]) -> set[Path]:
+    """Return files whose name differs from that of a WAV by its suffix only."""
+    wavs = {path for path in audio if path.suffix.lower() == ".wav"}
+    names = {path.with_suffix("") for path in wavs}
+    return {path for path in audio if path not in wavs and path.with_suffix("") in names}
 
 
 def _why_not_searched(folder: Path) -> str:
     """Return why a folder cannot contain new recordings; empty if it can."""
-    if folder.is_symlink():
-        return "a link to a folder, not searched: name that folder"
     if (folder / SESSION_FILE).is_file():
         return "a session of a data set, not searched"
     return "a virtual environment, not searched" if (folder / "pyvenv.cfg").is_file() else ""

@@ -140,6 +140,14 @@ def test_nothing_is_pruned_that_may_be_there_yet(paths, days):
     assert (result.removed, result.gone) == (0, ["mon/1_cube"])
 
 
+def test_nothing_is_pruned_of_a_folder_that_became_a_link(paths, days):
+    run(paths, days)
+    (days / "mon").rename(days.parent / "elsewhere")
+    (days / "mon").symlink_to(days.parent / "elsewhere")
+    result = run(paths, days, on_change="prune")
+    assert (result.removed, len(rows(paths, "mon"))) == (0, 2)
+
+
 def test_a_name_taken_by_another_recording_is_that_recording(paths, days):
     run(paths, days)
     (days / "mon" / "2_ball.wav").replace(days / "mon" / "1_cube.wav")

@@ -180,5 +180,6 @@ def test_environments_and_histories_are_not_searched(tmp_path):
     (tmp_path / "env/pyvenv.cfg").touch()
     assert search(tmp_path) == (
         [Path("3_cube.wav")],
+        [],
         [("env", "a virtual environment, not searched")],
     )
