@@ -250,7 +250,7 @@ class Part:
         `classes` (int64).
 
         >>> import ajgdata
-        >>> features, edge_mm = ajgdata.load_dataset("size").all().to_torch()[:]
+        >>> features, edge_mm = ajgdata.load_dataset("size").all("size").to_torch()[:]
         >>> features.shape, edge_mm.dtype
         (torch.Size([16, 1025]), torch.float32)
         """
