@@ -174,22 +174,17 @@ def load_predictor(name: str, task: str, model: str = "cnn", project: Project = 
 
 
 def _model_folder(paths: Paths, name: str, task: str, model: str) -> Path:
-    """Return the folder of a trained model. Raises DataError, and says what there is, where there
-    is none."""
+    """Return the folder of a trained model. Raises DataError, which lists models, if there is
+    none."""
     from ajgdata.store.sessions import read_dataset
     from ajgdata.types import DataError, checked_name
 
     names = checked_name(name), checked_name(task, "task"), checked_name(model, "model")
-    if (folder := paths.model(*names)).is_dir():
-        return folder
-    tasks = read_dataset(paths, name).tasks
-    if task not in tasks:
-        problem, there = f"has no task {task!r}", ", ".join(tasks) or "none"
-        raise DataError(paths.dataset(name), problem, f"there are {there}")
-    if model not in tasks[task].models:
-        problem, there = f"task {task} has no model {model!r}", ", ".join(tasks[task].models)
-        raise DataError(paths.dataset(name), problem, f"there are {there}; or add it")
-    raise DataError(folder, "was not trained yet", f"`ajgdata run {name}` does")
+    if not (folder := paths.model(*names)).is_dir():
+        declared = read_dataset(paths, name).tasks.items()
+        known = "; ".join(f"{one}: {', '.join(asked.models)}" for one, asked in declared) or "none"
+        raise DataError(folder, "there is no such model", f"`ajgdata run {name}` trains {known}")
+    return folder
 
 
 def read_predictor(folder: Path, dataset: str, task: str) -> Predictor:
@@ -255,7 +250,7 @@ class Part:
         `classes` (int64).
 
         >>> import ajgdata
-        >>> features, edge_mm = ajgdata.load_dataset("size").all().to_torch()[:]
+        >>> features, edge_mm = ajgdata.load_dataset("size").all("size").to_torch()[:]
         >>> features.shape, edge_mm.dtype
         (torch.Size([16, 1025]), torch.float32)
         """

@@ -86,8 +86,7 @@ class AblationData:
             extra_tests=extra,
         )  # fmt: skip
         scores = {"": result.scores} | {k: one.scores for k, one in result.extra_tests.items()}
-        metric, seconds = self.metric[0], result.cost.train_cpu_s
-        return {name: Folds(one.per_fold[metric], seconds) for name, one in scores.items()}
+        return {name: one.per_fold[self.metric[0]] for name, one in scores.items()}
 
     @property
     def metric(self) -> tuple[str, str]:

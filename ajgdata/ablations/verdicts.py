@@ -24,17 +24,14 @@ TRIALS = {
     "hypothesis": "Hypothesis", "change": "What was changed", "expected": "Then it should be",
     "model": "Model", "metric": "Metric", "before": "Before", "before_sd": "sd", "after": "After",
     "after_sd": "sd", "gain": "Gain", "gain_low": "from", "gain_high": "to", "p": "p",
-    "seconds": "Time, s", "of": "Rows of the paper",
+    "of": "Rows of the paper",
 }  # fmt: skip
 #: Columns that `with_verdicts` adds.
 VERDICT, CORRECTED_P = Column("verdict", "Verdict"), Column("p_holm", "p, corrected")
 
 
-class Folds(NamedTuple):
-    """A metric of each fold, and the process seconds that training took."""
-
-    values: tuple[float, ...]
-    seconds: float
+#: A metric of each fold.
+Folds = tuple[float, ...]
 
 
 class Measured(NamedTuple):
@@ -52,8 +49,7 @@ def trial_table(name: str, ablation: Ablation, measured: Measured) -> Table:
     ]
     note = (
         f"{ablation.note} Mean and standard deviation over folds. Gain: improvement and its 95 %"
-        " interval (of this test only), corrected for folds that share training grasps. Time:"
-        " training of both."
+        " interval (of this test only), corrected for folds that share training grasps."
     )
     return table_of(name, ablation.title, rows, note.strip(), **TRIALS)
 
@@ -65,7 +61,7 @@ def _trial(ablation: Ablation, why: Why, model: str, measured: Measured) -> dict
     before, after = (measured.folds[model][side] for side in (why.before, why.after))
     sides = (ablation.variants[side.partition(" on:")[0]] for side in (why.before, why.after))
     paired = all(side.split == "grouped" for side in sides)
-    test = paired_fold_test(before.values, after.values, metric=measured.metric, paired=paired)
+    test = paired_fold_test(before, after, metric=measured.metric, paired=paired)
     return {
         "hypothesis": why.claim,
         "change": why.change,
@@ -78,7 +74,6 @@ def _trial(ablation: Ablation, why: Why, model: str, measured: Measured) -> dict
         "gain_low": test.low,
         "gain_high": test.high,
         "p": test.p,
-        "seconds": before.seconds + after.seconds,
         "of": " ".join(why.of),
     }
 
@@ -93,7 +88,7 @@ def with_brackets(name: str, unit: str) -> str:
 
 
 def _mean_sd(key: str, folds: Folds) -> dict[str, float]:
-    return {key: float(np.mean(folds.values)), f"{key}_sd": float(np.std(folds.values, ddof=1))}
+    return {key: float(np.mean(folds)), f"{key}_sd": float(np.std(folds, ddof=1))}
 
 
 def value_table(name: str, ablation: Ablation, measured: Measured) -> Table:

@@ -63,14 +63,9 @@ def project(points: Real, training: NDArray[np.bool_], seed: int = 0) -> dict[st
     """Return points (n, d) in two dimensions by each of METHODS, as (n, 2) float32.
 
     `training` (n,) says which points PCA and UMAP learn from. The same points and seed give the
-    same result. Raises ValueError for lengths that differ, values that are not finite, and less
-    than two training points.
+    same result. Raises NotPossibleError for fewer than two training points.
     """
     points = np.ascontiguousarray(points, np.float32)
-    if points.ndim != 2 or training.shape != (len(points),):
-        raise ValueError(f"points {points.shape} and training {training.shape} do not match")
-    if not np.isfinite(points).all():
-        raise ValueError("points must be finite")
     if np.count_nonzero(training) < 2:
         raise NotPossibleError("two training points are needed at least")
     if points.shape[1] < 2:  # a line is a plane whose second axis is empty

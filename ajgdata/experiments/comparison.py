@@ -232,12 +232,12 @@ class _SessionMakers:
         return self._by_session[session]
 
     def _makers(self, session: str, played: np.ndarray | None) -> list[Maker]:
-        from ajgdata.features.maker import UnfitExcitationError, feature_maker
+        from ajgdata.features.maker import feature_maker
 
         rate = self._inputs.audio.sample_rate_hz
         try:
             return [feature_maker(one, rate, played) for one in self._tried]
-        except UnfitExcitationError as error:
+        except NotPossibleError as error:
             raise NotPossibleError(f"session {session}: {error}") from None
 
 

@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 from ajgdata.features.spectrum import Float32, spectrum
 from ajgdata.features.sweep_tracking import SweepTracking
 from ajgdata.features.transfer_function import Deconvolution
-from ajgdata.types import FeatureSettings
-
-
-class UnfitExcitationError(ValueError):
-    """What was played is not known, or does not allow features of the kind that is asked for."""
+from ajgdata.types import FeatureSettings, NotPossibleError
 
 
 def feature_maker(
@@ -23,17 +19,14 @@ def feature_maker(
 ) -> Callable[[NDArray[Any]], Float32]:
     """Return what makes the feature (n_bins,) of a recording (n,), of the kind of the settings.
 
-    Raises UnfitExcitationError where what was played, (m,), is needed and unknown, silent, or no
+    Raises NotPossibleError where what was played, (m,), is needed and unknown, silent, or no
     sweep where one is to be tracked.
     """
     if settings.kind == "stft":
         return partial(spectrum, sample_rate_hz=sample_rate_hz, settings=settings)
     if excitation is None:
-        raise UnfitExcitationError(f"features.kind {settings.kind} needs the played sound")
-    try:
-        if settings.kind == "sweep_tracking":
-            return SweepTracking(excitation, sample_rate_hz, settings).feature
-        solver = Deconvolution(excitation, settings.window)
-    except ValueError as error:
-        raise UnfitExcitationError(str(error)) from None
+        raise NotPossibleError(f"features.kind {settings.kind} needs the played sound")
+    if settings.kind == "sweep_tracking":
+        return SweepTracking(excitation, sample_rate_hz, settings).feature
+    solver = Deconvolution(excitation, settings.window)
     return partial(solver.feature, sample_rate_hz=sample_rate_hz, settings=settings)

@@ -27,7 +27,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ajgdata.features.spectrum import Float32, periodic_window, spectrum
-from ajgdata.types import FeatureSettings
+from ajgdata.types import FeatureSettings, NotPossibleError
 
 #: Energy over the largest in the bin, or over the mean of all bins: -40 dB, as the transfer
 #: function's regularisation.
@@ -44,7 +44,7 @@ class SweepTracking:
 
     >>> import numpy as np
     >>> from ajgdata.features.sweep_tracking import SweepTracking
-    >>> from ajgdata.types import FeatureSettings
+    >>> from ajgdata.types import FeatureSettings, NotPossibleError
     >>> time = np.arange(44_100) / 44_100
     >>> sweep = np.sin(2 * np.pi * 10_000 * time**2)  # 0 to 20 kHz in a second
     >>> settings = FeatureSettings(kind="sweep_tracking", decay_s=0.02)
@@ -61,7 +61,9 @@ class SweepTracking:
     ) -> None:
         played = np.asarray(excitation, np.float64)
         if played.ndim != 1 or not played.any() or not np.isfinite(played).all():
-            raise ValueError("tracking needs an excitation (m,) that is finite and not silent")
+            raise NotPossibleError(
+                "tracking needs an excitation (m,) that is finite and not silent"
+            )
         self._rate, self._settings = sample_rate_hz, settings
         self._later = math.ceil(settings.decay_s * sample_rate_hz / settings.hop)
         self._heard = _heard(played, settings)
@@ -104,7 +106,7 @@ def _heard(played: NDArray[np.float64], settings: FeatureSettings) -> NDArray[np
     sounding = energy.sum(axis=1) >= HEARD * energy.sum(axis=1).mean()
     share = heard[:, heard.any(axis=0)].sum(axis=0) / np.count_nonzero(sounding)
     if np.median(share) >= LARGEST_SHARE:
-        raise ValueError(
+        raise NotPossibleError(
             "the played sound is no sweep that can be tracked: a frequency sounds in "
             f"{100 * np.median(share):.0f} % of the frames of {window} samples (less than "
             f"{100 * LARGEST_SHARE:.0f} % in a sweep)"

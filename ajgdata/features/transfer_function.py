@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from ajgdata.features.spectrum import Float32, in_band, normalised
-from ajgdata.types import FeatureSettings
+from ajgdata.types import FeatureSettings, NotPossibleError
 
 Real = NDArray[np.float64]
 #: λ over the excitation's mean energy density: -40 dB.
@@ -56,7 +56,9 @@ class Deconvolution:
     def __init__(self, excitation: NDArray[Any], taps: int, *, length: int | None = None) -> None:
         played = np.asarray(excitation, np.float64)
         if played.ndim != 1 or not played.any() or not np.isfinite(played).all():
-            raise ValueError("deconvolution needs an excitation (m,) that is finite and not silent")
+            raise NotPossibleError(
+                "deconvolution needs an excitation (m,) that is finite and not silent"
+            )
         self.taps, self.lead = taps, taps // 8
         self.length = len(played) if length is None else length
         self._excitation = played

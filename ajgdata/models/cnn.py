@@ -33,6 +33,7 @@ class _Cnn(BaseEstimator):
 
     module_: SpectrumCnn
     n_features_in_: int
+    _learned: tuple[str, ...] = ()  #: attributes that are learned beside the network
 
     def __init__(
         self,
@@ -126,7 +127,8 @@ class _Cnn(BaseEstimator):
         arrays = {name: value.numpy().copy() for name, value in self.module_.state_dict().items()}
         params = self.get_params() | {"channels": list(self.channels)}
         about = {"estimator": type(self).__name__, "params": params}
-        return arrays, about | {"n_features": self.n_features_in_}
+        learned = {name: np.asarray(getattr(self, name)).tolist() for name in self._learned}
+        return arrays, about | {"n_features": self.n_features_in_} | learned
 
     @classmethod
     def from_state(cls, arrays: dict[str, np.ndarray], about: dict[str, Any]) -> Self:
@@ -135,21 +137,21 @@ class _Cnn(BaseEstimator):
             raise ValueError(f"state of a {about['estimator']}, not of a {cls.__name__}")
         model = cls(**about["params"] | {"channels": tuple(about["params"]["channels"])})
         model.n_features_in_ = about["n_features"]
-        model._restore(about)
+        for name in cls._learned:
+            value = about[name]
+            setattr(model, name, np.array(value) if isinstance(value, list) else value)
         with reproducible(0):
             model.module_ = model._module(model.n_features_in_).eval()
         tensors = {name: torch.from_numpy(value.copy()) for name, value in arrays.items()}
         model.module_.load_state_dict(tensors)
         return model
 
-    def _restore(self, about: dict[str, Any]) -> None:
-        """Take what else `about` holds."""
-
 
 class CnnClassifier(ClassifierMixin, _Cnn):
     """Softmax and cross-entropy (paper)."""
 
     classes_: np.ndarray
+    _learned = ("classes_",)
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
         X, y = validate_data(self, X, y, dtype=np.float32)
@@ -176,14 +178,6 @@ class CnnClassifier(ClassifierMixin, _Cnn):
         best = self._outputs(X).argmax(axis=1)
         return self.classes_[best]
 
-    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Return the state of the base class, with the classes."""
-        arrays, about = super().state()
-        return arrays, about | {"classes": self.classes_.tolist()}
-
-    def _restore(self, about: dict[str, Any]) -> None:
-        self.classes_ = np.array(about["classes"])
-
 
 class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
     """Linear output and mean squared error (paper), on the standardised target.
@@ -193,6 +187,7 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
 
     n_outputs_: int
     flat_: bool  #: whether the targets were (n,): predictions then are, too
+    _learned = ("n_outputs_", "flat_")
 
     def _validated(self, X: Any, y: Any) -> tuple[np.ndarray, np.ndarray]:
         X, y = validate_data(
@@ -219,14 +214,6 @@ class CnnRegressor(MultiOutputMixin, RegressorMixin, _Cnn):
         """Return the target (n,) or (n, k), as it was given, in its own unit."""
         outputs = self._outputs(X)
         return outputs[:, 0] if self.flat_ else outputs
-
-    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Return the state of the base class, with the shape of the targets."""
-        arrays, about = super().state()
-        return arrays, about | {"n_outputs": self.n_outputs_, "flat": self.flat_}
-
-    def _restore(self, about: dict[str, Any]) -> None:
-        self.n_outputs_, self.flat_ = about["n_outputs"], about["flat"]
 
 
 def cnn(kind: Kind, seed: int, scaling: Scaling = "per_bin") -> CnnClassifier | CnnRegressor:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ajgdata.features.align import shift
-from ajgdata.features.maker import UnfitExcitationError, feature_maker
+from ajgdata.features.maker import feature_maker
 from ajgdata.features.spectrum import frequencies_hz
 from ajgdata.pipeline.recordings import (
     OTHER_DELAY,
@@ -40,7 +40,14 @@ from ajgdata.store.session_audio import (
     check_session,
     label_columns,
 )
-from ajgdata.types import AudioSettings, DataError, FeatureSettings, Finding, Strict
+from ajgdata.types import (
+    AudioSettings,
+    DataError,
+    FeatureSettings,
+    Finding,
+    NotPossibleError,
+    Strict,
+)
 
 SETTINGS_ATTRIBUTE = "settings_digest"
 
@@ -96,7 +103,7 @@ def extract_features(
     new = [e for e in entries if (e.recording_id, e.sha256) not in known]
     try:
         results = _made(session.session_id, new, audio, features, excitation, threads)
-    except UnfitExcitationError as error:
+    except NotPossibleError as error:
         issues.append(_unfit_sound(session.session_id, features, str(error)))
         entries, new, results = [], [], {}
     rows: dict[str, Row] = {}

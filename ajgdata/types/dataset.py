@@ -168,18 +168,8 @@ class DatasetSpec(Strict):
             return {**named, "kind": "classification", "unit": "", "kinds": self.kinds}
         settings = self.tasks[task]
         target = self.targets[settings.target]
-        return {
-            "target": settings.target,
-            "classes": list(settings.classes),
-            "min_groups": settings.min_groups,
-            "kind": target.kind,
-            "unit": target.unit,
-            "groups": settings.groups,
-            "folds": settings.folds,
-            "withhold": list(settings.withhold),
-            "period_deg": settings.period_deg,
-            "most_recordings": dict(settings.most_recordings),
-        }
+        own = settings.model_dump(mode="json", include={*TRAINING, "folds", "withhold"})
+        return {**own, "kind": target.kind, "unit": target.unit}
 
     @property
     def kinds(self) -> dict[str, Kind]:

@@ -8,7 +8,6 @@ from experiment_samples import small_store
 from ajgdata.ablations import possible, read_ablations
 from ajgdata.ablations.measure import NUISANCES, AblationData, measure, nuisances
 from ajgdata.ablations.verdicts import (
-    Folds,
     Measured,
     reasons_of,
     trial_table,
@@ -87,24 +86,6 @@ def test_grasps_that_are_put_down_in_blocks_can_be_moved_to_the_centre(data):
     centred = features(data, each=1, pose=0.0)
     assert np.array_equal(centred, features(data, each=1, scene={"grasp": still}))
     assert not np.array_equal(centred, features(data, each=1))
-
-
-def test_changed_grasps_are_the_recipe_s_but_for_the_change(data):
-    settings = variant(each=1, sessions=2).grasps
-    grasps = data.planned(settings)
-    assert [g.grasp_id for g in grasps] == [
-        f"virtual-0{session}/virtual-0{session}_cube_{edge}_01"
-        for session in (1, 2)
-        for edge in (20, 25)
-    ]
-    assert len(data.planned(variant(sessions=2).grasps)) == 8
-    same = data.changed(variant(each=1), grasps)
-    assert same.value.tolist() == [20, 25, 20, 25]
-    assert same.group.tolist() == [g.grasp_id for g in grasps]
-    kept = len(list(data.paths.responses.rglob("*.npz")))
-    again = data.changed(variant(each=1), grasps)
-    assert np.array_equal(again.feature, same.feature)
-    assert len(list(data.paths.responses.rglob("*.npz"))) == kept == 4
 
 
 def test_variants_are_evaluations_of_the_same_grasps(tmp_path):
@@ -197,21 +178,21 @@ def trials(*after: float, model: str = "linear", **why: str) -> Table:
     names = [f"changed {n}" for n in range(len(after))]
     hypotheses = [{**WHY, **why, "before": "plain", "after": name} for name in names]
     settings = SETTINGS | {"variants": {name: {} for name in ("plain", *names)}}
-    folds = {"plain": Folds(BEFORE, 1.5)}
+    folds = {"plain": BEFORE}
     for name, error in zip(names, after, strict=True):
         values = (error + x for x in (0.0, 0.1, -0.1, 0.05, -0.05))
-        folds[name] = Folds(BEFORE if error == 5 else tuple(values), 2.5)
+        folds[name] = BEFORE if error == 5 else tuple(values)
     ablation = Ablation.model_validate(settings | {"why": hypotheses})
     measured = Measured("rmse", "mm", {model: folds})
     return trial_table("noise", ablation, measured)
 
 
-def test_a_trial_has_before_after_gain_and_cost():
+def test_a_trial_has_before_after_and_gain():
     row = trials(1.0).rows[0]
     assert (row["before"], row["after"]) == pytest.approx((5, 1))
     assert row["gain"] == pytest.approx(4)
     assert row["gain_low"] > 0
-    assert (row["seconds"], row["model"], row["metric"]) == (4.0, "ridge", "RMSE (mm)")
+    assert (row["model"], row["metric"]) == ("ridge", "RMSE (mm)")
     assert row["p"] < 0.001
 
 

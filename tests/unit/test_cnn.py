@@ -13,7 +13,7 @@ from sklearn.utils.estimator_checks import estimator_checks_generator
 from torch import nn
 
 from ajgdata.models.cnn import CnnClassifier, CnnRegressor
-from ajgdata.models.network import SpectrumCnn, batches, reproducible
+from ajgdata.models.network import SpectrumCnn, batches
 
 QUICK = {"epochs": 1, "min_steps": 60}
 
@@ -76,16 +76,6 @@ def test_is_three_convolutions_and_one_dense_layer_whatever_the_number_of_bins()
         assert module(torch.zeros(2, n_features)).shape == (2, 3)
 
 
-def test_every_weight_gets_a_finite_gradient():
-    with reproducible(0):
-        module = SpectrumCnn(64, 2, (16, 32, 64), 9, 4, 0.5)
-        x = torch.from_numpy(peaks(32)[0])
-        module(x).square().sum().backward()
-    for name, weight in module.named_parameters():
-        assert torch.isfinite(weight.grad).all(), name
-        assert weight.grad.abs().max() > 0, name
-
-
 def test_learns_classes_that_a_peak_separates():
     x, place = peaks(120)
     keep = abs(place - 0.5) > 0.05
@@ -114,13 +104,6 @@ def test_the_unit_of_the_features_does_not_matter(exponent):
     plain = CnnClassifier(**QUICK).fit(x, y).predict_proba(x)
     scaled = CnnClassifier(**QUICK).fit(x * factor, y).predict_proba(x * factor)
     assert np.array_equal(plain, scaled)
-
-
-def test_the_unit_of_the_target_does_not_matter():
-    x, place = peaks(40)
-    plain = CnnRegressor(**QUICK).fit(x, place).predict(x)
-    scaled = CnnRegressor(**QUICK).fit(x, 1024 * place).predict(x)
-    assert np.array_equal(scaled, 1024 * plain)
 
 
 def test_wild_features_give_finite_predictions():

@@ -1,7 +1,6 @@
 """Learning curves and permutation tests."""
 
 import numpy as np
-import pytest
 
 from ajgdata.evaluate import curves
 from ajgdata.evaluate.curves import learning_curve
@@ -38,15 +37,6 @@ def test_more_grasps_are_better_and_the_validation_grasps_stay():
     assert alone == tuple(p for p in points if p.groups == 2)
 
 
-def test_a_class_needs_as_many_grasps_as_the_curve():
-    x, y, group = grasps()
-    ask = {"kind": "classification", "model": "knn_plain", "repeats": 1}
-    with pytest.raises(ValueError, match=r"two points.*9 training groups per class: a class has 8"):
-        learning_curve(x, y, group, sizes=(1, 9), **ask)
-    with pytest.raises(ValueError, match="a group holds several classes"):
-        learning_curve(x, y, np.arange(len(y)) % 10, sizes=(1,), **ask)
-
-
 def test_a_size_that_fails_leaves_the_others():
     x, y, group = grasps()
     ask = {"kind": "classification", "model": "knn_plain", "repeats": 2, "seed": 1}
@@ -74,14 +64,3 @@ def test_a_size_that_no_model_can_be_made_of_in_one_draw_is_left_out_of_all(monk
         (n, r) for r in range(3) for n in (1, 8)
     ]
     assert fits.count(12) == 2  # what failed once is not tried again
-
-
-def test_a_bug_of_a_model_is_not_a_size_that_failed(monkeypatch):
-    x, y, group = grasps()
-
-    def fit(*_, **__):
-        raise ValueError("a bug")
-
-    monkeypatch.setattr(curves, "fit_named_model", fit)
-    with pytest.raises(ValueError, match="a bug"):
-        learning_curve(x, y, group, sizes=(1, 2), kind="classification", model="knn", repeats=1)

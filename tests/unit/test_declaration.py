@@ -114,12 +114,6 @@ def test_mistakes_of_a_declaration_are_found_by_validate_and_by_a_run(tmp_path, 
     assert said in str(caught.value)
 
 
-def test_columns_of_every_sort_may_group(tmp_path):
-    for column in ("day", "grasp_id", "object", "session_id", "gripper", "medium"):
-        paths = declare(Paths(tmp_path), "a", "s1", tasks=task(groups=column))
-        assert problems(paths, "a") == [], column
-
-
 def test_a_column_that_is_yet_to_come_is_no_mistake(tmp_path):
     paths = declare(Paths(tmp_path), "a", tasks=task(groups="nocol"))
     assert problems(paths, "a") == []  # nothing is recorded yet

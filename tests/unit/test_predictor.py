@@ -279,9 +279,9 @@ def test_a_spoilt_guard_and_a_missing_model_are_told(trained, tmp_path):
     (tmp_path / "guard.safetensors").write_bytes(b"spoilt")
     with pytest.raises(DataError, match="not a readable model"):
         read_predictor(tmp_path, "d", "what")
-    with pytest.raises(DataError, match=r"task size has no model 'linear'; there are "):
+    with pytest.raises(DataError, match=r"there is no such model; `ajgdata run d` trains "):
         load(trained, "size", "linear")
-    with pytest.raises(DataError, match=r"has no task 'colour'; there are .*size.*what"):
+    with pytest.raises(DataError, match=r"no such model; .* trains .*size: .*what: "):
         load(trained, "colour", "linear")
 
 

@@ -155,10 +155,6 @@ def test_an_unknown_name_is_answered_with_the_known_ones(lab):
         SOURCES.checked("tone")
 
 
-def test_ours_counts_where_a_package_takes_its_name(lab):
-    assert MODELS["cnn"] is MODELS.own["cnn"]
-
-
 def test_a_model_of_another_package_is_trained_kept_and_labelled(lab, store):
     loaded, about = read_model(train(store, "median"))
     assert loaded.predict(np.zeros((2, 4))).tolist() == [5, 5]  # of 1, 2, 3, 7, 8, 9
@@ -229,10 +225,3 @@ def test_a_recipe_may_name_a_source_of_another_package(lab, tmp_path):
     strength = np.abs(np.fft.rfft(heard.samples))
     assert np.argmax(strength) * 8000 / 800 == 1000  # Hz
     assert next(acquire_all(paths, wanted, cores=1))[2].kept == 4
-
-
-def test_a_broken_source_is_one_line(lab, tmp_path):
-    paths = declared(tmp_path, "broken")
-    wanted = [("d", session) for session in recipe_sessions(paths, "d")]
-    with pytest.raises(DataError, match="lab_broken:SOURCE cannot be imported"):
-        list(acquire_all(paths, wanted, cores=1))

@@ -5,7 +5,7 @@ import pytest
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.features.axes import differing_axes
-from ajgdata.features.maker import UnfitExcitationError, feature_maker
+from ajgdata.features.maker import feature_maker
 from ajgdata.features.spectrum import frequencies_hz, spectrum
 from ajgdata.features.sweep_tracking import SweepTracking
 from ajgdata.types import (
@@ -15,6 +15,7 @@ from ajgdata.types import (
     LogSweep,
     MaximumLengthSequence,
     Multitone,
+    NotPossibleError,
 )
 
 RATE, WINDOW, HOP = 44_100, 2048, 512
@@ -120,15 +121,15 @@ def test_recordings_may_be_shorter_or_longer_than_the_sweep():
     "kind", [MaximumLengthSequence(), Multitone(), ChirpTrain(), LogSweep(length_s=0.06)]
 )
 def test_what_is_no_sweep_is_refused(kind):
-    with pytest.raises(UnfitExcitationError, match="no sweep that can be tracked: a frequency"):
+    with pytest.raises(NotPossibleError, match="no sweep that can be tracked: a frequency"):
         feature_maker(TRACKED, RATE, excitation_samples(kind, RATE))
     feature_maker(ALL, RATE, excitation_samples(kind, RATE))
 
 
 def test_an_unknown_or_silent_sound_is_refused():
-    with pytest.raises(UnfitExcitationError, match="sweep_tracking needs the played sound"):
+    with pytest.raises(NotPossibleError, match="sweep_tracking needs the played sound"):
         feature_maker(TRACKED, RATE, None)
-    with pytest.raises(UnfitExcitationError, match="finite and not silent"):
+    with pytest.raises(NotPossibleError, match="finite and not silent"):
         feature_maker(TRACKED, RATE, np.zeros(RATE))
     with pytest.raises(ValueError, match="no spectrum"):
         spectrum(np.ones(4096), RATE, TRACKED)
