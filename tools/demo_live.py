@@ -62,12 +62,11 @@ def main() -> None:
     declared.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(ROOT / "docs/examples/live_session.yaml", declared)
     with simulated_card("empty", *(f"cube_{edge}" for edge in ("10p0", "15p3", "20p7", "24p7"))):
-        page = ("--json", "check.json")
-        ajgdata("device", "check", DEVICE, *CHANNELS, "--drift", "5", *page)
+        ajgdata("device", "check", DEVICE, *CHANNELS, "--drift", "5")
         source = ("--source", "soundcard", "--device", DEVICE, *CHANNELS)
-        ajgdata("acquire", DATASET, *source, "--check", "check.json", "--yes")
+        ajgdata("acquire", DATASET, *source, "--yes")
     ajgdata("validate", DATASET)
-    print(f"\n{time.monotonic() - begin:.0f} s; numbers of the card: {FOLDER / 'check.json'}")
+    print(f"\n{time.monotonic() - begin:.0f} s")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.acquire.card import Card, CardSettings, card_settings
-from ajgdata.acquire.check_report import kept_check
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import live_session
@@ -39,12 +38,10 @@ _NAMES = "use letters, digits, _ and -"
 
 
 class Noted(NamedTuple):
-    """Notes of the operator for session.yaml: words, temperature of the room, and the file that
-    `ajgdata device check` wrote."""
+    """Notes of the operator for session.yaml: text and temperature of the room."""
 
     notes: str = ""
     temperature_c: float | None = None
-    check: Path | None = None
 
 
 def acquire_live(
@@ -55,16 +52,15 @@ def acquire_live(
     device: Mapping[str, Any],
     operator: Operator,
     noted: Noted,
-    warn: Callable[[str], object],
     allow: Callable[[str], bool] = lambda text: False,
 ) -> tuple[str, Outcome]:
     """Record the missing grasps of the protocol of `dataset` into `session`; "": see
     `session_name`.
 
-    `device` are keys of `CardSettings` except the rate, which the data set declares; `warn` gets
-    warnings. `allow` decides whether the robot of a data set from elsewhere may start, of which it
-    gets a description. Returns the session's name and the outcome. Raises DataError for whatever
-    cannot be recorded.
+    `device` are keys of `CardSettings` except the rate, which the data set declares. `allow`
+    decides whether the robot of a data set from elsewhere may start, of which it gets a
+    description. Returns the session's name and the outcome. Raises DataError for whatever cannot be
+    recorded.
     """
     spec = read_dataset(paths, dataset)
     protocol = protocol_of(paths, spec)
@@ -89,8 +85,6 @@ def acquire_live(
     given: dict[str, Any] = {}
     if noted.temperature_c is not None:
         given["temperature_c"] = noted.temperature_c
-    if noted.check:
-        given["check"] = kept_check(noted.check, settings, warn)
     folder = paths.session(dataset, session)
     with (
         live_session(

@@ -1,6 +1,5 @@
 """`make demo-live`: from a device to a session that validates, by nothing but commands."""
 
-import json
 import re
 import subprocess
 import sys
@@ -26,5 +25,4 @@ def test_demo(tmp_path):
     latencies = {labels["latency_samples"] for labels in played}
     assert latencies == {"1088"}
     assert "virtual gripper" in read_session(folder).device
-    assert json.loads((tmp_path / "check.json").read_text())["latency_samples"] == [1_088] * 3
     assert re.search(r"20 recordings checked: 0 errors, 0 warnings", done.stdout)
