@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench demo-live sort-live docs readme lock clean
+.PHONY: reproduce real test test-slow test-cpus test-browser test-cluster test-jack test-torture lint format bench docs readme lock clean
 
 # ARGS are passed on: make reproduce ARGS=report_size, make test ARGS=tests/docs.
 reproduce: $(VENV)/.test
@@ -64,14 +64,6 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/features.py
 	$(BIN)/python benchmarks/solver.py
 	$(BIN)/python benchmarks/solver.py --scheme second
-
-# A session through a simulated sound card; Debian: sudo apt-get install jackd2 libportaudio2.
-demo-live: $(VENV)/.live
-	$(BIN)/python tools/demo_live.py
-
-# The sorting row, 20 runs through the same card, after `make reproduce`; writes results/live/sorting.json.
-sort-live: $(VENV)/.live
-	$(BIN)/python tools/sort_live.py
 
 # The site, results/docs/index.html; it needs no network, to build or to read.
 docs: $(VENV)/.docs

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,12 +36,6 @@ FIGURE_FORMATS = ("svg", "png", "pdf")
 RUN_VARIABLE = "AJGDATA_RUN"
 #: Of more data sets than this many letters name, a run's name holds a digest.
 LONGEST_RUN = 100
-
-
-def simulated_card_socket(server: str) -> Path:
-    """Return the socket by which the simulated card on the JACK server `server` is told scenes."""
-    user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has one temporary folder each
-    return Path(tempfile.gettempdir()) / f"ajgdata-{user}-{server}.socket"
 
 
 def run_name(datasets: Sequence[str]) -> str:
@@ -279,11 +272,6 @@ class Paths:
     def study(self, name: str) -> Path:
         """Figures of one study of the virtual gripper."""
         return self.results / "gripper" / f"{name}.json"
-
-    @property
-    def sort_live(self) -> Path:
-        """Return the file of what `make sort-live` found: sorting through a simulated card."""
-        return self.results / "live" / "sorting.json"
 
     def ablation(self, name: str) -> Path:
         """Tables of one ablation: why simulation and paper differ."""

@@ -17,6 +17,9 @@ from pydantic import Field, ValidationError
 from ajgdata.types import DataError
 from ajgdata.types.base import Strict, describe
 
+#: Device of sessions that the virtual gripper recorded: they are simulated.
+DEVICE = "virtual gripper"
+
 
 class CardError(DataError):
     """The sound card cannot go on: nothing more is recorded before somebody mends it."""

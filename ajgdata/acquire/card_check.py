@@ -176,7 +176,7 @@ def _levels(check: CardCheck) -> list[Advice]:
 def _timing(check: CardCheck) -> list[Advice]:
     """Return advice about latency, lost frames and clocks."""
     advice = []
-    fix, louder = "close other programs; use another port", "play louder, or remove the noise"
+    fix = "close other programs; use another port"
     if check.latency_spread:
         problem = f"latency differs by {check.latency_spread} samples between takes"
         cable = "connect a spare output to a spare input and give --loopback-channel"

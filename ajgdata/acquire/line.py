@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from ajgdata.acquire.card import CardError, CardSettings, Heard
 from ajgdata.acquire.child import Child
 from ajgdata.acquire.duplex import SLOWEST, STALLED_S, serve
-from ajgdata.acquire.simulated_card import DEVICE, SERVER, own_server
 from ajgdata.acquire.sound_card import SoundCard
-from ajgdata.paths import simulated_card_socket
 from ajgdata.types import DataError
 
 #: A process that imports and a driver that looks for its devices may take this long.
@@ -32,8 +30,6 @@ class PortAudioLine:
 
     def __init__(self, settings: CardSettings) -> None:
         self._settings = settings
-        if settings.device == DEVICE:
-            own_server()
         self._child = Child(serve)
         request = {"what": "open", "settings": settings.model_dump(mode="json")}
         self._about, _ = self._ask(request, b"", OPEN_S)
@@ -86,8 +82,6 @@ def open_card(settings: CardSettings) -> Iterator[SoundCard]:
 
 def list_devices() -> list[dict[str, Any]]:
     """Return `name`, `api`, `inputs`, `outputs` and `rates_hz` of each device. Raises CardError."""
-    if simulated_card_socket(SERVER).exists():
-        own_server()
     child = Child(serve)
     try:
         return list(child.ask({"what": "list"}, b"", OPEN_S)[0]["devices"])

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import CardSettings, Heard
+from ajgdata.acquire.card import DEVICE, CardSettings, Heard
 from ajgdata.acquire.plant import Plant, noise_floor, scene_noise, scene_response
 from ajgdata.acquire.recipe import NEW, new_setup
 from ajgdata.acquire.robot import Placement, Robot
-from ajgdata.acquire.simulated_card import DEVICE, PERIOD
 from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.acquire.virtual import chain_of, scene_of
 from ajgdata.gripper import SAMPLE_RATE_HZ, SceneError, derive_seed
 from ajgdata.types import DataError, Recipe
+
+#: Latency in samples: a usual period of a driver.
+PERIOD = 1_024
 
 
 class PlantLine:
@@ -56,7 +58,7 @@ class VirtualTable:
         self._recipe, self._seed = recipe, seed
         self._chain = chain_of("recipe: signal", recipe.signal)
         if self._chain.motor is not None:
-            fix = "use a data set without, or `ajgdata device simulate`"
+            fix = "use a data set without"
             raise DataError("recipe.signal", "motor cannot be heard live", fix)
         if self._chain.level_db_spl is None:
             raise DataError("recipe.signal", "the speaker is silent", "use another data set")

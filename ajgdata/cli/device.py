@@ -1,4 +1,4 @@
-"""The `ajgdata device` commands: sound cards, and the virtual gripper as one."""
+"""The `ajgdata device` commands: sound cards listed and checked."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from rich.markup import escape
 
 device = typer.Typer(
     no_args_is_help=True,
-    help="Sound cards: which there are, and if one is fit to record with. `simulate` is one that "
-    "needs no hardware.",
+    help="Sound cards: which there are, and if one is fit to record with.",
 )
 out = Console(emoji=False, highlight=False)
 
@@ -63,63 +62,3 @@ def check(
         colour = _COLOURS[advice.level]
         out.print(f"[{colour}]{advice.level:12}[/] {escape(advice.problem + fix)}", soft_wrap=True)
     raise typer.Exit(checked.verdict[0].level == "bad")
-
-
-@device.command()
-def simulate(
-    scenes: Annotated[
-        list[str],
-        typer.Argument(metavar="SCENE...", help="as for `ajgdata gripper show`, or empty"),
-    ],
-    grasps: Annotated[
-        int, typer.Option(min=0, help="of each SCENE that are solved beforehand")
-    ] = 0,
-    noise: Annotated[bool, typer.Option(help="with the microphone's own noise")] = True,
-) -> None:
-    """Be a sound card in whose gripper the first SCENE is heard, until Ctrl-C.
-
-    Needs JACK (Debian: jackd2, libportaudio2), and no hardware. The others are ready to be switched
-    to: `ajgdata device switch SCENE`.
-    """
-    from ajgdata.pipeline.simulated_device import simulate_card
-
-    def ready(server: str) -> None:
-        out.print(f'the device "virtual gripper" is there; scene {escape(scenes[0])}')
-        out.print(f"other programs find it with JACK_DEFAULT_SERVER={server}; Ctrl-C ends it")
-
-    out.print(f"solving {len(scenes)} scenes; the device is there when they are done ...")
-    simulate_card(scenes, grasps=grasps, noise=noise, ready=ready)
-
-
-@device.command()
-def robot() -> None:
-    """Be the robot of a protocol with the simulated card: one step, as JSON on standard input.
-
-    In dataset.yaml: robot: command, robot_settings: {command: [ajgdata, device, robot]}.
-    """
-    import json
-    import sys
-
-    from ajgdata.types import DataError
-
-    try:
-        step = json.load(sys.stdin)
-    except ValueError:
-        raise DataError("standard input", "is no JSON", 'give {"step": "approach", ...}') from None
-    if step.get("step") == "approach":  # the others change nothing, and should be quick
-        from ajgdata.pipeline.simulated_device import robot_step
-
-        robot_step(step)
-
-
-@device.command("switch")
-def switch_command(
-    scene: Annotated[str, typer.Argument(help="as for `ajgdata gripper show`, or empty")],
-    grasp: Annotated[
-        int | None, typer.Option(min=0, help="number of a grasp: each is placed anew")
-    ] = None,
-) -> None:
-    """Let the simulated card play another scene from now on."""
-    from ajgdata.pipeline.simulated_device import switch_scene
-
-    switch_scene(scene, grasp)

@@ -12,14 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import Card, CardSettings, card_settings
+from ajgdata.acquire.card import DEVICE, Card, CardSettings, card_settings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
 from ajgdata.acquire.robot import open_robot
-from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.paths import EXCITATION_FILE, Paths
 from ajgdata.pipeline.fetch import folder_sums
 from ajgdata.store.audio import pcm24_bytes, read_audio

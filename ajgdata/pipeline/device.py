@@ -12,7 +12,7 @@ from ajgdata.types import DataError
 NO_DEVICE = DataError(
     "PortAudio",
     "finds no sound card",
-    "plug one in, or start a simulated one: ajgdata device simulate cube_20p7",
+    "plug one in",
 )
 
 

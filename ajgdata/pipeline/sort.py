@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from ajgdata.acquire.card import Card
+from ajgdata.acquire.card import DEVICE, Card
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.robot import Confirm
-from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.live.control import Control
 from ajgdata.live.drift import ReferenceWatch
 from ajgdata.live.events import EventLog, Listener, shown_spectrum

@@ -8,8 +8,8 @@ import numpy as np
 import yaml
 from fake_card import FakeLine, fake_card
 
+from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.operator import Choice, Decision
-from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live as module
 from ajgdata.pipeline.acquire_live import Noted, acquire_live

@@ -17,9 +17,9 @@ from live_lab import declare
 from rich.console import Console
 from typer.testing import CliRunner
 
+from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.operator import Choice
 from ajgdata.acquire.protocol import PlannedGrasp
-from ajgdata.acquire.simulated_card import DEVICE
 from ajgdata.cli.main import app
 from ajgdata.cli.terminal import TerminalOperator, meter, sparkline
 from ajgdata.paths import Paths

@@ -1,6 +1,5 @@
 """`ajgdata device`: lines for people, numbers and exit codes for scripts."""
 
-import json
 import re
 import sys
 from contextlib import contextmanager
@@ -12,8 +11,7 @@ from typer.testing import CliRunner
 
 from ajgdata import cli
 from ajgdata.acquire.card import CardError
-from ajgdata.gripper import SignalChain
-from ajgdata.pipeline import device, simulated_device
+from ajgdata.pipeline import device
 from ajgdata.types import DataError
 
 RUN = CliRunner()
@@ -93,30 +91,3 @@ def test_what_cannot_be_a_card_is_said_in_one_line(card, arguments, said):
         assert isinstance(done.exception, DataError) and re.search(said, str(done.exception))
     else:
         assert done.exit_code == 2 and arguments[1] in done.output
-
-
-def test_the_robot_places_the_object_of_each_grasp(monkeypatch):
-    """Only `approach` changes what is heard; a gripper that touches nothing is a scene, too."""
-    heard = []
-
-    def switch(title, response=None):
-        heard.append((title, response is not None))
-        return response is not None
-
-    monkeypatch.setattr(simulated_device, "switch", switch)
-    monkeypatch.setattr(simulated_device, "_response", lambda name, grasp, chain: (name, grasp))
-    for step in ("loosen", "hold", "jam", "lift", "release", "place"):
-        assert RUN.invoke(cli.app, ["device", "robot"], json.dumps({"step": step})).exit_code == 0
-    assert heard == []
-    for made in ("cube_20p7", ""):
-        step = {"step": "approach", "object": made, "grasp_id": "g", "number": 2, "force_n": 8.0}
-        assert RUN.invoke(cli.app, ["device", "robot"], json.dumps(step)).exit_code == 0
-    titles = [title for title, given in heard if given]
-    assert titles == ["cube_20p7 grasp 2", "empty grasp 2"]
-    assert isinstance(RUN.invoke(cli.app, ["device", "robot"], "x").exception, DataError)
-
-
-def test_scenes_of_the_card_are_those_of_the_library(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(DataError, match="there is no such file, object or gripper"):
-        simulated_device._response("no_such_thing", None, SignalChain())

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_simulated_card import QUIET, RINGING, STEP
+from test_plant import QUIET, RINGING, STEP
 
 from ajgdata import gripper
 from ajgdata.acquire.card import CardSettings

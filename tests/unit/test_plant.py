@@ -1,17 +1,11 @@
-"""The virtual gripper as a sound card: the same sound as the virtual source, block by block."""
-
-import threading
-from multiprocessing.connection import Client, Listener
+"""The virtual gripper block by block: the same sound as the virtual source."""
 
 import numpy as np
 import pytest
 
 from ajgdata import gripper
-from ajgdata.acquire import simulated_card
 from ajgdata.acquire.plant import LEAD, Plant, noise_floor, scene_noise, scene_response
-from ajgdata.acquire.simulated_card import switch
 from ajgdata.gripper import ImpulseResponse, SignalChain, excitation_sweep
-from ajgdata.types import DataError
 
 SWEEP = excitation_sweep()
 QUIET = SignalChain(noise_db_spl=None)
@@ -26,39 +20,6 @@ RINGING = ImpulseResponse(
     membrane_kg_m2=0.3,
 )
 STEP = 2.0**-23
-
-
-@pytest.fixture
-def path(tmp_path, monkeypatch):
-    """Socket of a card that is not there yet."""
-    found = tmp_path / "card"
-    monkeypatch.setattr(simulated_card, "simulated_card_socket", lambda _: found)
-    monkeypatch.setattr(simulated_card, "own_server", lambda: "")
-    return found
-
-
-def test_one_who_says_nothing_does_not_keep_others_waiting(path):
-    plant = Plant(np.ones(1))
-    with Listener(str(path), "AF_UNIX") as listener:
-        threading.Thread(
-            target=simulated_card._obey, args=(listener, plant, {"a": np.ones(2)}), daemon=True
-        ).start()
-        with Client(str(path), "AF_UNIX") as silent:
-            silent.send_bytes(b'"half of a request"')
-            assert switch("a") and not switch("b")
-            assert switch("b", np.full(3, 0.5)) and switch("b")
-    np.testing.assert_array_equal(plant.process(np.eye(1, 4, dtype=np.float32)[0])[0, :3], 0.5)
-
-
-def test_a_card_that_hangs_is_named(path, monkeypatch):
-    with pytest.raises(DataError, match="none is running"):
-        switch("a")
-    monkeypatch.setattr(simulated_card, "SWITCH_S", 1)
-    with (
-        Listener(str(path), "AF_UNIX"),  # connects, and never answers
-        pytest.raises(DataError, match="simulated card: does not answer"),
-    ):
-        switch("a", np.zeros(10**6))
 
 
 def through(plant: Plant, sound: np.ndarray, blocks=(1_024,)) -> np.ndarray:
