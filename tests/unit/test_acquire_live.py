@@ -250,7 +250,7 @@ def test_a_gain_that_was_moved_is_noticed_on_the_same_object_only(lab):
     lab.acquire(operator := Scripted(decisions=[Choice.REDO]))
     ((problem, choices),) = operator.problems
     assert "-20 dB from earlier grasps of cube" in problem and Choice.KEEP in choices
-    assert [report.usual is None for report in operator.reports[:3]] == [True, False, True]
+    assert [report.usual_dbfs is None for report in operator.reports[:3]] == [True, False, True]
 
 
 def test_earlier_grasps_are_known_after_a_resume(lab):
@@ -258,7 +258,7 @@ def test_earlier_grasps_are_known_after_a_resume(lab):
     lab.acquire(operator := Scripted())
     first = operator.reports[0]
     assert first.grasp.name == "cube_02"
-    np.testing.assert_allclose(first.usual.bands_db, first.level.bands_db, atol=1.5)
+    assert first.usual_dbfs == pytest.approx(first.peak_dbfs, abs=1.5)
 
 
 def test_nobody_is_there(lab):
