@@ -235,6 +235,6 @@ ROBOTS = Registry(
     RobotMaker,
     {
         "manual": RobotMaker("ajgdata.acquire.robot:open_manual"),
-        "command": RobotMaker("ajgdata.acquire.robot_command:open_command"),
+        "command": RobotMaker("ajgdata.acquire.robot:open_command"),
     },
 )
