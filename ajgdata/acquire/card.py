@@ -17,8 +17,8 @@ from pydantic import Field, ValidationError
 from ajgdata.types import DataError
 from ajgdata.types.base import Strict, describe
 
-#: Name of the device of the virtual gripper: what it gives is simulated.
-SIMULATED = "virtual gripper"
+#: Device of sessions that the virtual gripper recorded: they are simulated.
+DEVICE = "virtual gripper"
 
 
 class CardError(DataError):

@@ -9,16 +9,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ajgdata.acquire.band_levels import Level, jump_db, level_of, usual
 from ajgdata.acquire.card import Capture, Card, CardError, TakeError
 from ajgdata.acquire.live_session import REJECTED, LiveSession
 from ajgdata.acquire.operator import Choice, Decision, Operator, Progress, Report
-from ajgdata.acquire.protocol import DOUBT, PlannedGrasp, grasp_id, remaining, whole_grasps
+from ajgdata.acquire.protocol import (
+    DOUBT,
+    REFERENCE,
+    PlannedGrasp,
+    grasp_id,
+    remaining,
+    whole_grasps,
+)
 from ajgdata.acquire.robot import Placement, Robot, RobotError, grasp_once
 from ajgdata.features.checks import check_samples
-from ajgdata.store.audio import read_audio
-from ajgdata.types import AudioSettings, GraspProtocol, Target
+from ajgdata.types import GraspProtocol, Target
 
+#: A peak this far from the earlier ones of the object is a knob or a plug: grasps differ by less.
+JUMP_DB = 12.0
 _OFFERED = (Choice.REDO, Choice.SKIP, Choice.QUIT)
 
 
@@ -58,7 +65,6 @@ class GuidedAcquisition:
     played: np.ndarray
     robot: Robot
     operator: Operator
-    _levels: dict[str, dict[str, Level]] = field(default_factory=dict)
     _problems: list[Problem] = field(default_factory=list)
     _spent_s: list[float] = field(default_factory=list)
     _asked: set[str] = field(default_factory=set)
@@ -86,7 +92,7 @@ class GuidedAcquisition:
                     self.session.skip(grasp, self._reason)
                     queue.pop(0)
                 case Choice.BACK if before is not None:
-                    self._forget(before)
+                    self.session.reject(before)
                     queue.insert(0, before)
                     before = None
                 case Choice.QUIT:
@@ -188,22 +194,17 @@ class GuidedAcquisition:
     ) -> None:
         silence = grasp.reference == "silence"
         capture = self.card.listen(len(self.played)) if silence else self.card.take(self.played)
-        level = level_of(capture.samples, self.card.settings.sample_rate_hz)
-        known = usual(list(self._earlier(grasp).values()))
-        problems = [] if silence else self._doubts(grasp, capture, level, known)
+        known = self._usual_dbfs(grasp)
+        problems = [] if silence else self._doubts(grasp, capture, known)
         self._problems += problems
         quality = REJECTED if silence or problems else "ok"
         said = [problem.text for problem in problems]
         labels = {**labels, **capture.labels(), DOUBT: "; ".join(said)}
         self.session.record(grasp, attempt, sample, capture.samples, quality=quality, labels=labels)
         self._recorded += 1
-        self.operator.show(Report(grasp, sample, level, known, said, capture.doubts))
-        if not problems:
-            self._earlier(grasp)[f"{grasp.name}_{sample}"] = level
+        self.operator.show(Report(grasp, sample, capture.peak_dbfs, known, said, capture.doubts))
 
-    def _doubts(
-        self, grasp: PlannedGrasp, capture: Capture, level: Level, known: Level | None
-    ) -> list[Problem]:
+    def _doubts(self, grasp: PlannedGrasp, capture: Capture, known: float | None) -> list[Problem]:
         """Return what `ajgdata validate` would say of it, and what it cannot know."""
         found = check_samples(capture.samples, "PCM_24", self.window)
         doubts = [
@@ -212,7 +213,8 @@ class GuidedAcquisition:
         if capture.clipped and "clipped" not in {remark.code for remark in found}:
             problem = f"{capture.clipped} samples reach full scale: clipped"
             doubts.append(Problem(f"{problem}; lower the gain and redo", False, marked=True))
-        if jump := jump_db(level, known):
+        jump = 0.0 if known is None else capture.peak_dbfs - known
+        if abs(jump) > JUMP_DB:
             problem = f"{jump:+.0f} dB from earlier grasps of {grasp.object or 'nothing'}"
             doubts.append(Problem(f"{problem}; check gain and plugs", False))
         return doubts
@@ -234,27 +236,18 @@ class GuidedAcquisition:
         self._reason = problem
         return self.operator.decide(problem, choices)
 
-    def _earlier(self, grasp: PlannedGrasp) -> dict[str, Level]:
-        """Return the levels of the object's whole grasps, read once from what is on disk."""
-        key = grasp.object or grasp.reference or ""
-        if key not in self._levels:
-            audio = AudioSettings(sample_rate_hz=self.card.settings.sample_rate_hz)
-            self._levels[key] = {
-                f"{one.name}_{row.sample}": level_of(
-                    read_audio(self.session.folder / row.file, audio).samples, audio.sample_rate_hz
-                )
-                for one in self.planned
-                if (one.object, one.reference) == (grasp.object, grasp.reference) and one != grasp
-                for row in self.session.whole(one)
-            }
-        return self._levels[key]
+    def _usual_dbfs(self, grasp: PlannedGrasp) -> float | None:
+        """Return the median peak of the object's good recordings; None if there are none."""
+        peaks = [
+            float(row.labels["peak_dbfs"])
+            for row in self.session.recordings
+            if (row.object, row.labels.get(REFERENCE, "")) == (grasp.object, grasp.reference or "")
+            and row.quality == "ok"
+            and row.labels.get("peak_dbfs")
+        ]
+        return float(np.median(peaks)) if peaks else None
 
     def _drop_partial(self, grasp: PlannedGrasp) -> None:
         """Reject a grasp unless all of it counts."""
         if len(self.session.whole(grasp)) < grasp.samples:
-            self._forget(grasp)
-
-    def _forget(self, grasp: PlannedGrasp) -> None:
-        """Reject a grasp, and compare no other with it."""
-        self.session.reject(grasp)
-        self._levels.pop(grasp.object or grasp.reference or "", None)
+            self.session.reject(grasp)

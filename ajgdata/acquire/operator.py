@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from ajgdata.acquire.band_levels import Level
 from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.types import Target
 
@@ -41,13 +40,13 @@ class Progress:
 
 @dataclass(frozen=True)
 class Report:
-    """One recording as the operator sees it. `usual` is the median of the object's earlier grasps,
-    `retakes` says why takes before it were thrown away."""
+    """One recording as the operator sees it. `usual_dbfs` is the median peak of the object's good
+    recordings, `retakes` says why takes before it were thrown away."""
 
     grasp: PlannedGrasp
     sample: int
-    level: Level
-    usual: Level | None
+    peak_dbfs: float
+    usual_dbfs: float | None
     problems: Sequence[str]
     retakes: Sequence[str]
 

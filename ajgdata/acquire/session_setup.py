@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ajgdata.acquire.card import SIMULATED
+from ajgdata.acquire.card import DEVICE
 from ajgdata.paths import AUDIO_FOLDER, EXCITATION_FILE, SESSION_FILE
 from ajgdata.store.audio import file_sha256, write_pcm24
 from ajgdata.store.files import alone, replacing_folder
@@ -43,7 +43,7 @@ def create(
 ) -> None:
     """Make a session that holds nothing yet, in one step.
 
-    What the simulated card gives is simulated, and is told as such wherever it goes.
+    A session of the virtual gripper has the source `virtual`.
     """
     with replacing_folder(folder) as new:
         (new / AUDIO_FOLDER).mkdir()
@@ -52,7 +52,7 @@ def create(
         peak = float(np.abs(excitation).max())
         session = Session(
             session_id=folder.name,
-            source="virtual" if about.get("device") == SIMULATED else "soundcard",
+            source="virtual" if about.get("device") == DEVICE else "soundcard",
             sample_rate_hz=sample_rate_hz,
             excitation=Excitation(
                 file=EXCITATION_FILE,

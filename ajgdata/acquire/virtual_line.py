@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import SIMULATED, CardSettings, Heard
+from ajgdata.acquire.card import DEVICE, CardSettings, Heard
 from ajgdata.acquire.plant import Plant, noise_floor, scene_noise, scene_response
 from ajgdata.acquire.recipe import NEW, new_setup
 from ajgdata.acquire.robot import Placement, Robot
@@ -19,7 +19,7 @@ from ajgdata.acquire.virtual import chain_of, scene_of
 from ajgdata.gripper import SAMPLE_RATE_HZ, SceneError, derive_seed
 from ajgdata.types import DataError, Recipe
 
-#: Samples by which it hears late, as a card with buffers of this length.
+#: Latency in samples: a usual period of a driver.
 PERIOD = 1_024
 
 
@@ -58,7 +58,7 @@ class VirtualTable:
         self._recipe, self._seed = recipe, seed
         self._chain = chain_of("recipe: signal", recipe.signal)
         if self._chain.motor is not None:
-            fix = "use a data set without, or `ajgdata device simulate`"
+            fix = "use a data set without"
             raise DataError("recipe.signal", "motor cannot be heard live", fix)
         if self._chain.level_db_spl is None:
             raise DataError("recipe.signal", "the speaker is silent", "use another data set")
@@ -81,7 +81,7 @@ class VirtualTable:
 
     def card(self) -> SoundCard:
         """Return the sound card on which the gripper is heard."""
-        settings = CardSettings(device=SIMULATED, sample_rate_hz=SAMPLE_RATE_HZ, loopback_channel=2)
+        settings = CardSettings(device=DEVICE, sample_rate_hz=SAMPLE_RATE_HZ, loopback_channel=2)
         return SoundCard(PlantLine(self._plant), settings)
 
 

@@ -80,10 +80,6 @@ def acquire(
     temperature_c: Annotated[
         float | None, typer.Option(help="of the room", rich_help_panel=_CARD)
     ] = None,
-    check: Annotated[
-        Path | None,
-        typer.Option(help="report of `ajgdata device check`, kept", rich_help_panel=_CARD),
-    ] = None,
 ) -> None:
     """Record what is missing of a recipe or a protocol. Stop it at any moment: it goes on there."""
     if source != SOUNDCARD:
@@ -101,7 +97,7 @@ def acquire(
     }
     from ajgdata.pipeline.acquire_live import Noted
 
-    noted = Noted(notes, temperature_c, check)
+    noted = Noted(notes, temperature_c)
     _by_protocol((dataset or [""])[0], session, {"device": device, **channels}, yes, noted)
 
 
@@ -127,8 +123,7 @@ def _by_protocol(dataset: str, session: str, device: dict[str, Any], yes: bool, 
         with ended_by_signals():
             name, done = acquire_live(
                 find_project(), dataset, session,
-                device=device, operator=operator, noted=noted, warn=_warn,
-                allow=_refuse if yes else _ask,
+                device=device, operator=operator, noted=noted, allow=_refuse if yes else _ask,
             )  # fmt: skip
     except KeyboardInterrupt:
         out.print(f"stopped; what was recorded is kept, {again}", soft_wrap=True)

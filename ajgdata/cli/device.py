@@ -1,8 +1,7 @@
-"""The `ajgdata device` commands: list sound cards, and check one."""
+"""The `ajgdata device` commands: sound cards listed and checked."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -39,7 +38,6 @@ def check(
     drift_s: Annotated[
         float, typer.Option("--drift", min=0, help="seconds for the clocks; 0: leave them out")
     ] = 60.0,
-    numbers: Annotated[Path | None, typer.Option("--json", help="all figures (JSON)")] = None,
 ) -> None:
     """Play sweeps and say if what comes back is fit to record. Exit code 1 if it is not.
 
@@ -56,11 +54,11 @@ def check(
         loopback_channel=loopback_channel,
     )
     with out.status("opening") as status:
-        found = check_device(settings, drift_s=drift_s, numbers=numbers, progress=status.update)
-    for topic, said in found.facts().items():
-        out.print(f"{topic:12} {escape(said)}", soft_wrap=True)
-    for one in found.verdict:
-        fix = f"; {one.fix}" if one.fix else ""
-        colour = _COLOURS[one.level]
-        out.print(f"[{colour}]{one.level:12}[/] {escape(one.said + fix)}", soft_wrap=True)
-    raise typer.Exit(found.verdict[0].level == "bad")
+        checked = check_device(settings, drift_s=drift_s, progress=status.update)
+    for topic, value in checked.facts().items():
+        out.print(f"{topic:12} {escape(value)}", soft_wrap=True)
+    for advice in checked.verdict:
+        fix = f"; {advice.fix}" if advice.fix else ""
+        colour = _COLOURS[advice.level]
+        out.print(f"[{colour}]{advice.level:12}[/] {escape(advice.problem + fix)}", soft_wrap=True)
+    raise typer.Exit(checked.verdict[0].level == "bad")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.markup import escape
 
@@ -13,9 +12,6 @@ from ajgdata.acquire.operator import Choice, Decision, Progress, Report
 from ajgdata.acquire.protocol import PlannedGrasp
 from ajgdata.types import Target
 
-_BLOCKS = "▁▂▃▄▅▆▇█"
-#: Levels from the quietest block to the highest, of full scale.
-_LOW_DB, _HIGH_DB = -84.0, -20.0
 _METER = 20  # characters for 60 dB
 _KEYS = {"b": Choice.BACK, "s": Choice.SKIP, "q": Choice.QUIT}
 
@@ -57,20 +53,13 @@ class TerminalOperator:
             self._say(f"  [red]{escape(said)} is no number[/red]")
 
     def show(self, report: Report) -> None:
-        """Print level and spectrum beside those of the object's earlier grasps."""
+        """Print the peak level beside that of the object's earlier grasps."""
         for reason in report.retakes:
             self._say(f"  [yellow]repeated[/yellow] {escape(reason)}")
         colour = "red" if report.problems else "green"
-        peak = report.level.peak_dbfs
-        line = f"  [{colour}]{meter(peak)}[/{colour}] {peak:6.1f} dBFS  "
-        self._say(line + sparkline(report.level.bands_db))
-        if report.usual is not None:
-            peak = report.usual.peak_dbfs
-            most = float(np.abs(report.level.bands_db - report.usual.bands_db).max())
-            self._say(
-                f"  [dim]{meter(peak)} {peak:6.1f} dBFS  {sparkline(report.usual.bands_db)} before"
-                f"; differs by up to {most:.0f} dB[/dim]"
-            )
+        peak = report.peak_dbfs
+        usual = "" if report.usual_dbfs is None else f" (usually {report.usual_dbfs:.1f})"
+        self._say(f"  [{colour}]{meter(peak)}[/{colour}] {peak:6.1f} dBFS{usual}")
 
     def decide(self, problem: str, choices: Sequence[Choice]) -> Choice:
         """Print what is wrong and ask until the answer is a choice, or its first letter."""
@@ -102,13 +91,6 @@ def meter(peak_dbfs: float) -> str:
     """Return a bar that is full at 0 dB of full scale and empty 60 dB below."""
     filled = int(np.clip(np.ceil(_METER * (1 + peak_dbfs / 60)), 0, _METER))
     return "█" * filled + "·" * (_METER - filled)
-
-
-def sparkline(bands_db: ArrayLike) -> str:
-    """Return one block for each level (n_bands,) in dB of full scale, 8 dB apart up to -20."""
-    share = (np.asarray(bands_db) - _LOW_DB) / (_HIGH_DB - _LOW_DB)
-    blocks = np.clip(share * len(_BLOCKS), 0, len(_BLOCKS) - 1).astype(int)
-    return "".join(_BLOCKS[block] for block in blocks)
 
 
 def _minutes(seconds: float) -> str:

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import SIMULATED, Card, CardSettings, card_settings
-from ajgdata.acquire.check_report import kept_check
+from ajgdata.acquire.card import DEVICE, Card, CardSettings, card_settings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
 from ajgdata.acquire.live_session import live_session
@@ -38,12 +37,10 @@ _NAMES = "use letters, digits, _ and -"
 
 
 class Noted(NamedTuple):
-    """Notes of the operator for session.yaml: words, temperature of the room, and the file that
-    `ajgdata device check` wrote."""
+    """Notes of the operator for session.yaml: text and temperature of the room."""
 
     notes: str = ""
     temperature_c: float | None = None
-    check: Path | None = None
 
 
 def acquire_live(
@@ -54,23 +51,22 @@ def acquire_live(
     device: Mapping[str, Any],
     operator: Operator,
     noted: Noted,
-    warn: Callable[[str], object],
     allow: Callable[[str], bool] = lambda text: False,
 ) -> tuple[str, Outcome]:
     """Record the missing grasps of the protocol of `dataset` into `session`; "": see
     `session_name`.
 
-    `device` are keys of `CardSettings` except the rate, which the data set declares; `warn` gets
-    warnings. `allow` decides whether the robot of a data set from elsewhere may start, of which it
-    gets a description. Returns the session's name and the outcome. Raises DataError for whatever
-    cannot be recorded.
+    `device` are keys of `CardSettings` except the rate, which the data set declares. `allow`
+    decides whether the robot of a data set from elsewhere may start, of which it gets a
+    description. Returns the session's name and the outcome. Raises DataError for whatever cannot be
+    recorded.
     """
     spec = read_dataset(paths, dataset)
     protocol = protocol_of(paths, spec)
     _check_robot(paths, dataset, protocol, allow)
     if not operator.attended:
         _refuse_what_needs_a_person(paths.dataset(dataset), protocol, device["device"])
-    simulated = device["device"] == SIMULATED
+    simulated = device["device"] == DEVICE
     check_one_kind(paths, spec, list_sessions(paths, dataset), adding=simulated)
     session = session or session_name(paths, dataset, protocol)
     if not NAME.fullmatch(session):
@@ -88,8 +84,6 @@ def acquire_live(
     given: dict[str, Any] = {}
     if noted.temperature_c is not None:
         given["temperature_c"] = noted.temperature_c
-    if noted.check:
-        given["check"] = kept_check(noted.check, settings, warn)
     folder = paths.session(dataset, session)
     with (
         live_session(
@@ -139,7 +133,7 @@ def _refuse_what_needs_a_person(path: Path, protocol: GraspProtocol, device: str
     if asked := [name for name, moment in protocol.ask.items() if moment != "later"]:
         fix = "write `later`, or leave out --yes"
         raise DataError(path, f"protocol.ask: {asked[0]} needs a person", fix)
-    if protocol.robot == "manual" and device != SIMULATED:  # the virtual gripper harms no data
+    if protocol.robot == "manual" and device != DEVICE:  # the virtual gripper harms no data
         fix = "name the robot that places the objects, or leave out --yes"
         raise DataError(path, "protocol.robot: manual needs a person", fix)
 

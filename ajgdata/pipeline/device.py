@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
 
 from ajgdata.acquire.card import CardSettings
 from ajgdata.acquire.card_check import DRIFT_S, CardCheck, check_card
 from ajgdata.acquire.line import list_devices, open_card
-from ajgdata.store.files import write_bytes
 from ajgdata.types import DataError
 
 NO_DEVICE = DataError(
     "PortAudio",
     "finds no sound card",
-    "plug one in, or start a simulated one: ajgdata device simulate cube_20p7",
+    "plug one in",
 )
 
 
@@ -37,13 +34,8 @@ def check_device(
     settings: CardSettings,
     *,
     drift_s: float = DRIFT_S,
-    numbers: Path | None = None,
     progress: Callable[[str], object] = lambda _: None,
 ) -> CardCheck:
-    """Check a sound card and write its `numbers` (JSON). Raises CardError."""
+    """Check a sound card. Raises CardError."""
     with open_card(settings) as card:
-        check, _ = check_card(card, drift_s, progress)
-    if numbers:
-        text = json.dumps(check.summary(), indent=1, allow_nan=False)
-        write_bytes(numbers, f"{text}\n".encode())
-    return check
+        return check_card(card, drift_s, progress)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ajgdata.acquire.card import SIMULATED, Card
+from ajgdata.acquire.card import DEVICE, Card
 from ajgdata.acquire.live_session import LiveSession, live_session
 from ajgdata.acquire.robot import Confirm
 from ajgdata.live.control import Control
@@ -140,7 +140,7 @@ def sorting_model(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> Predictor:
 def _keeping(paths: Paths, spec: DatasetSpec, plan: SortPlan) -> DatasetSpec:
     """Return the data set that keeps the recordings. DataError if its are others."""
     kept_in = read_dataset(paths, plan.keep.dataset or spec.name)
-    simulated = plan.source == VIRTUAL or plan.card.get("device") == SIMULATED
+    simulated = plan.source == VIRTUAL or plan.card.get("device") == DEVICE
     made = kept_in.recipe is not None and kept_in.recipe.source == VIRTUAL
     others = {VIRTUAL} if made else _sources(paths, kept_in.name)
     if others and others != {VIRTUAL if simulated else "recorded"}:
@@ -215,7 +215,7 @@ def _about(
         "looks": plan.looks,
         "device": card.settings.device,
         "robot": plan.robot,
-        "source": "simulated" if card.settings.device == SIMULATED else "recorded",
+        "source": "simulated" if card.settings.device == DEVICE else "recorded",
         **_means(paths.features(spec.name), spec.tasks[plan.task].target, predictor.classes),
     }
 

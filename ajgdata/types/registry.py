@@ -198,6 +198,6 @@ ROBOTS = Registry(
     "ajgdata.robots",
     {
         "manual": RobotMaker("ajgdata.acquire.robot:open_manual"),
-        "command": RobotMaker("ajgdata.acquire.robot_command:open_command"),
+        "command": RobotMaker("ajgdata.acquire.robot:open_command"),
     },
 )

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from jack_card import DEVICE, SERVER_VARIABLE, jack_server, load_jack
+from simulated_card import SERVER_VARIABLE, jack_server, load_jack, own_server
 
-from ajgdata.acquire.card import CardSettings
+from ajgdata.acquire.card import DEVICE, CardSettings
 from ajgdata.acquire.duplex import load_portaudio
 from ajgdata.types import DataError
 
@@ -32,8 +32,9 @@ SERVERS = [f"ajgdata-test-{n}" for n in range(4)]
 #: A card that answers each line with "ready", and with "playing" at the next sound that it plays.
 CARD = """
 import sys, threading, numpy as np
+sys.path.insert(0, sys.argv.pop())
+from simulated_card import jack_server, run_card
 from ajgdata.acquire.plant import Plant
-from jack_card import jack_server, run_card
 
 class WatchedPlant(Plant):
     sound = threading.Event()
@@ -53,7 +54,7 @@ def answer():
 threading.Thread(target=answer, daemon=True).start()
 response, period, noise = np.load(sys.argv[1]), *map(int, sys.argv[2:])
 with jack_server(period=period) as pid:
-    run_card(WatchedPlant(response, noise * 1e-6), {}, lambda: print(pid, flush=True))
+    run_card(WatchedPlant(response, noise * 1e-6), lambda: print(pid, flush=True))
 """
 
 # Lets fixtures end what they started, as after Ctrl-C.
@@ -121,6 +122,7 @@ def server() -> Iterator[str]:
 def rig(tmp_path: Path, monkeypatch, server) -> Iterator[Callable[..., Rig]]:
     """Start a simulated card of the given response, on a JACK server of its own."""
     monkeypatch.setenv(SERVER_VARIABLE, server)
+    own_server()  # for the processes that the tests start
     with ExitStack() as stack:
 
         def start(response=(1.0,), *, period=1_024, noise=0.0, **settings) -> Rig:
@@ -136,9 +138,9 @@ def rig(tmp_path: Path, monkeypatch, server) -> Iterator[Callable[..., Rig]]:
 @contextmanager
 def _running(response: Path, numbers: tuple[int, ...], settings: dict) -> Iterator[Rig]:
     command = [*WITH_PARENT, sys.executable, "-c", CARD, str(response), *map(str, numbers)]
-    here = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    command.append(str(Path(__file__).parent))
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.PIPE}
-    with subprocess.Popen(command, text=True, env=here, **pipes) as process:
+    with subprocess.Popen(command, text=True, **pipes) as process:
         try:
             said = process.stdout.readline()
             if not said:

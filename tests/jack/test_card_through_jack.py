@@ -8,9 +8,9 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from jack_card import DEVICE, switch
+from jack_card import DEVICE
 
-from ajgdata.acquire.card import CardError, CardSettings
+from ajgdata.acquire.card import DEVICE, CardError, CardSettings
 from ajgdata.acquire.line import list_devices, open_card
 from ajgdata.acquire.plant import LEAD, scene_response
 from ajgdata.features.spectrum import spectrum
@@ -115,16 +115,6 @@ def test_devices_are_listed_and_wrong_ones_refused(rig):
     ):
         with pytest.raises(CardError, match=said), open_card(CardSettings(**wrong)):
             pass
-
-
-def test_scenes_are_switched_while_a_session_runs(rig):
-    started = rig(RESPONSE, loopback_channel=2)
-    with open_card(started.settings) as card, freewheeling():
-        before = card.take(SWEEP).samples
-        assert not switch("never heard of")
-        assert switch("half", RESPONSE / 2)
-        np.testing.assert_array_equal(card.take(SWEEP).samples, before / 2)
-        assert switch("half")
 
 
 def test_one_latency_whenever_the_stream_is_opened_again(rig):

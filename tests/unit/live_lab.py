@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 from fake_card import FakeLine, fake_card
 
-from ajgdata.acquire.card import SIMULATED as DEVICE
+from ajgdata.acquire.card import DEVICE
 from ajgdata.acquire.operator import Choice, Decision
 from ajgdata.paths import Paths
 from ajgdata.pipeline import acquire_live as module
@@ -88,7 +88,7 @@ class Lab:
     """Acquires with a fake card; `lines` are used one an acquisition, then fresh ones."""
 
     def __init__(self, paths: Paths, monkeypatch) -> None:
-        self.paths, self.lines, self.used, self.warned = paths, [], [], []
+        self.paths, self.lines, self.used = paths, [], []
         monkeypatch.setattr(module, "open_card", self._open)
 
     @contextmanager
@@ -107,7 +107,7 @@ class Lab:
         name = "fake" if operator.attended else DEVICE
         return acquire_live(
             self.paths, "d", session, device={"device": name, **device}, operator=operator,
-            noted=noted or Noted(), warn=self.warned.append,
+            noted=noted or Noted(),
         )  # fmt: skip
 
     def folder(self, session="soundcard-01"):

@@ -220,7 +220,7 @@ OPTIONS = {
                "--reference", "--on-change", "--join", "--object", "--all"],
     "validate": ["--notes", "--all"],
     "seal": [],
-    "acquire": ["--source", "--recipe", "--session", "--cores", "--device", "--yes", "--check"],
+    "acquire": ["--source", "--recipe", "--session", "--cores", "--device", "--yes"],
     "info": [],
     "doctor": [],
     "status": [],

@@ -1,4 +1,4 @@
-"""The virtual gripper as a sound card: the same sound as the virtual source, block by block."""
+"""The virtual gripper block by block: the same sound as the virtual source."""
 
 import numpy as np
 import pytest

@@ -1,50 +1,28 @@
-"""The virtual gripper as a sound card: a JACK client that plays what a scene would let one hear.
-
-PortAudio sees it as a device of one output (`speaker`) and two inputs (`microphone`, `loopback`).
-Scenes are switched while it runs, through a socket, by whoever places the objects.
-"""
+"""A plant as a sound card: a JACK client of one output (`speaker`) and two inputs (`microphone`,
+`loopback`) that PortAudio sees as a device."""
 
 from __future__ import annotations
 
 import ctypes
-import json
 import os
 import shutil
 import signal
-import socket
-import struct
 import subprocess
 import sys
-import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import Connection, Listener
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ajgdata.acquire.card import SIMULATED as DEVICE
+from ajgdata.acquire.card import DEVICE
+from ajgdata.acquire.plant import Plant
 from ajgdata.acquire.virtual_line import PERIOD
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.types import DataError
 
-if TYPE_CHECKING:
-    from ajgdata.acquire.plant import Plant
-
 #: JACK server of its own, so that none that is used for something else is disturbed.
 SERVER_VARIABLE, SERVER = "JACK_DEFAULT_SERVER", "ajgdata"
-#: Seconds that who asks waits for the card, and the card for who says nothing.
-SWITCH_S, SILENT_S = 10, 1
-
-
-def simulated_card_socket(server: str) -> Path:
-    """Return the socket by which the simulated card on the JACK server `server` is told scenes."""
-    user = os.getuid() if hasattr(os, "getuid") else 0  # Windows has one temporary folder each
-    return Path(tempfile.gettempdir()) / f"ajgdata-{user}-{server}.socket"
 
 
 def load_jack() -> Any:
@@ -111,15 +89,11 @@ def _end_with_parent() -> None:
         ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 
-def run_card(
-    plant: Plant,
-    responses: Mapping[str, NDArray[Any]],
-    ready: Callable[[], object] = lambda: None,
-) -> None:
+def run_card(plant: Plant, ready: Callable[[], object]) -> None:
     """Be the sound card until SIGTERM, Ctrl-C or the end of the JACK server.
 
-    `responses` by title may be switched to by name alone (see `switch`). `ready` is called when the
-    card can be used. Raises DataError if there is no JACK server, or such a card already.
+    `ready` is called when the card can be used. Raises DataError if there is no JACK server, or
+    such a card already.
     """
     jack = load_jack()
     server = own_server()
@@ -140,60 +114,7 @@ def run_card(
 
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
-    path = simulated_card_socket(server)
-    path.unlink(missing_ok=True)  # of one that was killed; a running one was refused above
-    with client, Listener(str(path), "AF_UNIX") as listener:
-        threading.Thread(target=_obey, args=(listener, plant, dict(responses)), daemon=True).start()
+    with client:
         ready()
         while not stop.wait(0.2):  # signals are handled between two waits
             pass
-    path.unlink(missing_ok=True)
-
-
-def _obey(listener: Listener, plant: Plant, responses: dict[str, NDArray[Any]]) -> None:
-    while True:
-        try:
-            with listener.accept() as caller:
-                _limit(caller.fileno(), SILENT_S)
-                title = json.loads(caller.recv_bytes())
-                if content := caller.recv_bytes():
-                    responses[title] = np.frombuffer(content, dtype=np.float64)
-                if known := title in responses:
-                    plant.set_response(responses[title])
-                caller.send_bytes(json.dumps(known).encode())
-        except (EOFError, ConnectionError, BlockingIOError, ValueError):
-            continue  # who asked is gone, says nothing, or talks nonsense
-        except OSError:
-            return  # closed
-
-
-def _connected(path: str) -> Connection:
-    with socket.socket(socket.AF_UNIX) as made:
-        _limit(made.fileno(), SWITCH_S)
-        made.connect(path)
-        return Connection(made.detach())
-
-
-def _limit(descriptor: int, seconds: int) -> None:
-    """Let no call to this socket take longer: it raises BlockingIOError instead."""
-    with socket.socket(fileno=os.dup(descriptor)) as same:
-        for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
-            same.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", seconds, 0))
-
-
-def switch(title: str, response: NDArray[Any] | None = None) -> bool:
-    """Let the card play the scene `title` from now on; its `response`, unless it has it already.
-
-    Return False if it has not. Raises DataError if no card runs, or one does not answer.
-    """
-    path = simulated_card_socket(own_server())
-    try:
-        with _connected(str(path)) as card:
-            card.send_bytes(json.dumps(title).encode())
-            card.send_bytes(b"" if response is None else np.asarray(response, float).tobytes())
-            return bool(json.loads(card.recv_bytes()))
-    except BlockingIOError:
-        raise DataError("simulated card", "does not answer", "end it, and start it again") from None
-    except (OSError, EOFError):
-        fix = "start one"
-        raise DataError("simulated card", "none is running", fix) from None
