@@ -8,7 +8,6 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from jack_card import DEVICE
 
 from ajgdata.acquire.card import DEVICE, CardError, CardSettings
 from ajgdata.acquire.line import list_devices, open_card
