@@ -13,7 +13,6 @@ from pydantic import JsonValue
 
 from ajgdata.ablations.verdicts import Folds, Measured, trial_table, value_table
 from ajgdata.acquire.recipe import plan_session, session_names
-from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.source import Grasp
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.evaluate.crossval import ExtraTestSet, cross_validate
@@ -25,6 +24,7 @@ from ajgdata.gripper.scene import Nuisance
 from ajgdata.gripper.variation import Variation
 from ajgdata.paths import Paths
 from ajgdata.store.features import read_store
+from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import overridden, read_dataset
 from ajgdata.types import NotPossibleError
 from ajgdata.types.ablation import WITHHELD, Ablation, AblationVariant, Grasps
@@ -161,7 +161,7 @@ class AblationData:
         spec, change = read_dataset(self.paths, self.ablation.train), variant.grasps or Grasps()
         recipe, target = spec.recipe, self._task(variant.task)["target"]
         assert recipe is not None, "planned from it"
-        solver, feature, value = SerialSolver(self.paths.responses), [], []
+        solver, feature, value = ResponseStore(self.paths.responses), [], []
         # One for all: what is played is filtered once.
         source = VirtualGripper(grasps[0].setup, solver, recipe.signal, spec.excitation)
         for grasp in grasps:

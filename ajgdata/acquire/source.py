@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -46,8 +46,8 @@ class GraspError(DataError):
 class Source(Protocol):
     """A speaker and a microphone in a gripper, real or virtual.
 
-    A source is used for one session: `excitation()` and `expect()` once, then for each of those
-    grasps `take` for each of its samples, in order. `describe()` is kept in session.yaml.
+    A source is used for one session: `excitation()` once, then for each grasp `take` for
+    each of its samples, in order. `describe()` is kept in session.yaml.
     """
 
     @property
@@ -62,10 +62,6 @@ class Source(Protocol):
 
     def excitation(self) -> np.ndarray | None:
         """Return the sound that is played, (n,) in [-1, 1]; None where nothing is."""
-        ...
-
-    def expect(self, grasps: Sequence[Grasp]) -> None:
-        """Hear which grasps will be asked for, so that a source may work ahead."""
         ...
 
     def take(self, grasp: Grasp, sample: int) -> Take:

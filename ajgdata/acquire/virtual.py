@@ -12,9 +12,9 @@ from pydantic import BaseModel, ValidationError
 
 from ajgdata import gripper
 from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.acquire.solving import Solver, solving
 from ajgdata.acquire.source import Grasp, GraspError, Take
 from ajgdata.gripper.grippers import GRIPPERS, Gripper
+from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DEFAULT_EXCITATION, ExcitationSpec, describe
 
 #: What of a scene is the same for a session.
@@ -35,7 +35,7 @@ class VirtualGripper:
     def __init__(
         self,
         setup: Mapping[str, Any],
-        solver: Solver,
+        solver: ResponseStore,
         signal: Mapping[str, Any] | None = None,
         played: ExcitationSpec = DEFAULT_EXCITATION,
     ) -> None:
@@ -57,10 +57,6 @@ class VirtualGripper:
     def excitation(self) -> np.ndarray | None:
         """Return the samples (n,) of what is declared; None of a silent speaker."""
         return None if self._chain.level_db_spl is None else self._samples
-
-    def expect(self, grasps: Sequence[Grasp]) -> None:
-        """Let the solver work ahead."""
-        self._solver.expect([scene_of(grasp.grasp_id, grasp.setup) for grasp in grasps])
 
     def take(self, grasp: Grasp, sample: int) -> Take:
         """Solve the grasp, unless it was the last one, and record one sample of it."""
@@ -102,14 +98,11 @@ class VirtualGripper:
 
 
 @contextmanager
-def open_virtual(folder: Path, cores: int) -> Iterator[Callable[..., VirtualGripper]]:
+def open_virtual(folder: Path) -> Iterator[Callable[..., VirtualGripper]]:
     """Yield a function (setup, signal, excitation) -> VirtualGripper for each session
-    (types.SourceMaker).
-
-    Responses are kept in `folder`; `cores` processes solve scenes, and end with this one.
-    """
-    with solving(folder, cores) as solver:
-        yield lambda setup, signal, played: VirtualGripper(setup, solver, signal, played)
+    (types.SourceMaker). Responses are kept in `folder`."""
+    store = ResponseStore(folder)
+    yield lambda setup, signal, played: VirtualGripper(setup, store, signal, played)
 
 
 def _variant(settings: Gripper) -> str:

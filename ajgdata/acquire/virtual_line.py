@@ -13,10 +13,10 @@ from ajgdata.acquire.card import DEVICE, CardSettings, Heard
 from ajgdata.acquire.plant import Plant, noise_floor, scene_noise, scene_response
 from ajgdata.acquire.recipe import NEW, new_setup
 from ajgdata.acquire.robot import Placement, Robot
-from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.acquire.virtual import chain_of, scene_of
 from ajgdata.gripper import SAMPLE_RATE_HZ, SceneError, derive_seed
+from ajgdata.store.responses import ResponseStore
 from ajgdata.types import DataError, Recipe
 
 #: Latency in samples: a usual period of a driver.
@@ -62,7 +62,7 @@ class VirtualTable:
             raise DataError("recipe.signal", "motor cannot be heard live", fix)
         if self._chain.level_db_spl is None:
             raise DataError("recipe.signal", "the speaker is silent", "use another data set")
-        self._solver = SerialSolver(folder)
+        self._solver = ResponseStore(folder)
         self._plant = Plant(np.zeros(1), noise_floor(self._chain), derive_seed(seed, "noise"))
 
     def place(self, name: str, number: int, grasp_id: str) -> None:

@@ -68,7 +68,6 @@ def _acquired(
     sound = source.excitation()
     if missing:
         (folder / SESSION_FILE).unlink(missing_ok=True)  # incomplete until all is made
-        source.expect(missing)
     wanted: list[Recording] = []
     skipped: dict[str, str] = {}
     recorded = kept = 0

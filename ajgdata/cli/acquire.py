@@ -49,14 +49,6 @@ def acquire(
             rich_help_panel=_RECIPE,
         ),
     ] = None,
-    cores: Annotated[
-        int,
-        typer.Option(
-            min=0,
-            help="processes that simulate; default: one for each core",
-            rich_help_panel=_RECIPE,
-        ),
-    ] = 0,
     device: Annotated[
         str,
         typer.Option(help="exact name, as `ajgdata device list` has it", rich_help_panel=_CARD),
@@ -84,7 +76,7 @@ def acquire(
     """Record what is missing of a recipe or a protocol. Stop it at any moment: it goes on there."""
     if source != SOUNDCARD:
         _refuse_options_of(_CARD, context, f"add --source {SOUNDCARD}")
-        _by_recipe(dataset or [], source, session, recipe, cores)
+        _by_recipe(dataset or [], source, session, recipe)
         return
     _refuse_options_of(_RECIPE, context, f"leave out --source {SOUNDCARD}")
     if len(dataset or []) != 1 or not device:
@@ -158,9 +150,7 @@ def _warn(said: str) -> None:
     err.print(f"[yellow]warning[/yellow] {escape(said)}", soft_wrap=True)
 
 
-def _by_recipe(
-    datasets: list[str], source: str, session: str, recipe: Path | None, cores: int
-) -> None:
+def _by_recipe(datasets: list[str], source: str, session: str, recipe: Path | None) -> None:
     from ajgdata.paths import find_project
     from ajgdata.pipeline.acquire import acquire_all
     from ajgdata.pipeline.recipes import declare_from, recipe_sessions, with_recipe
@@ -179,7 +169,7 @@ def _by_recipe(
     ]
     said, skipped = [], 0
     with bar(f"recording ({source or 'recipes'})") as started:
-        for name, one, done in acquire_all(paths, wanted, cores or _free_cores(), started):
+        for name, one, done in acquire_all(paths, wanted, started):
             for grasp, reason in done.skipped.items():
                 err.print(f"[yellow]skipped[/yellow] {grasp}: {escape(reason)}", soft_wrap=True)
             skipped += len(done.skipped)
@@ -188,12 +178,3 @@ def _by_recipe(
     for line in said:
         out.print(line, soft_wrap=True)
     raise typer.Exit(bool(skipped))
-
-
-def _free_cores() -> int:
-    """Return the number of cores that this process may use: a batch system may limit it."""
-    import os
-
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

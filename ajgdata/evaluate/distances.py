@@ -1,60 +1,10 @@
-"""Distances in a space: how far recordings lie apart, and finding others of a thing by nearness."""
+"""Distances in a space: how far recordings lie apart."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.distance import cdist
 from sklearn.metrics import silhouette_score
-
-from ajgdata.types import NotPossibleError
-
-
-@dataclass(frozen=True)
-class Retrieved:
-    """`precision` at each k asked for, mean over queries, and what random order would give."""
-
-    precision: tuple[float, ...]
-    chance: float
-    queries: int
-
-
-def precision_at(
-    space: np.ndarray,
-    instance: np.ndarray,
-    grasp: np.ndarray,
-    *,
-    queries: np.ndarray,
-    gallery: np.ndarray,
-    at: Sequence[int],
-) -> Retrieved:
-    """Return the share of a query's k nearest that are of the same thing; its own grasp does not
-    count.
-
-    `space` (n, d) holds a point for each recording, `instance` and `grasp` (n,) its labels;
-    `queries` and `gallery` are row numbers. Queries are left out that have fewer than max(k)
-    recordings to find in the gallery, so that 1 can be reached. Ties keep the gallery's order.
-    Raises ValueError when no query is left.
-    """
-    own = grasp[queries][:, None] == grasp[gallery][None]
-    wanted = (instance[queries][:, None] == instance[gallery][None]) & ~own
-    enough = wanted.sum(axis=1) >= max(at)
-    if not enough.any():
-        raise NotPossibleError(
-            f"no thing has {max(at)} recordings besides those of a query's grasp"
-        )
-    own, wanted = own[enough], wanted[enough]
-    distance = cdist(space[queries[enough]], space[gallery])
-    distance[own] = np.inf
-    order = np.argsort(distance, axis=1, kind="stable")[:, : max(at)]
-    is_same_thing = np.take_along_axis(wanted, order, axis=1)
-    return Retrieved(
-        precision=tuple(float(is_same_thing[:, :k].mean()) for k in at),
-        chance=float(np.mean(wanted.sum(axis=1) / (~own).sum(axis=1))),
-        queries=len(is_same_thing),
-    )
 
 
 def mean_distances(

@@ -125,16 +125,6 @@ def validation_folds(data: EmbeddingData, settings: Embedding, seed: int) -> Fol
     return grouped_folds(data.instance, data.group, kind, folds, seed)
 
 
-def unseen_folds(data: EmbeddingData, settings: Embedding) -> Folds:
-    """Return folds that each leave some things out; none if none are asked for."""
-    from ajgdata.evaluate.splits import grouped_folds
-
-    if not settings.retrieval_folds:
-        return []
-    folds = min(settings.retrieval_folds, len(np.unique(data.instance)))
-    return grouped_folds(data.instance, data.instance, "regression", folds, seed=0)
-
-
 def fold_of(folds: Folds) -> np.ndarray:
     """Return the number (n,) of the fold that tests each row."""
     number = np.empty(sum(len(test) for _, test in folds), np.int32)

@@ -24,19 +24,18 @@ def acquire_virtual(
 
     `started(total)` returns what is called once a recording.
     """
-    ((_, _, acquired),) = acquire_all(paths, [(dataset, session)], 1, started)
+    ((_, _, acquired),) = acquire_all(paths, [(dataset, session)], started)
     return acquired
 
 
 def acquire_all(
     paths: Paths,
     wanted: Sequence[tuple[str, str]],
-    cores: int,
     started: Started = lambda total: lambda: None,
 ) -> Iterator[tuple[str, str, Acquired]]:
     """Record what is missing of the sessions `wanted`, pairs of data set and session.
 
-    Scenes are solved by `cores` processes; each session is yielded when it is on disk. Raises
+    Each session is yielded when it is on disk. Raises
     DataError, before anything is recorded, for what a recipe gets wrong.
     """
     specs = {dataset: read_dataset(paths, dataset) for dataset in {name for name, _ in wanted}}
@@ -55,7 +54,7 @@ def acquire_all(
     advance = started(sum(grasp.samples for *_, grasps in plans for grasp in grasps))
     with ExitStack() as stack:
         makers = {
-            name: stack.enter_context(_opened(name, paths.responses, cores))
+            name: stack.enter_context(_opened(name, paths.responses))
             for name in dict.fromkeys(recipe.source for _, _, recipe, _ in plans)
         }
         for dataset, session, recipe, grasps in plans:
@@ -66,9 +65,9 @@ def acquire_all(
             yield dataset, session, acquired
 
 
-def _opened(name: str, folder: Path, cores: int) -> AbstractContextManager[Callable[..., Source]]:
+def _opened(name: str, folder: Path) -> AbstractContextManager[Callable[..., Source]]:
     """Return what opens a source by its name. Raises DataError if it cannot be imported."""
     try:
-        return resolve(SOURCES[name].open)(folder, cores)
+        return resolve(SOURCES[name].open)(folder)
     except ValueError as error:
         raise DataError("recipe.source", str(error), "the recipe may name another") from None

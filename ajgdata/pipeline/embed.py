@@ -14,7 +14,6 @@ from ajgdata.evaluate.embedding_data import (
     embedding_data,
     fold_of,
     train_on,
-    unseen_folds,
     validation_folds,
 )
 from ajgdata.store.features import read_store, settings_text
@@ -42,8 +41,7 @@ def train_embedding(
     try:
         found = _trained(embedding_data(shard, settings), settings, seed, attrs, spent)
     except NotPossibleError as error:
-        nothing = np.zeros(0, np.int32)
-        found = Latents({}, nothing, None, nothing, {}, {**attrs, "skipped": str(error)})
+        found = Latents({}, np.zeros(0, np.int32), {}, {**attrs, "skipped": str(error)})
     write_latents(latents, found)
     write_bytes(cost, json_bytes(spent))
 
@@ -56,23 +54,16 @@ def _trained(
     spent: dict[str, Any],
 ) -> Latents:
     wall, cpu = time.perf_counter(), time.process_time()
-    folds, withheld = validation_folds(data, settings, seed), unseen_folds(data, settings)
+    folds = validation_folds(data, settings, seed)
     encoding: list[float] = []
     latent = _encoded(data, folds, settings, settings.dimensions, seed, encoding)
-    unseen, unseen_fold = None, np.full(len(data.feature), -1)
-    if data.separated:
-        unseen, unseen_fold = latent[settings.shown], fold_of(folds)
-    elif withheld:
-        only = _encoded(data, withheld, settings, (settings.shown,), seed, encoding)
-        unseen, unseen_fold = only[settings.shown], fold_of(withheld)
-    trained = 0 if data.separated else len(withheld)
     spent |= {
-        "networks": (len(folds) * len(settings.dimensions) + trained) * settings.inits,
+        "networks": len(folds) * len(settings.dimensions) * settings.inits,
         "wall_s": time.perf_counter() - wall,
         "cpu_s": time.process_time() - cpu - sum(encoding),
         "encode_s_per_recording": float(np.median(encoding)) / len(data.feature),
     }
-    return Latents(latent, fold_of(folds), unseen, unseen_fold, data.columns, attrs)
+    return Latents(latent, fold_of(folds), data.columns, attrs)
 
 
 def _encoded(

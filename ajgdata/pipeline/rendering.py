@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from ajgdata.acquire.recipe import new_grasp, session_names
-from ajgdata.acquire.solving import SerialSolver
 from ajgdata.acquire.source import Grasp, GraspError
 from ajgdata.acquire.virtual import VirtualGripper
 from ajgdata.experiments.base import NewGrasps, Render
 from ajgdata.paths import Paths
 from ajgdata.pipeline.recipes import planned_grasps
 from ajgdata.store.provenance import layer_hash
+from ajgdata.store.responses import ResponseStore
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import NotPossibleError
 
@@ -36,7 +36,7 @@ def renderer(paths: Paths, dataset: str) -> Render:
             for grasp in grasps:
                 for sample in range(grasp.samples):
                     planned[f"{session}/{grasp.recording_id(sample)}"] = grasp, sample
-    solver = SerialSolver(paths.responses)
+    solver = ResponseStore(paths.responses)
 
     def render(
         names: Sequence[str], sounds: Sequence[np.ndarray], quiet: bool = False
@@ -59,7 +59,7 @@ def new_grasps_of(paths: Paths, dataset: str) -> NewGrasps:
     scenes, excitation and signal chain, and the kept responses of scenes that were solved before.
     """
     spec = read_dataset(paths, dataset)
-    recipe, solver = spec.recipe, SerialSolver(paths.responses)
+    recipe, solver = spec.recipe, ResponseStore(paths.responses)
 
     def sensed(wanted: Iterable[tuple[str, int, int]]) -> Iterator[np.ndarray]:
         if recipe is None or recipe.source != "virtual":

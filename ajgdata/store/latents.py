@@ -26,8 +26,7 @@ from ajgdata.types import DataError
 if TYPE_CHECKING:
     import xarray as xr
 
-LATENT, UNSEEN = "latent_", "unseen_"
-VALIDATION_FOLD, UNSEEN_FOLD = "validation_fold", "unseen_fold_of"
+LATENT, VALIDATION_FOLD = "latent_", "validation_fold"
 
 
 @dataclass(frozen=True)
@@ -35,15 +34,11 @@ class Latents:
     """Latents of n recordings.
 
     `latent`: by dimension d an array (fold, init, n, d), of which the rows with `validation_fold`
-    (n,) k are new to fold k. `unseen` (fold, init, n, d) likewise with `unseen_fold` (n,): those
-    rows are of objects that the fold never saw; None, and folds of -1, if nobody asked. `columns`
-    are of length n.
+    (n,) k are new to fold k. `columns` are of length n.
     """
 
     latent: Mapping[int, np.ndarray]
     validation_fold: np.ndarray
-    unseen: np.ndarray | None
-    unseen_fold: np.ndarray
     columns: Mapping[str, Column]
     attrs: Mapping[str, str | float | int]
 
@@ -52,17 +47,14 @@ def write_latents(path: Path, latents: Latents) -> None:
     """Write atomically; the same content gives the same bytes."""
     import xarray as xr
 
-    folds = {VALIDATION_FOLD: latents.validation_fold, UNSEEN_FOLD: latents.unseen_fold}
-    columns = {name: Column(fold.astype(np.int32)) for name, fold in folds.items()}
+    fold = Column(latents.validation_fold.astype(np.int32))
     arrays = {
-        f"{LATENT}{dimension}": _variable("fold", values)
+        f"{LATENT}{dimension}": _variable(values)
         for dimension, values in sorted(latents.latent.items())
     }
-    if latents.unseen is not None:
-        arrays[f"{UNSEEN}{latents.unseen.shape[-1]}"] = _variable("unseen_fold", latents.unseen)
     dataset = xr.Dataset(
         arrays,
-        as_coordinates({**latents.columns, **columns}),
+        as_coordinates({**latents.columns, VALIDATION_FOLD: fold}),
         {"Conventions": CONVENTIONS, **latents.attrs},
     )
     with replacing(path) as temporary:
@@ -70,10 +62,10 @@ def write_latents(path: Path, latents: Latents) -> None:
         write_netcdf(temporary, dataset)
 
 
-def _variable(fold: str, values: np.ndarray) -> xr.Variable:
+def _variable(values: np.ndarray) -> xr.Variable:
     import xarray as xr
 
-    dimensions = (fold, "init", "recording", f"dimension_{values.shape[-1]}")
+    dimensions = ("fold", "init", "recording", f"dimension_{values.shape[-1]}")
     return xr.Variable(dimensions, values.astype(np.float32), {"long_name": "latent", "units": "1"})
 
 
@@ -83,7 +75,7 @@ def read_latents(path: Path) -> Latents:
         with open_netcdf(path) as dataset:
             dataset.load()
             columns = columns_of(dataset)
-            folds = [columns.pop(name).values for name in (VALIDATION_FOLD, UNSEEN_FOLD)]
+            fold = columns.pop(VALIDATION_FOLD).values
             arrays = {str(name): array.values for name, array in dataset.data_vars.items()}
             attrs = attributes_of(dataset)
     except DAMAGE:
@@ -93,6 +85,4 @@ def read_latents(path: Path) -> Latents:
         for name, values in arrays.items()
         if name.startswith(LATENT)
     }
-    unseen = [values for name, values in arrays.items() if name.startswith(UNSEEN)]
-    latent = dict(sorted(latent.items()))
-    return Latents(latent, folds[0], unseen[0] if unseen else None, folds[1], columns, attrs)
+    return Latents(dict(sorted(latent.items())), fold, columns, attrs)

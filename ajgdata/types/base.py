@@ -124,7 +124,9 @@ def describe(error: ValidationError, where: object) -> DataError:
     more = f" (and {left} more)" if left else ""
     if first["type"] == "extra_forbidden":
         return DataError(where, f"unknown key {key}{more}", "correct its spelling or remove it")
-    if first["type"] == "missing":
+    if first["type"] == "union_tag_not_found":
+        key = f"{key}.{first['ctx']['discriminator'].strip(chr(39))}"
+    if first["type"] in ("missing", "union_tag_not_found"):
         return DataError(where, f"{key} is missing{more}", f"add {key}")
     value = "" if isinstance(first["input"], dict) else f" = {reprlib.repr(first['input'])}"
     message = " or ".join(

@@ -43,20 +43,9 @@ class Embedding(Strict):
     batch_recordings: int = Field(4, ge=2, description="recordings of each of them in a batch")
     target: str = Field(description="target that k-NN is scored on")
     category: str = Field("", description="classes of the distance matrix; default: `target`")
-    retrieval_folds: int = Field(
-        0,
-        ge=0,
-        description="folds of leave-objects-out, for retrieval;"
-        " 0: none, unless `groups` is `instance`, where each fold leaves things out",
-    )
     optional: bool = Field(
         False, description="what the data lack for it is told, and the run succeeds all the same"
     )
-
-    @property
-    def leaves_things_out(self) -> bool:
-        """Return whether some network shall never see some of the things."""
-        return bool(self.retrieval_folds) or self.groups == self.instance
 
     @model_validator(mode="after")
     def _consistent(self) -> Embedding:

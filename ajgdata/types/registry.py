@@ -49,10 +49,10 @@ class Model:
 class SourceMaker:
     """A source of recordings that a recipe may name.
 
-    `open` is `module:function`: a context manager, called with (folder, cores) where `folder`
-    keeps what the source wants to find again, that yields a function (setup, signal, excitation)
-    -> Source (see `acquire.source`). It is called for each session with the setup of its first
-    grasp, the recipe's `signal` and the data set's `excitation` (`ExcitationSpec`).
+    `open` is `module:function`: a context manager, called with a folder that keeps what the source
+    wants to find again, that yields a function (setup, signal, excitation) -> Source (see
+    `acquire.source`). It is called for each session with the setup of its first grasp, the
+    recipe's `signal` and the data set's `excitation` (`ExcitationSpec`).
     """
 
     open: str

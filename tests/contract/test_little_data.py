@@ -65,7 +65,7 @@ SETTINGS: dict[str, dict] = {
               "changes": [{"quantity": "air", "day_1": 22, "sessions": {"s3": 35}}]},
 }  # fmt: skip
 EMBEDDED = {"supervision": "by hand", "target": "label", "dimensions": [2], "shown": 2}
-EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1, "retrieval_folds": 2}
+EMBEDDED |= {"folds": 2, "inits": 1, "epochs": 1}
 
 
 def declaration(name: str) -> dict:

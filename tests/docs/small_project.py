@@ -1,7 +1,5 @@
 """Small projects for the examples: few cubes, of a coarse simulation or of tones."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import yaml
 
@@ -78,7 +76,7 @@ def make(paths: Paths) -> None:
         path.parent.mkdir(parents=True)
         path.write_text(yaml.safe_dump(declared, sort_keys=False))
     wanted = [(d["name"], s) for d in (SIZE, OTHER) for s in recipe_sessions(paths, d["name"])]
-    for _ in acquire_all(paths, wanted, cores=1):
+    for _ in acquire_all(paths, wanted):
         pass
     for declared in (SIZE, OTHER):
         features_of(paths, declared["name"])
@@ -91,9 +89,6 @@ class Tones:
 
     def excitation(self) -> None:
         return None
-
-    def expect(self, grasps: Sequence[Grasp]) -> None:
-        pass
 
     def take(self, grasp: Grasp, sample: int) -> Take:
         time = np.arange(44_100) / 44_100

@@ -114,9 +114,6 @@ class Replay:
     def excitation(self):
         return None
 
-    def expect(self, grasps):
-        pass
-
     def take(self, grasp, sample):
         samples = read_audio(Path(grasp.setup["file"]), AudioSettings(channel="mean")).samples
         return Take(np.clip(samples, -1, 1))

@@ -95,17 +95,6 @@ def distances(within: dict[str, float] | None = None, narrower: float = 0.0) -> 
     return [listed("categories", rows), listed("objects", objects)]
 
 
-def retrieval() -> list[Table]:
-    rows = [
-        {"space": space, "gallery": gallery, "k": k, "chance": 0.25, "run": run, "precision": value}
-        for space, mean in (("latent", 0.8), ("raw", 0.6))
-        for gallery in ("unseen", "all")
-        for k in (5, 1)
-        for run, value in enumerate(runs(mean / k))
-    ]
-    return [listed("retrieval", rows)]
-
-
 def pictures(n: int = 32, seed: int = 0) -> Projections:
     """Recordings of the things in turn, every fourth one held out."""
     rng = np.random.default_rng(seed)
@@ -152,7 +141,6 @@ ABOUT = {
 TABLES = {
     "embedding_knn": knn,
     "embedding_distances": distances,
-    "embedding_retrieval": retrieval,
     "embedding_projections": projections,
 }
 

@@ -273,7 +273,6 @@ def test_a_label_that_was_not_asked_for_is_named_at_the_end(paths):
     [
         (["--yes"], "--yes: is for a sound card; add --source soundcard"),
         (["--source", "virtual", "--input-channel", "1"], "--input-channel: is for a sound card"),
-        ([*COMMAND[2:], "--cores", "2"], "--cores: is for a recipe; leave out --source soundcard"),
     ],
 )
 def test_options_of_another_source_are_refused(paths, arguments, said, monkeypatch):

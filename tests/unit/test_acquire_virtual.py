@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ import pytest
 import yaml
 
 from ajgdata import gripper
-from ajgdata.acquire.solving import solving
 from ajgdata.gripper.external_noise import mass_law_gain
 from ajgdata.gripper.motor import harmonic_amplitudes
 from ajgdata.gripper.signal_settings import Motor
@@ -45,9 +43,9 @@ RECIPE = {
 }
 
 
-def acquire(project, cores=1, dataset="d"):
+def acquire(project, dataset="d"):
     wanted = [(dataset, session) for session in recipe_sessions(project.paths, dataset)]
-    return [done for *_, done in acquire_all(project.paths, wanted, cores)]
+    return [done for *_, done in acquire_all(project.paths, wanted)]
 
 
 def recordings(project, dataset="d") -> dict[str, bytes]:
@@ -76,22 +74,6 @@ BESIDE = {
     "scene": {**QUICK, "grasp": {"offset_x_mm": 45}},
     "objects": [ROD, RECIPE["objects"][0]],
 }
-
-
-def test_processes_make_the_same_bytes(project, solved):
-    project.declare(recipe=BESIDE)
-    alone = acquire(project)
-    one, count = recordings(project), len(solved)
-    for path in project.paths.sessions("d").rglob("*.wav"):
-        path.unlink()
-    shutil.rmtree(project.paths.responses)  # the children must solve all again
-    steps = []
-    wanted = [("d", session) for session in recipe_sessions(project.paths, "d")]
-    together = list(acquire_all(project.paths, wanted, 2, lambda n: lambda: steps.append(n)))
-    assert [done for *_, done in together] == alone
-    assert recordings(project) == one
-    assert len(solved) == count
-    assert steps == [24] * 24  # one bar for all sessions
 
 
 def test_noise_gain_and_excitation_need_no_new_response(project, solved):
@@ -198,10 +180,10 @@ def test_goes_on_after_kills(project, monkeypatch, kills):
         path.unlink() if path.is_file() else path.rmdir()
     shutil.rmtree(project.paths.responses)  # nothing comes from the run before
     monkeypatch.setenv("AJGDATA_ROOT", str(project.root))
-    moments, orphans = random.Random(4), set()
+    moments = random.Random(4)
     for _ in range(kills):
         process = subprocess.Popen(
-            command(project, "d", "--cores", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            command(project, "d"), stdout=subprocess.PIPE, stderr=subprocess.PIPE
         )
         held = len(list(project.paths.sessions("d").rglob("*.wav")))
         deadline = time.monotonic() + 60
@@ -210,54 +192,12 @@ def test_goes_on_after_kills(project, monkeypatch, kills):
             assert time.monotonic() < deadline
             time.sleep(0.01)
         time.sleep(moments.uniform(0, 0.05))
-        children = descendants(process.pid)
         process.send_signal(signal.SIGKILL)
         process.communicate()
         ended = (project.folder("virtual-01") / "session.yaml").exists()
         assert not ended or recordings(project) == whole
-        orphans |= children
-    assert len(orphans) >= 2 * kills
     acquire(project)
     assert recordings(project) == whole
-    deadline = time.monotonic() + 20
-    while left := [pid for pid in orphans if alive(pid)]:
-        assert time.monotonic() < deadline, left
-        time.sleep(0.05)
-
-
-def test_a_lost_process_is_said_in_one_line(project):
-    scene = gripper.Scene.model_validate(QUICK)
-    with solving(project.paths.responses, 2) as solver:
-        solver.expect([scene])
-        solver.solve(scene)
-        (child, *_) = [pid for pid in solver._pool._processes]
-        os.kill(child, signal.SIGKILL)
-        others = [gripper.Scene.model_validate({**QUICK, "grasp": {"seed": n}}) for n in range(9)]
-        with pytest.raises(DataError, match="solving scenes: a process was ended from outside"):
-            for one in others:
-                solver.solve(one)
-
-
-def test_a_lost_process_is_noticed_wherever_it_happens(project):
-    """Also while responses that are done wait for who asks: handing out more work fails then."""
-    # The later ones take too long to be done when their processes are killed.
-    slow = {**QUICK, "numerics": {"dx_mm": 1.5}}
-    some = [
-        gripper.Scene.model_validate({**(QUICK if n < 2 else slow), "grasp": {"seed": n}})
-        for n in range(9)
-    ]
-    with solving(project.paths.responses, 2) as solver:
-        solver.expect(some)
-        solver.solve(some[0])
-        done = solver._ahead[gripper.scene_digest(some[1])]
-        done.result()
-        for child in list(solver._pool._processes):
-            os.kill(child, signal.SIGKILL)
-        last = solver._ahead[gripper.scene_digest(some[6])]
-        assert isinstance(last.exception(), BrokenProcessPool)
-        for ask in (lambda: solver.solve(some[1]), lambda: solver.expect(some)):
-            with pytest.raises(DataError, match="solving scenes: a process was ended from outside"):
-                ask()
 
 
 def _spec(project):
@@ -290,7 +230,7 @@ def test_the_command(project, tmp_path):
     recipe = {**RECIPE, "sessions": 1, "grasps_per_object": 1}
     file.write_text(yaml.safe_dump({"name": "mine", "recipe": recipe}))
     environment = {**os.environ, "AJGDATA_ROOT": str(project.root)}
-    arguments = ["--source", "virtual", "--recipe", str(file), "--cores", "1"]
+    arguments = ["--source", "virtual", "--recipe", str(file)]
     done = subprocess.run(
         command(project, *arguments), env=environment, capture_output=True, text=True, check=True
     )

@@ -42,7 +42,7 @@ def collected(tmp_path_factory):
             [score_table([("", "cost of training", "cpu_s", "measured", 20.0)], "Cost")],
             {"model": "", "unit": ""},
         ),
-        ("d", "poses", "embedding_retrieval"): ([], [], {"model": "", "skipped": "one grasp only"}),
+        ("d", "poses", "embedding_distances"): ([], [], {"model": "", "skipped": "one grasp only"}),
     }
     for (dataset, task, kind), (tables, cost, about) in found.items():
         where = {"experiment": kind.partition("-")[0], "dataset": dataset, "task": task}
@@ -77,12 +77,12 @@ def test_a_row_for_every_number_with_its_seed_and_what_made_it(collected):
 def test_the_document_holds_what_the_table_holds_and_what_could_not_be_made(collected):
     document, _, _ = collected
     assert document["software"]["packages"]["numpy"] == np.__version__
-    task, knn, retrieval = document["experiments"]
+    task, knn, distances = document["experiments"]
     assert [table["name"] for table in task["tables"]] == ["scores"]
     assert (knn["dataset"], knn["task"], knn["seed"]) == ("d", "poses", 7)
     assert [row[-1] for row in knn["tables"][0]["rows"]] == [0.4, 0.5, None]
     assert knn["cost"][0]["rows"][0][-1] == 20.0
-    assert retrieval["skipped"] == "one grasp only" and retrieval["tables"] == []
+    assert distances["skipped"] == "one grasp only" and distances["tables"] == []
 
 
 def test_predictions_stand_apart(collected):

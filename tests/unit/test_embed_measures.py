@@ -1,32 +1,9 @@
-"""Retrieval, distances and silhouettes of points whose answers are known."""
+"""Distances and silhouettes of points whose answers are known."""
 
 import numpy as np
 import pytest
 
-from ajgdata.evaluate.distances import mean_distances, precision_at, silhouette
-
-
-def test_precision_by_hand():
-    space = np.array([[0.0], [0.1], [1.0], [1.5], [1.2], [9.0]])
-    thing = np.array(["a", "a", "a", "a", "b", "b"])
-    grasp = np.array(["a1", "a1", "a2", "a3", "b1", "b2"])
-    found = precision_at(
-        space, thing, grasp, queries=np.array([0]), gallery=np.arange(6), at=(1, 2)
-    )
-    # without its own grasp: 1.0 (a), 1.2 (b), 1.5 (a), 9.0 (b)
-    assert found.precision == (1.0, 0.5)
-    assert found.chance == 0.5
-    assert found.queries == 1
-
-
-def test_queries_that_could_not_reach_1_are_left_out():
-    space, thing = np.arange(5.0)[:, None], np.array(["a", "a", "a", "b", "b"])
-    found = precision_at(
-        space, thing, np.arange(5), queries=np.arange(5), gallery=np.arange(5), at=(2,)
-    )
-    assert found.queries == 3
-    with pytest.raises(ValueError, match="no thing has 4"):
-        precision_at(space, thing, np.arange(5), queries=np.arange(5), gallery=np.arange(5), at=[4])
+from ajgdata.evaluate.distances import mean_distances, silhouette
 
 
 def test_mean_distances_by_hand():

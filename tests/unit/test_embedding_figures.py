@@ -39,7 +39,6 @@ def test_every_figure_says_simulated_and_fits(drawn):
     assert set(drawn) == {
         ("embedding_knn", ""),
         *(("embedding_distances", n) for n in ("categories", "different", "objects")),
-        ("embedding_retrieval", ""),
         *(("embedding_projections", f"by-{name}") for name in shown_columns(pictures())),
     }
     for key, figure in drawn.items():
@@ -64,8 +63,6 @@ def test_titles_and_descriptions_say_the_result():
          "than to others: 2 of 3 in latent, 2 of 3 in raw features"),
         ("embedding_projections", "by-object", "Silhouette of object: latent 0.30 ± 0.14, "
          "raw features -0.10 ± 0.14"),
-        ("embedding_retrieval", "", "Precision at 1 for objects never trained on: "
-         "latent 80 ± 14 %, raw features 60 ± 14 %"),
     ):  # fmt: skip
         assert figures(results(kind))[name].caption.alt.startswith(expected)
 
@@ -160,15 +157,6 @@ def test_things_have_colours_of_their_own():
     names = np.array([f"thing {i:02d}" for i in range(20)])
     assert len(set(text_colours(names).values())) == 20
     assert "" not in text_colours(np.array(["", "a"]))
-
-
-def test_precision_falls_with_k_in_its_gallery(drawn):
-    figure = drawn["embedding_retrieval", ""]
-    assert [axes.get_title() for axes in figure.axes] == [
-        "gallery: unseen objects", "gallery: all objects",
-    ]  # fmt: skip
-    bars = {c.get_label(): c.lines[0].get_xydata() for c in figure.axes[0].containers}
-    np.testing.assert_allclose(bars["latent"], [[1, 80], [5, 16]])
 
 
 def test_it_is_said_first_what_the_pairs_had_to_know():

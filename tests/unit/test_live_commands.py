@@ -287,7 +287,7 @@ def test_an_empty_gripper_is_no_object(run):
         ({"task": "who"}, "no task 'who'"),
         ({"thresh": 0.5}, r"plan.yaml:\d+: unknown key thresh"),
         ({"threshold": 7}, r"plan.yaml:\d+: threshold = 7"),
-        ({"model": "knn"}, "task what has no model .knn.; there are linear"),
+        ({"model": "knn"}, "there is no such model; .ajgdata run d. trains what: linear"),
         ({"source": "soundcard", "card": {"device": "x"}, "objects": []}, "name a data set of its"),
         ({"source": "soundcard", "card": {"device": "virtual gripper", "inputs": 1}}, "inputs"),
     ],

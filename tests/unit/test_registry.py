@@ -54,9 +54,6 @@ class Tone:
     def excitation(self):
         return None
 
-    def expect(self, grasps):
-        pass
-
     def take(self, grasp, sample):
         pitch = grasp.setup["object"]["pitch_hz"]
         return Take(self.level * np.sin(2 * np.pi * pitch * np.arange(800) / 8000))
@@ -66,7 +63,7 @@ class Tone:
 
 
 @contextmanager
-def bench(folder, cores):
+def bench(folder):
     yield Tone
 
 
@@ -217,11 +214,11 @@ def declared(tmp_path, source):
 def test_a_recipe_may_name_a_source_of_another_package(lab, tmp_path):
     paths = declared(tmp_path, "tones")
     wanted = [("d", session) for session in recipe_sessions(paths, "d")]
-    ((_, session, done),) = acquire_all(paths, wanted, cores=1)
+    ((_, session, done),) = acquire_all(paths, wanted)
     assert (done.recorded, done.kept, done.solved) == (4, 0, 0)
     folder = paths.session("d", session)
     assert (read_session(folder).gripper, read_session(folder).device) == ("tone", "cellar")
     heard = read_audio(next(folder.glob("audio/*high*")), AudioSettings(sample_rate_hz=8000))
     strength = np.abs(np.fft.rfft(heard.samples))
     assert np.argmax(strength) * 8000 / 800 == 1000  # Hz
-    assert next(acquire_all(paths, wanted, cores=1))[2].kept == 4
+    assert next(acquire_all(paths, wanted))[2].kept == 4

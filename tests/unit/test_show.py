@@ -146,7 +146,7 @@ def test_plan_says_what_marching_takes(ajgdata, tmp_path):
     [
         ("object: {kind: cube, edge_mm: -1}", "edge_mm = -1"),
         ("object: {kind: cube, edge_mm: .nan}", "edge_mm = nan"),
-        ("object: {kind: cub}", "object: 'kind' 'cub' is none of 'cube', 'box'"),
+        ("object: {kind: cub}", "object: Input tag 'cub' found using 'kind' does not match any"),
         ("object: {edge_mm: 1}", "object.kind is missing; add object.kind"),
         ("object: {kind: cube, edge_mm: 9, material: iron}", "object.cube.material = 'iron'"),
         ("objekt: 1", "unknown key objekt; correct its spelling or remove it"),

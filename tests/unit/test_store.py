@@ -267,15 +267,13 @@ def test_latents(tmp_path):
         2: np.arange(4, dtype=np.float32).reshape(1, 1, 2, 2),
         10: np.ones((1, 1, 2, 10), np.float32),
     }
-    folds, unseen = np.array([0, 1]), np.full((2, 1, 2, 2), 3, np.float32)
-    write_latents(path, Latents(latent, folds, unseen, folds - 1, columns, {"settings": "of it"}))
+    folds = np.array([0, 1])
+    write_latents(path, Latents(latent, folds, columns, {"settings": "of it"}))
     read = read_latents(path)
     assert list(read.latent) == [2, 10]
     for dimension, values in latent.items():
         np.testing.assert_array_equal(read.latent[dimension], values)
-    np.testing.assert_array_equal(read.unseen, unseen)
     np.testing.assert_array_equal(read.validation_fold, folds)
-    np.testing.assert_array_equal(read.unseen_fold, folds - 1)
     assert read.columns["recording"].values.tolist() == ["a", "b"]
     assert read.columns["edge_mm"].attrs == {"units": "m"}
     assert read.attrs["settings"] == "of it"

@@ -16,7 +16,7 @@ EMBEDDING = {
     "inits": 1,
     "epochs": 1,
 }
-#: k-NN, distances and projections; retrieval needs things that were left out.
+#: k-NN, distances and projections.
 MEASURED = {"embed": 1, "experiment": 3}
 END = "results/report/index.html"
 
@@ -36,13 +36,6 @@ def test_a_report_on_embeddings_alone_takes_no_more_than_it_needs(embedded):
     alone = {"report_alone": 1, "report_embedding": 1}
     assert embedded.planned("report_embedding") == {**MEASURED, **alone}
     assert embedded.planned(END) == {**MEASURED, "explorer": 1, "report": 1}
-
-
-@pytest.mark.parametrize("settings", [{"retrieval_folds": 2}, {"groups": "pitch"}])
-def test_retrieval_is_asked_for_where_things_are_left_out(project, settings):
-    declaration = DECLARATION | {"embeddings": {"tones": EMBEDDING | settings}}
-    project.paths.dataset("tones").write_text(yaml.safe_dump(declaration))
-    assert project.planned("results/metrics.json") == {"embed": 1, "experiment": 4, "collect": 1}
 
 
 def test_all_results_are_collected_with_those_of_embeddings(embedded):

@@ -28,7 +28,7 @@ def guess(kind, seed):
 
 
 @contextmanager
-def opened(folder, cores):
+def opened(folder):
     yield None
 
 
