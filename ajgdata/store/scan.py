@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pandas as pd
 
@@ -32,6 +32,8 @@ ROLES = {
 }
 _DELIMITERS = ",;\t"
 Named = list[tuple[str, str]]
+#: Why a recording whose name begins with a dot is skipped.
+HIDDEN = "hidden: rename it if it is a recording"
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def search(folder: Path) -> tuple[list[Path], Named, Named]:
     """Return the audio files below a folder, sorted and relative to it, folders that may contain
     recordings but cannot be searched, and other files and folders that are skipped.
 
-    Hidden files and folders are ignored. Sessions of data sets, virtual environments and links to
+    Hidden folders are ignored. Sessions of data sets, virtual environments and links to
     folders are not searched. A folder that does not exist holds nothing.
     """
     audio: list[Path] = []
@@ -125,19 +127,26 @@ def search(folder: Path) -> tuple[list[Path], Named, Named]:
             elif reason := _why_not_searched(Path(root, one)):
                 skipped.append(((here / one).as_posix(), reason))
                 folders.remove(one)
-        for file in (here / one for one in names if not one.startswith(".")):
-            if file.suffix.lower() not in AUDIO_SUFFIXES:
-                continue
-            if not file.as_posix().isprintable() or file.as_posix().strip() != file.as_posix():
-                shown = ascii(file.as_posix())
-                skipped.append((shown, "its name is not plain text: rename it"))
-            else:
-                audio.append(file)
+        for file in (here / one for one in names):
+            if file.suffix.lower() in AUDIO_SUFFIXES:
+                if reason := _why_not_imported(file.as_posix()):
+                    shown = file.as_posix() if reason == HIDDEN else ascii(file.as_posix())
+                    skipped.append((shown, reason))
+                else:
+                    audio.append(file)
     copies = _copies_of_wavs(audio)
     skipped += [
         (file.as_posix(), "probably the same sound as the WAV of its name") for file in copies
     ]
     return sorted(set(audio) - copies), sorted(closed), sorted(skipped)
+
+
+def _why_not_imported(name: str) -> str:
+    """Return why an audio file with this relative path is skipped; empty if it is not."""
+    if PurePosixPath(name).name.startswith("."):
+        return HIDDEN
+    is_plain = name.isprintable() and name.strip() == name
+    return "" if is_plain else "its name is not plain text: rename it"
 
 
 def _copies_of_wavs(audio: list[Path]) -> set[Path]:

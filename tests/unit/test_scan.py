@@ -44,7 +44,10 @@ def test_starter_kit(tmp_path):
         "d": "0_sweep.wav",
         "Day_1_left": "Day 1/left/00_sweep.wav",
     }
-    assert result.skipped == [("cube.wav", "does not match the pattern")]
+    assert sorted(result.skipped) == [
+        ("._6_cube.wav", "hidden: rename it if it is a recording"),
+        ("cube.wav", "does not match the pattern"),
+    ]
     assert result.missing == []
 
 
