@@ -230,15 +230,21 @@ def _higher_is_better(results: TaskResults, plot: Plot) -> bool:
 def _trend(results: TaskResults, plot: Plot, points: Sequence[Point], higher: bool) -> str:
     """Return what the series that ends best does at its first and at its last place, over panels.
 
-    Only places that all series have count.
+    Only places that all series of a panel have count.
     """
     axis, unit = axis_of(results, plot)
     own: dict[str, dict[str, list[Point]]] = {}
     for point in sorted(points, key=lambda point: float(point.x)):
         own.setdefault(point.series, {}).setdefault(point.panel, []).append(point)
-    last_x = min(float(one[-1].x) for panels in own.values() for one in panels.values())
+    last_x: dict[str, float] = {}
+    for panels in own.values():
+        for panel, one in panels.items():
+            last_x[panel] = min(float(one[-1].x), last_x.get(panel, math.inf))
     ends = {
-        name: [(one[0], [p for p in one if float(p.x) <= last_x][-1]) for one in panels.values()]
+        name: [
+            (one[0], [p for p in one if float(p.x) <= last_x[panel]][-1])
+            for panel, one in panels.items()
+        ]
         for name, panels in own.items()
     }
     choose = max if higher else min
@@ -246,7 +252,9 @@ def _trend(results: TaskResults, plot: Plot, points: Sequence[Point], higher: bo
     said = []
     for index in (0, 1):
         values = [pair[index].score.mean for pair in ends[name]]
-        place = _place_text(results, plot, ends[name][0][index])
+        place = ("first value", "last value")[index]
+        if len({pair[index].x for pair in ends[name]}) == 1:
+            place = _place_text(results, plot, ends[name][0][index])
         said.append(f"{value_range(values, unit)} ({place})")
     count = f" in {len(ends[name])} panels" if len(ends[name]) > 1 else ""
     return f"{name}: {axis} {', '.join(said)}{count}"
