@@ -17,7 +17,9 @@ rule study:
     params:
         quick=config["quick"],
         tests=str(HERE / "tests/verification"),
-        code=study_hash(*map(str, (HERE / "tests/verification/known_cases").glob("*.py"))),
+        code=study_hash(
+            *map(str, (HERE / "tests/verification/known_cases").glob("*.py"))
+        ),
     message:
         "Studying the virtual gripper: {wildcards.study}"
     script:
