@@ -1,39 +1,28 @@
-"""Shared by the experiments on embeddings: their data, scores of runs, looks, and settings."""
+"""Shared by the experiments on embeddings: their data, scores of runs, and names of spaces."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ajgdata.evaluate.embedding_data import EmbeddingData, embedding_data
 from ajgdata.experiments.base import Inputs, TaskResults
-from ajgdata.report.blocks import Illustration, ShownTable
-from ajgdata.report.format import Caption, Score, sentence, words
+from ajgdata.report.format import Score
 from ajgdata.report.projections import SPACES
 from ajgdata.types import DataError, Embedding, NotPossibleError
 from ajgdata.types.table import Table
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from ajgdata.store.latents import Latents
 
 ScoreRow = tuple[str, str, str, str, float | None]
-#: Place among the colours, and the marker, of a space in every figure.
-_LOOKS = {
-    "latent": (0, "o"),
-    "raw": (6, "s"),
-    "pca": (5, "^"),
-    "umap": (2, "D"),
-}
 
 
 def trained(inputs: Inputs, settings: Embedding) -> tuple[EmbeddingData, Latents]:
-    """Return the recordings of things, and their latents in the same order.
+    """Return the recordings of objects, and their latents in the same order.
 
     Raises ValueError, with the reason, where nothing could be trained, and DataError for latents
     of other recordings.
@@ -59,7 +48,7 @@ def score_of(values: Sequence[float] | np.ndarray) -> Score:
 def run_scores(
     space: str, part: str, metric: str, values: Sequence[float], chance: float | None = None
 ) -> Iterator[ScoreRow]:
-    """Yield the rows of `score_table` for runs: each, mean and sd, and chance if it is told."""
+    """Yield the rows of `score_table` for runs: each, mean and sd, and chance if it is known."""
     score = score_of(values)
     for run, one in enumerate(score.per_fold):
         yield space, part, metric, f"run {run}", one
@@ -84,52 +73,16 @@ def scores_by(table: Table, keys: Sequence[str], key: str) -> dict[tuple[Any, ..
     return {names: score_of(values) for names, values in found.items()}
 
 
-def look(space: str) -> dict[str, Any]:
-    """Return colour and marker of a space, the same in every figure."""
-    from ajgdata.report.canvas import COLOURS
-
-    colour, marker = _LOOKS[space]
-    return {"color": COLOURS[colour], "marker": marker}
-
-
-def draw_space(axes: Axes, space: str, x: Sequence[float], scores: Sequence[Score]) -> None:
-    """Draw the means and deviations (%) of a space over `x` as a line that is named at its end."""
-    from ajgdata.report.labels import label_end
-
-    mean = [100 * score.mean for score in scores]
-    sd = [100 * np.nan_to_num(score.sd) for score in scores]
-    style = {**look(space), "ms": 4.5, "capsize": 2.5}
-    axes.errorbar(x, mean, sd, label=space_name(space), **style)
-    label_end(axes, x[-1], mean[-1], space_name(space), str(style["color"]))
-
-
 def space_name(space: str) -> str:
     """Return what a space is called in legends."""
     return SPACES.get(space, space)
 
 
-def illustration(
-    results: TaskResults, part: str, caption: Caption, draw: Callable[[], Figure]
-) -> Illustration:
-    """Return a figure of an embedding, whose caption says whose it is."""
-    text = f"{results.title}, {results.source}. {caption.text}"
-    told = Caption(text, f"{sentence(caption.alt)} {results.title}, {results.source}.")
-    return Illustration(results.named(*([part] if part else [])), told, draw)
-
-
 def supervision(results: TaskResults) -> str:
-    """Return what the pairs that the encoders learned from had to know."""
-    return f"What the pairs are made from: {results.settings.supervision}"
-
-
-def settings_table(results: TaskResults) -> ShownTable:
-    """Return how the embedding was made: first what its pairs had to know."""
-    from ajgdata.report.render import setting
-
-    listed = results.settings.model_dump(mode="json")
-    rows = [("what the pairs are made from", str(listed.pop("supervision")))]
-    rows += [(words(name), setting(listed[name])) for name in sorted(listed)]
+    """Return what the pairs that the encoders learned from had to know, and how many recordings
+    were used if not all were."""
     about = results.results[0].about
+    some = ""
     if "available" in about:
-        rows += [("recordings", "{recordings:,} of {available:,}, evenly of all".format(**about))]
-    return ShownTable("Settings of the embedding.", ("setting", "value"), tuple(rows), "Settings")
+        some = " Recordings used: {recordings:,} of {available:,}.".format(**about)
+    return f"What the pairs are made from: {results.settings.supervision}{some}"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,23 +19,17 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.embedding import (
     ScoreRow,
     by_run,
-    draw_space,
-    illustration,
     run_scores,
     scores_by,
-    settings_table,
     space_name,
     trained,
 )
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.experiments.plots import Plot, value_range
 from ajgdata.report.comparison import Cost, PaperComparison, mark_of
-from ajgdata.report.format import DASH, Caption, Score, mean_sd, number
+from ajgdata.report.format import Score, mean_sd, number
 from ajgdata.report.projections import ordered
 from ajgdata.types import Embedding
-from ajgdata.types.table import table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from ajgdata.types.table import Table, table_of
 
 NAME = "embedding_knn"
 TITLE = "Embedding: nearest neighbours"
@@ -84,8 +77,7 @@ def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
         ),
     )  # fmt: skip
     about = {"k": NEIGHBOURS, "target": settings.target, "chance": float(chance)}
-    about |= data.thinned
-    return Outcome(tables, cost, about)
+    return Outcome(tables, cost, about | data.thinned)
 
 
 def _times(
@@ -117,7 +109,6 @@ class Neighbours(NamedTuple):
     """k-NN in one space: validation accuracy, s of fitting the space for one fold, and s of placing
     its validation `recordings` there and asking k-NN."""
 
-    space: str
     dimension: int | None
     score: Score
     fit_s: float
@@ -125,32 +116,44 @@ class Neighbours(NamedTuple):
     recordings: float
 
 
-def neighbours_of(results: TaskResults, space: str = "") -> list[Neighbours]:
-    """Return k-NN in every space, or in one of them by rising dimension."""
-    result = results.results[0]
-    scores = scores_by(result.tables["knn"], ("space", "dimension"), "accuracy")
-    found = []
-    for row in result.cost["times"].rows:
-        key = row["space"], row["dimension"]
-        asked = row["transform_s"] + row["query_s"]
-        found.append(Neighbours(*key, scores[key], row["fit_s"], asked, row["recordings"]))
-    if not space:
-        return found
-    return sorted((row for row in found if row.space == space), key=lambda r: r.dimension or 0)
-
-
 def at_shown(results: TaskResults, space: str) -> Neighbours:
     """Return k-NN in the dimension that the settings name, `shown`; in a space without dimensions
     k-NN as it is. No score selects the dimension."""
-    rows = neighbours_of(results, space)
-    return next(row for row in rows if row.dimension in (None, results.settings.shown))
+    result, shown = results.results[0], (None, results.settings.shown)
+    scores = scores_by(result.tables["knn"], ("space", "dimension"), "accuracy")
+    times = result.cost["times"].where(space=space).rows
+    row = next(row for row in times if row["dimension"] in shown)
+    score = scores[space, row["dimension"]]
+    ask_s = row["transform_s"] + row["query_s"]
+    return Neighbours(row["dimension"], score, row["fit_s"], ask_s, row["recordings"])
 
 
-def accuracy_range(results: TaskResults, space: str) -> str:
-    """Return `50 to 55 %`: the accuracies in all dimensions of a space."""
-    means = [100 * row.score.mean for row in neighbours_of(results, space)]
-    low, high = (number(f(means)) for f in (min, max))
-    return f"{low if low == high else f'{low} to {high}'} %"
+def by_dimension(results: TaskResults) -> Table:
+    """Return the accuracy of each run; spaces without dimensions have the same at each."""
+    result, rows = results.results[0], []
+    table = result.tables["knn"].parted("space")
+    for space in ordered(list(table)):
+        for row in table[space].rows:
+            known = {**row, "space": space_name(space), "chance": result.about["chance"]}
+            own = results.settings.dimensions if row["dimension"] is None else [row["dimension"]]
+            rows += [known | {"dimension": dimension} for dimension in sorted(own)]
+    columns = {"space": "Space", "dimension": "Dimension", "accuracy": "Accuracy"}
+    return table_of("knn", TITLE, rows, **columns, chance="Chance")
+
+
+def by_time(results: TaskResults) -> Table:
+    """Return the errors of each run with the time of its space for one fold."""
+    result = results.results[0]
+    seconds = {
+        (row["space"], row["dimension"]): sum(row[name] for name in TIMES)
+        for row in result.cost["times"].rows
+    }
+    rows = [
+        {"space": space_name(row["space"]), "error": 1 - row["accuracy"]}
+        | {"time_s": seconds[row["space"], row["dimension"]]}
+        for row in result.tables["knn"].rows
+    ]
+    return table_of("time", TITLE, rows, space="Space", error="Wrong", time_s="Time of one fold, s")
 
 
 def finding(results: TaskResults) -> str:
@@ -161,60 +164,6 @@ def finding(results: TaskResults) -> str:
         f"k-NN reaches {mean_sd(latent.score, '%', 100)} on a latent of {latent.dimension} "
         f"dimensions, {mean_sd(raw.score, '%', 100)} on raw features (chance {chance} %)"
     )
-
-
-def figure(results: TaskResults) -> Figure:
-    """Return the accuracy of k-NN against the dimension of the space."""
-    from ajgdata.report.canvas import WIDTH_IN, new_figure
-    from ajgdata.report.labels import reference_line
-
-    rows = neighbours_of(results)
-    subtitle = f"{results.title}: validation accuracy, mean ± sd over folds and initialisations"
-    drawn = new_figure((WIDTH_IN, 3.9), finding(results), subtitle, [results.source])
-    axes = drawn.subplots()
-    dimensions = sorted({row.dimension for row in rows if row.dimension})
-    for space in ordered([row.space for row in rows]):
-        own = neighbours_of(results, space)
-        # A space without dimensions is a horizontal line.
-        scores = [row.score for row in own] * (1 if own[0].dimension else len(dimensions))
-        draw_space(axes, space, dimensions, scores)
-    reference_line(axes, "chance", 100 * results.results[0].about["chance"], "chance")
-    axes.set(xscale="log", xlabel="dimension", ylabel="accuracy (%)", ylim=(0, None))
-    axes.set_xticks(dimensions, map(str, dimensions))
-    axes.minorticks_off()
-    return drawn
-
-
-def figures(results: TaskResults) -> list[Illustration]:
-    """Return the one figure of all spaces."""
-    caption = (
-        "Accuracy of k-NN by dimension. PCA and UMAP are fitted to training recordings "
-        "without labels. The dimension of the title is fixed in the settings; which dimension is "
-        "best is exploratory. Run times are in the table."
-    )
-    drawn = partial(figure, results)
-    return [illustration(results, "", Caption(caption, f"{finding(results)}."), drawn)]
-
-
-def tables(results: TaskResults) -> Iterable[ShownTable]:
-    """Return accuracy and time of a fold by dimension and space, and how it was all made."""
-    rows = neighbours_of(results)
-    spaces = ordered([row.space for row in rows])
-    found = {(row.space, row.dimension): row for row in rows}
-
-    def cell(space: str, dimension: int) -> str:
-        row = found.get((space, dimension)) or found.get((space, None))
-        return (
-            f"{mean_sd(row.score, '%', 100)}; {number(row.fit_s + row.ask_s, 2)} s" if row else DASH
-        )
-
-    dimensions = sorted({row.dimension for row in rows if row.dimension})
-    yield ShownTable(
-        "Accuracy of k-NN and time of one fold, by dimension.",
-        ("dimension|", *(f"{space_name(space)}|" for space in spaces)),
-        tuple((str(d), *(cell(space, d) for space in spaces)) for d in dimensions),
-    )
-    yield settings_table(results)
 
 
 def encoder_cost(results: TaskResults, lookup: Lookup) -> Cost | None:
@@ -255,11 +204,12 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
         return
     score, interval = relative_gain(latent.score, raw.score)
     points = 100 * (latent.score.mean - raw.score.mean)
+    knn = results.results[0].tables["knn"].where(space="latent")
+    means = [100 * one.mean for one in scores_by(knn, ("dimension",), "accuracy").values()]
     result = (
         f"{mean_sd(score, '%')} higher ({mean_sd(latent.score, '%', 100)} for "
         f"{mean_sd(raw.score, '%', 100)}: {number(points)} percentage points) at "
-        f"{latent.dimension} dimensions; exploratory, by dimension: "
-        f"{accuracy_range(results, 'latent')}"
+        f"{latent.dimension} dimensions; exploratory, by dimension: {value_range(means, '%')}"
     )
     perfect = 100 * (1 - raw.score.mean) / raw.score.mean
     verdict = compare(score.mean, interval, paper.value, chance=0.0, perfect=perfect)
@@ -269,13 +219,37 @@ def paper_comparison(results: TaskResults, _: Lookup) -> Iterator[PaperCompariso
     )  # fmt: skip
 
 
+ACCURACY = Plot(
+    "lines",
+    by_dimension,
+    "accuracy of k-NN by dimension; PCA and UMAP are fitted to training recordings without labels, "
+    "and the dimension of the title is fixed in the settings",
+    value="accuracy",
+    x="dimension",
+    series=("space",),
+    over="folds and initialisations",
+    chance="chance",
+    title=finding,
+    percent=True,
+)
+RUN_TIME = Plot(
+    "scatter",
+    by_time,
+    "recordings that k-NN predicts wrongly against the time of one fold, a point per dimension",
+    value="error",
+    x="time_s",
+    series=("space",),
+    over="folds and initialisations",
+    percent=True,
+    name="run-time",
+    folded="Error against run time",
+)
 EXPERIMENT = Experiment(
     name=NAME,
     title=TITLE,
     settings=Embedding,
     measure=measure,
-    figures=figures,
-    tables=tables,
+    plots=(ACCURACY, RUN_TIME),
     paper_comparison=paper_comparison,
     of_embedding=True,
     order=81,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,6 @@ from ajgdata.experiments.base import (
 from ajgdata.experiments.embedding import (
     ScoreRow,
     by_run,
-    illustration,
     run_scores,
     scores_by,
     space_name,
@@ -28,13 +28,12 @@ from ajgdata.experiments.embedding import (
     trained,
 )
 from ajgdata.experiments.embedding_knn import encoder_cost
-from ajgdata.report.blocks import Illustration, ShownTable
+from ajgdata.experiments.plots import Plot, illustrations
+from ajgdata.report.blocks import Illustration
 from ajgdata.report.comparison import PaperComparison, holds, mark_of
 from ajgdata.report.format import Caption, Score, mean_sd, words
 from ajgdata.report.projections import (
     METHODS,
-    MISSING,
-    NUMBERS,
     PLANE,
     Projection,
     Projections,
@@ -48,8 +47,6 @@ from ajgdata.types.table import Table, table_of
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from matplotlib.axes import Axes
-    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
     from ajgdata.evaluate.embedding_data import EmbeddingData
@@ -59,8 +56,6 @@ NAME = "embedding_projections"
 TITLE = "Embedding: projections"
 #: The run that is looked at.
 FOLD, INIT = 0, 0
-#: Points of one figure beyond which they are drawn as pixels.
-MAX_VECTOR_POINTS = 3000
 
 
 def measure(inputs: Inputs, settings: Embedding, _: str) -> Outcome:
@@ -161,108 +156,76 @@ def _column(table: Table, key: str) -> NDArray[Any]:
     return table.numbers(key)
 
 
-def finding(results: TaskResults, column: str) -> str:
-    """Return the silhouette of the column of labels, if it was measured."""
-    scores = {s: one for (s, label), one in silhouettes_of(results).items() if label == column}
-    if not scores:
-        return f"Recordings in two dimensions, by {words(column)}"
-    values = ", ".join(f"{space_name(s)} {mean_sd(scores[s])}" for s in ordered([*scores]))
-    return f"Silhouette of {words(column)}: {values}"
-
-
 def figure(results: TaskResults, shown: Projections, column: str) -> Figure:
     """Return a row for each space, a column for each method; filled: training, ring: validation."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.lines import Line2D
-
     from ajgdata.report.canvas import WIDTH_IN, new_figure
 
     spaces = ordered([one.space for one in shown.projections])
     methods = [m for m in METHODS if m in {one.method for one in shown.projections}]
     drawn = new_figure(
-        (WIDTH_IN, 0.9 + 2.15 * len(spaces)),
-        finding(results, column),
+        (WIDTH_IN, 1.2 + 2.15 * len(spaces)),
+        f"Recordings in two dimensions, by {words(column)}",
         f"{results.title}: colour: {words(column)}; filled: training, rings: validation recordings",
         [results.source],
     )
     panels = drawn.subplots(len(spaces), len(methods), squeeze=False)
     for axes in panels.flat:
         axes.set_axis_off()
-    colours, legend = _coloured(shown.columns[column])
-    pixels = len(shown.recording) * panels.size > MAX_VECTOR_POINTS
+    values = shown.columns[column]
     for one in shown.projections:
         axes = panels[spaces.index(one.space), methods.index(one.method)]
-        _scatter(axes, one.points, colours, shown.training, pixels)
         axes.set_title(f"{space_name(one.space)} · {METHODS[one.method]}")
-    if isinstance(legend, ScalarMappable):
-        drawn.colorbar(legend, ax=panels, label=words(column), shrink=0.7, pad=0.02)
-    else:
-        handles = [
-            Line2D([], [], ls="", marker="o", ms=4, color=colour, label=words(name))
-            for name, colour in legend.items()
-        ]
-        drawn.legend(handles=handles, loc="outside right center")
+        axes.set_rasterization_zorder(1.5)  # many points: all of a panel in one image
+        for name, colour in text_colours(values).items():
+            own = values == name
+            x, y = one.points[own & shown.training].T
+            axes.scatter(x, y, s=7, c=colour, lw=0, alpha=0.75, zorder=1, label=words(name))
+            x, y = one.points[own & ~shown.training].T
+            axes.scatter(x, y, s=7, facecolors="none", edgecolors=colour, lw=0.8, zorder=1)
+        axes.margins(0.06)
+    named = axes.get_legend_handles_labels()
+    drawn.legend(*named, loc="outside right center", markerscale=2)
     return drawn
 
 
-def _coloured(values: NDArray) -> tuple[NDArray, ScalarMappable | dict[str, str]]:
-    """Return a colour (n,) for each value, and the legend."""
-    from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize, to_hex
-
-    if values.dtype.kind == "U":
-        named = text_colours(values)
-        return np.array([named.get(str(value), MISSING) for value in values]), named
-    known = np.isfinite(values)
-    low, high = float(values[known].min()), float(values[known].max())
-    shades = ScalarMappable(Normalize(low, high), colormaps[NUMBERS])
-    listed = [to_hex(c) for c in shades.to_rgba(np.where(known, values, low))]
-    return np.where(known, listed, MISSING), shades
-
-
-def _scatter(
-    axes: Axes, points: NDArray, colours: NDArray, training: NDArray[np.bool_], pixels: bool
-) -> None:
-    rows = ~training
-    seen, unseen = colours[training].tolist(), colours[rows].tolist()
-    style: dict[str, Any] = {"s": 7, "zorder": 1}
-    if pixels:  # all of a panel in one picture
-        axes.set_rasterization_zorder(1.5)
-    x, y = points.T
-    axes.scatter(x[training], y[training], c=seen, lw=0, alpha=0.75, **style)
-    axes.scatter(x[rows], y[rows], facecolors="none", edgecolors=unseen, lw=0.8, **style)
-    axes.set_axis_on()
-    axes.set(xticks=[], yticks=[])
-    axes.spines[:].set_visible(True)
-    axes.grid(False)
-    axes.margins(0.06)
-
-
 def figures(results: TaskResults) -> Iterator[Illustration]:
-    """Yield a figure for each column that distinguishes recordings."""
+    """Yield a figure for each column of text that distinguishes recordings, and the silhouettes.
+
+    The interactive plot (`pipeline.explorer`) also colours numbers.
+    """
     shown = projections_of(results.results[0].tables)
-    for column in shown_columns(shown):
-        caption = Caption(
-            f"Each recording in two dimensions, coloured by {words(column)}. PCA and UMAP are "
-            "fitted to training recordings and then place the others; t-SNE is fitted to all. "
-            "Axes have no unit; distances between clusters of t-SNE and UMAP have no meaning.",
-            f"{finding(results, column)}. Scatter plots coloured by {words(column)}.",
+    columns = [one for one in shown_columns(shown) if shown.columns[one].dtype.kind == "U"]
+    for column in columns:
+        text = (
+            f"{results.title}, {results.source}. Each recording in two dimensions, coloured by "
+            f"{words(column)}. PCA and UMAP are fitted to training recordings and then place the "
+            "others; t-SNE is fitted to all. Axes have no unit; distances between clusters of "
+            "t-SNE and UMAP have no meaning."
         )
+        caption = Caption(text, f"Scatter plots of recordings, coloured by {words(column)}.")
         drawn = partial(figure, results, shown, column)
-        yield illustration(results, f"by-{column}", caption, drawn)
+        yield Illustration(results.named(f"by-{column}"), caption, drawn)
+    yield from illustrations(results, (SILHOUETTES,))
 
 
-def tables(results: TaskResults) -> Iterator[ShownTable]:
-    """Yield the silhouettes by column of labels and space."""
-    scores = silhouettes_of(results)
-    spaces = ordered([space for space, _ in scores])
-    labels = dict.fromkeys(label for _, label in scores)
-    yield ShownTable(
-        "Silhouettes (Rousseeuw 1987) of validation points.",
-        ("silhouette of", *(f"{space_name(space)}|" for space in spaces)),
-        tuple((words(x), *(mean_sd(scores[space, x]) for space in spaces)) for x in labels),
-    )
+def by_label(results: TaskResults) -> Table:
+    """Return the silhouettes of each run, with the names of spaces."""
+    table = results.results[0].tables["silhouettes"]
+    rows = tuple(row | {"space": space_name(row["space"])} for row in table.rows)
+    return replace(table, rows=rows)
+
+
+SILHOUETTES = Plot(
+    "rows",
+    by_label,
+    "silhouette (Rousseeuw 1987) of validation points by object and by category",
+    value="silhouette",
+    x="label",
+    series=("space",),
+    over="folds and initialisations",
+    better="high",
+    name="silhouettes",
+)
 
 
 def silhouettes_of(results: TaskResults) -> dict[tuple[str, str], Score]:
@@ -294,8 +257,8 @@ EXPERIMENT = Experiment(
     title=TITLE,
     settings=Embedding,
     measure=measure,
+    plots=(SILHOUETTES,),
     figures=figures,
-    tables=tables,
     paper_comparison=paper_comparison,
     summary=supervision,
     of_embedding=True,

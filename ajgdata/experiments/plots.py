@@ -38,7 +38,8 @@ class Plot:
     `panel`, `series` and `x` are one point: their mean and standard deviation over `over`, or the
     ends in the columns `interval`. A column `metric` selects the metric of the task, unless `where`
     does; its values are shown in the unit of the task. `about` says in a sentence what is plotted.
-    `headline` names the conclusion: the best series, its trend over x, or the range of all points.
+    `headline` names the conclusion: the best series, its trend over x, or the range of all points;
+    `title` returns another.
     With `published`, the value of the paper is drawn, or (`point`) its place and value. `listed`:
     the points are rows in the table of results.
     """
@@ -55,6 +56,7 @@ class Plot:
     chance: str = ""
     where: Mapping[str, Value] = field(default_factory=dict)
     headline: Headline = "best"
+    title: Callable[[TaskResults], str] | None = None
     better: Literal["high", "low"] = "low"
     published: Literal["", "value", "point"] = ""
     percent: bool = False
@@ -207,6 +209,8 @@ def chance_for(results: TaskResults, plot: Plot) -> dict[str, float]:
 
 def conclusion(results: TaskResults, plot: Plot) -> str:
     """Return the conclusion of a plot: the title of its figure."""
+    if plot.title:
+        return plot.title(results)
     points, (axis, unit) = listed_points(results, plot), axis_of(results, plot)
     higher = _higher_is_better(results, plot)
     choose = max if higher else min

@@ -1,15 +1,11 @@
 """Results on a small embedding, as they are stored, and what is made of them."""
 
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
 import numpy as np
 
 from ajgdata.experiments import EXPERIMENTS
 from ajgdata.experiments.base import Result, TaskResults, score_table
 from ajgdata.experiments.embedding import by_run
 from ajgdata.report.projections import Projection, Projections
-from ajgdata.store.tables import read_tables, write_tables
 from ajgdata.types import Embedding
 from ajgdata.types.table import Table, table_of
 
@@ -85,14 +81,7 @@ def distances(within: dict[str, float] | None = None, narrower: float = 0.0) -> 
                             "space": space, "pairs": pairs, "first": first, "second": second,
                             "run": run, "distance": value,
                         })  # fmt: skip
-    things = sorted(THINGS)
-    objects = [
-        {"space": s, "first": a, "second": b, "mean": 1.0 + 2 * (a != b), "sd": 0.1}
-        for s in ("latent", "raw")
-        for i, a in enumerate(things)
-        for b in things[i:]
-    ]
-    return [listed("categories", rows), listed("objects", objects)]
+    return [listed("categories", rows)]
 
 
 def pictures(n: int = 32, seed: int = 0) -> Projections:
@@ -148,16 +137,11 @@ TABLES = {
 def results(
     experiment, tables=None, cost=(), source="simulated", paper=None, about=None, **changes
 ):
-    """The results of an experiment, after they were stored and read."""
+    """The results of an experiment, as they are read."""
     tables = TABLES[experiment]() if tables is None else tables
     if experiment == "embedding_knn":
         tables, cost = tables
-    with TemporaryDirectory() as folder:
-        stored = []
-        for name, some in (("tables", tables), ("cost", cost)):
-            path = Path(folder) / f"{name}.json"
-            write_tables(path, some)
-            stored.append({one.name: one for one in read_tables(path)[1]})
+    stored = [{one.name: one for one in some} for some in (tables, cost)]
     told = ABOUT.get(experiment, {}) | (about or {})
     return TaskResults(
         experiment=experiment,
