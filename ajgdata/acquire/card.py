@@ -55,14 +55,10 @@ def card_settings(**keys: Any) -> CardSettings:
 
 
 class Heard(NamedTuple):
-    """What a line heard while it played: `samples` float32 (frames, channels), what the driver
-    reported meanwhile, how often it did between the take before and this one, and its rate by the
-    computer's clock."""
+    """Recording of a line: `samples` float32 (frames, channels), and the reports of the driver."""
 
     samples: NDArray[np.float32]
     flags: tuple[str, ...] = ()
-    idle_flags: int = 0
-    rate_hz: float | None = None
 
 
 class Line(Protocol):
@@ -87,8 +83,8 @@ class Capture:
 
     `samples` float32 (n + tail,) in [-1, 1], without the `latency_samples` that were taken out;
     `arrival_samples` is when the microphone heard it, measured in this take (None for a silence,
-    both). `clipped` counts samples at full scale, `xruns` what the driver reported since the take
-    before. `doubts` says why each earlier attempt was thrown away.
+    both). `clipped` counts samples at full scale, `xruns` the reports
+    of the driver. `doubts` says why each earlier attempt was thrown away.
     """
 
     samples: NDArray[np.float32]

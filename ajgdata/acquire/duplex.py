@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -114,8 +114,6 @@ class Duplex:
         self._done = threading.Event()
         self._frames = 0
         self._flags: list[str] = []
-        self._idle_flags = self._told = 0
-        self._clock: list[tuple[int, float]] = []
         index, device, self._api = find_device(portaudio, self._name)
         self._version = portaudio.get_portaudio_version()[1]
         self._inputs = _inputs(self._name, device, settings)
@@ -151,22 +149,19 @@ class Duplex:
         """Return API, driver and number of inputs."""
         return {"api": self._api, "driver": self._version, "inputs": self._inputs}
 
-    def play(self, sound: NDArray[np.float32], frames: int) -> tuple[NDArray[np.float32], dict]:
-        """Play `sound` (n,) and return `frames` samples (frames, inputs), with `flags` (during it),
-        `idle_flags` (a count, since the last) and `rate_hz`, by this computer's clock.
+    def play(
+        self, sound: NDArray[np.float32], frames: int
+    ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
+        """Play `sound` (n,) and return `frames` samples (frames, inputs), and the driver's flags.
 
         Raises DataError when frames no longer come.
         """
-        idle = self._idle_flags - self._told
-        self._told += idle
         self._flags.clear()
-        self._clock.clear()
         self._done.clear()
         buffer = np.zeros((frames, self._inputs), dtype=np.float32)
         self._job = _Job(sound, buffer, 0)
         self._wait(frames)
-        said = {"flags": list(self._flags), "idle_flags": idle, "rate_hz": _slope(self._clock)}
-        return buffer, said
+        return buffer, tuple(self._flags)
 
     def close(self) -> None:
         """End the stream."""
@@ -196,13 +191,9 @@ class Duplex:
     ) -> None:
         """Play the next frames and keep those that came. Nothing here may wait, or grow while
         nobody records."""
-        raised = [flag for flag in FLAGS if getattr(status, flag)] if status else []
         played.fill(0)
-        if (job := self._job) is None:
-            self._idle_flags += len(raised)
-        else:
-            self._clock.append((self._frames, time.monotonic()))
-            self._flags += raised
+        if (job := self._job) is not None:
+            self._flags += [flag for flag in FLAGS if getattr(status, flag)] if status else []
             part = job.sound[job.at : job.at + frames]
             played[: len(part), self._channel] = part
             room = job.buffer[job.at : job.at + frames]
@@ -224,31 +215,3 @@ def _inputs(name: str, device: Mapping[str, Any], settings: Mapping[str, Any]) -
             raise DataError(name, f"{key} {asked}, but it has {has[kind]} {kind}s", fix)
     needed = max(settings["input_channel"], settings["loopback_channel"] or 0)
     return has["input"] if has["input"] <= ALL_INPUTS else needed
-
-
-def _slope(clock: list[tuple[int, float]]) -> float | None:
-    """Return frames per second through all callbacks; None for fewer than three."""
-    if len(clock) < 3:
-        return None
-    frames, seconds = np.array(clock, dtype=float).T
-    centred = seconds - seconds.mean()
-    return float(centred @ (frames - frames.mean()) / (centred @ centred))
-
-
-def serve() -> Callable[[Mapping[str, Any], bytes], tuple[dict[str, Any], bytes]]:
-    """Return the handler of a child process: `list`, `open` and `play`."""
-    opened: list[Duplex] = []
-
-    def handle(request: Mapping[str, Any], content: bytes) -> tuple[dict[str, Any], bytes]:
-        match request["what"]:
-            case "list":
-                return {"devices": devices(load_portaudio())}, b""
-            case "open":
-                opened.append(Duplex(load_portaudio(), request["settings"]))
-                return opened[0].describe(), b""
-            case _:
-                sound = np.frombuffer(content, dtype=np.float32)
-                samples, said = opened[0].play(sound, request["frames"])
-                return {**said, "inputs": samples.shape[1]}, samples.tobytes()
-
-    return handle

@@ -42,46 +42,21 @@ class RobotError(DataError):
 
 
 class Robot(Protocol):
-    """Moves the gripper. Each method returns when the step is done, and raises RobotError if it
-    cannot be made."""
+    """Moves the gripper."""
 
-    def loosen(self) -> None:
-        """Make the grains flow again, away from any object."""
-        ...
+    def move(self, step: str, **about: Any) -> float | None:
+        """Make one step, and return when it is done. Raises RobotError if it cannot be made.
 
-    def approach(self, placement: Placement) -> float | None:
-        """Press the gripper onto the object until `force_n`, with no more than that.
-
-        Returns the force that was reached in N, None if nothing measures it. Nothing is touched if
-        the placement's object is "".
-        """
-        ...
-
-    def hold(self, seconds: float) -> None:
-        """Keep still."""
-        ...
-
-    def jam(self) -> None:
-        """Evacuate the gripper."""
-        ...
-
-    def lift(self) -> None:
-        """Lift what is held."""
-        ...
-
-    def release(self) -> None:
-        """Put the object down and let go; also called to end a grasp that failed."""
-        ...
-
-    def place(self, bin: str) -> None:
-        """Carry what is held to a bin and let go."""
-        ...
-
-    def halt(self, held: str) -> None:
-        """Stop at once and stay safe. `held` is the object in the gripper, "" if it is empty.
-
-        Called once, as the last step, at any moment, also in the middle of another step, and when
-        that failed.
+        - `loosen`: make the grains flow again, away from any object.
+        - `approach` (with the fields of a `Placement`): press the gripper onto the object until
+          `force_n`, and return the force (N) that was reached, None if nothing measures it. Nothing
+          is touched if `object` is "".
+        - `hold` (`seconds`): keep still. `jam`: evacuate the gripper. `lift`: lift what is held.
+        - `release`: put the object down and let go; also called to end a grasp that failed.
+        - `place` (`bin`): carry what is held to a bin and let go.
+        - `halt` (`held`): stop at once and stay safe. `held` is the object in the gripper, "" if it
+          is empty. Called once, as the last step, at any moment, also in the middle of another
+          step, and when that failed.
         """
         ...
 
@@ -104,60 +79,45 @@ def grasp_once(
             pressing = step == "approach" or (pressing and step != "release")
             match step:
                 case "approach":
-                    force = robot.approach(placement)
+                    force = robot.move("approach", **vars(placement))
                 case "wait":
-                    robot.hold(wait_s)
+                    robot.move("hold", seconds=wait_s)
                 case "sense":
                     sense(force)
                 case _:
-                    getattr(robot, step)()
+                    robot.move(step)
     except BaseException:
         if pressing:
             with suppress(Exception):  # the first error is the one to mend
-                robot.release()
+                robot.move("release")
         raise
 
 
 class ManualRobot:
-    """A person: told what to do once a grasp, since hands know the rest."""
+    """A person, who is asked once per grasp."""
 
     def __init__(self, confirm: Confirm) -> None:
         self._confirm = confirm
 
-    def loosen(self) -> None:
-        """Part of what `approach` asks for, as are the other steps that do nothing here."""
-
-    def approach(self, placement: Placement) -> float | None:
-        """Ask for the grasp; a person's force is not measured."""
-        if placement.object:
-            force = f"{placement.force_n:g} N"
-            named = "the next object" if placement.object == UNNAMED else placement.object
-            what = f"loosen the gripper and press it on {named} with {force}"
-        else:
-            what = "loosen the gripper and let it hang free, touching nothing"
-        self._confirm(what)
+    def move(self, step: str, **about: Any) -> float | None:
+        """Ask for a step; the steps that are part of another one do nothing. No force is
+        measured."""
+        match step:
+            case "approach" if about["object"]:
+                named = "the next object" if about["object"] == UNNAMED else about["object"]
+                self._confirm(
+                    f"loosen the gripper and press it on {named} with {about['force_n']:g} N"
+                )
+            case "approach":
+                self._confirm("loosen the gripper and let it hang free, touching nothing")
+            case "hold":
+                time.sleep(about["seconds"])
+            case "place":
+                self._confirm(f"put it into bin {about['bin']}")
+            case "halt":
+                held = about["held"]
+                self._confirm(f"stopped; take {held} out of the gripper" if held else "stopped")
         return None
-
-    def hold(self, seconds: float) -> None:
-        """Wait for the grains to settle."""
-        time.sleep(seconds)
-
-    def jam(self) -> None:
-        """See `loosen`."""
-
-    def lift(self) -> None:
-        """See `loosen`."""
-
-    def release(self) -> None:
-        """See `loosen`."""
-
-    def place(self, bin: str) -> None:
-        """Ask for it."""
-        self._confirm(f"put it into bin {bin}")
-
-    def halt(self, held: str) -> None:
-        """Ask for what is still in the gripper."""
-        self._confirm(f"stopped; take {held} out of the gripper" if held else "stopped")
 
 
 @contextmanager
@@ -192,47 +152,15 @@ class CommandRobot:
     def __init__(self, settings: CommandSettings) -> None:
         self._settings = settings
 
-    def loosen(self) -> None:
-        """Run the step `loosen`."""
-        self._run("loosen")
-
-    def approach(self, placement: Placement) -> float | None:
-        """Run the step `approach`; return the force (N) that the program says was reached."""
-        answer = self._run("approach", **vars(placement))
-        force = answer.get("force_n")
-        if force is None:
+    def move(self, step: str, **about: Any) -> float | None:
+        """Run the program for a step; return the force (N) that it prints for `approach`."""
+        force = self._run(step, **about).get("force_n")
+        if step != "approach" or force is None:
             return None
-        if (
-            isinstance(force, bool)
-            or not isinstance(force, int | float)
-            or not math.isfinite(force)
-        ):
-            raise self._error("approach", f"says force_n = {force!r}", "let it print a number of N")
+        is_number = isinstance(force, int | float) and not isinstance(force, bool)
+        if not is_number or not math.isfinite(force):
+            raise self._error(step, f"says force_n = {force!r}", "let it print a number of N")
         return float(force)
-
-    def hold(self, seconds: float) -> None:
-        """Run the step `hold`, which takes as long as it holds."""
-        self._run("hold", seconds=seconds)
-
-    def jam(self) -> None:
-        """Run the step `jam`."""
-        self._run("jam")
-
-    def lift(self) -> None:
-        """Run the step `lift`."""
-        self._run("lift")
-
-    def release(self) -> None:
-        """Run the step `release`."""
-        self._run("release")
-
-    def place(self, bin: str) -> None:
-        """Run the step `place`."""
-        self._run("place", bin=bin)
-
-    def halt(self, held: str) -> None:
-        """Run the step `halt`."""
-        self._run("halt", held=held)
 
     def _run(self, step: str, **about: Any) -> dict[str, Any]:
         limit_s = self._settings.timeout_s + about.get("seconds", 0.0)
@@ -287,11 +215,8 @@ def _text(file: IO[bytes]) -> str:
 
 def _end(program: subprocess.Popen[bytes]) -> None:
     """End what is left of a program and of what it started."""
-    if hasattr(os, "killpg"):
-        with suppress(ProcessLookupError):  # nothing is left
-            os.killpg(program.pid, signal.SIGKILL)
-    else:
-        program.kill()
+    with suppress(ProcessLookupError):  # nothing is left
+        os.killpg(program.pid, signal.SIGKILL)
     program.wait()
 
 

@@ -58,7 +58,7 @@ class SoundCard:
         while len(doubts) < self.settings.attempts:
             time = datetime.now(UTC).isoformat(timespec="milliseconds")
             heard = self._line.play(sound.sound, len(sound.sound) + self._margin())
-            xruns += len(heard.flags) + heard.idle_flags
+            xruns += len(heard.flags)
             found, reference = self._arrivals(heard.samples, sound)
             if doubt := self._doubt(heard, found, reference, sound, len(played)):
                 doubts.append(doubt)

@@ -70,7 +70,7 @@ class Steps:
         self.control.end()
         begin, problem = time.perf_counter(), ""
         try:
-            self.robot.halt(self.held)
+            self.robot.move("halt", held=self.held)
         except BaseException as failure:  # whatever it is, the rest must be ended, too
             problem = f"the robot did not halt: {failure}; look at it first"
         seconds = time.perf_counter() - begin
@@ -90,17 +90,17 @@ class Steps:
         match step:
             case "approach":
                 self.pressing, self.held = True, about.object
-                force = self.robot.approach(about)
+                force = self.robot.move("approach", **vars(about))
             case "wait":
-                self.robot.hold(self.plan.wait_s)
+                self.robot.move("hold", seconds=self.plan.wait_s)
             case "place":
-                self.robot.place(about)
+                self.robot.move("place", bin=about)
                 self.held = ""
             case "release":
-                self.robot.release()
+                self.robot.move("release")
                 self.pressing, self.held = False, ""
             case _:
-                getattr(self.robot, step)()
+                self.robot.move(step)
         self.log.say("step", step=step, seconds=time.perf_counter() - begin)
         return force
 

@@ -10,7 +10,7 @@ from pydantic import JsonValue
 
 from ajgdata.acquire.card import Card, card_settings
 from ajgdata.acquire.robot import Confirm, Robot, open_robot
-from ajgdata.acquire.virtual_line import VirtualHands, VirtualTable
+from ajgdata.acquire.virtual_line import VirtualTable
 from ajgdata.paths import Paths
 from ajgdata.pipeline.acquire_live import open_card
 from ajgdata.types import DataError, DatasetSpec
@@ -40,13 +40,14 @@ def open_hands(
         if spec.recipe is None:
             fix = "name a data set that has one, or use a sound card"
             raise DataError(paths.dataset(spec.name), "has no recipe to simulate", fix)
-        table = VirtualTable(spec.recipe, seed, paths.responses)
         about = {"gripper": "virtual", "medium": "virtual"}
         if robot == "manual":
-            yield VirtualHands(table), table.card(), about
+            table = VirtualTable(spec.recipe, seed, paths.responses)
+            yield table, table, about
             return
         with open_robot(robot, robot_settings, confirm) as mover:
-            yield VirtualHands(table, _that_halts(mover, robot)), table.card(), about
+            table = VirtualTable(spec.recipe, seed, paths.responses, mover)
+            yield table, table, about
         return
     settings = card_settings(**{**card, "sample_rate_hz": spec.audio.sample_rate_hz})
     protocol = spec.protocol
@@ -55,12 +56,4 @@ def open_hands(
         "medium": protocol.medium if protocol else "unknown",
     }
     with open_robot(robot, robot_settings, confirm) as mover, open_card(settings) as opened:
-        yield _that_halts(mover, robot), opened, about
-
-
-def _that_halts(robot: Robot, name: str) -> Robot:
-    """Return the robot. DataError for one of before there was `halt`: it could not be stopped."""
-    if not callable(getattr(robot, "halt", None)):
-        fix = "add halt(held) to it, as acquire.robot.Robot has it"
-        raise DataError(f"robot {name}", "cannot halt", fix)
-    return robot
+        yield mover, opened, about

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,8 @@ from ajgdata.pipeline.live_source import open_hands
 from ajgdata.store.sessions import read_dataset
 from ajgdata.types import DataError
 
-
-class _Predictor(Protocol):
-    def predict(self, waveform: NDArray[np.floating], sample_rate_hz: int) -> Prediction: ...
+if TYPE_CHECKING:
+    from ajgdata.live.predictor import Predictor
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ class Sensing:
         self,
         robot: Robot,
         card: Card,
-        predictor: _Predictor,
+        predictor: Predictor,
         played: NDArray[np.float32],
         things: tuple[str, ...],
         seed: int,
@@ -68,7 +67,8 @@ class Sensing:
         if self._things:
             thing = self._things[self._random.integers(len(self._things))]
             held = "" if thing == "empty" else thing
-            self._robot.approach(Placement(f"sense_{self._number}", held, self._number, 8.0))
+            place = Placement(f"sense_{self._number}", held, self._number, 8.0)
+            self._robot.move("approach", **vars(place))
         begin = time.perf_counter()
         capture = self._card.take(self._played)
         rate = self._card.settings.sample_rate_hz

@@ -45,29 +45,24 @@ class Ros2Robot:
 
     def __init__(self, call):
         self._call = call
-        for step in ("loosen", "jam", "lift", "release"):
-            setattr(self, step, lambda step=step: self._make(step))
 
     def _make(self, step, **about):
         return [self._call(*call) for call in calls_of(step, **about)][-1]
 
-    def approach(self, placement):
-        """Press with the placement's force; of nothing to hold, hang free instead."""
-        if not placement.object:
-            return self._make("lift")["effort"]
-        return force_of(self._make("approach", force_n=placement.force_n))
-
-    def hold(self, seconds):
-        """The controller holds by itself."""
-        time.sleep(seconds)
-
-    def place(self, bin):
-        """Carry what is held to a bin and let go there."""
-        self._make("place", bin=bin)
-
-    def halt(self, held):
-        """Stop every motion. What is held stays in the jammed gripper: a person takes it out."""
-        self._make("halt")
+    def move(self, step, **about):
+        """Make a step; after `halt` a person takes what is held out of the jammed gripper."""
+        match step:
+            case "approach" if not about["object"]:  # a reference: hang free
+                return self._make("lift")["effort"]
+            case "approach":
+                return force_of(self._make("approach", force_n=about["force_n"]))
+            case "hold":  # the controller does it
+                time.sleep(about["seconds"])
+            case "place":
+                self._make("place", bin=about["bin"])
+            case _:
+                self._make(step)
+        return None
 
 
 @contextmanager

@@ -125,9 +125,9 @@ def test_a_robot_grasps_and_lets_go(name):
     with open_robot(name, settings, lambda text: None) as robot:
         place = Placement("cube_01", "cube", 1, 8.0)
         grasp_once(robot, place, PAPER_SEQUENCE, 0.0, forces.append)
-        robot.place("left")
-        robot.release()  # also when nothing is held
+        robot.move("place", bin="left")
+        robot.move("release")  # also when nothing is held
         for held in ("cube", ""):
-            robot.halt(held)
+            robot.move("halt", held=held)
     assert len(forces) == 1
     assert forces[0] is None or 0 <= forces[0] < 1000

@@ -103,7 +103,7 @@ def test_ros2_robot():
     robot, forces = found["Ros2Robot"](answer), []
     cube, nothing = Placement("cube_01", "cube", 1, 8.0), Placement("empty_01", "", 1, 8.0)
     grasp_once(robot, cube, PAPER_SEQUENCE, 0, forces.append)
-    robot.place("A")
+    robot.move("place", bin="A")
     assert forces == [7.6]
     up = ("/gripper/press", {"position": 0.10, "max_effort": 50.0})
     off, on = (("/gripper/pump", {"data": data}) for data in (False, True))
@@ -116,8 +116,8 @@ def test_ros2_robot():
         ("/bins/A", {}), off,
     ]  # fmt: skip
     calls.clear()
-    assert robot.approach(nothing) == 7.6
-    robot.halt("cube")  # the pump holds on
+    assert robot.move("approach", **vars(nothing)) == 7.6
+    robot.move("halt", held="cube")  # the pump holds on
     assert calls == [up, ("/arm/stop", {})]
     with pytest.raises(RobotError, match=r"approach: met nothing at 0.001 m; put the object there"):
         found["force_of"]({"position": 0.001, "effort": 0.2, "stalled": False})

@@ -50,9 +50,10 @@ def bench(monkeypatch):
     def hold(name=""):
         line.response = rings[name] * np.exp(-np.arange(64) / drawn.uniform(9, 15))
 
-    def approach(self, placement):
-        hold(placement.object)
-        return pressed(self, placement)
+    def move(self, step, **about):
+        if step == "approach":
+            hold(about["object"])
+        return moved(self, step, **about)
 
     @contextmanager
     def opened(settings):
@@ -60,8 +61,8 @@ def bench(monkeypatch):
         yield fake_card(line, **settings.model_dump())
 
     hold()
-    pressed = robot.ManualRobot.approach
-    monkeypatch.setattr(robot.ManualRobot, "approach", approach)
+    moved = robot.ManualRobot.move
+    monkeypatch.setattr(robot.ManualRobot, "move", move)
     monkeypatch.setattr("builtins.input", lambda: "")
     for module in (acquire_live, device):
         monkeypatch.setattr(module, "open_card", opened)

@@ -33,8 +33,7 @@ SERVERS = [f"ajgdata-test-{n}" for n in range(4)]
 CARD = """
 import sys, threading, numpy as np
 sys.path.insert(0, sys.argv.pop())
-from simulated_card import jack_server, run_card
-from ajgdata.acquire.plant import Plant
+from simulated_card import Plant, jack_server, run_card
 
 class WatchedPlant(Plant):
     sound = threading.Event()

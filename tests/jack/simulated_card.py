@@ -15,14 +15,33 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
+import numpy as np
+from scipy.signal import lfilter
+
 from ajgdata.acquire.card import DEVICE
-from ajgdata.acquire.plant import Plant
-from ajgdata.acquire.virtual_line import PERIOD
 from ajgdata.gripper import SAMPLE_RATE_HZ
 from ajgdata.types import DataError
 
 #: JACK server of its own, so that none that is used for something else is disturbed.
 SERVER_VARIABLE, SERVER = "JACK_DEFAULT_SERVER", "ajgdata"
+#: Frames of a block of the server.
+PERIOD = 1_024
+
+
+class Plant:
+    """Blocks in, blocks out: convolution with a `response` (m,), plus noise, in 24 bits."""
+
+    def __init__(self, response: np.ndarray, noise: float = 0.0) -> None:
+        self._response, self._noise = np.asarray(response, dtype=float), noise
+        self._state = np.zeros(len(self._response) - 1)
+        self._random = np.random.default_rng(0)
+
+    def process(self, played: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return microphone and loop-back (n,) while the block `played` (n,) is played."""
+        heard, self._state = lfilter(self._response, 1, played, zi=self._state)
+        if self._noise:
+            heard = heard + self._noise * self._random.standard_normal(len(played))
+        return np.clip(np.round(heard * 2**23), -(2**23), 2**23 - 1) / 2**23, played
 
 
 def load_jack() -> Any:

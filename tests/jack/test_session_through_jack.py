@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 import yaml
 
-from ajgdata.acquire.plant import LEAD
 from ajgdata.acquire.protocol import plan_protocol, remaining, whole_grasps
 from ajgdata.paths import Paths
 from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.sessions import list_sessions, read_dataset, read_recordings, read_session
 
-RESPONSE = np.r_[np.zeros(LEAD), 0.02 * np.exp(-np.arange(200) / 40)]  # at most 0.8 in all
+RESPONSE = 0.02 * np.exp(-np.arange(200) / 40)  # at most 0.8 in all
 COMMAND = "from ajgdata.cli import main; main()"
 KILLS = int(os.environ.get("AJGDATA_KILLS", "50"))
 DECLARATION = {

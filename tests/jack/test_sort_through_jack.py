@@ -12,7 +12,6 @@ import pytest
 import yaml
 
 import ajgdata
-from ajgdata.acquire.plant import LEAD
 from ajgdata.features.spectrum import frequencies_hz
 from ajgdata.live.events import read_events
 from ajgdata.paths import Paths
@@ -21,7 +20,7 @@ from ajgdata.pipeline.validate import validate_dataset
 from ajgdata.store.features import Shard, text_column, write_store
 from ajgdata.store.sessions import read_recordings, read_session
 
-RESPONSE = np.r_[np.zeros(LEAD), 0.02 * np.exp(-np.arange(200) / 40)]
+RESPONSE = 0.02 * np.exp(-np.arange(200) / 40)
 DECLARATION = {
     "name": "d",
     "excitation": {"kind": "log_sweep", "length_s": 0.2},

@@ -11,7 +11,7 @@ from fake_card import RATE_HZ, FakeLine, fake_card
 
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.live_session import live_session
-from ajgdata.acquire.robot import RobotError
+from ajgdata.acquire.robot import Placement, RobotError
 from ajgdata.live.control import Control
 from ajgdata.live.events import EventLog, read_events
 from ajgdata.live.kept import KeptRun
@@ -71,15 +71,13 @@ class Robot:
     def __init__(self, at=None) -> None:
         self.steps, self.at = [], dict(at or {})
 
-    def __getattr__(self, step):
-        def made(*about):
-            number = len(self.steps)
-            self.steps.append((step, *about))
-            if number in self.at:
-                self.at[number]()
-            return 7.5 if step == "approach" else None
-
-        return made
+    def move(self, step, **about):
+        number = len(self.steps)
+        details = [Placement(**about)] if step == "approach" else about.values()
+        self.steps.append((step, *details))
+        if number in self.at:
+            self.at[number]()
+        return 7.5 if step == "approach" else None
 
     @property
     def names(self) -> list[str]:

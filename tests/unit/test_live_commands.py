@@ -63,13 +63,12 @@ def trained(tmp_path_factory):
     paths.dataset("d").write_text(yaml.safe_dump(DECLARATION))
     spec = ajgdata.load_dataset("d", paths.root).spec
     table = VirtualTable(spec.recipe, 99, paths.responses)
-    card = table.card()
     played = excitation_samples(spec.excitation, 44_100).astype(np.float32)
     rows = [(name, n) for name in ("cube", "screw") for n in range(5)] + [("", n) for n in range(3)]
     features = []
     for name, n in rows:
         table.place(name, n, f"train {n}")
-        features.append(spectrum(card.take(played).samples, 44_100, spec.features))
+        features.append(spectrum(table.take(played).samples, 44_100, spec.features))
     named = [f"virtual-01/{name or 'empty'}_{n}" for name, n in rows]
     labels = {"cube": "box", "screw": "rod", "": ""}
     columns = {
