@@ -1,4 +1,4 @@
-"""Check of a sound card with its gripper: level, noise, latency, lost frames and clocks."""
+"""Check of a sound card with its gripper: level, noise, latency and dropouts."""
 
 from __future__ import annotations
 
@@ -10,21 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.acquire.excitation import excitation_samples
-from ajgdata.acquire.markers import arrival, framed
 from ajgdata.acquire.sound_card import SoundCard
 from ajgdata.features.bands import third_octaves
 from ajgdata.types import LogSweep
 
 SWEEP = LogSweep(length_s=1.0, low_hz=20.0, high_hz=20_000.0, amplitude=0.9)
-TAKES, SILENCE_S, DRIFT_S, TAIL_S = 3, 2.0, 60.0, 0.1
+TAKES, SILENCE_S, TAIL_S = 3, 2.0, 0.1
 #: Frequencies of a gripper's features, in which noise is measured.
 LOW_HZ, HIGH_HZ = 200.0, 12_000.0
 #: Peak of a good take, and the limits between which it may stay as it is.
 GOOD_DBFS, LOUD_DBFS, QUIET_DBFS = -9.0, -3.0, -30.0
 #: Signal-to-noise ratio of a good take, and of one that cannot be used.
 GOOD_SNR_DB, NO_SNR_DB = 30.0, 10.0
-#: Half of the long take that measures the clocks lasts longer than this; shorter: not measured.
-SHORTEST_S = 2.0
 _TINY = 1e-30
 
 Level = Literal["good", "change", "bad"]
@@ -41,8 +38,7 @@ class Advice(NamedTuple):
 
 @dataclass(frozen=True)
 class CardCheck:
-    """Measures of a card. `shifts` are frames that are missing (negative: too many) in each half of
-    `drift_s` seconds: empty if this was not measured, None for a half that drowned in noise."""
+    """Measures of a card."""
 
     latency_samples: tuple[int, ...]
     peak_dbfs: float
@@ -50,8 +46,6 @@ class CardCheck:
     xruns: int
     repeated: int
     snr_db: float
-    shifts: tuple[int | None, ...]
-    drift_s: float
 
     @property
     def latency_spread(self) -> int:
@@ -67,22 +61,18 @@ class CardCheck:
 
     def facts(self) -> dict[str, str]:
         """Return the measures as text, by topic."""
-        lost = ", ".join("unknown" if shift is None else str(shift) for shift in self.shifts)
         return {
             "latency": f"{self.latency_samples[-1]} samples, spread {self.latency_spread}",
             "level": f"peak {self.peak_dbfs:.1f} dBFS, {self.clipped} samples clipped",
             "noise": f"sweep {self.snr_db:.0f} dB above it (median of third octaves)",
             "dropouts": f"{self.xruns} xruns, {self.repeated} takes repeated",
-            "clocks": f"frames missing per half of {self.drift_s:.0f} s: {lost or 'not measured'}",
         }
 
 
-def check_card(
-    card: SoundCard, drift_s: float = DRIFT_S, progress: Callable[[str], object] = lambda _: None
-) -> CardCheck:
+def check_card(card: SoundCard, progress: Callable[[str], object] = lambda _: None) -> CardCheck:
     """Measure `card`, of a gripper that lies still in a quiet room. Raises CardError.
 
-    Clocks are not measured if `drift_s` is 0. `progress` receives the name of the next step.
+    `progress` receives the name of the next step.
     """
     rate = card.settings.sample_rate_hz
     sweep = excitation_samples(SWEEP, rate).astype(np.float32)
@@ -96,36 +86,15 @@ def check_card(
         take.latency_samples if card.settings.loopback_channel else take.arrival_samples
         for take in takes
     ]
-    halves = []
-    if drift_s > 2 * SHORTEST_S:
-        for _ in range(2):
-            progress(f"clocks: {drift_s / 2:.0f} s")
-            halves.append(_shift(card, sweep, drift_s / 2, delays[-1] or 0))
     return CardCheck(
         latency_samples=tuple(delay or 0 for delay in delays),
         peak_dbfs=max(take.peak_dbfs for take in takes),
         clipped=sum(take.clipped for take in takes),
         # Opening the stream causes xruns before the first take.
-        xruns=sum(take.xruns for take in takes[1:]) + sum(xruns for _, xruns in halves),
+        xruns=sum(take.xruns for take in takes[1:]),
         repeated=sum(take.attempts - 1 for take in takes),
         snr_db=_snr_db(takes[-1].samples, silence, rate),
-        shifts=tuple(shift for shift, _ in halves),
-        drift_s=drift_s,
     )
-
-
-def _shift(
-    card: SoundCard, sweep: NDArray[np.float32], length_s: float, latency: int
-) -> tuple[int | None, int]:
-    """Return the frames that are missing between two markers `length_s` apart, None if a marker was
-    not found, and the number of driver reports."""
-    settings = card.settings
-    rate = settings.sample_rate_hz
-    sound = framed(sweep, rate, tail=round(length_s * rate) - len(sweep))
-    heard = card.play(sound.sound, len(sound.sound) + latency + rate // 4)
-    channel = settings.loopback_channel or settings.input_channel
-    result = arrival(heard.samples[:, channel - 1], sound)
-    return result.lost if result.found else None, len(heard.flags)
 
 
 def _snr_db(heard: NDArray[Any], silence: NDArray[Any], rate_hz: int) -> float:
@@ -174,28 +143,14 @@ def _levels(check: CardCheck) -> list[Advice]:
 
 
 def _timing(check: CardCheck) -> list[Advice]:
-    """Return advice about latency, lost frames and clocks."""
+    """Return advice about latency and lost frames."""
     advice = []
-    fix = "close other programs; use another port"
     if check.latency_spread:
         problem = f"latency differs by {check.latency_spread} samples between takes"
         cable = "connect a spare output to a spare input and give --loopback-channel"
         advice.append(Advice("change", "latency", problem, cable))
     if check.xruns or check.repeated:
         problem = f"the driver reported {check.xruns} xruns, {check.repeated} takes were repeated"
+        fix = "close other programs; use another port"
         advice.append(Advice("change", "dropouts", problem, fix))
-    if None in check.shifts:
-        problem = "clocks and dropouts not measured: too noisy"
-        advice.append(
-            Advice("change", "clocks", problem, "play louder, or remove the noise source")
-        )
-    elif any(check.shifts):
-        first, second = (shift or 0 for shift in check.shifts)
-        if first * second > 0 and abs(first - second) <= 1:  # the same in both halves
-            problem = f"input and output drift apart by {first} frames in {check.drift_s / 2:.0f} s"
-            device = "play and record with one device"
-            advice.append(Advice("bad", "clocks", problem, device))
-        else:
-            problem = f"{abs(first) + abs(second)} frames were lost within {check.drift_s:.0f} s"
-            advice.append(Advice("bad", "dropouts", problem, fix))
     return advice

@@ -2,8 +2,7 @@
 
 Drivers do not report every frame they lose. Whatever is lost, or played twice, between two equal
 chirps changes the distance between them, and both pass through the same gripper, so that its
-response does not matter. A driver that puts silence where frames are missing leaves the distance,
-and a hole.
+response does not matter.
 """
 
 from __future__ import annotations
@@ -28,12 +27,6 @@ ALIKE = 0.5
 ONSET = 0.35
 #: Part of the largest energy below which there is nothing to be alike.
 QUIET = 1e-9
-#: Equal samples, one after another, that no microphone gives, unless it is silent or clipped.
-HOLE = 16
-#: Part of the loudness around it by which the sound jumps into a hole, and out of it.
-CLIFF = 0.02
-#: Steps of the converter that are no cliff yet.
-DIGITS = 2.5
 
 
 @dataclass(frozen=True)
@@ -114,27 +107,6 @@ def _onset(compressed: NDArray[np.float64]) -> int:
     peak = int(np.argmax(strength))
     before = max(peak - RESPONSE // 2, 0)
     return before + int(np.argmax(strength[before : peak + 1] > ONSET * strength[peak]))
-
-
-def hole_samples(heard: NDArray[Any], full_scale: float = 1.0) -> int:
-    """Return the samples of `heard` (n,) that lie in holes: a value that is held, off a cliff.
-
-    Quiet passages, whose last digit stands still, have no cliffs; clipped ones stand at full scale.
-    """
-    sound = np.asarray(heard, dtype=np.float64)
-    steps = np.abs(np.diff(sound))
-    moves = np.flatnonzero(steps)  # a run of equal samples ends with each
-    digit = steps[moves].min(initial=np.inf)
-    begins, ends = moves[:-1] + 1, moves[1:]
-    found = 0
-    long = np.flatnonzero((ends - begins >= HOLE - 1) & (np.abs(sound[begins]) < full_scale))
-    for begin, end in zip(begins[long], ends[long], strict=True):
-        before, after = sound[max(begin - 64, 0) : begin], sound[end + 1 : end + 65]
-        into, out = abs(before[-1] - sound[begin]), abs(after[0] - sound[end])
-        least = max(CLIFF * np.abs(before).max(), CLIFF * np.abs(after).max(), DIGITS * digit)
-        if min(into, out) > least:
-            found += int(end - begin + 1)
-    return found
 
 
 def _compressed(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ajgdata.acquire.card import Capture, CardError, CardSettings, Heard, Line, TakeError
-from ajgdata.acquire.markers import MARKER_S, Arrival, Framed, arrival, framed, hole_samples
+from ajgdata.acquire.markers import MARKER_S, Arrival, Framed, arrival, framed
 
 #: Longest way through a card that is looked for; afterwards it is known, and takes are short.
 MOST_LATENCY_S = 2.0
@@ -60,7 +60,7 @@ class SoundCard:
             heard = self._line.play(sound.sound, len(sound.sound) + self._margin())
             xruns += len(heard.flags)
             found, reference = self._arrivals(heard.samples, sound)
-            if doubt := self._doubt(heard, found, reference, sound, len(played)):
+            if doubt := self._doubt(heard, found, reference):
                 doubts.append(doubt)
                 continue
             if self._latency is None or self.settings.loopback_channel:
@@ -76,10 +76,6 @@ class SoundCard:
             raise CardError(self.settings.device, last.problem, last.fix)
         problem = f"{len(doubts)} takes of {len(doubts)} in doubt: {last.problem}"
         raise TakeError(self.settings.device, problem, last.fix)
-
-    def play(self, sound: NDArray[np.float32], frames: int) -> Heard:
-        """Play `sound` (n,) and record `frames` of all inputs, as they come: nothing is checked."""
-        return self._line.play(sound, frames)
 
     def listen(self, frames: int) -> Capture:
         """Play nothing and return `frames` samples: what the microphone hears by itself.
@@ -122,9 +118,7 @@ class SoundCard:
         heard = arrival(samples[:, microphone - 1], sound)
         return heard, arrival(samples[:, loopback - 1], sound) if loopback else heard
 
-    def _doubt(
-        self, heard: Heard, found: Arrival, reference: Arrival, sound: Framed, length: int
-    ) -> _Doubt | None:
+    def _doubt(self, heard: Heard, found: Arrival, reference: Arrival) -> _Doubt | None:
         """Return what speaks against a take, the worst first; None if nothing does."""
         samples, settings = heard.samples, self.settings
         if bad := int(np.count_nonzero(~np.isfinite(samples))):
@@ -141,10 +135,6 @@ class SoundCard:
         if heard.flags:
             said = ", ".join(sorted(set(heard.flags)))
             return _Doubt(f"the driver reported {said}", "close other programs")
-        begin = reference.latency_samples + sound.start
-        channel = samples[begin : begin + length, settings.input_channel - 1]
-        if hole := hole_samples(channel, FULL_SCALE):
-            return _Doubt(f"{hole} frames are missing in the sound", "close other programs")
         return self._moved(found, reference)
 
     def _moved(self, found: Arrival, reference: Arrival) -> _Doubt | None:

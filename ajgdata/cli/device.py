@@ -8,6 +8,8 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from ajgdata.types import DataError
+
 device = typer.Typer(
     no_args_is_help=True,
     help="Sound cards: which there are, and if one is fit to record with.",
@@ -20,9 +22,16 @@ _COLOURS = {"good": "green", "change": "yellow", "bad": "red"}
 @device.command("list")
 def list_command() -> None:
     """List the sound cards: name, channels, rates, API."""
-    from ajgdata.pipeline.device import listed
+    from ajgdata.acquire.line import list_devices
 
-    for line in listed():
+    devices = list_devices()
+    if not devices:
+        raise DataError("PortAudio", "finds no sound card", "plug one in")
+    width = max(len(one["name"]) for one in devices)
+    for one in devices:
+        rates = " ".join(map(str, one["rates_hz"])) or "no usual rate"
+        channels = f"{one['inputs']:3} in {one['outputs']:3} out"
+        line = f"{one['name']:{width}}  {channels}  {rates} Hz  {one['api']}"
         out.print(escape(line), soft_wrap=True)
 
 
@@ -35,16 +44,14 @@ def check(
     loopback_channel: Annotated[
         int | None, typer.Option(min=1, help="input that a cable connects to the output")
     ] = None,
-    drift_s: Annotated[
-        float, typer.Option("--drift", min=0, help="seconds for the clocks; 0: leave them out")
-    ] = 60.0,
 ) -> None:
     """Play sweeps and say if what comes back is fit to record. Exit code 1 if it is not.
 
     Speaker and microphone should be in the gripper as in a session, and the room quiet.
     """
     from ajgdata.acquire.card import card_settings
-    from ajgdata.pipeline.device import check_device
+    from ajgdata.acquire.card_check import check_card
+    from ajgdata.acquire.line import open_card
 
     settings = card_settings(
         device=name,
@@ -53,8 +60,8 @@ def check(
         input_channel=input_channel,
         loopback_channel=loopback_channel,
     )
-    with out.status("opening") as status:
-        checked = check_device(settings, drift_s=drift_s, progress=status.update)
+    with out.status("opening") as status, open_card(settings) as card:
+        checked = check_card(card, status.update)
     for topic, value in checked.facts().items():
         out.print(f"{topic:12} {escape(value)}", soft_wrap=True)
     for advice in checked.verdict:

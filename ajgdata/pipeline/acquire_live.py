@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ajgdata.acquire.card import DEVICE, Card, CardSettings, card_settings
+from ajgdata.acquire.card import DEVICE, Card, card_settings
 from ajgdata.acquire.excitation import excitation_samples
 from ajgdata.acquire.guided import GuidedAcquisition, Outcome
+from ajgdata.acquire.line import open_card
 from ajgdata.acquire.live_session import live_session
 from ajgdata.acquire.operator import Operator
 from ajgdata.acquire.protocol import plan_protocol, remaining
@@ -144,13 +144,6 @@ def excitation_of(path: Path, spec: DatasetSpec) -> NDArray[np.float64]:
         return excitation_samples(spec.excitation, spec.audio.sample_rate_hz)
     except ValueError as error:
         raise DataError(path, str(error), "change it, or audio.sample_rate_hz") from None
-
-
-def open_card(settings: CardSettings) -> AbstractContextManager[Card]:
-    """Open the sound card until the end of the context. Raises CardError if there is none."""
-    from ajgdata.acquire.line import open_card as opened
-
-    return opened(settings)
 
 
 def known_of(card: Card) -> dict[str, Any]:

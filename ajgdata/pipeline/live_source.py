@@ -9,10 +9,10 @@ from typing import Any
 from pydantic import JsonValue
 
 from ajgdata.acquire.card import Card, card_settings
+from ajgdata.acquire.line import open_card
 from ajgdata.acquire.robot import Confirm, Robot, open_robot
 from ajgdata.acquire.virtual_line import VirtualTable
 from ajgdata.paths import Paths
-from ajgdata.pipeline.acquire_live import open_card
 from ajgdata.types import DataError, DatasetSpec
 
 VIRTUAL = "virtual"

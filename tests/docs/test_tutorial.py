@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 import yaml
 
+from ajgdata.acquire import line as line_module
 from ajgdata.acquire import robot
 from ajgdata.cli import main
 from ajgdata.paths import Paths
-from ajgdata.pipeline import acquire_live, device
+from ajgdata.pipeline import acquire_live
 from ajgdata.store.features import read_store
 from ajgdata.store.tables import read_tables
 
@@ -64,10 +65,10 @@ def bench(monkeypatch):
     moved = robot.ManualRobot.move
     monkeypatch.setattr(robot.ManualRobot, "move", move)
     monkeypatch.setattr("builtins.input", lambda: "")
-    for module in (acquire_live, device):
+    for module in (acquire_live, line_module):
         monkeypatch.setattr(module, "open_card", opened)
     listed = {"name": CARD, "api": "ALSA", "inputs": 2, "outputs": 2, "rates_hz": [44_100]}
-    monkeypatch.setattr(device, "list_devices", lambda: [listed])
+    monkeypatch.setattr(line_module, "list_devices", lambda: [listed])
     monkeypatch.setattr(robot, "time", SimpleNamespace(sleep=lambda seconds: None))
 
 

@@ -21,7 +21,6 @@ class Fault:
 
     delete: int = 0  #: frames that are lost
     insert: int = 0  #: frames that are played twice
-    zero: int = 0  #: frames that are silence instead
     at: int = 20_000
     flags: tuple[str, ...] = ()
     gain: float = 1.0
@@ -66,7 +65,6 @@ class FakeLine:
             out = np.concatenate([out[:cut], out[cut - fault.insert :]])[:frames]
         noise = np.random.default_rng(self.takes).standard_normal(out.shape)
         out = out + self.noise * noise
-        out[cut : cut + fault.zero] = 0
         if fault.nan:
             out[cut] = np.nan
         return Heard(out.astype(np.float32), fault.flags)

@@ -1,15 +1,12 @@
 """Takes through a sound card: what comes back is what was played, or it is not kept."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from fake_card import RATE_HZ, FakeLine, Fault, fake_card
 from scipy.signal import fftconvolve
 
 from ajgdata.acquire.card import CardError, TakeError
-from ajgdata.acquire.markers import HOLE, REACH, arrival, framed, hole_samples
-from ajgdata.acquire.sound_card import WANDER_S
+from ajgdata.acquire.markers import REACH, arrival, framed
 from ajgdata.gripper import excitation_sweep
 
 SWEEP = excitation_sweep().astype(np.float32)
@@ -21,7 +18,7 @@ def heard_of(response: np.ndarray, length: int) -> np.ndarray:
     return fftconvolve(SWEEP, response)[:length].astype(np.float32)
 
 
-@pytest.mark.parametrize("latency", [0, 1, 1_024, 80_787])
+@pytest.mark.parametrize("latency", [0, 1_024, 80_787])
 def test_latency_is_measured_and_taken_out(latency):
     card = fake_card(FakeLine(np.array([0.5]), latency=latency))
     take = card.take(SWEEP, tail=100)
@@ -39,7 +36,7 @@ def test_loopback_takes_out_the_card_and_leaves_the_way_through_the_gripper():
     assert 1_024 < alone.latency_samples < 1_040  # it rings up for a while
 
 
-@pytest.mark.parametrize("frames", [1, 2, 16, 64, 1_024])
+@pytest.mark.parametrize("frames", [1, 64])
 @pytest.mark.parametrize("kind", ["delete", "insert"])
 def test_lost_frames_are_counted_and_the_take_is_repeated(frames, kind):
     line = FakeLine(RINGING, noise=1e-3, faults=[Fault(**{kind: frames})])
@@ -61,32 +58,6 @@ def test_resonances_louder_than_the_markers_change_nothing():
         found = arrival(heard + 1e-5 * rng.standard_normal(len(heard)), sound)
         assert found.lost == 0 and found.likeness > 0.99
         assert abs(found.latency_samples - 1_020) < 40
-
-
-@pytest.mark.parametrize("frames, held", [(HOLE - 1, 0), (HOLE, HOLE), (1_000, 1_000)])
-@pytest.mark.parametrize("value", [0.0, 0.001])
-def test_silence_in_place_of_frames_is_found(frames, held, value):
-    heard = 0.3 * SWEEP
-    heard[35_003 : 35_003 + frames] = value
-    assert hole_samples(heard) == held
-    assert hole_samples(np.zeros(1_000)) == hole_samples(np.ones(1)) == 0
-
-
-def test_quiet_passages_and_clipped_ones_are_no_holes():
-    """A converter of 16 bits holds its last digit where the sound is that quiet; a clipped one
-    holds full scale; and the pauses of a train of chirps have no cliffs."""
-    quiet = np.round(2e-4 * SWEEP * 2**15) / 2**15
-    assert np.diff(np.flatnonzero(np.diff(quiet))).max() > 10 * HOLE
-    assert hole_samples(quiet) == 0
-    assert hole_samples(np.clip(5 * SWEEP, -1, 1)) == 0
-    train = np.r_[SWEEP, np.zeros(500), SWEEP]
-    assert hole_samples(train) == hole_samples(fftconvolve(train, RINGING)) == 0
-
-
-def test_a_hole_is_enough_to_repeat():
-    line = FakeLine(faults=[Fault(zero=64)])
-    take = fake_card(line).take(SWEEP)
-    assert take.doubts == ("64 frames are missing in the sound",) and line.takes == 2
 
 
 def test_a_card_that_always_loses_frames_is_given_up():
@@ -113,10 +84,6 @@ def test_clipping_is_counted_and_cut_at_full_scale():
     assert take.clipped == np.count_nonzero(2 * np.abs(SWEEP) >= 1 - 2**-15)
     assert take.samples.max() == 1 and take.samples.min() == -1
     assert take.peak_dbfs == pytest.approx(20 * np.log10(2 * np.abs(SWEEP).max()), abs=0.01)
-
-
-def test_nothing_else_is_called_clipped():
-    assert fake_card(FakeLine(np.array([1.0]))).take(SWEEP).clipped == 0
 
 
 @pytest.mark.parametrize(
@@ -169,12 +136,6 @@ def test_a_session_that_goes_on_is_cut_as_before():
         assert len(str(raised.value).splitlines()) == 1
 
 
-def test_the_documentation_says_by_how_much_latency_may_move():
-    page = Path(__file__).parents[2] / "docs/sound-card.md"
-    assert f"move by\nmore than {1_000 * WANDER_S:g} ms" in page.read_text()
-    assert 44 / RATE_HZ < 0.75 * WANDER_S and WANDER_S * RATE_HZ < 64
-
-
 def test_with_a_loopback_latency_may_move_and_is_taken_out_all_the_same():
     line = FakeLine(RINGING, channels=2, loopback=2, faults=[Fault(), Fault(shift=500)])
     card = fake_card(line, loopback_channel=2)
@@ -190,21 +151,10 @@ def test_what_cannot_be_played_is_refused():
             fake_card().take(wrong.astype(np.float32))
 
 
-@pytest.mark.parametrize("length", [4_410, 8_820, len(SWEEP)])  # the windows of short ones meet
+@pytest.mark.parametrize("length", [4_410, len(SWEEP)])  # the windows of short ones meet
 def test_noise_alone_is_not_taken_for_markers(length):
     """The largest of 16,384 correlations, each with a deviation of about 1/sqrt(400)."""
     sound = framed(SWEEP[:length], RATE_HZ)
     rng = np.random.default_rng(0)
     found = [arrival(rng.standard_normal(len(sound.sound) + REACH), sound) for _ in range(40)]
     assert max(one.likeness for one in found) < 0.45 and not any(one.found for one in found)
-
-
-def test_labels_are_text_that_says_what_was_measured():
-    labels = fake_card().take(SWEEP).labels()
-    assert labels["latency_samples"] == "1024" and labels["attempts"] == "1"
-    assert labels["arrival_samples"] == "1024"
-    assert set(labels) == {
-        "latency_samples", "arrival_samples", "peak_dbfs", "clipped", "xruns", "attempts", "time",
-    }  # fmt: skip
-    silence = fake_card().listen(100).labels()
-    assert silence["latency_samples"] == silence["arrival_samples"] == ""
